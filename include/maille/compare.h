@@ -1,0 +1,43 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+struct CompareOptions {
+  /// Points and cells must be in the same order, cells must start at the same corner. Otherwise a mesh equals
+  /// another when some renaming of points, order of cells and rotation of faces makes them equal.
+  bool same_order = false;
+  /// Largest difference allowed per component of positions; 0 means the same bits. With it, points are
+  /// matched by order only (same_order must be set), see maximum_error.
+  double tolerance = 0;
+  bool compare_arrays = true;
+  bool compare_metadata = false;
+};
+
+struct Comparison {
+  bool equal = false;
+  /// What differs, one sentence each, the most telling first; at most a dozen. Empty when equal.
+  std::vector<std::string> differences;
+};
+
+/// Compares two meshes: points and all point arrays bit for bit, cells with their arrays and corner arrays,
+/// mesh arrays. Block borders do not matter, names and types of blocks do, cell by cell. Exact, also with
+/// duplicate points and duplicate faces: "equal" is shown by a renaming that was checked, "different" by a
+/// property no renaming changes or by exhausting them.
+Comparison compare(const Mesh& a, const Mesh& b, const CompareOptions& options = {});
+
+/// Largest differences, array by array, between two meshes with the same number of elements, matched by
+/// order.
+struct ArrayDifference {
+  std::string name;
+  Domain domain = Domain::point;
+  double maximum = 0;  ///< largest |a - b| over finite components
+  double root_mean_square = 0;
+  uint64_t unequal = 0;  ///< tuples whose bits differ
+};
+Result<std::vector<ArrayDifference>> differences_by_order(const Mesh& a, const Mesh& b);
+
+}  // namespace maille

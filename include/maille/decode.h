@@ -1,0 +1,27 @@
+#pragma once
+
+#include <maille/executor.h>
+#include <maille/limits.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+struct DecodeOptions {
+  Limits limits;
+  /// Names of the arrays wanted; without a value: all. Positions and connectivity always come.
+  std::optional<std::vector<std::string>> arrays;
+  Executor* executor = nullptr;  ///< nullptr: serial
+  Progress progress;
+};
+
+/// Decompresses a whole .maille file. Safe on any input: an error or a valid mesh (validate() holds), in
+/// memory bounded by options.limits. Damage is found by checksums before decoding and reported with the
+/// chunk's name and place. Errors: cannot_read, unsupported (a newer format), corrupt, memory_bound,
+/// cancelled.
+Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
+
+}  // namespace maille

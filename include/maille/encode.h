@@ -1,0 +1,78 @@
+#pragma once
+
+#include <maille/executor.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+enum class Mode : uint8_t { single = 0, stream = 1, random = 2 };
+
+/// How far decoded values may be from the original ones.
+struct Tolerance {
+  enum class Kind : uint8_t {
+    lossless,  ///< bit for bit, NaN payloads and negative zeros included
+    absolute,  ///< |decoded - original| <= value for every component, measured on the decoded type
+    relative,  ///< absolute with value x diagonal of the bounding box (positions) or x range of the finite
+               ///< values
+    bits,      ///< a lattice of 2^value steps over the longest side (positions) or the range (arrays)
+  };
+  Kind kind = Kind::lossless;
+  double value = 0;
+};
+
+/// Which order the elements have in the decoded mesh.
+enum class Order : uint8_t {
+  canonical,  ///< the order the codec finds cheapest; arrays follow their elements
+  keep,       ///< the input's order of points and cells, and the first corner of each cell
+};
+
+struct EncodeOptions {
+  Mode mode = Mode::single;
+  int effort = 5;  ///< 1 (fast) to 9 (small)
+  Order order = Order::canonical;
+  Tolerance positions;
+  /// By array name; an array not named here is lossless. A name no array has is an error (usage).
+  std::map<std::string, Tolerance> arrays;
+  Executor* executor = nullptr;  ///< nullptr: serial
+  Progress progress;
+  /// Recorded in the file for `info`; empty for files that must be equal byte for byte.
+  std::string provenance;
+};
+
+/// What became of one array, or of the connectivity.
+struct ArrayReport {
+  std::string name;
+  Domain domain = Domain::point;
+  Scalar type = Scalar::f32;
+  uint32_t components = 1;
+  uint64_t elements = 0;     ///< tuples; faces for the connectivity
+  uint64_t raw_bytes = 0;    ///< in memory, as given
+  uint64_t coded_bytes = 0;  ///< in the file, without chunk headers
+  bool lossless = true;
+  double bound = 0;          ///< the absolute error asked for; 0 when lossless
+  double maximum_error = 0;  ///< measured on the decoded values
+  double step = 0;           ///< lattice step; 0 when there is none
+};
+
+struct EncodeReport {
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  uint64_t file_bytes = 0;
+  ArrayReport connectivity;
+  ArrayReport positions;
+  std::vector<ArrayReport> arrays;  ///< in the mesh's order
+  uint64_t order_bytes = 0;         ///< what Order::keep costs
+  uint64_t other_bytes = 0;         ///< headers, index, metadata
+};
+
+/// Compresses a mesh into `sink` as one .maille file and commits it. The mesh is checked first (validate()).
+/// The same mesh and options give the same bytes on every machine and for any executor.
+/// Errors: malformed_input (the mesh), usage (the options), error_bound, write_failed, cancelled.
+Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options = {});
+
+}  // namespace maille

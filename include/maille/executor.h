@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace maille {
+
+/// Who runs independent pieces of work. The library starts no threads of its own; results never depend on it.
+class Executor {
+ public:
+  virtual ~Executor() = default;
+  /// Calls work(0) ... work(count - 1), in any order, possibly at once, and returns when all are done.
+  virtual void parallel_for(size_t count, const std::function<void(size_t)>& work) = 0;
+};
+
+/// Runs everything in the calling thread. Used where no executor is given.
+Executor& serial_executor();
+/// oneTBB with at most `threads` threads; 0: as many as the machine has. (Not in the core library.)
+std::unique_ptr<Executor> thread_executor(unsigned threads);
+
+/// Told now and then how far a long job has come. Returns false to cancel it.
+struct ProgressReport {
+  const char* stage;  ///< "reading", "connectivity", "positions", ...
+  double fraction;    ///< of this stage, 0 to 1
+};
+using Progress = std::function<bool(const ProgressReport&)>;
+
+}  // namespace maille

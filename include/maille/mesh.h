@@ -1,0 +1,158 @@
+#pragma once
+
+#include <maille/error.h>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace maille {
+
+/// Type of one number in an array.
+enum class Scalar : uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+inline constexpr unsigned scalar_count = 10;
+
+/// Bytes of one number: 1, 2, 4 or 8.
+size_t size_of(Scalar type);
+/// "i8" ... "f64".
+const char* name_of(Scalar type);
+inline bool is_float(Scalar type) {
+  return type >= Scalar::f32;
+}
+
+/// What the tuples of an array belong to.
+enum class Domain : uint8_t {
+  point,   ///< one tuple per point
+  corner,  ///< one tuple per entry of the connectivity, blocks one after the other
+  cell,    ///< one tuple per cell, blocks one after the other
+  mesh,    ///< any number of tuples, attached to the mesh as a whole
+};
+inline constexpr unsigned domain_count = 4;
+const char* name_of(Domain domain);
+
+/// What an array means, as far as readers could tell. Writers use it to put the array where their format
+/// wants it; lossy coding uses it to choose a sensible quantisation (unit normals: octahedral).
+enum class Role : uint8_t { none, normal, colour, texture_coordinate, tangent, label };
+inline constexpr unsigned role_count = 6;
+const char* name_of(Role role);
+
+/// A named array of `count()` tuples of `components` numbers each, stored tuple after tuple, native byte
+/// order.
+struct Array {
+  std::string name;
+  Domain domain = Domain::point;
+  Scalar type = Scalar::f32;
+  uint32_t components = 1;
+  Role role = Role::none;
+  /// For Role::label: the value v stands for labels[v]. Empty otherwise.
+  std::vector<std::string> labels;
+  std::vector<std::byte> bytes;
+
+  size_t tuple_size() const { return size_of(type) * components; }
+  /// Number of tuples.
+  uint64_t count() const { return components == 0 ? 0 : bytes.size() / tuple_size(); }
+  /// Sets the number of tuples; new ones are zero.
+  void resize(uint64_t tuples) { bytes.resize(tuples * tuple_size()); }
+
+  /// The numbers, `count() * components` of them. T must be the C++ type of `type`.
+  template <class T>
+  std::span<const T> values() const {
+    return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
+  }
+  template <class T>
+  std::span<T> values() {
+    return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
+  }
+};
+
+/// An empty array with the given description.
+Array make_array(std::string name, Domain domain, Scalar type, uint32_t components, Role role = Role::none);
+
+/// Cell types with VTK's numbers and VTK's order of nodes.
+enum class CellType : uint8_t {
+  vertex = 1,
+  poly_vertex = 2,
+  line = 3,
+  poly_line = 4,
+  triangle = 5,
+  triangle_strip = 6,
+  polygon = 7,
+  pixel = 8,
+  quad = 9,
+  tetrahedron = 10,
+  voxel = 11,
+  hexahedron = 12,
+  wedge = 13,
+  pyramid = 14,
+  pentagonal_prism = 15,
+  hexagonal_prism = 16,
+  quadratic_edge = 21,
+  quadratic_triangle = 22,
+  quadratic_quad = 23,
+  quadratic_tetrahedron = 24,
+  quadratic_hexahedron = 25,
+  quadratic_wedge = 26,
+  quadratic_pyramid = 27,
+  triquadratic_hexahedron = 29,
+  polyhedron = 42,
+  mixed = 255,  ///< not a VTK type: the block's `types` holds one type per cell
+};
+
+/// Nodes of a cell of this type; 0 when it varies from cell to cell (polygon, poly_line, mixed, ...).
+unsigned nodes_of(CellType type);
+/// Triangle, quad or polygon: what the surface codec takes as a face.
+inline bool is_face(CellType type) {
+  return type == CellType::triangle || type == CellType::quad || type == CellType::polygon;
+}
+const char* name_of(CellType type);
+
+/// A run of cells. `polygon` holds faces of any degree, triangles and quads included; `triangle` and `quad`
+/// are the compact form for uniform blocks.
+struct CellBlock {
+  std::string name;
+  CellType type = CellType::polygon;
+  /// One type per cell when `type` is mixed; empty otherwise.
+  std::vector<uint8_t> types;
+  /// size() + 1 positions in `connectivity`, first 0; empty when nodes_of(type) is not 0.
+  std::vector<uint64_t> offsets;
+  /// Point numbers. A Mesh in memory has fewer than 2^32 points (2^32 would be 48 GB of positions alone); the
+  /// number of cells and of connectivity entries has no such limit.
+  std::vector<uint32_t> connectivity;
+
+  /// Number of cells.
+  uint64_t size() const;
+  /// Point numbers of one cell.
+  std::span<const uint32_t> cell(uint64_t i) const;
+};
+
+/// Largest number of points of a Mesh in memory.
+inline constexpr uint64_t max_points = 0xfffffffe;
+
+/// A mesh: points, blocks of cells over them, and arrays. Owns everything; copying copies.
+struct Mesh {
+  /// Positions: domain point, 3 components, any scalar type.
+  Array points = make_array("position", Domain::point, Scalar::f32, 3);
+  std::vector<CellBlock> blocks;
+  std::vector<Array> arrays;
+  /// Key and value, in the order of the source: comments, names of files it refers to, units.
+  std::vector<std::pair<std::string, std::string>> metadata;
+
+  uint64_t point_count() const { return points.count(); }
+  uint64_t cell_count() const;
+  uint64_t corner_count() const;
+  /// Tuples an array of this domain must have (mesh: 0, any number is fine).
+  uint64_t count_of(Domain domain) const;
+
+  const Array* find(const std::string& name, Domain domain) const;
+};
+
+/// Checks that a mesh keeps its own rules: array sizes, offsets that never decrease and end at the
+/// connectivity's end, node counts per type, every index below point_count(). Error: malformed_input, naming
+/// block, cell or array.
+Result<void> validate(const Mesh& mesh);
+
+}  // namespace maille

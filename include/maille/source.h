@@ -1,0 +1,61 @@
+#pragma once
+
+#include <maille/error.h>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+using Bytes = std::span<const std::byte>;
+
+/// Where bytes are read from, at any offset. Implement it for storage of your own; calls may come from
+/// several threads at once.
+class Source {
+ public:
+  virtual ~Source() = default;
+  /// Size in bytes.
+  virtual uint64_t size() const = 0;
+  /// Fills `out` with the bytes from `offset` on, all of them or an error (cannot_read, network).
+  virtual Result<> read_at(uint64_t offset, std::span<std::byte> out) const = 0;
+  /// All bytes when they are addressable without copying; empty otherwise.
+  virtual Bytes view() const { return {}; }
+  /// How messages call it: a path, an address, "<memory>".
+  virtual std::string name() const = 0;
+};
+
+/// Bytes in memory: borrowed (they must outlive the source) or owned.
+std::unique_ptr<Source> memory_source(Bytes bytes, std::string name = "<memory>");
+std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string name = "<memory>");
+/// A file, mapped into memory. Error: cannot_read, with the system's reason.
+Result<std::unique_ptr<Source>> file_source(const std::string& path);
+/// Standard input, read to its end.
+Result<std::unique_ptr<Source>> stdin_source();
+
+/// Where bytes are written to, front to back.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  virtual Result<> write(Bytes bytes) = 0;
+  /// Makes what was written durable and visible. Without it, nothing appears under the final name.
+  virtual Result<> commit() = 0;
+  virtual std::string name() const = 0;
+};
+
+/// Appends to `out`, which must outlive the sink.
+std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out);
+/// A file that appears whole or not at all: written to a temporary name in the same folder, fsync, rename,
+/// fsync of the folder. A sink destroyed before commit() removes its temporary file. Error: write_failed,
+/// with the system's reason (no such folder, no permission, disk full) before anything is written where that
+/// can be known.
+Result<std::unique_ptr<Sink>> file_sink(const std::string& path);
+/// Standard output; commit() flushes.
+std::unique_ptr<Sink> stdout_sink();
+
+/// Removes the temporary files of every open file_sink. Safe to call from a signal handler.
+void remove_unfinished_files() noexcept;
+
+}  // namespace maille

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace maille {
+
+/// XXH3, 64 bits, seed 0: the checksum of the file format.
+uint64_t hash64(std::span<const std::byte> bytes);
+
+/// Mixes two words; for hash tables, never in the format.
+inline uint64_t hash_mix(uint64_t a, uint64_t b) {
+  uint64_t x = (a ^ (b + 0x9e3779b97f4a7c15u + (a << 6) + (a >> 2))) * 0xbf58476d1ce4e5b9u;
+  return x ^ (x >> 29);
+}
+
+}  // namespace maille

@@ -1,0 +1,232 @@
+#include <maille/mesh.h>
+
+#include <string>
+
+namespace maille {
+
+size_t size_of(Scalar type) {
+  static constexpr size_t sizes[scalar_count] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+  return sizes[static_cast<size_t>(type)];
+}
+
+const char* name_of(Scalar type) {
+  static constexpr const char* names[scalar_count] = {"i8",  "u8",  "i16", "u16", "i32",
+                                                      "u32", "i64", "u64", "f32", "f64"};
+  return names[static_cast<size_t>(type)];
+}
+
+const char* name_of(Domain domain) {
+  static constexpr const char* names[domain_count] = {"point", "corner", "cell", "mesh"};
+  return names[static_cast<size_t>(domain)];
+}
+
+const char* name_of(Role role) {
+  static constexpr const char* names[role_count] = {"none",    "normal", "colour", "texture_coordinate",
+                                                    "tangent", "label"};
+  return names[static_cast<size_t>(role)];
+}
+
+Array make_array(std::string name, Domain domain, Scalar type, uint32_t components, Role role) {
+  Array array;
+  array.name = std::move(name);
+  array.domain = domain;
+  array.type = type;
+  array.components = components;
+  array.role = role;
+  return array;
+}
+
+namespace {
+
+struct CellTypeInfo {
+  CellType type;
+  unsigned nodes;
+  const char* name;
+};
+
+constexpr CellTypeInfo cell_types[] = {
+    {CellType::vertex, 1, "vertex"},
+    {CellType::poly_vertex, 0, "poly_vertex"},
+    {CellType::line, 2, "line"},
+    {CellType::poly_line, 0, "poly_line"},
+    {CellType::triangle, 3, "triangle"},
+    {CellType::triangle_strip, 0, "triangle_strip"},
+    {CellType::polygon, 0, "polygon"},
+    {CellType::pixel, 4, "pixel"},
+    {CellType::quad, 4, "quad"},
+    {CellType::tetrahedron, 4, "tetrahedron"},
+    {CellType::voxel, 8, "voxel"},
+    {CellType::hexahedron, 8, "hexahedron"},
+    {CellType::wedge, 6, "wedge"},
+    {CellType::pyramid, 5, "pyramid"},
+    {CellType::pentagonal_prism, 10, "pentagonal_prism"},
+    {CellType::hexagonal_prism, 12, "hexagonal_prism"},
+    {CellType::quadratic_edge, 3, "quadratic_edge"},
+    {CellType::quadratic_triangle, 6, "quadratic_triangle"},
+    {CellType::quadratic_quad, 8, "quadratic_quad"},
+    {CellType::quadratic_tetrahedron, 10, "quadratic_tetrahedron"},
+    {CellType::quadratic_hexahedron, 20, "quadratic_hexahedron"},
+    {CellType::quadratic_wedge, 15, "quadratic_wedge"},
+    {CellType::quadratic_pyramid, 13, "quadratic_pyramid"},
+    {CellType::triquadratic_hexahedron, 27, "triquadratic_hexahedron"},
+    {CellType::polyhedron, 0, "polyhedron"},
+    {CellType::mixed, 0, "mixed"},
+};
+
+const CellTypeInfo* find_type(CellType type) {
+  for (const CellTypeInfo& info : cell_types) {
+    if (info.type == type) return &info;
+  }
+  return nullptr;
+}
+
+Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, const std::string& where) {
+  const CellType type = block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type;
+  const CellTypeInfo* info = find_type(type);
+  if (!info || type == CellType::mixed) {
+    return failure(ErrorCode::malformed_input, where + ": cell " + std::to_string(cell) +
+                                                   " has the unknown type " +
+                                                   std::to_string(static_cast<unsigned>(type)));
+  }
+  if (info->nodes != 0 && info->nodes != nodes) {
+    return failure(ErrorCode::malformed_input, where + ": cell " + std::to_string(cell) + " (" + info->name +
+                                                   ") has " + std::to_string(nodes) + " nodes instead of " +
+                                                   std::to_string(info->nodes));
+  }
+  return {};
+}
+
+Result<> check_offsets(const CellBlock& block, const std::string& where) {
+  const auto bad = [&](const std::string& what) {
+    return failure(ErrorCode::malformed_input, where + ": " + what);
+  };
+  const unsigned nodes = nodes_of(block.type);
+  if (nodes != 0) {
+    if (!block.offsets.empty()) return bad("a type with a fixed number of nodes takes no offsets");
+    if (block.connectivity.size() % nodes != 0)
+      return bad("connectivity is not a multiple of the nodes per cell");
+    return {};
+  }
+  if (block.offsets.empty()) {
+    return block.connectivity.empty() ? Result<>{} : bad("offsets are missing");
+  }
+  if (block.offsets.front() != 0 || block.offsets.back() != block.connectivity.size()) {
+    return bad("offsets must run from 0 to the size of the connectivity");
+  }
+  if (block.type == CellType::mixed && block.types.size() != block.size())
+    return bad("one type per cell is needed");
+  for (uint64_t i = 0; i < block.size(); ++i) {
+    if (block.offsets[i + 1] < block.offsets[i])
+      return bad("offset " + std::to_string(i + 1) + " goes backwards");
+    if (block.type == CellType::mixed) {
+      if (auto ok = check_nodes(block, i, block.offsets[i + 1] - block.offsets[i], where); !ok) return ok;
+    }
+  }
+  return {};
+}
+
+Result<> check_block(const CellBlock& block, uint64_t points, const std::string& where) {
+  if (!find_type(block.type)) {
+    return failure(ErrorCode::malformed_input,
+                   where + " has the unknown type " + std::to_string(static_cast<unsigned>(block.type)));
+  }
+  if (auto ok = check_offsets(block, where); !ok) return ok;
+  for (size_t i = 0; i < block.connectivity.size(); ++i) {
+    if (block.connectivity[i] >= points) {
+      return failure(ErrorCode::malformed_input, where + ": connectivity entry " + std::to_string(i) +
+                                                     " is point " + std::to_string(block.connectivity[i]) +
+                                                     ", but there are " + std::to_string(points) + " points");
+    }
+  }
+  return {};
+}
+
+Result<> check_array(const Array& array, const Mesh& mesh) {
+  const std::string where = "array \"" + array.name + "\" on " + name_of(array.domain) + "s";
+  if (array.components == 0) return failure(ErrorCode::malformed_input, where + " has no components");
+  if (array.bytes.size() % array.tuple_size() != 0) {
+    return failure(ErrorCode::malformed_input, where + " ends inside a tuple");
+  }
+  if (array.domain != Domain::mesh && array.count() != mesh.count_of(array.domain)) {
+    return failure(ErrorCode::malformed_input, where + " has " + std::to_string(array.count()) +
+                                                   " tuples instead of " +
+                                                   std::to_string(mesh.count_of(array.domain)));
+  }
+  return {};
+}
+
+}  // namespace
+
+unsigned nodes_of(CellType type) {
+  const CellTypeInfo* info = find_type(type);
+  return info ? info->nodes : 0;
+}
+
+const char* name_of(CellType type) {
+  const CellTypeInfo* info = find_type(type);
+  return info ? info->name : "unknown";
+}
+
+uint64_t CellBlock::size() const {
+  const unsigned nodes = nodes_of(type);
+  if (nodes != 0) return connectivity.size() / nodes;
+  return offsets.empty() ? 0 : offsets.size() - 1;
+}
+
+std::span<const uint32_t> CellBlock::cell(uint64_t i) const {
+  const unsigned nodes = nodes_of(type);
+  if (nodes != 0) return std::span(connectivity).subspan(i * nodes, nodes);
+  return std::span(connectivity).subspan(offsets[i], offsets[i + 1] - offsets[i]);
+}
+
+uint64_t Mesh::cell_count() const {
+  uint64_t count = 0;
+  for (const CellBlock& block : blocks) count += block.size();
+  return count;
+}
+
+uint64_t Mesh::corner_count() const {
+  uint64_t count = 0;
+  for (const CellBlock& block : blocks) count += block.connectivity.size();
+  return count;
+}
+
+uint64_t Mesh::count_of(Domain domain) const {
+  switch (domain) {
+    case Domain::point:
+      return point_count();
+    case Domain::corner:
+      return corner_count();
+    case Domain::cell:
+      return cell_count();
+    case Domain::mesh:
+      break;
+  }
+  return 0;
+}
+
+const Array* Mesh::find(const std::string& name, Domain domain) const {
+  for (const Array& array : arrays) {
+    if (array.domain == domain && array.name == name) return &array;
+  }
+  return nullptr;
+}
+
+Result<> validate(const Mesh& mesh) {
+  if (mesh.points.components != 3 || mesh.points.bytes.size() % mesh.points.tuple_size() != 0) {
+    return failure(ErrorCode::malformed_input, "positions must have 3 components");
+  }
+  if (mesh.point_count() > max_points) {
+    return failure(ErrorCode::malformed_input, "a mesh in memory has at most 2^32 - 2 points");
+  }
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    if (auto ok = check_block(mesh.blocks[b], mesh.point_count(), "block " + std::to_string(b)); !ok)
+      return ok;
+  }
+  for (const Array& array : mesh.arrays) {
+    if (auto ok = check_array(array, mesh); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace maille

@@ -1,0 +1,22 @@
+#include "support/data.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace maille::testing {
+
+std::string data_folder() {
+  return std::filesystem::exists(MAILLE_DATA_DIR "/tri") ? MAILLE_DATA_DIR : "";
+}
+
+std::vector<std::string> data_files(const std::string& folder) {
+  std::vector<std::string> files;
+  if (data_folder().empty()) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(data_folder() + "/" + folder)) {
+    files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace maille::testing
