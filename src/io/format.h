@@ -1,0 +1,24 @@
+#pragma once
+
+#include <maille/io.h>
+
+namespace maille {
+
+/// One foreign format. Each lives in its own file (ply.cpp, ply_writer.cpp, ...) and is listed in formats.cpp.
+struct Format {
+  FormatInfo info;
+  /// Do these first bytes (up to 512) look like this format? May be null: by extension only.
+  bool (*recognise)(Bytes first_bytes);
+  Result<ReadResult> (*read)(const Source& source, const ReadOptions& options);
+  Result<std::vector<std::string>> (*write)(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+};
+
+const Format& ply_format();
+const Format& obj_format();
+const Format& off_format();
+const Format& stl_format();
+const Format& gltf_format();
+const Format& vrml_format();
+const Format& vtp_format();
+
+}  // namespace maille
