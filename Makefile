@@ -1,0 +1,32 @@
+# Two commands do everything on a fresh Debian 12: `make demo` and `make test`.
+PREFIX ?= /usr/local
+
+.PHONY: help demo test bench format install clean
+
+help:
+	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
+	@echo "make test     build and run all tests, with and without sanitizers"
+	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md"
+	@echo "make format   clang-format on every source file"
+	@echo "make install  install the command and the library below PREFIX ($(PREFIX))"
+	@echo "make clean    remove what was built"
+
+demo:
+	@scripts/demo $(if $(MESH),"$(MESH)")
+
+test:
+	@scripts/test
+
+bench:
+	@scripts/bench
+
+format:
+	@scripts/check-format --fix
+
+install:
+	cmake --preset release
+	cmake --build --preset release --target maille maille_core maille_tool
+	cmake --install build/release --prefix "$(PREFIX)"
+
+clean:
+	rm -rf build install
