@@ -1,41 +1,49 @@
 #pragma once
 
-#include <cstdint>
-#include <maille/encode.h>
 #include <maille/file.h>
 #include <maille/source.h>
+#include <cstdint>
 #include <vector>
+
+#include "container/layout.h"
 
 namespace maille {
 
-/// What the first bytes of a file say. docs/format.md, "Header".
-struct FileHeader {
-  uint16_t major = 0;
-  uint16_t minor = 0;
-  uint32_t required_features = 0;  ///< an unknown bit: the reader refuses the file
-  uint32_t optional_features = 0;  ///< an unknown bit: ignored
-  Mode mode = Mode::single;
-};
-
-/// Names one coded stream: its chunk type, the patch it belongs to and its number within the patch. A stream of more than
-/// one chunk is cut into parts, numbered from 0.
+/// Names one coded stream: its chunk type, the patch it belongs to and its number within the patch. A stream
+/// of more than one chunk is cut into parts, numbered from 0.
 struct StreamKey {
-  char type[5];         ///< four letters; upper-case first letter: critical, lower-case: may be skipped by older readers
+  char type[5];  ///< four letters (digits allowed after the first); upper-case first letter: critical,
+                 ///< lower-case: may be skipped by older readers. "INDX" is the container's own.
   uint32_t patch = 0;
   uint32_t number = 0;
 };
 
-/// Writes header, chunks, index, footer, front to back, to any sink.
+/// Writes header, chunks, index, footer, front to back, to any sink. Memory: one chunk, and about 20 bytes
+/// for each chunk written.
 class FileWriter {
  public:
   /// Writes the header.
   static Result<FileWriter> begin(Sink& sink, const FileHeader& header);
-  /// Cuts `bytes` into chunks of at most max_chunk_bytes and writes them.
+  /// Cuts `bytes` into chunks of at most max_chunk_bytes and writes them. An empty stream is one empty chunk.
+  /// A key is written once. A chunk costs 21 to 36 bytes beside its content, so many tiny streams are better
+  /// one.
   Result<> write_stream(const StreamKey& key, Bytes bytes);
   /// Writes index and footer. Does not commit the sink. Returns the size of the file.
   Result<uint64_t> finish();
-  /// Bytes so far spent on chunk headers (for reports).
-  uint64_t overhead_bytes() const;
+  /// Bytes so far that are not content: header, chunk headers, checksums, index, footer (for reports).
+  uint64_t overhead_bytes() const { return overhead_; }
+
+ private:
+  FileWriter(Sink& sink, Bytes header) : sink_(&sink), digest_(header) {}
+  Result<> write(Bytes bytes);
+  Result<uint64_t> write_chunk(const ChunkHeader& header, Bytes content);
+  Result<> write_index();
+
+  Sink* sink_;
+  Digest digest_;
+  ByteWriter index_;
+  uint64_t offset_ = 0;
+  uint64_t overhead_ = 0;
 };
 
 }  // namespace maille

@@ -1,0 +1,154 @@
+#include "container/chunk_finder.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+constexpr size_t max_problems = 100;
+constexpr size_t window_bytes = size_t{64} << 10;
+
+tl::unexpected<Error> bad_index(const std::string& what) {
+  return failure(ErrorCode::corrupt, "the index is damaged (" + what + ")");
+}
+
+/// The content of all index chunks, which fill the file from footer.index_offset to the footer.
+Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Footer& footer) {
+  std::vector<std::byte> bytes;
+  SourceWindow window(source);
+  const uint64_t end = source.size() - footer_bytes;
+  if (footer.index_offset < file_header_bytes || footer.index_offset > end) return bad_index("its place");
+  uint64_t offset = footer.index_offset;
+  for (uint32_t part = 0; offset < end; ++part) {
+    const auto parsed = read_chunk_header(MAILLE_TRY(window.at(offset, max_chunk_header_bytes)));
+    if (!parsed || parsed->header.type != index_type || parsed->total_bytes() > end - offset) {
+      return bad_index("a header in it");
+    }
+    const uint64_t next = offset + parsed->total_bytes();
+    if (parsed->header.part() != part || parsed->header.last() != (next == end))
+      return bad_index("its parts");
+    const auto size = static_cast<size_t>(parsed->total_bytes());
+    const Bytes chunk = MAILLE_TRY(window.at(offset, size)).first(size);
+    const auto checksum = load<uint64_t>(chunk.data() + chunk.size() - chunk_checksum_bytes);
+    const auto content = chunk_content(chunk, {parsed->header, offset, checksum});
+    if (!content) return bad_index("checksum mismatch");
+    bytes.insert(bytes.end(), content->begin(), content->end());
+    offset = next;
+  }
+  return bytes;
+}
+
+/// A search for chunks by their markers.
+class Scan {
+ public:
+  Scan(const Source& source, uint64_t end, Problems& problems)
+      : source_(source), window_(source), end_(end), problems_(problems) {}
+
+  Result<std::vector<ChunkRecord>> run() {
+    uint64_t offset = file_header_bytes;
+    while (offset < end_) {
+      if (const auto next = MAILLE_TRY(take_chunk(offset))) {
+        report_gap(offset);
+        gap_start_ = offset = *next;
+      } else {
+        offset = MAILLE_TRY(find_marker(offset + 1));
+      }
+    }
+    report_gap(end_);
+    return std::move(records_);
+  }
+
+ private:
+  /// Records the chunk at `offset`; gives where it ends, or nothing when no whole chunk is there.
+  Result<std::optional<uint64_t>> take_chunk(uint64_t offset) {
+    const auto parsed = read_chunk_header(MAILLE_TRY(window_.at(offset, max_chunk_header_bytes)));
+    if (!parsed) return std::nullopt;
+    const uint64_t total = parsed->total_bytes();
+    if (total > end_ - offset) {
+      problems_.add(describe(parsed->header) + " is cut off: " + std::to_string(end_ - offset) + " of its " +
+                    std::to_string(total) + " bytes are there (from byte " + std::to_string(offset) + " on)");
+      gap_start_ = end_;  // told already
+      return std::nullopt;
+    }
+    if (parsed->header.type == index_type) return offset + total;
+    const uint64_t checksum_offset = offset + total - chunk_checksum_bytes;
+    const Bytes tail = MAILLE_TRY(window_.at(checksum_offset, chunk_checksum_bytes));
+    records_.push_back({parsed->header, offset, load<uint64_t>(tail.data())});
+    return offset + total;
+  }
+
+  Result<uint64_t> find_marker(uint64_t offset) {
+    while (offset < end_) {
+      Bytes bytes = MAILLE_TRY(window_.at(offset, 1));
+      bytes = bytes.first(static_cast<size_t>(std::min<uint64_t>(bytes.size(), end_ - offset)));
+      const void* const hit = std::memchr(bytes.data(), chunk_marker[0], bytes.size());
+      if (hit != nullptr)
+        return offset + static_cast<uint64_t>(static_cast<const std::byte*>(hit) - bytes.data());
+      offset += bytes.size();
+    }
+    return end_;
+  }
+
+  void report_gap(uint64_t gap_end) {
+    if (gap_end <= gap_start_) return;
+    problems_.add("bytes " + std::to_string(gap_start_) + ".." + std::to_string(gap_end) +
+                  " hold no intact chunk header");
+  }
+
+  const Source& source_;
+  SourceWindow window_;
+  uint64_t end_;
+  Problems& problems_;
+  std::vector<ChunkRecord> records_;
+  uint64_t gap_start_ = file_header_bytes;
+};
+
+}  // namespace
+
+void Problems::add(std::string sentence) {
+  if (sentences_.size() < max_problems) sentences_.push_back(std::move(sentence));
+  if (sentences_.size() == max_problems) sentences_.back() = "and more of the kind";
+}
+
+Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
+  const uint64_t left = source_.size() - offset;
+  if (const Bytes all = source_.view(); !all.empty()) return all.subspan(static_cast<size_t>(offset));
+  const uint64_t end = offset + std::min<uint64_t>(size, left);
+  if (offset < start_ || end > start_ + buffer_.size()) {
+    buffer_.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, window_bytes), left)));
+    start_ = offset;
+    MAILLE_CHECK(source_.read_at(offset, buffer_));
+  }
+  return Bytes(buffer_).subspan(static_cast<size_t>(offset - start_));
+}
+
+Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer) {
+  const std::vector<std::byte> bytes = MAILLE_TRY(read_index_bytes(source, footer));
+  std::vector<ChunkRecord> records;
+  ByteReader in(bytes);
+  uint64_t offset = file_header_bytes;
+  while (in.remaining() > 0) {
+    ChunkRecord record;
+    FieldReader fields(in);
+    ChunkHeader::visit(record.header, fields);
+    record.checksum = in.get<uint64_t>();
+    if (!fields.ok()) return bad_index("an entry");
+    // Chunks stand one after the other without gaps: places follow from sizes, so no entry can overlap
+    // another.
+    record.offset = offset;
+    offset += chunk_total_bytes(record.header);
+    if (offset > footer.index_offset) return bad_index("more chunks than the file holds");
+    records.push_back(record);
+  }
+  if (offset != footer.index_offset) return bad_index("fewer chunks than the file holds");
+  return records;
+}
+
+Result<std::vector<ChunkRecord>> scan_chunks(const Source& source, uint64_t end, Problems& problems) {
+  return Scan(source, end, problems).run();
+}
+
+}  // namespace maille

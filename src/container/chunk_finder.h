@@ -1,0 +1,43 @@
+#pragma once
+
+#include <maille/source.h>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "container/layout.h"
+
+namespace maille {
+
+/// Sentences about damage. Hostile files could fill memory with them, so only the first hundred are kept.
+class Problems {
+ public:
+  void add(std::string sentence);
+  const std::vector<std::string>& sentences() const { return sentences_; }
+
+ private:
+  std::vector<std::string> sentences_;
+};
+
+/// Bytes of a source near one another: straight from its view, or read 64 KiB at a time.
+class SourceWindow {
+ public:
+  explicit SourceWindow(const Source& source) : source_(source) {}
+  /// At least min(size, bytes left in the file) bytes from `offset` on; valid until the next call.
+  Result<Bytes> at(uint64_t offset, size_t size);
+
+ private:
+  const Source& source_;
+  std::vector<std::byte> buffer_;
+  uint64_t start_ = 0;
+};
+
+/// The chunks that the index at footer.index_offset lists, in file order. Error: corrupt (which the caller
+/// answers by scanning), cannot_read.
+Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer);
+
+/// The chunks found by their headers from the end of the file header up to `end`, without the index's own.
+/// Looks at each byte once, whatever the file holds. Contents are not verified.
+Result<std::vector<ChunkRecord>> scan_chunks(const Source& source, uint64_t end, Problems& problems);
+
+}  // namespace maille

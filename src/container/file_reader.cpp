@@ -1,0 +1,215 @@
+#include "container/file_reader.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "base/result.h"
+#include "container/chunk_finder.h"
+
+namespace maille {
+namespace {
+
+std::string text(const ChunkType& type) {
+  return std::string(type.begin(), type.end());
+}
+
+auto stream_of(const ChunkHeader& header) {
+  return std::tuple(header.type, header.patch, header.number);
+}
+
+bool same_stream(const ChunkHeader& a, const ChunkHeader& b) {
+  return stream_of(a) == stream_of(b);
+}
+
+std::string describe_stream(const StreamKey& key) {
+  return "stream " + std::string(key.type, 4) + " (patch " + std::to_string(key.patch) + ", number " +
+         std::to_string(key.number) + ")";
+}
+
+Result<std::vector<std::byte>> read_part(const Source& source, uint64_t offset, size_t size) {
+  std::vector<std::byte> bytes(size);
+  MAILLE_CHECK(source.read_at(offset, bytes));
+  return bytes;
+}
+
+/// The footer belongs to this header and these chunks.
+bool digest_matches(Bytes file_header, const std::vector<ChunkRecord>& records, const Footer& footer) {
+  Digest digest(file_header);
+  for (const ChunkRecord& record : records) digest.add_chunk(record.header, record.checksum);
+  return checksum_matches(footer.digest, digest.finish(footer.index_offset));
+}
+
+bool is_critical(const ChunkType& type) {
+  return type[0] >= 'A' && type[0] <= 'Z';
+}
+
+}  // namespace
+
+Result<FileReader> FileReader::open(const Source& source, std::span<const std::string_view> known_types) {
+  FileReader reader(source);
+  const auto size = static_cast<size_t>(std::min<uint64_t>(source.size(), file_header_bytes));
+  const std::vector<std::byte> first_bytes = MAILLE_TRY(read_part(source, 0, size));
+  reader.header_ = MAILLE_TRY(read_file_header(first_bytes, source.name()));
+  MAILLE_CHECK(reader.find_chunks());
+  MAILLE_CHECK(reader.check_types(known_types));
+  reader.sort_streams();
+  reader.check_parts();
+  reader.list_chunks();
+  return reader;
+}
+
+/// Fills records_, problems_ and complete_: by the index when there is one and all of it fits, else by
+/// scanning.
+Result<> FileReader::find_chunks() {
+  const std::vector<std::byte> header = MAILLE_TRY(read_part(*source_, 0, file_header_bytes));
+  uint64_t end = source_->size();
+  std::optional<Footer> footer;
+  if (end >= file_header_bytes + footer_bytes) {
+    footer = read_footer(MAILLE_TRY(read_part(*source_, end - footer_bytes, footer_bytes)));
+  }
+  Problems problems;
+  if (footer) {
+    end -= footer_bytes;
+  } else {
+    problems.add("the end of the file is missing or damaged");
+  }
+
+  if (footer && footer->index_offset != 0) {
+    Result<std::vector<ChunkRecord>> records = read_index(*source_, *footer);
+    if (records && digest_matches(header, *records, *footer)) {
+      records_ = *std::move(records);
+      complete_ = true;
+      return {};
+    }
+    if (!records && records.error().code != ErrorCode::corrupt) return tl::unexpected(records.error());
+    problems.add(records ? "the index does not fit the footer" : records.error().message);
+  }
+  records_ = MAILLE_TRY(scan_chunks(*source_, end, problems));
+  complete_ = footer && digest_matches(header, records_, *footer);
+  if (footer && !complete_) problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
+  problems_ = problems.sentences();
+  return {};
+}
+
+Result<> FileReader::check_types(std::span<const std::string_view> known_types) const {
+  if (known_types.empty()) return {};
+  for (const ChunkRecord& record : records_) {
+    const std::string type = text(record.header.type);
+    if (!is_critical(record.header.type)) continue;
+    if (std::find(known_types.begin(), known_types.end(), type) != known_types.end()) continue;
+    return failure(ErrorCode::unsupported,
+                   source_->name() + ": needs a newer maille: " + describe(record.header) + " at byte " +
+                       std::to_string(record.offset) + " is of an unknown kind");
+  }
+  return {};
+}
+
+void FileReader::sort_streams() {
+  by_stream_.resize(records_.size());
+  for (size_t i = 0; i < by_stream_.size(); ++i) by_stream_[i] = i;
+  const auto key = [&](size_t i) {
+    const ChunkHeader& header = records_[i].header;
+    return std::tuple(stream_of(header), header.part(), i);
+  };
+  std::sort(by_stream_.begin(), by_stream_.end(), [&](size_t a, size_t b) { return key(a) < key(b); });
+}
+
+/// Every stream has each of its parts once, the last one marked.
+void FileReader::check_parts() {
+  Problems problems;
+  for (size_t i = 0; i < by_stream_.size(); ++i) {
+    const ChunkHeader& part = records_[by_stream_[i]].header;
+    const ChunkHeader* before = i == 0 ? nullptr : &records_[by_stream_[i - 1]].header;
+    const ChunkHeader* after = i + 1 == by_stream_.size() ? nullptr : &records_[by_stream_[i + 1]].header;
+    if (before != nullptr && !same_stream(*before, part)) before = nullptr;
+    if (after != nullptr && !same_stream(part, *after)) after = nullptr;
+    if (before != nullptr && before->part() == part.part()) {
+      problems.add(describe(part) + " is there twice");
+    } else if (part.part() != (before == nullptr ? 0 : before->part() + 1)) {
+      problems.add(describe(part) + ": the part before it is missing");
+    }
+    if (part.last() != (after == nullptr)) {
+      problems.add(describe(part) +
+                   (part.last() ? " claims to be the last part" : ": the part after it is missing"));
+    }
+  }
+  if (!problems.sentences().empty()) complete_ = false;
+  problems_.insert(problems_.end(), problems.sentences().begin(), problems.sentences().end());
+}
+
+void FileReader::list_chunks() {
+  chunks_.reserve(records_.size());
+  for (const ChunkRecord& record : records_) {
+    const ChunkHeader& header = record.header;
+    chunks_.push_back(
+        {text(header.type), uint64_t{header.patch} << 32 | header.number, record.offset, header.size});
+  }
+}
+
+Result<> FileReader::check_complete() const {
+  if (complete_) return {};
+  return failure(ErrorCode::corrupt, source_->name() + ": damaged or incomplete: " +
+                                         (problems_.empty() ? "unknown damage" : problems_.front()));
+}
+
+std::span<const size_t> FileReader::parts_of(const StreamKey& key) const {
+  ChunkType type;
+  std::copy_n(key.type, type.size(), type.begin());
+  const auto wanted = std::tuple(type, key.patch, key.number);
+  const auto first =
+      std::lower_bound(by_stream_.begin(), by_stream_.end(), wanted,
+                       [&](size_t i, const auto& k) { return stream_of(records_[i].header) < k; });
+  const auto last = std::upper_bound(first, by_stream_.end(), wanted, [&](const auto& k, size_t i) {
+    return k < stream_of(records_[i].header);
+  });
+  return {first, last};
+}
+
+bool FileReader::has_stream(const StreamKey& key) const {
+  return !parts_of(key).empty();
+}
+
+uint64_t FileReader::stream_bytes(const StreamKey& key) const {
+  uint64_t bytes = 0;
+  for (const size_t i : parts_of(key)) bytes += records_[i].header.size;
+  return bytes;
+}
+
+Result<Bytes> FileReader::read_content(SourceWindow& window, const ChunkRecord& record) const {
+  const auto size = static_cast<size_t>(chunk_total_bytes(record.header));
+  const Bytes chunk = MAILLE_TRY(window.at(record.offset, size));
+  if (chunk.size() >= size) {
+    if (const std::optional<Bytes> content = chunk_content(chunk.first(size), record)) return *content;
+  }
+  return failure(ErrorCode::corrupt, source_->name() + ": " + describe(record.header) + ", bytes " +
+                                         std::to_string(record.offset) + ".." +
+                                         std::to_string(record.offset + size) +
+                                         ": checksum mismatch: the file is damaged there");
+}
+
+Result<std::vector<std::byte>> FileReader::read_chunk(const ChunkRecord& record) const {
+  SourceWindow window(*source_);
+  const Bytes content = MAILLE_TRY(read_content(window, record));
+  return std::vector<std::byte>(content.begin(), content.end());
+}
+
+Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) const {
+  std::vector<std::byte> stream;
+  SourceWindow window(*source_);
+  uint32_t expected = 0;
+  bool whole = false;
+  for (const size_t i : parts_of(key)) {
+    const ChunkRecord& record = records_[i];
+    if (record.header.part() != expected++ || whole) break;
+    const Bytes content = MAILLE_TRY(read_content(window, record));
+    stream.insert(stream.end(), content.begin(), content.end());
+    whole = record.header.last();
+  }
+  if (whole && expected == parts_of(key).size()) return stream;
+  return failure(ErrorCode::corrupt,
+                 source_->name() + ": " + describe_stream(key) +
+                     (parts_of(key).empty() ? " is missing" : " lacks a part or has one twice") +
+                     (problems_.empty() ? "" : ": " + problems_.front()));
+}
+
+}  // namespace maille

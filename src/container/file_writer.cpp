@@ -1,0 +1,92 @@
+#include "container/file_writer.h"
+
+#include <algorithm>
+
+#include "base/hash.h"
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+ChunkType type_of(const StreamKey& key) {
+  ChunkType type;
+  std::copy_n(key.type, type.size(), type.begin());
+  return type;
+}
+
+/// Calls `write(header, content)` for each part of a stream.
+template <class Write>
+Result<> for_each_part(ChunkHeader header, Bytes bytes, Write write) {
+  for (uint32_t part = 0;; ++part) {
+    const Bytes content = bytes.first(std::min<size_t>(bytes.size(), max_chunk_bytes));
+    bytes = bytes.subspan(content.size());
+    header.part_and_last = 2 * part + (bytes.empty() ? 1 : 0);
+    header.size = static_cast<uint32_t>(content.size());
+    MAILLE_CHECK(write(header, content));
+    if (bytes.empty()) return {};
+  }
+}
+
+}  // namespace
+
+Result<FileWriter> FileWriter::begin(Sink& sink, const FileHeader& header) {
+  const std::vector<std::byte> bytes = write_file_header(header);
+  FileWriter writer(sink, bytes);
+  MAILLE_CHECK(writer.write(bytes));
+  writer.overhead_ = bytes.size();
+  return writer;
+}
+
+Result<> FileWriter::write_stream(const StreamKey& key, Bytes bytes) {
+  const ChunkHeader header = {.type = type_of(key), .patch = key.patch, .number = key.number};
+  return for_each_part(header, bytes, [&](const ChunkHeader& part, Bytes content) -> Result<> {
+    const uint64_t checksum = MAILLE_TRY(write_chunk(part, content));
+    digest_.add_chunk(part, checksum);
+    FieldWriter fields(index_);
+    ChunkHeader::visit(part, fields);
+    index_.put(checksum);
+    return {};
+  });
+}
+
+Result<uint64_t> FileWriter::finish() {
+  Footer footer;
+  if (offset_ >= indexed_file_bytes) {
+    footer.index_offset = offset_;
+    MAILLE_CHECK(write_index());
+  }
+  footer.digest = digest_.finish(footer.index_offset);
+  MAILLE_CHECK(write(write_footer(footer)));
+  overhead_ += footer_bytes;
+  return offset_;
+}
+
+Result<> FileWriter::write(Bytes bytes) {
+  MAILLE_CHECK(sink_->write(bytes));
+  offset_ += bytes.size();
+  return {};
+}
+
+/// One write per chunk, and its checksum returned.
+Result<uint64_t> FileWriter::write_chunk(const ChunkHeader& header, Bytes content) {
+  std::vector<std::byte> chunk = write_chunk_header(header);
+  overhead_ += chunk.size() + chunk_checksum_bytes;
+  chunk.reserve(chunk.size() + content.size() + chunk_checksum_bytes);
+  chunk.insert(chunk.end(), content.begin(), content.end());
+  const uint64_t checksum = hash64(chunk);
+  chunk.resize(chunk.size() + chunk_checksum_bytes);
+  store(chunk.data() + chunk.size() - chunk_checksum_bytes, checksum);
+  MAILLE_CHECK(write(chunk));
+  return checksum;
+}
+
+Result<> FileWriter::write_index() {
+  const ChunkHeader header = {.type = index_type};
+  overhead_ += index_.size();
+  return for_each_part(header, index_.bytes(), [&](const ChunkHeader& part, Bytes content) -> Result<> {
+    MAILLE_TRY(write_chunk(part, content));
+    return {};
+  });
+}
+
+}  // namespace maille
