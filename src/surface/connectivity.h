@@ -1,0 +1,63 @@
+#pragma once
+
+#include <maille/error.h>
+#include <maille/limits.h>
+#include <maille/source.h>
+#include <cstdint>
+#include <vector>
+
+#include "surface/half_edges.h"
+
+namespace maille {
+
+/// What both sides know before the first symbol. docs/format.md, "Connectivity".
+struct ConnectivityHeader {
+  uint32_t components = 0;
+  uint32_t regular_valence = 6;  ///< the most frequent one; other valences are coded relative to it
+  uint32_t regular_degree = 3;   ///< of faces, likewise
+  uint32_t pivot_window = 8;     ///< nodes looked at on either side for the next pivot
+  bool uniform_degree = true;    ///< every face has the regular degree
+  bool has_border = false;
+};
+
+template <class Visitor>
+void visit(Visitor& v, ConnectivityHeader& h) {
+  v.count("components", h.components);
+  v.count("regular valence", h.regular_valence);
+  v.count("regular degree", h.regular_degree);
+  v.count("pivot window", h.pivot_window);
+  v.flag("uniform degree", h.uniform_degree);
+  v.flag("has border", h.has_border);
+}
+
+/// The vertices of a closed surface in the order in which the traversal meets them. Where several fans of
+/// faces meet in one point of the mesh, each fan has a vertex of its own; a border loop has one dummy vertex.
+struct SurfaceVertices {
+  std::vector<uint32_t> corner;  ///< a half-edge out of each vertex: the first one the traversal meets
+  std::vector<bool> dummy;       ///< stands for a border loop
+  uint32_t size() const { return static_cast<uint32_t>(corner.size()); }
+};
+
+/// Codes a closed surface. On return `surface.origin` holds numbers of SurfaceVertices; `points` gives for
+/// each of them the number it had in `origin` before. `first_half_edges` lists the faces in coded order,
+/// border triangles included. Numbers from `point_count` on are dummies.
+struct CodedConnectivity {
+  ConnectivityHeader header;
+  SurfaceVertices vertices;
+  std::vector<uint32_t> points;
+  std::vector<uint32_t> first_half_edges;
+  std::vector<std::byte> bytes;
+};
+CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                                      uint32_t pivot_window);
+
+/// Inverse of encode_connectivity: faces in coded order, border triangles among them. Safe on any bytes: a
+/// closed surface or corrupt; work and memory are bounded by the bytes given, and by max_half_edges.
+struct DecodedConnectivity {
+  HalfEdges surface;
+  SurfaceVertices vertices;
+};
+Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header, Bytes bytes,
+                                                uint32_t max_half_edges);
+
+}  // namespace maille

@@ -1,0 +1,303 @@
+#include "surface/gluing.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace maille {
+
+bool is_simple(std::span<const uint32_t> corners) {
+  if (corners.size() < 3 || corners.size() > max_degree) return false;
+  if (corners.size() == 3)
+    return corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
+  std::vector<uint32_t> sorted(corners.begin(), corners.end());
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+}
+
+namespace {
+
+/// Half-edges by their undirected edge: those whose smaller point is p lie in [starts[p], starts[p + 1]),
+/// ordered by the larger point, then by number.
+struct EdgeTable {
+  std::vector<uint32_t> starts;
+  std::vector<uint32_t> half_edges;
+};
+
+struct Edge {
+  uint32_t low;
+  uint32_t high;
+  bool forward;  ///< from low to high
+};
+
+Edge edge_of(const HalfEdges& surface, uint32_t h) {
+  const uint32_t from = surface.origin[h];
+  const uint32_t to = surface.origin[surface.next(h)];
+  return from < to ? Edge{from, to, true} : Edge{to, from, false};
+}
+
+EdgeTable make_edge_table(const HalfEdges& surface, uint32_t point_count) {
+  EdgeTable table;
+  table.starts.assign(size_t{point_count} + 1, 0);
+  for (uint32_t h = 0; h < surface.size(); ++h) ++table.starts[edge_of(surface, h).low + 1];
+  std::partial_sum(table.starts.begin(), table.starts.end(), table.starts.begin());
+  table.half_edges.resize(surface.size());
+  for (uint32_t h = surface.size(); h-- > 0;) {
+    // Filled from the back, so that numbers ascend; starts end up shifted by one place, as wanted.
+    table.half_edges[--table.starts[edge_of(surface, h).low + 1]] = h;
+  }
+  table.starts.erase(table.starts.begin());
+  table.starts.push_back(surface.size());
+  for (uint32_t point = 0; point < point_count; ++point) {
+    std::sort(table.half_edges.begin() + table.starts[point],
+              table.half_edges.begin() + table.starts[point + 1], [&](uint32_t a, uint32_t b) {
+                return std::pair(edge_of(surface, a).high, a) < std::pair(edge_of(surface, b).high, b);
+              });
+  }
+  return table;
+}
+
+/// Half-edges of the same undirected edge as h.
+std::span<const uint32_t> same_edge(const EdgeTable& table, const HalfEdges& surface, uint32_t h) {
+  const Edge edge = edge_of(surface, h);
+  const auto begin = table.half_edges.begin() + table.starts[edge.low];
+  const auto end = table.half_edges.begin() + table.starts[edge.low + 1];
+  const auto less = [&](uint32_t a, uint32_t high) { return edge_of(surface, a).high < high; };
+  const auto from = std::lower_bound(begin, end, edge.high, less);
+  auto to = from;
+  while (to != end && edge_of(surface, *to).high == edge.high) ++to;
+  return {from, to};
+}
+
+/// Glues every edge that has exactly one face on either side. Returns whether that was all: no other edge has
+/// two faces or more.
+bool glue_plain_edges(HalfEdges& surface, const EdgeTable& table, uint32_t point_count) {
+  bool all = true;
+  for (uint32_t point = 0; point < point_count; ++point) {
+    for (uint32_t i = table.starts[point]; i < table.starts[point + 1];) {
+      const Edge edge = edge_of(surface, table.half_edges[i]);
+      uint32_t end = i + 1;
+      while (end < table.starts[point + 1] && edge_of(surface, table.half_edges[end]).high == edge.high)
+        ++end;
+      const uint32_t a = table.half_edges[i];
+      const uint32_t b = table.half_edges[end - 1];
+      if (end - i == 2 && edge.forward != edge_of(surface, b).forward) {
+        surface.glue(a, b);
+      } else if (end - i > 1) {
+        all = false;
+      }
+      i = end;
+    }
+  }
+  return all;
+}
+
+/// Orients the faces and glues them, walking breadth first from face to face. Where there is a choice it
+/// takes the face visited first, then a face that need not be flipped, then the one with the lowest number:
+/// in an order of faces made by the same walk, each of these rules chooses the same face again.
+class GluingWalk {
+ public:
+  GluingWalk(HalfEdges& surface, const Faces& faces, const EdgeTable& table)
+      : surface_(surface), faces_(faces), table_(table), rank_(faces.size(), none), flipped_(faces.size()) {
+    if (!surface.all_triangles()) {
+      face_of_.resize(surface.size());
+      for (uint32_t face = 0; face < faces.size(); ++face) {
+        std::fill(face_of_.begin() + faces.first(face), face_of_.begin() + faces.first(face + 1), face);
+      }
+    }
+  }
+
+  void run() {
+    for (uint32_t seed = 0; seed < faces_.size(); ++seed) {
+      if (rank_[seed] != none) continue;
+      reach(faces_.first(seed), false);
+      while (next_ < queue_.size()) leave(queue_[next_++]);
+    }
+  }
+  const std::vector<bool>& flipped() const { return flipped_; }
+  bool chosen() const { return chosen_; }
+
+ private:
+  uint32_t face_of(uint32_t h) const { return face_of_.empty() ? h / 3 : face_of_[h]; }
+  /// Does h run from its lower to its higher point once its face is oriented?
+  bool runs_forward(uint32_t h) const { return edge_of(surface_, h).forward != flipped_[face_of(h)]; }
+
+  void reach(uint32_t h, bool flipped) {
+    rank_[face_of(h)] = static_cast<uint32_t>(queue_.size());
+    flipped_[face_of(h)] = flipped;
+    queue_.push_back(h);
+  }
+
+  void leave(uint32_t entry) {
+    uint32_t h = entry;
+    do {
+      if (surface_.opposite[h] == none) glue_one(h);
+      h = flipped_[face_of(h)] ? surface_.previous(h) : surface_.next(h);
+    } while (h != entry);
+  }
+
+  void glue_one(uint32_t h) {
+    uint32_t best = none;
+    std::pair<uint32_t, uint32_t> best_rank;
+    const auto edge = same_edge(table_, surface_, h);
+    for (const uint32_t k : edge) {
+      if (surface_.opposite[k] != none || face_of(k) == face_of(h)) continue;
+      const uint32_t visited = rank_[face_of(k)];
+      if (visited != none && runs_forward(k) == runs_forward(h)) {
+        chosen_ = true;  // two faces that cannot agree: a Moebius strip was cut here
+        continue;
+      }
+      const bool must_flip = edge_of(surface_, k).forward == runs_forward(h);
+      const std::pair rank = visited != none ? std::pair(0u, visited) : std::pair(must_flip ? 2u : 1u, k);
+      if (best == none || rank < best_rank) {
+        best = k;
+        best_rank = rank;
+      }
+    }
+    chosen_ |= edge.size() > 2;
+    if (best == none) return;
+    surface_.glue(h, best);
+    if (rank_[face_of(best)] == none) reach(best, edge_of(surface_, best).forward == runs_forward(h));
+  }
+
+  HalfEdges& surface_;
+  const Faces& faces_;
+  const EdgeTable& table_;
+  std::vector<uint32_t> rank_;  // by face: when it was reached
+  std::vector<bool> flipped_;
+  std::vector<uint32_t> face_of_;
+  std::vector<uint32_t> queue_;  // half-edges by which faces were reached
+  size_t next_ = 0;
+  bool chosen_ = false;
+};
+
+/// Turns flipped faces over: corner 0 stays, the others and the edges change places.
+void turn_over(HalfEdges& surface, const Faces& faces, const std::vector<bool>& flipped) {
+  const auto turned = [&](uint32_t face, uint32_t h) {
+    const uint32_t first = faces.first(face);
+    return flipped[face] ? first + faces.first(face + 1) - 1 - h : h;
+  };
+  std::vector<uint32_t> new_number(surface.size());
+  for (uint32_t face = 0; face < faces.size(); ++face) {
+    for (uint32_t h = faces.first(face); h < faces.first(face + 1); ++h) new_number[h] = turned(face, h);
+    if (flipped[face]) {
+      std::reverse(surface.origin.begin() + faces.first(face) + 1,
+                   surface.origin.begin() + faces.first(face + 1));
+    }
+  }
+  std::vector<uint32_t> opposite(surface.size(), none);
+  for (uint32_t h = 0; h < surface.size(); ++h) {
+    if (surface.opposite[h] != none) opposite[new_number[h]] = new_number[surface.opposite[h]];
+  }
+  surface.opposite = std::move(opposite);
+}
+
+/// The border half-edge that follows b round the border: the next one out of b's end.
+uint32_t next_on_border(const HalfEdges& surface, uint32_t b) {
+  uint32_t h = surface.next(b);
+  while (surface.opposite[h] != none) h = surface.next(surface.opposite[h]);
+  return h;
+}
+
+/// Closes every border loop with triangles to a dummy vertex.
+void close_borders(HalfEdges& surface, uint32_t point_count) {
+  const uint32_t real = surface.size();
+  uint32_t dummy = point_count;
+  const auto add_triangle = [&](uint32_t border) {
+    const uint32_t t = surface.size();
+    const uint32_t to = surface.origin[surface.next(border)];
+    for (const uint32_t origin : {to, surface.origin[border], dummy}) surface.origin.push_back(origin);
+    surface.opposite.resize(t + 3, none);
+    if (!surface.all_triangles()) {
+      for (const uint32_t next : {t + 1, t + 2, t}) surface.following.push_back(next);
+    }
+    return t;
+  };
+  for (uint32_t start = 0; start < real; ++start) {
+    if (surface.opposite[start] != none) continue;
+    // The loop first: gluing its triangles changes what next_on_border() sees.
+    std::vector<uint32_t> loop;
+    for (uint32_t b = start; loop.empty() || b != start; b = next_on_border(surface, b)) loop.push_back(b);
+    uint32_t before = none;
+    const uint32_t first = surface.size();
+    for (const uint32_t b : loop) {
+      const uint32_t t = add_triangle(b);
+      surface.glue(t, b);
+      if (before != none) surface.glue(before + 2, t + 1);
+      before = t;
+    }
+    surface.glue(before + 2, first + 1);
+    ++dummy;
+  }
+}
+
+}  // namespace
+
+GluedSurface glue(const Faces& faces) {
+  GluedSurface result;
+  HalfEdges& surface = result.half_edges;
+  surface.origin.assign(faces.corners.begin(), faces.corners.end());
+  surface.opposite.assign(surface.origin.size(), none);
+  if (!faces.offsets.empty()) {
+    surface.following.resize(surface.origin.size());
+    for (uint32_t face = 0; face < faces.size(); ++face) {
+      for (uint32_t h = faces.first(face); h < faces.first(face + 1); ++h) surface.following[h] = h + 1;
+      surface.following[faces.first(face + 1) - 1] = faces.first(face);
+    }
+  }
+  {
+    const EdgeTable table = make_edge_table(surface, faces.point_count);
+    if (!glue_plain_edges(surface, table, faces.point_count)) {
+      std::fill(surface.opposite.begin(), surface.opposite.end(), none);
+      GluingWalk walk(surface, faces, table);
+      walk.run();
+      result.chosen = walk.chosen();
+      result.flipped = walk.flipped();
+    }
+  }
+  if (std::find(result.flipped.begin(), result.flipped.end(), true) == result.flipped.end())
+    result.flipped.clear();
+  if (!result.flipped.empty()) turn_over(surface, faces, result.flipped);
+  result.real_half_edges = surface.size();
+  close_borders(surface, faces.point_count);
+  return result;
+}
+
+std::vector<uint32_t> breadth_first_faces(const HalfEdges& surface, std::span<const uint32_t> seeds,
+                                          const std::vector<bool>& is_real) {
+  std::vector<uint32_t> queue;
+  std::vector<bool> reached(surface.size());  // by half-edge; all of a face at once
+  const auto reach = [&](uint32_t entry) {
+    uint32_t h = entry;
+    do {
+      reached[h] = true;
+      h = surface.next(h);
+    } while (h != entry);
+    queue.push_back(entry);
+  };
+  size_t next = 0;
+  for (const uint32_t seed : seeds) {
+    if (reached[seed]) continue;
+    reach(seed);
+    for (; next < queue.size(); ++next) {
+      uint32_t h = queue[next];
+      do {
+        const uint32_t k = surface.opposite[h];
+        if (is_real[k] && !reached[k]) reach(k);
+        h = surface.next(h);
+      } while (h != queue[next]);
+    }
+  }
+  // From the entry edge back to the first half-edge of each face.
+  for (uint32_t& h : queue) {
+    if (surface.all_triangles()) {
+      h -= h % 3;
+    } else {
+      while (surface.following[h] > h) h = surface.following[h];
+      h = surface.following[h];
+    }
+  }
+  return queue;
+}
+
+}  // namespace maille

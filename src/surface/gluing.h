@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/half_edges.h"
+
+namespace maille {
+
+/// Faces over points: `offsets` empty for triangles. No face has fewer than three corners or a point twice;
+/// see is_simple().
+struct Faces {
+  std::span<const uint32_t> corners;
+  std::span<const uint32_t> offsets;
+  uint32_t point_count = 0;
+
+  uint32_t size() const {
+    if (offsets.empty()) return static_cast<uint32_t>(corners.size() / 3);
+    return static_cast<uint32_t>(offsets.size() - 1);
+  }
+  uint32_t first(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
+};
+
+/// Can this face be part of a surface: three or more corners, all different, not too many?
+bool is_simple(std::span<const uint32_t> corners);
+
+/// Faces made into a closed oriented surface.
+struct GluedSurface {
+  /// The faces in their order, each from its first corner, flipped ones backwards; then the border triangles.
+  /// Origins are points; those from point_count on are dummies, one for each border loop.
+  HalfEdges half_edges;
+  uint32_t real_half_edges = 0;
+  /// By face: was it turned over, to agree with its neighbours? Empty when none was.
+  std::vector<bool> flipped;
+  /// Some edge had more than two faces, or two that could not be made to agree: which faces are glued was a
+  /// choice, made by a breadth-first walk. Only an order of faces by that same walk repeats it: see
+  /// breadth_first_faces().
+  bool chosen = false;
+};
+GluedSurface glue(const Faces& faces);
+
+/// First half-edges of the real faces of a surface by breadth-first walks over glued edges: from each of
+/// `seeds`, in order, round each face from the edge it was reached by. `is_real` tells real faces from border
+/// triangles, by half-edge.
+std::vector<uint32_t> breadth_first_faces(const HalfEdges& surface, std::span<const uint32_t> seeds,
+                                          const std::vector<bool>& is_real);
+
+}  // namespace maille

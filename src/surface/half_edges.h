@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace maille {
+
+inline constexpr uint32_t none = 0xffffffff;
+/// Faces with more edges are not part of a surface; they are coded as loose cells.
+inline constexpr uint32_t max_degree = 0xffff;
+
+/// Faces as half-edges, next to each other face after face; half-edge h runs from origin[h] to
+/// origin[next(h)]. Opposite half-edges of neighbouring faces are glued. The surface is an oriented
+/// 2-manifold and, once closed, has no border: see close_borders().
+///
+///                origin[next(h)]
+///                  /|\        .
+///          face   / | \       .       left of h: its own face, right of it: the face of opposite[h]
+///             prev  h  opposite
+///                 \ | /
+///                  \|/
+///                origin[h]
+struct HalfEdges {
+  std::vector<uint32_t> origin;
+  std::vector<uint32_t> opposite;
+  /// The following half-edge of the same face. Empty when every face is a triangle.
+  std::vector<uint32_t> following;
+
+  bool all_triangles() const { return following.empty(); }
+  uint32_t size() const { return static_cast<uint32_t>(origin.size()); }
+
+  uint32_t next(uint32_t h) const {
+    if (!following.empty()) return following[h];
+    return h % 3 == 2 ? h - 2 : h + 1;
+  }
+  uint32_t previous(uint32_t h) const {
+    if (following.empty()) return h % 3 == 0 ? h + 2 : h - 1;
+    // Within a face numbers grow by one, so only its first half-edge has to look for the last.
+    if (h > 0 && following[h - 1] == h) return h - 1;
+    uint32_t last = h;
+    while (following[last] != h) ++last;
+    return last;
+  }
+  /// The next corner of the same vertex, turning over the edge before h.
+  uint32_t turn(uint32_t h) const { return opposite[previous(h)]; }
+  unsigned degree(uint32_t h) const {
+    if (following.empty()) return 3;
+    unsigned edges = 1;
+    for (uint32_t e = following[h]; e != h; e = following[e]) ++edges;
+    return edges;
+  }
+  void glue(uint32_t a, uint32_t b) {
+    opposite[a] = b;
+    opposite[b] = a;
+  }
+};
+
+}  // namespace maille
