@@ -1,0 +1,46 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <optional>
+#include <pugixml.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/budget.h"
+
+namespace maille {
+
+/// A VTK XML file, taken apart: the XML proper, and the appended data cut out before parsing.
+struct VtkXml {
+  enum class Encoding : uint8_t { none, raw, base64 };
+
+  std::string file;
+  pugi::xml_document document;
+  bool swapped = false;      ///< numbers are in the other byte order
+  unsigned header_size = 4;  ///< bytes of one number in the headers of binary data: 4 or 8
+  bool compressed = false;   ///< by zlib
+  Encoding appended_encoding = Encoding::none;
+  Bytes appended;  ///< behind the underscore
+};
+
+/// Parses the XML of a file whose VTKFile element has this type. Errors: malformed_input with the line;
+/// unsupported for another type or compressor.
+Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::string_view type);
+
+/// Scalar for VTK's name of it ("Float32"), without a value for a name that is no number type.
+std::optional<Scalar> scalar_of_vtk(std::string_view name);
+const char* vtk_name_of(Scalar type);
+
+/// Reads one numeric DataArray: name, type, components and all its values, whose number must be a whole
+/// number of tuples. The domain is left to the caller. `where` says which element it is, for messages.
+Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std::string& where,
+                              Budget& budget);
+
+/// The strings of a DataArray of type String.
+Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,
+                                                   const std::string& where, Budget& budget);
+
+}  // namespace maille
