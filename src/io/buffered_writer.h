@@ -1,0 +1,105 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <charconv>
+#include <cstring>
+#include <string_view>
+#include <vector>
+#include "base/result.h"
+
+namespace maille {
+
+/// Collects output and hands it to a sink a megabyte at a time. An error of the sink is remembered and
+/// returned by finish(); what is put after it is thrown away.
+class BufferedWriter {
+ public:
+  explicit BufferedWriter(Sink& sink) : sink_(sink), buffer_(capacity) {}
+
+  void put(char c) {
+    make_room(1);
+    buffer_[used_++] = static_cast<std::byte>(c);
+  }
+  void put(std::string_view text) { put_bytes(std::as_bytes(std::span(text.data(), text.size()))); }
+  void put_bytes(Bytes bytes) {
+    if (bytes.size() > capacity / 2) {
+      flush();
+      if (status_) status_ = sink_.write(bytes);
+      return;
+    }
+    make_room(bytes.size());
+    if (!bytes.empty()) std::memcpy(buffer_.data() + used_, bytes.data(), bytes.size());
+    used_ += bytes.size();
+  }
+  /// A number in its own bytes.
+  template <class T>
+  void put_raw(T value) {
+    make_room(sizeof value);
+    std::memcpy(buffer_.data() + used_, &value, sizeof value);
+    used_ += sizeof value;
+  }
+  /// A number as text, shortest that reads back as the same number of the same type.
+  template <class T>
+  void put_number(T value) {
+    constexpr size_t longest = 32;  // -1.7976931348623157e+308
+    make_room(longest);
+    char* const from = reinterpret_cast<char*>(buffer_.data() + used_);
+    used_ += static_cast<size_t>(std::to_chars(from, from + longest, value).ptr - from);
+  }
+
+  Result<> finish() {
+    flush();
+    return status_;
+  }
+
+ private:
+  static constexpr size_t capacity = size_t{1} << 20;
+
+  void make_room(size_t size) {
+    if (capacity - used_ < size) flush();
+  }
+  void flush() {
+    if (used_ != 0 && status_) status_ = sink_.write(Bytes(buffer_.data(), used_));
+    used_ = 0;
+  }
+
+  Sink& sink_;
+  std::vector<std::byte> buffer_;
+  size_t used_ = 0;
+  Result<> status_;
+};
+
+/// Calls f with a value of the C++ type of `type`: with_type(array.type, [&](auto zero) { using T = ...; }).
+template <class F>
+decltype(auto) with_type(Scalar type, F&& f) {
+  switch (type) {
+    case Scalar::i8:
+      return f(int8_t{});
+    case Scalar::u8:
+      return f(uint8_t{});
+    case Scalar::i16:
+      return f(int16_t{});
+    case Scalar::u16:
+      return f(uint16_t{});
+    case Scalar::i32:
+      return f(int32_t{});
+    case Scalar::u32:
+      return f(uint32_t{});
+    case Scalar::i64:
+      return f(int64_t{});
+    case Scalar::u64:
+      return f(uint64_t{});
+    case Scalar::f32:
+      return f(float{});
+    case Scalar::f64:
+      break;
+  }
+  return f(double{});
+}
+
+/// The number at `from`, of the given type, as text.
+void put_scalar(BufferedWriter& out, const std::byte* from, Scalar type);
+/// `count` numbers, blanks between them.
+void put_scalars(BufferedWriter& out, const std::byte* from, Scalar type, uint32_t count);
+
+}  // namespace maille

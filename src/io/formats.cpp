@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include "base/result.h"
+#include "io/format.h"
+#include "io/gzip.h"
+#include "io/reading.h"
+
+namespace maille {
+namespace {
+
+/// In the order in which first bytes are tried: the clear signatures first.
+std::array<const Format*, 7> all_formats() {
+  return {&ply_format(), &gltf_format(), &vrml_format(), &vtp_format(),
+          &off_format(), &stl_format(),  &obj_format()};
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::string known_formats() {
+  std::string list;
+  for (const FormatInfo& info : formats()) list += (list.empty() ? "" : ", ") + info.name;
+  return list;
+}
+
+const Format* format_named(const std::string& name) {
+  for (const Format* format : all_formats()) {
+    const auto& extensions = format->info.extensions;
+    // glTF goes by two names, .gltf and .glb, which are formats of their own to a user.
+    if (format->info.name == name ||
+        std::find(extensions.begin(), extensions.end(), "." + name) != extensions.end()) {
+      return format;
+    }
+  }
+  return nullptr;
+}
+
+/// The extension in lower case, with the dot, and without a ".gz" behind it.
+std::string extension_of(const std::string& path) {
+  std::string name = lower(path.substr(path.find_last_of('/') + 1));
+  if (name.ends_with(".gz")) name.resize(name.size() - 3);
+  const size_t dot = name.find_last_of('.');
+  return dot == std::string::npos ? "" : name.substr(dot);
+}
+
+const Format* format_by_extension(const std::string& path) {
+  const std::string extension = extension_of(path);
+  return extension.empty() ? nullptr : format_named(extension.substr(1));
+}
+
+constexpr size_t signature_size = 512;
+
+const Format* format_by_content(Bytes first_bytes) {
+  std::vector<std::byte> unpacked;
+  if (is_gzip(first_bytes)) {
+    unpacked = gunzip_front(first_bytes, signature_size);
+    first_bytes = unpacked;
+  }
+  first_bytes = first_bytes.first(std::min(first_bytes.size(), signature_size));
+  for (const Format* format : all_formats()) {
+    if (format->recognise != nullptr && format->recognise(first_bytes)) return format;
+  }
+  return nullptr;
+}
+
+Result<std::vector<std::byte>> first_bytes_of(const Source& source) {
+  std::vector<std::byte> first(static_cast<size_t>(std::min<uint64_t>(source.size(), 16 * signature_size)));
+  MAILLE_CHECK(source.read_at(0, first));
+  return first;
+}
+
+Result<const Format*> choose(const std::string& asked, const Source& source) {
+  if (!asked.empty()) {
+    if (const Format* format = format_named(lower(asked))) return format;
+    return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
+  }
+  if (const Format* format = format_by_extension(source.name())) return format;
+  const auto first = MAILLE_TRY(first_bytes_of(source));
+  if (const Format* format = format_by_content(first)) return format;
+  return failure(ErrorCode::usage, source.name() +
+                                       ": neither the name nor the first bytes tell the format; say " +
+                                       "which of these it is: " + known_formats());
+}
+
+/// A source that owns its bytes but keeps the name of the packed file.
+Result<std::unique_ptr<Source>> unpacked(const Source& source, const ReadOptions& options) {
+  const InputBytes packed = MAILLE_TRY(InputBytes::load(source));
+  // Text takes up to a few times the bytes of the mesh it describes.
+  const uint64_t limit = std::max(options.limits.mesh_bytes, options.limits.mesh_bytes * 4);
+  auto bytes = MAILLE_TRY(gunzip(packed.bytes(), limit, source.name()));
+  return memory_source(std::move(bytes), source.name());
+}
+
+Result<ReadResult> read_checked(const Format& format, const Source& source, const ReadOptions& options) {
+  ReadResult result = MAILLE_TRY(format.read(source, options));
+  if (auto ok = validate(result.mesh); !ok) {
+    return failure(ErrorCode::malformed_input, source.name() + ": " + ok.error().message);
+  }
+  return result;
+}
+
+}  // namespace
+
+const std::vector<FormatInfo>& formats() {
+  static const std::vector<FormatInfo> infos = [] {
+    std::vector<FormatInfo> list;
+    for (const Format* format : all_formats()) list.push_back(format->info);
+    std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+    return list;
+  }();
+  return infos;
+}
+
+Result<std::string> format_of(const std::string& path) {
+  if (const Format* format = format_by_extension(path)) return format->info.name;
+  if (const auto source = file_source(path)) {
+    if (const auto first = first_bytes_of(**source)) {
+      if (const Format* format = format_by_content(*first)) return format->info.name;
+    }
+  }
+  return failure(ErrorCode::usage,
+                 path + ": no known mesh format (by extension or first bytes); known are " + known_formats());
+}
+
+Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
+  const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
+  return read_mesh(*source, options);
+}
+
+Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
+  const Format* const format = MAILLE_TRY(choose(options.format, source));
+  if (source.size() >= 3) {
+    std::byte magic[3];
+    MAILLE_CHECK(source.read_at(0, magic));
+    if (is_gzip(magic)) {
+      const std::unique_ptr<Source> plain = MAILLE_TRY(unpacked(source, options));
+      return read_checked(*format, *plain, options);
+    }
+  }
+  return read_checked(*format, source, options);
+}
+
+Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+  const Format* const format =
+      options.format.empty() ? format_by_extension(sink.name()) : format_named(lower(options.format));
+  if (format == nullptr) {
+    const std::string& what = options.format.empty() ? sink.name() : options.format;
+    return failure(ErrorCode::usage, what + ": no known mesh format; known are " + known_formats());
+  }
+  MAILLE_CHECK(validate(mesh));
+  if (!lower(sink.name()).ends_with(".gz")) return format->write(mesh, sink, options);
+  const std::unique_ptr<Sink> packing = gzip_sink(sink);
+  auto notes = MAILLE_TRY(format->write(mesh, *packing, options));
+  MAILLE_CHECK(packing->commit());
+  return notes;
+}
+
+}  // namespace maille

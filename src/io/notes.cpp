@@ -1,0 +1,60 @@
+#include "io/notes.h"
+
+#include <algorithm>
+#include <cmath>
+#include "base/bytes.h"
+#include "io/reading.h"
+
+namespace maille {
+namespace {
+
+template <class T, class Bits>
+uint64_t count_payloads(const Array& array, Bits usual) {
+  constexpr Bits sign = Bits{1} << (sizeof(Bits) * 8 - 1);
+  uint64_t count = 0;
+  for (size_t at = 0; at < array.bytes.size(); at += sizeof(T)) {
+    const Bits bits = load<Bits>(array.bytes.data() + at);
+    if (std::isnan(bits_as<T>(bits)) && (bits & ~sign) != usual) ++count;
+  }
+  return count;
+}
+
+uint64_t count_payloads(const Array& array) {
+  if (array.type == Scalar::f32) return count_payloads<float, uint32_t>(array, 0x7fc00000u);
+  if (array.type == Scalar::f64) return count_payloads<double, uint64_t>(array, 0x7ff8000000000000u);
+  return 0;
+}
+
+void note_once(std::string note, std::vector<std::string>& notes) {
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+}
+
+}  // namespace
+
+void note_block_names(const Mesh& mesh, std::vector<std::string>& notes) {
+  uint64_t named = 0;
+  for (const CellBlock& block : mesh.blocks) named += block.name.empty() ? 0 : 1;
+  if (named != 0) notes.push_back("the names of " + counted(named, "block") + " left out");
+}
+
+void note_nan_payloads(const Mesh& mesh, std::vector<std::string>& notes) {
+  uint64_t count = count_payloads(mesh.points);
+  for (const Array& array : mesh.arrays) count += count_payloads(array);
+  if (count != 0)
+    notes.push_back("text cannot hold the bits of " + counted(count, "NaN") + "; written as nan");
+}
+
+void note_array(const Array& array, std::vector<std::string>& notes) {
+  notes.push_back("array \"" + array.name + "\" on " + name_of(array.domain) + "s left out");
+}
+
+void note_metadata(const std::string& key, std::vector<std::string>& notes) {
+  const size_t dot = key.find('.');
+  const std::string format = key.substr(0, dot);
+  for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp"}) {
+    if (dot != std::string::npos && format == own) return;
+  }
+  note_once("metadata \"" + key + "\" left out", notes);
+}
+
+}  // namespace maille

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <maille/io.h>
+#include <string>
+#include <string_view>
+#include <vector>
+#include "base/result.h"
+
+namespace maille {
+
+/// All bytes of a source: its own view where it has one, otherwise read into memory piece by piece, so that a
+/// wrong size costs no more than what is really there.
+class InputBytes {
+ public:
+  static Result<InputBytes> load(const Source& source);
+
+  Bytes bytes() const { return owned_.empty() ? view_ : Bytes(owned_); }
+  std::string_view text() const { return {reinterpret_cast<const char*>(bytes().data()), bytes().size()}; }
+
+ private:
+  Bytes view_;
+  std::vector<std::byte> owned_;
+};
+
+/// Watches over a reader: tells the user how far it is, stops it when asked to or when the mesh grows beyond
+/// the limit. Call due() often, at() when it says so.
+class Watch {
+ public:
+  Watch(const Source& source, uint64_t total, const ReadOptions& options)
+      : name_(source.name()), total_(total), options_(options) {}
+
+  bool due(uint64_t position) const { return position >= next_; }
+  /// `position`: bytes read; `mesh_bytes`: bytes the mesh takes so far. Errors: cancelled, memory_bound.
+  Result<> at(uint64_t position, uint64_t mesh_bytes);
+  /// Reading starts again from the front.
+  void restart() { next_ = interval; }
+  const std::string& name() const { return name_; }
+
+ private:
+  static constexpr uint64_t interval = uint64_t{4} << 20;
+
+  std::string name_;
+  uint64_t total_;
+  const ReadOptions& options_;
+  uint64_t next_ = interval;
+};
+
+/// malformed_input: "file.obj: line 17: what".
+tl::unexpected<Error> malformed_line(const std::string& file, uint64_t line, const std::string& what);
+/// malformed_input: "file.ply: byte 1234: what".
+tl::unexpected<Error> malformed_byte(const std::string& file, uint64_t byte, const std::string& what);
+
+/// Bytes of positions, connectivity and arrays.
+uint64_t size_in_memory(const Mesh& mesh);
+
+/// "1 face", "2 faces".
+std::string counted(uint64_t count, const std::string& singular, const std::string& plural);
+inline std::string counted(uint64_t count, const std::string& singular) {
+  return counted(count, singular, singular + "s");
+}
+
+/// A name as one word: blanks, control characters, '%' and bytes beyond ASCII as %XX. Empty: "%".
+std::string to_word(std::string_view name);
+/// The inverse of to_word().
+std::string from_word(std::string_view word);
+
+}  // namespace maille
