@@ -63,7 +63,7 @@ class BufferedOutput {
   BufferedOutput(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
 
   Result<> write(Bytes bytes) {
-    if (buffer_.size() + bytes.size() < kBufferBytes) {
+    if (failed_ == 0 && buffer_.size() + bytes.size() < buffer_bytes) {
       buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
       return {};
     }
@@ -80,7 +80,7 @@ class BufferedOutput {
   const std::string& name() const { return name_; }
 
  private:
-  static constexpr size_t kBufferBytes = size_t{64} << 10;
+  static constexpr size_t buffer_bytes = size_t{64} << 10;
 
   Result<> write_now(Bytes bytes) {
     while (failed_ == 0 && !bytes.empty()) {

@@ -12,7 +12,8 @@ constexpr size_t max_problems = 100;
 constexpr size_t window_bytes = size_t{64} << 10;
 
 tl::unexpected<Error> bad_index(const std::string& what) {
-  return failure(ErrorCode::corrupt, "the index is damaged (" + what + ")");
+  return failure(ErrorCode::corrupt,
+                 "the index is damaged (" + what + "); its chunks were found by scanning");
 }
 
 /// The content of all index chunks, which fill the file from footer.index_offset to the footer.

@@ -82,7 +82,8 @@ Result<> FileReader::find_chunks() {
       return {};
     }
     if (!records && records.error().code != ErrorCode::corrupt) return tl::unexpected(records.error());
-    problems.add(records ? "the index does not fit the footer" : records.error().message);
+    problems.add(records ? "the index does not fit the footer; its chunks were found by scanning"
+                         : records.error().message);
   }
   records_ = MAILLE_TRY(scan_chunks(*source_, end, problems));
   complete_ = footer && digest_matches(header, records_, *footer);
@@ -194,22 +195,25 @@ Result<std::vector<std::byte>> FileReader::read_chunk(const ChunkRecord& record)
 }
 
 Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) const {
+  const std::span<const size_t> parts = parts_of(key);
+  bool whole = !parts.empty();
+  for (size_t i = 0; i < parts.size(); ++i) {
+    const ChunkHeader& part = records_[parts[i]].header;
+    whole = whole && part.part() == i && part.last() == (i + 1 == parts.size());
+  }
+  if (!whole) {
+    return failure(ErrorCode::corrupt,
+                   source_->name() + ": " + describe_stream(key) +
+                       (parts.empty() ? " is missing" : " lacks a part or has one twice") +
+                       (problems_.empty() ? "" : ": " + problems_.front()));
+  }
   std::vector<std::byte> stream;
   SourceWindow window(*source_);
-  uint32_t expected = 0;
-  bool whole = false;
-  for (const size_t i : parts_of(key)) {
-    const ChunkRecord& record = records_[i];
-    if (record.header.part() != expected++ || whole) break;
-    const Bytes content = MAILLE_TRY(read_content(window, record));
+  for (const size_t i : parts) {
+    const Bytes content = MAILLE_TRY(read_content(window, records_[i]));
     stream.insert(stream.end(), content.begin(), content.end());
-    whole = record.header.last();
   }
-  if (whole && expected == parts_of(key).size()) return stream;
-  return failure(ErrorCode::corrupt,
-                 source_->name() + ": " + describe_stream(key) +
-                     (parts_of(key).empty() ? " is missing" : " lacks a part or has one twice") +
-                     (problems_.empty() ? "" : ": " + problems_.front()));
+  return stream;
 }
 
 }  // namespace maille
