@@ -1,3 +1,51 @@
-int main() {
-  return 0;
+#include <maille/source.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <new>
+
+#include "command_line.h"
+#include "text.h"
+#include "verbs.h"
+
+namespace {
+
+// Only calls that are safe in a signal handler.
+void clean_up_and_exit(int signal) {
+  maille::remove_unfinished_files();
+  _exit(128 + signal);
+}
+
+void install_signal_handlers() {
+  struct sigaction action = {};
+  action.sa_handler = clean_up_and_exit;
+  sigfillset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    struct sigaction before = {};
+    sigaction(signal, nullptr, &before);
+    // Under nohup and in pipelines of scripts a signal may be ignored on purpose.
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
+}
+
+maille::Result<int> run(int argc, char** argv) {
+  const auto command = maille::tool::parse_command_line(argc, argv);
+  if (!command) return tl::unexpected(command.error());
+  return std::visit([](const auto& options) { return maille::tool::run(options); }, *command);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  install_signal_handlers();
+  try {
+    const auto result = run(argc, argv);
+    if (result) return *result;
+    maille::tool::complain(result.error().message);
+    return static_cast<int>(result.error().code);
+  } catch (const std::bad_alloc&) {
+    maille::remove_unfinished_files();
+    maille::tool::complain("out of memory; the mesh needs more than this machine gives");
+    return static_cast<int>(maille::ErrorCode::memory_bound);
+  }
 }

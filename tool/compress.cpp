@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <maille/encode.h>
+#include <maille/version.h>
+
+#include "files.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "tolerance.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+// No date, no folder, no threads: the same input and settings give the same file anywhere.
+std::string provenance_of(const CompressOptions& options) {
+  const size_t slash = options.input.rfind('/');
+  const std::string name = slash == std::string::npos ? options.input : options.input.substr(slash + 1);
+  std::string text = fmt::format("maille {}: {}", library_version(), input_name(name));
+  for (const std::string& value : options.error) text += " --error " + value;
+  for (const std::string& value : options.relative_error) text += " --rel-error " + value;
+  for (const std::string& value : options.bits) text += " --bits " + value;
+  return text;
+}
+
+EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances) {
+  EncodeOptions encode;
+  encode.mode = options.mode;
+  encode.effort = options.effort;
+  encode.order = options.order;
+  encode.positions = tolerances.positions.value_or(Tolerance{});
+  encode.arrays = tolerances.arrays;
+  if (options.provenance) encode.provenance = provenance_of(options);
+  return encode;
+}
+
+Result<> check(const CompressOptions& options, const std::string& output) {
+  if (options.mode != Mode::single) {
+    return failure(ErrorCode::unsupported,
+                   fmt::format("--mode {} comes with a later version of maille; --mode single is there now",
+                               name_of(options.mode)));
+  }
+  if (options.common.json && output == "-") {
+    return failure(ErrorCode::usage,
+                   "--json and the output '-' both want standard output; name an output file");
+  }
+  return {};
+}
+
+Result<> report(const CompressOptions& options, const EncodeReport& report, const std::string& output,
+                uint64_t input_bytes, double seconds) {
+  const std::string input = input_name(options.input);
+  if (options.common.json) return answer(dump(summary_json(report, input, output, input_bytes, seconds)));
+  if (options.common.quiet) return {};
+  std::string text = summary_text(report, input, output_name(output), input_bytes, seconds);
+  if (all_lossless(report) && !options.lossless) {
+    text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
+  }
+  text.pop_back();
+  say(text);
+  return {};
+}
+
+}  // namespace
+
+Result<int> run(const CompressOptions& options) {
+  const Stopwatch whole;
+  std::string output = options.output;
+  if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
+  TOOL_CHECK(check(options, output));
+  const Tolerances tolerances = TOOL_TRY(parse_tolerances(options));
+  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  const auto sink = TOOL_TRY(open_output({output, options.input, options.force, true}));
+
+  EncodeReport result;
+  {
+    ProgressDisplay progress(options.common.progress, options.common.quiet);
+    LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+    TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
+    const Threads threads(options.common.threads);
+    EncodeOptions encoding = encode_options(options, tolerances);
+    encoding.executor = threads.executor();
+    encoding.progress = progress.watch(static_cast<double>(loaded.mesh.cell_count()), "faces");
+    const Stopwatch step;
+    result = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
+    progress.clear();
+    step.done(options.common.verbose, "compressing");
+  }
+  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds()));
+  return 0;
+}
+
+}  // namespace maille::tool

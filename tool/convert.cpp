@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+#include <maille/encode.h>
+#include <maille/io.h>
+
+#include "files.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+// Lossless and at the default effort; compress has the choices. The input's order is kept, as by any other
+// conversion.
+Result<> write_maille(const Mesh& mesh, Sink& sink, const CommonOptions& common, ProgressDisplay& progress) {
+  const Threads threads(common.threads);
+  EncodeOptions options;
+  options.order = Order::keep;
+  options.executor = threads.executor();
+  options.progress = progress.watch(static_cast<double>(mesh.cell_count()), "faces");
+  TOOL_CHECK(encode(mesh, sink, options));
+  return {};
+}
+
+Result<> report(const ConvertOptions& options, const Mesh& mesh, uint64_t before, uint64_t after,
+                const std::vector<std::string>& notes) {
+  if (options.common.json) {
+    return answer(dump({{"input", input_name(options.input)},
+                        {"output", options.output},
+                        {"input_bytes", before},
+                        {"output_bytes", after},
+                        {"points", mesh.point_count()},
+                        {"cells", mesh.cell_count()},
+                        {"notes", notes}}));
+  }
+  if (options.common.quiet) return {};
+  say(fmt::format("{} -> {}: {}, {}; {} -> {}", input_name(options.input), output_name(options.output),
+                  counted(mesh.point_count(), "point"), cells_text(mesh.cell_count()),
+                  human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after))));
+  return {};
+}
+
+}  // namespace
+
+Result<int> run(const ConvertOptions& options) {
+  if (options.common.json && options.output == "-") {
+    return failure(ErrorCode::usage,
+                   "--json and the output '-' both want standard output; name an output file");
+  }
+  const std::string format = TOOL_TRY(output_format(options.output, options.output_format, ""));
+  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  const auto file =
+      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
+
+  CountingSink sink(*file);
+  LoadedMesh loaded;
+  std::vector<std::string> notes;
+  {
+    ProgressDisplay progress(options.common.progress, options.common.quiet);
+    loaded = TOOL_TRY(load(input, options.common, progress));
+    if (format == "maille") {
+      TOOL_CHECK(write_maille(loaded.mesh, sink, options.common, progress));
+    } else {
+      notes = TOOL_TRY(write_mesh(loaded.mesh, sink, {.format = format, .ascii = options.ascii}));
+      TOOL_CHECK(sink.commit());
+    }
+  }
+  say_notes(output_name(options.output), notes, options.common.quiet);
+  TOOL_CHECK(report(options, loaded.mesh, input.source->size(), sink.count(), notes));
+  return 0;
+}
+
+}  // namespace maille::tool

@@ -1,0 +1,183 @@
+#include "files.h"
+
+#include <fmt/format.h>
+#include <maille/decode.h>
+#include <maille/io.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+#include <optional>
+
+#include "result.h"
+#include "text.h"
+
+namespace maille::tool {
+
+namespace {
+
+// docs/format.md, "magic".
+constexpr std::array<unsigned char, 8> magic = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+bool starts_with_magic(const Source& source) {
+  std::array<std::byte, magic.size()> start{};
+  if (source.size() < start.size() || !source.read_at(0, start)) return false;
+  return std::memcmp(start.data(), magic.data(), magic.size()) == 0;
+}
+
+std::optional<struct stat> status_of(const std::string& path) {
+  struct stat status = {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  return status;
+}
+
+Result<std::unique_ptr<Source>> open_source(const std::string& path) {
+  if (path == "-") {
+    if (isatty(STDIN_FILENO) == 1) {
+      return failure(ErrorCode::usage, "standard input is a terminal; name a file or pipe one in");
+    }
+    return stdin_source();
+  }
+  return file_source(path);
+}
+
+}  // namespace
+
+std::string input_name(const std::string& path) {
+  return path == "-" ? "standard input" : path;
+}
+
+std::string output_name(const std::string& path) {
+  return path == "-" ? "standard output" : path;
+}
+
+std::string with_extension(const std::string& path, const std::string& extension) {
+  std::string stem = ends_with(path, ".gz") ? path.substr(0, path.size() - 3) : path;
+  const size_t dot = stem.rfind('.');
+  const size_t slash = stem.rfind('/');
+  const size_t name = slash == std::string::npos ? 0 : slash + 1;
+  if (dot != std::string::npos && dot > name) stem.resize(dot);
+  return stem + extension;
+}
+
+Result<Input> open_input(const std::string& path, const std::string& format) {
+  Input input{path, format, TOOL_TRY(open_source(path)), false};
+  input.is_maille = format == "maille" || (format.empty() && starts_with_magic(*input.source));
+  return input;
+}
+
+Result<Input> open_maille(const std::string& path) {
+  Input input = TOOL_TRY(open_input(path));
+  // Without the magic it may still be a damaged .maille file; the decoder tells.
+  if (!input.is_maille && path != "-" && !ends_with(path, ".maille")) {
+    if (const auto format = format_of(path)) {
+      return failure(ErrorCode::usage,
+                     fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "
+                                 "`maille convert` turns it into other formats",
+                                 path, *format));
+    }
+  }
+  return input;
+}
+
+namespace {
+
+Result<LoadedMesh> load_quietly(const Input& input, const CommonOptions& common, const Progress& watch) {
+  const Limits limits{.mesh_bytes = common.memory};
+  if (input.is_maille) {
+    const Threads threads(common.threads);
+    const DecodeOptions options{
+        .limits = limits, .arrays = std::nullopt, .executor = threads.executor(), .progress = watch};
+    return LoadedMesh{TOOL_TRY(decode(*input.source, options)), {}};
+  }
+  const ReadOptions options{.format = input.format, .limits = limits, .progress = watch};
+  ReadResult result = TOOL_TRY(read_mesh(*input.source, options));
+  return LoadedMesh{std::move(result.mesh), std::move(result.notes)};
+}
+
+}  // namespace
+
+Result<LoadedMesh> load(const Input& input, const CommonOptions& common, ProgressDisplay& progress) {
+  const Stopwatch step;
+  const Progress watch = progress.watch(static_cast<double>(input.source->size()), "B");
+  LoadedMesh loaded = TOOL_TRY(load_quietly(input, common, watch));
+  progress.clear();
+  step.done(common.verbose, "reading " + input_name(input.path));
+  say_notes(input_name(input.path), loaded.notes, common.quiet);
+  return loaded;
+}
+
+Threads::Threads(unsigned count) : executor_(&serial_executor()) {
+  if (count == 1) return;
+  owned_ = thread_executor(count);
+  executor_ = owned_.get();
+}
+
+namespace {
+
+Result<> check_existing(const OutputRequest& request, const struct stat& status) {
+  const auto input = status_of(request.input);
+  if (input && input->st_dev == status.st_dev && input->st_ino == status.st_ino && !S_ISCHR(status.st_mode)) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: output and input are the same file; name another output", request.path));
+  }
+  if (S_ISDIR(status.st_mode)) {
+    return failure(ErrorCode::write_failed, fmt::format("{}: is a folder; name a file in it", request.path));
+  }
+  if (S_ISREG(status.st_mode) && !request.force) {
+    return failure(ErrorCode::usage, fmt::format("{}: exists already; -f overwrites it", request.path));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
+  if (request.path == "-") {
+    if (request.binary && !request.force && isatty(STDOUT_FILENO) == 1) {
+      return failure(ErrorCode::usage,
+                     "standard output is a terminal; name an output file, pipe the output, or use -f");
+    }
+    return stdout_sink();
+  }
+  if (const auto status = status_of(request.path)) TOOL_CHECK(check_existing(request, *status));
+  return file_sink(request.path);
+}
+
+Result<std::string> output_format(const std::string& path, const std::string& format,
+                                  const std::string& fallback) {
+  if (!format.empty()) return format;
+  std::string name = path;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ends_with(name, ".maille")) return std::string("maille");
+  for (const FormatInfo& info : formats()) {
+    for (const std::string& extension : info.extensions) {
+      if (ends_with(name, extension) || (info.gzip && ends_with(name, extension + ".gz"))) return info.name;
+    }
+  }
+  if (!fallback.empty()) return fallback;
+  return failure(ErrorCode::usage, fmt::format("{}: its name does not say which format to write; use "
+                                               "--output-format",
+                                               output_name(path)));
+}
+
+bool is_binary(const std::string& format, bool ascii) {
+  const bool text_only = format == "obj" || format == "off" || format == "wrl";
+  return !text_only && !(ascii && (format == "ply" || format == "stl" || format == "vtp"));
+}
+
+Result<> CountingSink::write(Bytes bytes) {
+  TOOL_CHECK(sink_.write(bytes));
+  count_ += bytes.size();
+  return {};
+}
+
+}  // namespace maille::tool

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <maille/executor.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "options.h"
+#include "progress.h"
+
+// Inputs and outputs as the command line names them: a path, or "-" for a standard stream.
+namespace maille::tool {
+
+/// How messages call a path: itself, or "standard input" / "standard output".
+std::string input_name(const std::string& path);
+std::string output_name(const std::string& path);
+
+/// The path with another extension (".maille"), ".gz" and the old one removed.
+std::string with_extension(const std::string& path, const std::string& extension);
+
+/// Something to read, opened.
+struct Input {
+  std::string path;
+  std::string format;  ///< as given; empty: recognised by extension and first bytes
+  std::unique_ptr<Source> source;
+  bool is_maille = false;  ///< by its first bytes, or by `format`
+};
+
+/// Opens a path or, for "-", reads standard input to its end. Errors: cannot_read; usage when standard input
+/// is a terminal.
+Result<Input> open_input(const std::string& path, const std::string& format = {});
+
+/// Opens a path that has to be a .maille file. Error: usage when it is one of the other formats.
+Result<Input> open_maille(const std::string& path);
+
+struct LoadedMesh {
+  Mesh mesh;
+  std::vector<std::string> notes;
+};
+
+/// Reads a mesh of any format, .maille included; prints the notes and, with -v, the time.
+Result<LoadedMesh> load(const Input& input, const CommonOptions& common, ProgressDisplay& progress);
+
+/// The executor asked for by -T, kept alive by the holder.
+class Threads {
+ public:
+  explicit Threads(unsigned count);
+  Executor* executor() const { return executor_; }
+
+ private:
+  std::unique_ptr<Executor> owned_;
+  Executor* executor_;
+};
+
+struct OutputRequest {
+  std::string path;
+  std::string input;   ///< must not be the same file
+  bool force = false;  ///< overwrite, write binary to a terminal
+  bool binary = true;  ///< the bytes would upset a terminal
+};
+
+/// Checks that writing makes sense, then opens the output. Errors: usage (same file as the input, exists
+/// already, terminal), write_failed.
+Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request);
+
+/// The format to write: `format` if given, "maille" or what the path's extension says, else `fallback`.
+/// Error: usage when nothing says it and there is no fallback.
+Result<std::string> output_format(const std::string& path, const std::string& format,
+                                  const std::string& fallback);
+/// Whether files of this format are more than plain text.
+bool is_binary(const std::string& format, bool ascii);
+
+/// Counts what goes through to another sink.
+class CountingSink final : public Sink {
+ public:
+  explicit CountingSink(Sink& sink) : sink_(sink) {}
+  Result<> write(Bytes bytes) override;
+  Result<> commit() override { return sink_.commit(); }
+  std::string name() const override { return sink_.name(); }
+  uint64_t count() const { return count_; }
+
+ private:
+  Sink& sink_;
+  uint64_t count_ = 0;
+};
+
+}  // namespace maille::tool

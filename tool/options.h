@@ -1,0 +1,95 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/limits.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+// What the command line asks for, verb by verb. Filled by command_line.cpp, the only place that knows CLI11.
+namespace maille::tool {
+
+enum class ProgressStyle { automatic, always, never, json };
+
+/// Options every verb has.
+struct CommonOptions {
+  unsigned threads = 0;  ///< 0: as many as the machine has
+  uint64_t memory = Limits{}.mesh_bytes;
+  bool quiet = false;
+  bool verbose = false;
+  bool json = false;
+  ProgressStyle progress = ProgressStyle::automatic;
+};
+
+struct CompressOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;  ///< empty: beside the input
+  std::string input_format;
+  Mode mode = Mode::single;
+  int effort = EncodeOptions{}.effort;
+  Order order = Order::canonical;
+  /// As typed: "X" for positions or "NAME=X".
+  std::vector<std::string> error;
+  std::vector<std::string> relative_error;
+  std::vector<std::string> bits;
+  bool lossless = false;
+  bool force = false;
+  bool provenance = true;
+};
+
+struct DecompressOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;  ///< empty: beside the input, as PLY
+  std::string output_format;
+  std::optional<std::vector<std::string>> arrays;
+  bool ascii = false;
+  bool force = false;
+};
+
+struct InfoOptions {
+  CommonOptions common;
+  std::string input;
+  bool chunks = false;
+};
+
+struct VerifyOptions {
+  CommonOptions common;
+  std::string input;
+  std::string original;  ///< empty: checksums and decoding only
+  std::string original_format;
+};
+
+struct DiffOptions {
+  CommonOptions common;
+  std::string a;
+  std::string b;
+  std::string input_format;
+  bool same_order = false;
+  bool arrays = true;
+  bool metadata = false;
+};
+
+struct ConvertOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  std::string input_format;
+  std::string output_format;
+  bool ascii = false;
+  bool force = false;
+};
+
+/// Help, version, completion scripts: to be printed as it is.
+struct PrintText {
+  std::string text;
+};
+
+using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
+                             DiffOptions, ConvertOptions>;
+
+}  // namespace maille::tool

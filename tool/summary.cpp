@@ -1,0 +1,188 @@
+#include "summary.h"
+
+#include <fmt/format.h>
+
+#include "text.h"
+
+namespace maille::tool {
+
+namespace {
+
+std::string bits_each(uint64_t bytes, uint64_t elements) {
+  return quotient(8.0 * static_cast<double>(bytes), static_cast<double>(elements));
+}
+
+std::string bound_text(bool lossless, double bound) {
+  return lossless ? "lossless" : number(bound);
+}
+
+void add_row(Table& table, const ArrayReport& array) {
+  table.row({array.name, maille::name_of(array.domain), type_text(array.type, array.components),
+             fmt::format("{}", array.raw_bytes), fmt::format("{}", array.coded_bytes),
+             bits_each(array.coded_bytes, array.elements),
+             quotient(static_cast<double>(array.raw_bytes), static_cast<double>(array.coded_bytes)),
+             bound_text(array.lossless, array.bound), number(array.maximum_error)});
+}
+
+Json json_of(const ArrayReport& array) {
+  return {{"name", array.name},
+          {"domain", maille::name_of(array.domain)},
+          {"type", maille::name_of(array.type)},
+          {"components", array.components},
+          {"elements", array.elements},
+          {"raw_bytes", array.raw_bytes},
+          {"coded_bytes", array.coded_bytes},
+          {"bits_per_element", array.elements == 0 ? Json()
+                                                   : Json(8.0 * static_cast<double>(array.coded_bytes) /
+                                                          static_cast<double>(array.elements))},
+          {"lossless", array.lossless},
+          {"bound", array.bound},
+          {"maximum_error", array.maximum_error},
+          {"step", array.step}};
+}
+
+Json json_of(const ArrayInfo& array) {
+  return {{"name", array.name},
+          {"domain", maille::name_of(array.domain)},
+          {"type", maille::name_of(array.type)},
+          {"components", array.components},
+          {"role", maille::name_of(array.role)},
+          {"elements", array.count},
+          {"coded_bytes", array.coded_bytes},
+          {"lossless", array.lossless},
+          {"bound", array.bound},
+          {"maximum_error", array.maximum_error},
+          {"step", array.step}};
+}
+
+}  // namespace
+
+std::string dump(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string cells_text(uint64_t count) {
+  return counted(count, "face");
+}
+
+bool all_lossless(const EncodeReport& report) {
+  bool lossless = report.positions.lossless;
+  for (const ArrayReport& array : report.arrays) lossless = lossless && array.lossless;
+  return lossless;
+}
+
+std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
+                         uint64_t input_bytes, double seconds) {
+  const auto bytes = static_cast<double>(report.file_bytes);
+  std::string text = fmt::format(
+      "{} -> {}: {}, {}; {} -> {} (ratio {}), {} bits/point, {} bits/face, {:.2f} s\n", input, output,
+      counted(report.points, "point"), cells_text(report.cells),
+      human_bytes(static_cast<double>(input_bytes)), human_bytes(bytes),
+      quotient(static_cast<double>(input_bytes), bytes), bits_each(report.file_bytes, report.points),
+      bits_each(report.file_bytes, report.cells), seconds);
+  Table table(
+      {"array", "domain", "type", "raw bytes", "coded bytes", "bits/element", "ratio", "bound", "max error"},
+      3);
+  add_row(table, report.connectivity);
+  add_row(table, report.positions);
+  for (const ArrayReport& array : report.arrays) add_row(table, array);
+  if (report.order_bytes > 0) {
+    table.row({"(order)", "", "", "-", fmt::format("{}", report.order_bytes),
+               bits_each(report.order_bytes, report.points), "-", "", ""});
+  }
+  table.row({"(headers)", "", "", "-", fmt::format("{}", report.other_bytes), "-", "-", "", ""});
+  return text + table.str();
+}
+
+Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
+                  uint64_t input_bytes, double seconds) {
+  Json arrays = Json::array();
+  for (const ArrayReport& array : report.arrays) arrays.push_back(json_of(array));
+  return {{"input", input},
+          {"output", output},
+          {"input_bytes", input_bytes},
+          {"file_bytes", report.file_bytes},
+          {"points", report.points},
+          {"cells", report.cells},
+          {"connectivity", json_of(report.connectivity)},
+          {"positions", json_of(report.positions)},
+          {"arrays", arrays},
+          {"order_bytes", report.order_bytes},
+          {"other_bytes", report.other_bytes},
+          {"seconds", seconds}};
+}
+
+namespace {
+
+void add_row(Table& table, const ArrayInfo& array) {
+  table.row({array.name, maille::name_of(array.domain), type_text(array.type, array.components),
+             maille::name_of(array.role), fmt::format("{}", array.count),
+             fmt::format("{}", array.coded_bytes), bits_each(array.coded_bytes, array.count),
+             bound_text(array.lossless, array.bound), number(array.maximum_error)});
+}
+
+std::string chunks_text(const FileInfo& info) {
+  Table table({"chunk", "id", "offset", "size"}, 1);
+  for (const ChunkInfo& chunk : info.chunks) {
+    table.row({chunk.type, fmt::format("{}", chunk.id), fmt::format("{}", chunk.offset),
+               fmt::format("{}", chunk.size)});
+  }
+  return "chunks:\n" + table.str();
+}
+
+}  // namespace
+
+std::string info_text(const FileInfo& info, const std::string& name, bool chunks) {
+  std::string text = fmt::format(
+      "{}: .maille format {}.{}, mode {}, effort {}, order {}\n"
+      "size:    {} bytes ({}), {} bits/point, {} bits/face\n"
+      "points:  {}\n"
+      "faces:   {} ({})\n",
+      name, info.format_major, info.format_minor, name_of(info.mode), info.effort, name_of(info.order),
+      info.file_bytes, human_bytes(static_cast<double>(info.file_bytes)),
+      bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), info.points,
+      info.cells, counted(info.corners, "corner"));
+  for (const auto& [block, cells] : info.blocks)
+    text += fmt::format("block:   {}: {}\n", block, cells_text(cells));
+  for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
+  if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
+  Table table(
+      {"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound", "max error"},
+      4);
+  add_row(table, info.connectivity);
+  add_row(table, info.positions);
+  for (const ArrayInfo& array : info.arrays) add_row(table, array);
+  return text + table.str() + (chunks ? chunks_text(info) : "");
+}
+
+Json info_json(const FileInfo& info, const std::string& name) {
+  Json blocks = Json::array();
+  for (const auto& [block, cells] : info.blocks) blocks.push_back({{"name", block}, {"cells", cells}});
+  Json arrays = Json::array();
+  for (const ArrayInfo& array : info.arrays) arrays.push_back(json_of(array));
+  Json metadata = Json::array();
+  for (const auto& [key, value] : info.metadata) metadata.push_back({{"key", key}, {"value", value}});
+  Json chunks = Json::array();
+  for (const ChunkInfo& chunk : info.chunks) {
+    chunks.push_back(
+        {{"type", chunk.type}, {"id", chunk.id}, {"offset", chunk.offset}, {"size", chunk.size}});
+  }
+  return {{"file", name},
+          {"format", {{"major", info.format_major}, {"minor", info.format_minor}}},
+          {"mode", name_of(info.mode)},
+          {"effort", info.effort},
+          {"order", name_of(info.order)},
+          {"file_bytes", info.file_bytes},
+          {"points", info.points},
+          {"cells", info.cells},
+          {"corners", info.corners},
+          {"blocks", blocks},
+          {"connectivity", json_of(info.connectivity)},
+          {"positions", json_of(info.positions)},
+          {"arrays", arrays},
+          {"metadata", metadata},
+          {"provenance", info.provenance},
+          {"chunks", chunks}};
+}
+
+}  // namespace maille::tool

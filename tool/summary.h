@@ -1,0 +1,31 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/file.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+// Arrays as rows of a table and as JSON, the same for compress, info and verify.
+namespace maille::tool {
+
+using Json = nlohmann::ordered_json;
+
+/// What compress prints. `seconds` of reading and encoding together.
+std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
+                         uint64_t input_bytes, double seconds);
+Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
+                  uint64_t input_bytes, double seconds);
+/// Nothing was lossy: worth a hint.
+bool all_lossless(const EncodeReport& report);
+
+std::string info_text(const FileInfo& info, const std::string& name, bool chunks);
+Json info_json(const FileInfo& info, const std::string& name);
+
+/// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
+std::string dump(const Json& json);
+
+/// Number of cells, called faces where a surface is all there can be (mode single).
+std::string cells_text(uint64_t count);
+
+}  // namespace maille::tool

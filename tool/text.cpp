@@ -1,0 +1,114 @@
+#include "text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace maille::tool {
+
+void complain(std::string_view sentence) {
+  say(fmt::format("maille: {}", sentence));
+}
+
+void say(std::string_view line) {
+  // A closed standard error is no reason to fail.
+  const std::string text = fmt::format("{}\n", line);
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+void say_notes(std::string_view name, const std::vector<std::string>& notes, bool quiet) {
+  if (quiet) return;
+  for (const std::string& note : notes) say(fmt::format("maille: {}: note: {}", name, note));
+}
+
+Result<> answer(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    return failure(ErrorCode::write_failed,
+                   fmt::format("standard output: cannot write: {}", std::strerror(errno)));
+  }
+  return {};
+}
+
+double Stopwatch::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void Stopwatch::done(bool verbose, std::string_view step) const {
+  if (verbose) say(fmt::format("maille: {}: {:.2f} s", step, seconds()));
+}
+
+std::string human_bytes(double bytes) {
+  const char* const units[] = {"bytes", "kB", "MB", "GB", "TB"};
+  size_t unit = 0;
+  while (bytes >= 999.5 && unit + 1 < std::size(units)) {
+    bytes /= 1000;
+    ++unit;
+  }
+  if (unit == 0) return fmt::format("{:.0f} {}", bytes, bytes == 1 ? "byte" : "bytes");
+  return fmt::format("{:.{}f} {}", bytes, bytes < 9.995 ? 2 : bytes < 99.95 ? 1 : 0, units[unit]);
+}
+
+std::string counted(uint64_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string number(double value) {
+  return fmt::format("{:.6g}", value);
+}
+
+std::string quotient(double part, double whole) {
+  return whole == 0 ? "-" : fmt::format("{:.2f}", part / whole);
+}
+
+std::string type_text(Scalar type, uint32_t components) {
+  return components == 1 ? maille::name_of(type) : fmt::format("{} x {}", maille::name_of(type), components);
+}
+
+const char* name_of(Mode mode) {
+  switch (mode) {
+    case Mode::single:
+      return "single";
+    case Mode::stream:
+      return "stream";
+    case Mode::random:
+      return "random";
+  }
+  return "unknown";
+}
+
+const char* name_of(Order order) {
+  return order == Order::keep ? "keep" : "canonical";
+}
+
+namespace {
+
+// Width on the screen of UTF-8 text, as far as array names need it: one column per code point.
+size_t width_of(const std::string& text) {
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & '\xc0') != '\x80'; }));
+}
+
+}  // namespace
+
+std::string Table::str() const {
+  std::vector<size_t> widths(rows_.front().size(), 0);
+  for (const auto& row : rows_) {
+    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));
+  }
+  std::string text;
+  for (const auto& row : rows_) {
+    std::string line;
+    for (size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - width_of(row[i]), ' ');
+      line += "  " + (i < left_ ? row[i] + padding : padding + row[i]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+}  // namespace maille::tool

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/error.h>
+#include <maille/mesh.h>
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// What the command says: answers on standard output, everything else on standard error.
+namespace maille::tool {
+
+/// Prints "maille: <sentence>" on standard error.
+void complain(std::string_view sentence);
+/// Prints a line on standard error.
+void say(std::string_view line);
+/// Prints each note on standard error, unless `quiet`.
+void say_notes(std::string_view name, const std::vector<std::string>& notes, bool quiet);
+/// Prints an answer on standard output. Error: write_failed.
+Result<> answer(std::string_view text);
+
+/// Measures one step of a job; done() prints "maille: <step>: 1.23 s" on standard error if `verbose`.
+class Stopwatch {
+ public:
+  Stopwatch() : start_(std::chrono::steady_clock::now()) {}
+  double seconds() const;
+  void done(bool verbose, std::string_view step) const;
+
+ private:
+  std::chrono::steady_clock::time_point start_;
+};
+
+/// "1.2 MB"; units of 1000, as disks and `ls --si` count.
+std::string human_bytes(double bytes);
+/// "437645 points"; with the plural s unless it is one.
+std::string counted(uint64_t count, std::string_view noun);
+/// A number with no more digits than it needs, "0" for 0.
+std::string number(double value);
+/// part / whole with two decimals, "-" when whole is 0.
+std::string quotient(double part, double whole);
+/// "f32 x 3".
+std::string type_text(Scalar type, uint32_t components);
+/// "absolute", "lossless", ...
+const char* name_of(Mode mode);
+const char* name_of(Order order);
+
+/// Columns of text, all but the first `left` of them aligned to the right, each line indented by two.
+class Table {
+ public:
+  Table(std::vector<std::string> header, size_t left) : left_(left) { rows_.push_back(std::move(header)); }
+  void row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  std::string str() const;
+
+ private:
+  size_t left_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+}  // namespace maille::tool

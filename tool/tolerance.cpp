@@ -1,0 +1,90 @@
+#include "tolerance.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "result.h"
+
+namespace maille::tool {
+
+namespace {
+
+// Names that mean the positions, as the bare value does.
+bool means_positions(const std::string& name) {
+  return name.empty() || name == "position" || name == "positions";
+}
+
+// A finer lattice than the mantissa of a double has no use.
+constexpr double largest_bits = 52;
+
+Result<double> parse_value(const std::string& option, const std::string& text, Tolerance::Kind kind) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    return failure(ErrorCode::usage, fmt::format("{}: '{}' is not a number", option, text));
+  }
+  if (kind == Tolerance::Kind::bits) {
+    if (value < 1 || value > largest_bits || value != std::floor(value)) {
+      return failure(ErrorCode::usage,
+                     fmt::format("{}: {} is not a whole number from 1 to {}", option, text, largest_bits));
+    }
+  } else if (!(value > 0)) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: the error allowed must be above 0; leave it out for lossless", option));
+  }
+  return value;
+}
+
+Result<> add(Tolerances& all, const std::string& option, const std::string& text, Tolerance::Kind kind) {
+  // The last sign: array names may hold one.
+  const size_t equals = text.rfind('=');
+  const std::string name = equals == std::string::npos ? "" : text.substr(0, equals);
+  const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
+  const Tolerance tolerance{kind, TOOL_TRY(parse_value(option, value, kind))};
+  const bool positions = means_positions(name);
+  const bool fresh = positions ? !all.positions.has_value() : all.arrays.emplace(name, tolerance).second;
+  if (!fresh) {
+    return failure(ErrorCode::usage, fmt::format("{} {}: there is another tolerance for {}; give only one",
+                                                 option, text, positions ? "positions" : "'" + name + "'"));
+  }
+  if (positions) all.positions = tolerance;
+  return {};
+}
+
+}  // namespace
+
+Result<Tolerances> parse_tolerances(const CompressOptions& options) {
+  Tolerances all;
+  for (const std::string& text : options.error) {
+    TOOL_CHECK(add(all, "--error", text, Tolerance::Kind::absolute));
+  }
+  for (const std::string& text : options.relative_error) {
+    TOOL_CHECK(add(all, "--rel-error", text, Tolerance::Kind::relative));
+  }
+  for (const std::string& text : options.bits) {
+    TOOL_CHECK(add(all, "--bits", text, Tolerance::Kind::bits));
+  }
+  if (options.lossless && !all.lossless()) {
+    return failure(ErrorCode::usage, "--lossless contradicts --error, --rel-error and --bits; give only one");
+  }
+  return all;
+}
+
+Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input) {
+  for (const auto& [name, tolerance] : tolerances.arrays) {
+    const bool found = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
+                                   [&](const Array& array) { return array.name == name; });
+    if (found) continue;
+    std::vector<std::string> known = {"position"};
+    for (const Array& array : mesh.arrays) known.push_back(array.name);
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: has no array '{}'; it has: {}", input, name, fmt::join(known, ", ")));
+  }
+  return {};
+}
+
+}  // namespace maille::tool

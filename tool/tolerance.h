@@ -1,0 +1,29 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/mesh.h>
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "options.h"
+
+namespace maille::tool {
+
+/// The loss asked for on the command line.
+struct Tolerances {
+  std::optional<Tolerance> positions;
+  std::map<std::string, Tolerance> arrays;
+
+  bool lossless() const { return !positions && arrays.empty(); }
+};
+
+/// Reads -e, --rel-error, --bits and --lossless. Errors (usage): no number, a number out of range, two
+/// tolerances for one array, --lossless beside a tolerance.
+Result<Tolerances> parse_tolerances(const CompressOptions& options);
+
+/// Checks that every array named exists. Error: usage, listing the arrays there are.
+Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input);
+
+}  // namespace maille::tool

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <maille/error.h>
+
+#include "options.h"
+
+// One verb each. The value is the exit code of an answer (0, 1 differs, 6 damaged), an Error anything that
+// kept the verb from giving one.
+namespace maille::tool {
+
+Result<int> run(const PrintText& options);
+Result<int> run(const CompressOptions& options);
+Result<int> run(const DecompressOptions& options);
+Result<int> run(const InfoOptions& options);
+Result<int> run(const VerifyOptions& options);
+Result<int> run(const DiffOptions& options);
+Result<int> run(const ConvertOptions& options);
+
+}  // namespace maille::tool

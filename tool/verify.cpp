@@ -1,0 +1,186 @@
+#include <fmt/format.h>
+#include <maille/compare.h>
+#include <maille/decode.h>
+#include <maille/file.h>
+
+#include <algorithm>
+
+#include "files.h"
+#include "original_order.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+/// One array held against the original.
+struct ArrayVerdict {
+  ArrayInfo info;
+  ArrayDifference difference;
+  bool good = true;  ///< within the bound, or bit for bit
+};
+
+/// The answer of verify.
+struct Verdict {
+  std::vector<std::string> damage;
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  bool compared = false;
+  bool same = true;
+  std::vector<std::string> differences;
+  std::vector<ArrayVerdict> arrays;
+
+  int exit_code() const {
+    return static_cast<int>(!damage.empty() ? ErrorCode::corrupt : same ? ErrorCode{} : ErrorCode::differs);
+  }
+};
+
+ArrayVerdict verdict_of(const ArrayInfo& info, const ArrayDifference& difference) {
+  const bool good = info.lossless ? difference.unequal == 0 : difference.maximum <= info.bound;
+  return {info, difference, good};
+}
+
+// The file's positions and arrays; `differences` as differences_by_order() lists them, empty: none differs.
+std::vector<ArrayVerdict> verdicts(const FileInfo& info, const std::vector<ArrayDifference>& differences) {
+  std::vector<ArrayInfo> arrays = {info.positions};
+  arrays.insert(arrays.end(), info.arrays.begin(), info.arrays.end());
+  std::vector<ArrayVerdict> result;
+  for (const ArrayInfo& array : arrays) {
+    const auto found = std::find_if(differences.begin(), differences.end(), [&](const ArrayDifference& d) {
+      return d.name == array.name && d.domain == array.domain;
+    });
+    const ArrayDifference none{array.name, array.domain, 0, 0, 0};
+    result.push_back(verdict_of(array, found == differences.end() ? none : *found));
+  }
+  return result;
+}
+
+void differs(Verdict& verdict, std::vector<std::string> differences) {
+  verdict.same = false;
+  verdict.differences = std::move(differences);
+}
+
+Result<> hold_lossy_against(const Mesh& original, const Mesh& decoded, const FileInfo& info,
+                            const CommonOptions& common, Verdict& verdict) {
+  const std::optional<Mesh> ordered = TOOL_TRY(in_original_order(original, decoded, info, common));
+  if (!ordered) {
+    differs(
+        verdict,
+        {"the file is not what this original and its settings give; either it was made from another mesh, "
+         "or compress with --keep-order to have it compared element by element"});
+    return {};
+  }
+  const Comparison rest =
+      compare(with_lossy_values(original, *ordered, info), *ordered, {.same_order = true});
+  if (!rest.equal) {
+    differs(verdict, rest.differences);
+    return {};
+  }
+  verdict.arrays = verdicts(info, TOOL_TRY(differences_by_order(original, *ordered)));
+  for (const ArrayVerdict& array : verdict.arrays) {
+    if (array.good) continue;
+    verdict.same = false;
+    verdict.differences.push_back(fmt::format("{}: error {} is above the bound {}", array.info.name,
+                                              number(array.difference.maximum), number(array.info.bound)));
+  }
+  return {};
+}
+
+Result<> hold_against(const Mesh& original, const Mesh& decoded, const FileInfo& info,
+                      const CommonOptions& common, Verdict& verdict) {
+  verdict.compared = true;
+  if (!all_lossless(info)) return hold_lossy_against(original, decoded, info, common, verdict);
+  Comparison comparison = compare(original, decoded, {.same_order = info.order == Order::keep});
+  if (comparison.equal) {
+    verdict.arrays = verdicts(info, {});
+  } else {
+    differs(verdict, std::move(comparison.differences));
+  }
+  return {};
+}
+
+std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
+  const std::string name = input_name(options.input);
+  if (!verdict.damage.empty()) {
+    std::string text = fmt::format("{}: damaged\n", name);
+    for (const std::string& damage : verdict.damage) text += fmt::format("  {}\n", damage);
+    return text;
+  }
+  std::string text = fmt::format("{}: checksums good, decodes to {}, {}\n", name,
+                                 counted(verdict.points, "point"), cells_text(verdict.cells));
+  if (!verdict.compared) return text;
+  text += fmt::format("against {}: {}\n", input_name(options.original),
+                      verdict.same ? "the same mesh, every array as exact as promised" : "different");
+  for (const std::string& difference : verdict.differences) text += fmt::format("  {}\n", difference);
+  if (verdict.arrays.empty()) return text;
+  Table table({"array", "domain", "bound", "max error", "rms error", "unequal"}, 2);
+  for (const ArrayVerdict& array : verdict.arrays) {
+    table.row({array.info.name, maille::name_of(array.info.domain),
+               array.info.lossless ? "lossless" : number(array.info.bound), number(array.difference.maximum),
+               number(array.difference.root_mean_square), fmt::format("{}", array.difference.unequal)});
+  }
+  return text + table.str();
+}
+
+Json json_of(const Verdict& verdict, const VerifyOptions& options) {
+  Json arrays = Json::array();
+  for (const ArrayVerdict& array : verdict.arrays) {
+    arrays.push_back({{"name", array.info.name},
+                      {"domain", maille::name_of(array.info.domain)},
+                      {"lossless", array.info.lossless},
+                      {"bound", array.info.bound},
+                      {"maximum_error", array.difference.maximum},
+                      {"rms_error", array.difference.root_mean_square},
+                      {"unequal", array.difference.unequal},
+                      {"good", array.good}});
+  }
+  Json json = {{"file", input_name(options.input)},
+               {"damage", verdict.damage},
+               {"points", verdict.points},
+               {"cells", verdict.cells}};
+  if (verdict.compared) {
+    json["against"] = input_name(options.original);
+    json["same"] = verdict.same;
+    json["differences"] = verdict.differences;
+    json["arrays"] = arrays;
+  }
+  return json;
+}
+
+Result<Verdict> judge(const VerifyOptions& options) {
+  const Input input = TOOL_TRY(open_maille(options.input));
+  Verdict verdict;
+  verdict.damage = TOOL_TRY(verify_checksums(*input.source));
+  if (!verdict.damage.empty()) return verdict;
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Mesh decoded = TOOL_TRY(load(input, options.common, progress)).mesh;
+  verdict.points = decoded.point_count();
+  verdict.cells = decoded.cell_count();
+  if (options.original.empty()) return verdict;
+  const Input original = TOOL_TRY(open_input(options.original, options.original_format));
+  const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
+  const FileInfo info = TOOL_TRY(inspect(*input.source));
+  TOOL_CHECK(hold_against(loaded.mesh, decoded, info, options.common, verdict));
+  return verdict;
+}
+
+}  // namespace
+
+Result<int> run(const VerifyOptions& options) {
+  if (options.input == "-" && options.original == "-") {
+    return failure(ErrorCode::usage,
+                   "file and original are both standard input; name a file for one of them");
+  }
+  const Verdict verdict = TOOL_TRY(judge(options));
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump(json_of(verdict, options))));
+  } else if (!options.common.quiet) {
+    TOOL_CHECK(answer(text_of(verdict, options)));
+  }
+  return verdict.exit_code();
+}
+
+}  // namespace maille::tool
