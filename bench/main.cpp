@@ -1,0 +1,156 @@
+// maille beside its peers: the same integers in, the same check of what comes out, one process, one thread.
+// Rows go to stdout for people and, with --json, to a file for report.py and plot.py.
+#include <fmt/format.h>
+#include <maille/io.h>
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include "codec.h"
+#include "rows.h"
+
+namespace maille::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Efforts whose files differ; grows with the codec.
+const std::vector<int> default_efforts = {5};
+constexpr size_t quick_faces = 100'000;
+
+struct Options {
+  std::vector<std::string> paths;
+  std::vector<std::string> flipped;
+  std::vector<std::string> precisions = {"12", "14", "lossless"};
+  std::vector<std::string> codecs;
+  std::vector<int> efforts = default_efforts;
+  std::string json;
+  bool quick = false;
+};
+
+std::vector<std::unique_ptr<Codec>> chosen_codecs(const Options& options) {
+  std::vector<std::unique_ptr<Codec>> all;
+  for (const int effort : options.efforts) all.push_back(maille_codec(effort));
+  all.push_back(draco_codec(0));
+  all.push_back(draco_codec(3));
+  all.push_back(meshoptimizer_codec());
+  if (!options.quick) {
+    all.push_back(openctm_codec());
+    all.push_back(xz_codec());
+  }
+  if (options.codecs.empty()) return all;
+  std::erase_if(all, [&](const auto& codec) {
+    return std::none_of(options.codecs.begin(), options.codecs.end(), [&](const std::string& part) {
+      return codec->name().find(part) != std::string::npos;
+    });
+  });
+  return all;
+}
+
+struct Input {
+  std::string path;
+  bool flip = false;
+};
+
+std::vector<Input> inputs(const Options& options) {
+  std::vector<Input> found;
+  for (const std::string& path : options.paths) {
+    if (!fs::is_directory(path)) {
+      found.push_back({path});
+      continue;
+    }
+    std::vector<Input> folder;
+    for (const auto& entry : fs::recursive_directory_iterator(path)) {
+      if (entry.is_regular_file() && format_of(entry.path().string()))
+        folder.push_back({entry.path().string()});
+    }
+    std::sort(folder.begin(), folder.end(), [](const Input& a, const Input& b) { return a.path < b.path; });
+    found.insert(found.end(), folder.begin(), folder.end());
+  }
+  for (const std::string& path : options.flipped) found.push_back({path, true});
+  return found;
+}
+
+std::string mesh_name(const fs::path& path) {
+  std::string name = path.filename().string();
+  return name.substr(0, name.find('.'));
+}
+
+class Bench {
+ public:
+  explicit Bench(const Options& options) : options_(options), codecs_(chosen_codecs(options)) {
+    if (!options.json.empty()) json_.open(options.json);
+  }
+
+  bool run() {
+    for (const Input& input : inputs(options_)) run_input(input);
+    return all_ok_;
+  }
+
+ private:
+  void run_input(const Input& input) {
+    auto surface = load(input.path);
+    if (!surface) {
+      fmt::print("\n{}: skipped: {}\n", input.path, surface.error().message);
+      return;
+    }
+    if (options_.quick && surface->faces() > quick_faces) return;
+    if (input.flip) surface = flip_every_second(std::move(*surface));
+    for (const std::string& precision : options_.precisions) {
+      Workload workload = make_workload(*surface, precision == "lossless" ? 0 : std::stoi(precision));
+      workload.folder = input.flip ? "special" : fs::absolute(input.path).parent_path().filename().string();
+      workload.mesh = mesh_name(input.path) + (input.flip ? ", every second face flipped" : "");
+      run_workload(workload);
+    }
+  }
+
+  void run_workload(const Workload& workload) {
+    std::vector<Row> rows;
+    for (const auto& codec : codecs_) {
+      if (codec->takes(workload.bits)) rows.push_back(first_run(*codec, workload));
+    }
+    time_rows(rows, workload, options_.quick);
+    print_rows(rows, workload);
+    for (const Row& row : rows) {
+      if (json_.is_open()) json_ << to_json(row, workload).dump() << std::endl;
+      const bool ours = !row.codec->needs_triangles();
+      all_ok_ = all_ok_ && (!ours || (row.problem.empty() && row.check.verdict == "exact"));
+    }
+  }
+
+  const Options& options_;
+  std::vector<std::unique_ptr<Codec>> codecs_;
+  std::ofstream json_;
+  bool all_ok_ = true;
+};
+
+}  // namespace
+}  // namespace maille::bench
+
+int main(int argc, char** argv) {
+  maille::bench::Options options;
+  CLI::App app(
+      "Measures maille beside its peers on the same integers. Exit code 1 when a round trip of maille "
+      "failed.");
+  app.add_option("paths", options.paths, "meshes, or folders of them");
+  app.add_option("--flip", options.flipped, "meshes to measure with every second face turned around");
+  app.add_option("--bits", options.precisions, "lattices, e.g. 12,14,lossless")->delimiter(',');
+  app.add_option("--codec", options.codecs, "only codecs with this in their name")->delimiter(',');
+  app.add_option("--efforts", options.efforts, "effort levels of maille")->delimiter(',');
+  app.add_option("--json", options.json, "write one line of JSON per row to this file");
+  app.add_flag("--quick", options.quick, "meshes up to 100,000 faces, few runs, without OpenCTM and xz");
+  CLI11_PARSE(app, argc, argv);
+  const auto bad =
+      std::find_if(options.precisions.begin(), options.precisions.end(), [](const std::string& text) {
+        return text != "lossless" && (text.empty() || !std::all_of(text.begin(), text.end(), ::isdigit) ||
+                                      std::stoi(text) < 1 || std::stoi(text) > maille::bench::max_bits);
+      });
+  if (bad != options.precisions.end()) {
+    fmt::print(stderr, "--bits: {} is neither a number from 1 to {} nor \"lossless\"\n", *bad,
+               maille::bench::max_bits);
+    return 2;
+  }
+  return maille::bench::Bench(options).run() ? 0 : 1;
+}
