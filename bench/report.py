@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Tables and the plot from the JSON lines of maille_bench.
 
 report.py RESULTS.jsonl               prints the summary and the bars of the project
@@ -199,7 +199,7 @@ def plot(results, path):
     import matplotlib
     matplotlib.use('Agg')
     import matplotlib.pyplot as plt
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 
     colours = {'maille': '#d1495b', 'draco': '#30638e', 'meshopt': '#00798c', 'openctm': '#8d96a3', 'xz': '#b8b8b8'}
     figure, axes = plt.subplots(figsize=(7.2, 4.6), dpi=160)
@@ -216,14 +216,16 @@ def plot(results, path):
             axes.plot([x, x], [low, high], color=colour, alpha=0.35, linewidth=2)
             axes.plot([left, right], [y, y], color=colour, alpha=0.35, linewidth=2)
         axes.scatter([x], [y], s=60, color=colour, zorder=3)
-        axes.annotate(codec, (x, y), textcoords='offset points', xytext=(8, 6), color=colour,
-                      fontweight='bold' if codec.startswith('maille') else None)
+        below = codec == DRACO or codec.startswith('maille')  # keeps the labels of neighbours apart
+        axes.annotate(codec, (x, y), textcoords='offset points', xytext=(0, -16 if below else 9), color=colour,
+                      ha='center', fontweight='bold' if codec.startswith('maille') else None)
     axes.axhline(1, color='#30638e', linewidth=0.6, linestyle=':')
-    for axis, setter in ((axes.xaxis, axes.set_xscale), (axes.yaxis, axes.set_yscale)):
-        setter('log')
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_formatter(ScalarFormatter())
-        axis.set_tick_params(which='both', labelsize=8)
+    axes.set_xscale('log')
+    axes.set_yscale('log')
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(FixedLocator([0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100, 200]))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FormatStrFormatter('%g'))
     axes.set_xlabel('decode speed, million triangles per second, one thread (faster: right)')
     axes.set_ylabel(f'size / {DRACO} (smaller: down)')
     count = len(results.groups.get(('tri', PLOT_BITS), {}))
