@@ -1,0 +1,154 @@
+#include <maille/mesh.h>
+
+#include "support/shapes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace maille::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string complaint(const Mesh& mesh) {
+  const auto valid = validate(mesh);
+  if (valid) return "valid";
+  EXPECT_EQ(valid.error().code, ErrorCode::malformed_input);
+  return valid.error().message;
+}
+
+/// A mesh over `points` points with one block.
+Mesh with_block(uint64_t points, CellType type, std::vector<uint64_t> offsets,
+                std::vector<uint32_t> connectivity, std::vector<uint8_t> types = {}) {
+  Mesh mesh;
+  mesh.points.resize(points);
+  CellBlock block;
+  block.type = type;
+  block.offsets = std::move(offsets);
+  block.connectivity = std::move(connectivity);
+  block.types = std::move(types);
+  mesh.blocks.push_back(std::move(block));
+  return mesh;
+}
+
+TEST(Validate, TakesEmptyMeshesAndBlocks) {
+  EXPECT_EQ(complaint(Mesh{}), "valid");
+  EXPECT_EQ(complaint(with_block(0, CellType::polygon, {}, {})), "valid");
+  EXPECT_EQ(complaint(with_block(0, CellType::polygon, {0}, {})), "valid");
+  EXPECT_EQ(complaint(with_block(0, CellType::triangle, {}, {})), "valid");
+  EXPECT_EQ(complaint(with_block(0, CellType::mixed, {0}, {})), "valid");
+}
+
+TEST(Validate, TakesDegenerateFaces) {
+  EXPECT_EQ(complaint(with_block(1, CellType::polygon, {0, 0, 1, 3, 6}, {0, 0, 0, 0, 0, 0})), "valid");
+}
+
+TEST(Validate, RefusesPositionsThatAreNotTriples) {
+  Mesh mesh = cube();
+  mesh.points.components = 2;
+  EXPECT_EQ(complaint(mesh), "positions must have 3 components");
+  mesh = cube();
+  mesh.points.bytes.pop_back();
+  EXPECT_EQ(complaint(mesh), "positions must have 3 components");
+}
+
+TEST(Validate, NamesTheEntryThatIsNoPoint) {
+  EXPECT_EQ(complaint(with_block(3, CellType::triangle, {}, {0, 1, 2, 0, 3, 1})),
+            "block 0: connectivity entry 4 is point 3, but there are 3 points");
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {0, 3}, {0, 1, 0xffffffff})),
+              HasSubstr("entry 2 is point 4294967295"));
+  EXPECT_THAT(complaint(with_block(0, CellType::vertex, {}, {0})), HasSubstr("there are 0 points"));
+}
+
+TEST(Validate, RefusesOffsetsThatDoNotFit) {
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {}, {0, 1, 2})), HasSubstr("offsets are missing"));
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {1, 3}, {0, 1, 2})),
+              HasSubstr("from 0 to the size"));
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {0, 2}, {0, 1, 2})),
+              HasSubstr("from 0 to the size"));
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {0, 4}, {0, 1, 2})),
+              HasSubstr("from 0 to the size"));
+  EXPECT_THAT(complaint(with_block(3, CellType::polygon, {0, 2, 1, 3}, {0, 1, 2})),
+              HasSubstr("offset 2 goes backwards"));
+  EXPECT_THAT(
+      complaint(with_block(3, CellType::polygon, {0, std::numeric_limits<uint64_t>::max(), 3}, {0, 1, 2})),
+      HasSubstr("offset 2 goes backwards"));
+  EXPECT_THAT(complaint(with_block(3, CellType::triangle, {0, 3}, {0, 1, 2})), HasSubstr("takes no offsets"));
+}
+
+TEST(Validate, RefusesWrongNodeCounts) {
+  EXPECT_THAT(complaint(with_block(3, CellType::triangle, {}, {0, 1})), HasSubstr("not a multiple"));
+  EXPECT_THAT(complaint(with_block(4, CellType::mixed, {0, 3}, {0, 1, 2}, {10})),
+              HasSubstr("cell 0 (tetrahedron) has 3 nodes instead of 4"));
+}
+
+TEST(Validate, RefusesUnknownTypes) {
+  EXPECT_THAT(complaint(with_block(3, static_cast<CellType>(99), {0, 3}, {0, 1, 2})),
+              HasSubstr("unknown type 99"));
+  EXPECT_THAT(complaint(with_block(3, CellType::mixed, {0, 3}, {0, 1, 2}, {98})),
+              HasSubstr("cell 0 has the unknown type 98"));
+  EXPECT_THAT(complaint(with_block(3, CellType::mixed, {0, 3}, {0, 1, 2}, {255})),
+              HasSubstr("unknown type 255"));
+}
+
+TEST(Validate, AsksMixedBlocksForOneTypePerCell) {
+  EXPECT_EQ(complaint(with_block(3, CellType::mixed, {0, 3, 4}, {0, 1, 2, 0}, {5, 1})), "valid");
+  EXPECT_THAT(complaint(with_block(3, CellType::mixed, {0, 3}, {0, 1, 2})), HasSubstr("one type per cell"));
+  EXPECT_THAT(complaint(with_block(3, CellType::mixed, {0, 3}, {0, 1, 2}, {5, 5})),
+              HasSubstr("one type per cell"));
+}
+
+TEST(Validate, AsksArraysForOneTuplePerElement) {
+  for (const Domain domain : {Domain::point, Domain::corner, Domain::cell}) {
+    Mesh mesh = cube();
+    Array array = make_array("a", domain, Scalar::i16, 2);
+    array.resize(mesh.count_of(domain));
+    mesh.arrays = {array};
+    EXPECT_EQ(complaint(mesh), "valid");
+    mesh.arrays[0].resize(mesh.count_of(domain) + 1);
+    EXPECT_THAT(complaint(mesh), HasSubstr(std::string("array \"a\" on ") + name_of(domain) + "s has"));
+    mesh.arrays[0].bytes.resize(3);
+    EXPECT_THAT(complaint(mesh), HasSubstr("ends inside a tuple"));
+  }
+  Mesh mesh = cube();
+  mesh.arrays = {make_array("m", Domain::mesh, Scalar::f64, 1)};
+  mesh.arrays[0].resize(17);
+  EXPECT_EQ(complaint(mesh), "valid");
+  mesh.arrays[0].components = 0;
+  EXPECT_THAT(complaint(mesh), HasSubstr("has no components"));
+}
+
+TEST(Mesh, CountsOverAllBlocks) {
+  Mesh mesh = with_block(8, CellType::triangle, {}, {0, 1, 2, 3, 4, 5});
+  mesh.blocks.push_back(with_block(8, CellType::polygon, {0, 5, 5}, {0, 1, 2, 3, 4}).blocks[0]);
+  EXPECT_EQ(mesh.cell_count(), 4u);
+  EXPECT_EQ(mesh.corner_count(), 11u);
+  EXPECT_EQ(mesh.count_of(Domain::point), 8u);
+  EXPECT_EQ(mesh.blocks[0].cell(1)[0], 3u);
+  EXPECT_EQ(mesh.blocks[1].cell(0).size(), 5u);
+  EXPECT_TRUE(mesh.blocks[1].cell(1).empty());
+}
+
+TEST(Mesh, FindsArraysByNameAndDomain) {
+  Mesh mesh;
+  mesh.arrays = {make_array("a", Domain::point, Scalar::f32, 1),
+                 make_array("a", Domain::cell, Scalar::f32, 2)};
+  EXPECT_EQ(mesh.find("a", Domain::cell), &mesh.arrays[1]);
+  EXPECT_EQ(mesh.find("a", Domain::corner), nullptr);
+}
+
+TEST(Array, SizesFollowTypeAndComponents) {
+  for (unsigned i = 0; i < scalar_count; ++i) {
+    Array array = make_array("a", Domain::point, static_cast<Scalar>(i), 3);
+    array.resize(5);
+    EXPECT_EQ(array.count(), 5u);
+    EXPECT_EQ(array.bytes.size(), 15 * size_of(array.type));
+    array.components = 0;
+    EXPECT_EQ(array.count(), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace maille::testing
