@@ -46,7 +46,7 @@ Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Foot
 class Scan {
  public:
   Scan(const Source& source, uint64_t end, Problems& problems)
-      : source_(source), window_(source), end_(end), problems_(problems) {}
+      : window_(source), end_(end), problems_(problems) {}
 
   Result<std::vector<ChunkRecord>> run() {
     uint64_t offset = file_header_bytes;
@@ -99,7 +99,6 @@ class Scan {
                   " hold no intact chunk header");
   }
 
-  const Source& source_;
   SourceWindow window_;
   uint64_t end_;
   Problems& problems_;
