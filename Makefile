@@ -1,12 +1,15 @@
 # Two commands do everything on a fresh Debian 12: `make demo` and `make test`.
 PREFIX ?= /usr/local
 
-.PHONY: help demo test bench format install clean
+FUZZ_SECONDS ?= 60
+
+.PHONY: help demo test bench fuzz format install clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
 	@echo "make test     build and run all tests, with and without sanitizers"
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md"
+	@echo "make fuzz     feed damaged input to every reader and decoder, FUZZ_SECONDS each ($(FUZZ_SECONDS))"
 	@echo "make format   clang-format on every source file"
 	@echo "make install  install the command and the library below PREFIX ($(PREFIX))"
 	@echo "make clean    remove what was built"
@@ -19,6 +22,9 @@ test:
 
 bench:
 	@scripts/bench
+
+fuzz:
+	@scripts/fuzz $(FUZZ_SECONDS)
 
 format:
 	@scripts/check-format --fix
