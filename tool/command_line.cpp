@@ -86,7 +86,8 @@ CLI::Option* file(CLI::App* verb, const std::string& names, std::string& variabl
 }
 
 void add_force(CLI::App* verb, bool& force) {
-  verb->add_flag("-f,--force", force, "Overwrite OUT; write binary data to a terminal")->group(files_group);
+  verb->add_flag("-f,--force", force, "Overwrite OUT if it exists; write binary data to a terminal")
+      ->group(files_group);
 }
 
 CLI::App* Parser::verb(const std::string& name, const std::string& description, const std::string& examples) {
@@ -165,11 +166,12 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->excludes(keep);
 
-  choice(c->add_option("--mode", raw.mode, "Kind of file (default single: smallest; the others come later)"),
+  choice(c->add_option("--mode", raw.mode,
+                       "Kind of file (default: single; the others come with a later version)"),
          {"single", "stream", "random"})
       ->group(speed_group);
   c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
-              "Effort, from -1 (fast) to -9 (small); default -5")
+              "Effort: -1 is fast, -9 makes the smallest file (default -5)")
       ->group(speed_group);
   add_common(c, compress.common, true);
 }
@@ -457,7 +459,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   Parser parser;
   if (words.empty()) {
-    return failure(ErrorCode::usage, "says nothing without a verb; 'maille --help' lists them");
+    return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
   }
   if (words.front() == "help") {
     words.erase(words.begin());

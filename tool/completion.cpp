@@ -21,9 +21,9 @@ std::vector<std::string> all_verbs(const CommandEntry& command) {
   return verbs;
 }
 
-// The first sentence: completion menus have one line.
+// Up to the first aside: completion menus have one line.
 std::string short_help(const OptionEntry& option) {
-  return option.help.substr(0, option.help.find_first_of(";(\n"));
+  return option.help.substr(0, std::min(option.help.find_first_of(";\n"), option.help.find(" (")));
 }
 
 std::string replaced(std::string text, char from, const std::string& to) {

@@ -1,0 +1,2 @@
+# exit: 3
+maille compress nothing_here.ply

@@ -1,0 +1,2 @@
+# exit: 2
+maille compress --bits normal=10 cube.ply

@@ -1,0 +1,2 @@
+maille --version
+maille -V
