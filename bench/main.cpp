@@ -135,10 +135,17 @@ int main(int argc, char** argv) {
       "Measures maille beside its peers on the same integers. Exit code 1 when a round trip of maille "
       "failed.");
   app.add_option("paths", options.paths, "meshes, or folders of them");
-  app.add_option("--flip", options.flipped, "meshes to measure with every second face turned around");
-  app.add_option("--bits", options.precisions, "lattices, e.g. 12,14,lossless")->delimiter(',');
-  app.add_option("--codec", options.codecs, "only codecs with this in their name")->delimiter(',');
-  app.add_option("--efforts", options.efforts, "effort levels of maille")->delimiter(',');
+  app.add_option("--flip", options.flipped, "meshes to measure with every second face turned around")
+      ->allow_extra_args(false);
+  app.add_option("--bits", options.precisions, "lattices, e.g. 12,14,lossless")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--codec", options.codecs, "only codecs with this in their name")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--efforts", options.efforts, "effort levels of maille")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--json", options.json, "write one line of JSON per row to this file");
   app.add_flag("--quick", options.quick, "meshes up to 100,000 faces, few runs, without OpenCTM and xz");
   CLI11_PARSE(app, argc, argv);
