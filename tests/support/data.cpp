@@ -11,10 +11,10 @@ std::string data_folder() {
 
 std::vector<std::string> data_files(const std::string& folder) {
   std::vector<std::string> files;
-  if (data_folder().empty()) return files;
-  for (const auto& entry : std::filesystem::directory_iterator(data_folder() + "/" + folder)) {
-    files.push_back(entry.path().string());
-  }
+  const std::string path = data_folder() + "/" + folder;
+  // Without the shared meshes there may be CGAL's examples (scripts/data), in some of the folders only.
+  if (data_folder().empty() || !std::filesystem::exists(path)) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(path)) files.push_back(entry.path().string());
   std::sort(files.begin(), files.end());
   return files;
 }
