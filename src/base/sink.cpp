@@ -153,6 +153,15 @@ std::string temporary_name(const std::string& name) {
   return "." + name.substr(0, NAME_MAX - 1 - std::string_view(tail).size()) + tail;
 }
 
+/// fsync(), again after an interruption.
+bool sync(int fd) {
+  int result = 0;
+  do {
+    result = ::fsync(fd);
+  } while (result != 0 && errno == EINTR);
+  return result == 0;
+}
+
 class FileSink final : public Sink {
  public:
   FileSink(std::string path, Place place, Descriptor folder, Descriptor file, std::string temporary,
@@ -176,12 +185,16 @@ class FileSink final : public Sink {
   Result<> commit() override {
     if (committed_) return {};
     MAILLE_CHECK(output_.flush());
-    if (::fsync(file_.get()) != 0 || !file_.close()) return cannot_write(path_);
+    if (!sync(file_.get()) || !file_.close()) return cannot_write(path_);
     const char* const from = temporary_.c_str();
     if (::renameat(folder_.get(), from, folder_.get(), final_name_.c_str()) != 0) return cannot_write(path_);
     committed_ = true;
-    // Some file systems cannot sync a folder; the file itself is safe by then.
-    if (::fsync(folder_.get()) != 0 && errno != EINVAL && errno != ENOTSUP) return cannot_write(path_);
+    // Some file systems cannot sync a folder, and need not.
+    if (!sync(folder_.get()) && errno != EINVAL && errno != ENOTSUP) {
+      return failure(ErrorCode::write_failed,
+                     path_ + " is written but may not survive a power loss: its folder cannot be synced: " +
+                         std::strerror(errno));
+    }
     return {};
   }
 

@@ -6,7 +6,7 @@
 
 #include "base/bytes.h"
 
-// A header has one list of fields, its visit() in layout.h. These visitors write, read and print it.
+// A header has one list of fields, its visit() in layout.h. These visitors write, measure, read and print it.
 
 namespace maille {
 
@@ -29,6 +29,25 @@ class FieldWriter {
 
  private:
   ByteWriter& out_;
+};
+
+/// Bytes that FieldWriter would write.
+class FieldSizer {
+ public:
+  template <class T>
+  void fixed(const char*, const T& value) {
+    bytes_ += sizeof value;
+  }
+  void count(const char*, const uint32_t& value, uint32_t) {
+    for (uint32_t rest = value; rest >= 0x80; rest >>= 7) ++bytes_;
+    ++bytes_;
+  }
+  void letters(const char*, const ChunkType& type) { bytes_ += type.size(); }
+
+  size_t bytes() const { return bytes_; }
+
+ private:
+  size_t bytes_ = 0;
 };
 
 class FieldReader {

@@ -50,7 +50,7 @@ Result<FileReader> FileReader::open(const Source& source, std::span<const std::s
   const auto size = static_cast<size_t>(std::min<uint64_t>(source.size(), file_header_bytes));
   const std::vector<std::byte> first_bytes = MAILLE_TRY(read_part(source, 0, size));
   reader.header_ = MAILLE_TRY(read_file_header(first_bytes, source.name()));
-  MAILLE_CHECK(reader.find_chunks());
+  MAILLE_CHECK(reader.find_chunks(first_bytes));
   MAILLE_CHECK(reader.check_types(known_types));
   reader.sort_streams();
   reader.check_parts();
@@ -60,8 +60,7 @@ Result<FileReader> FileReader::open(const Source& source, std::span<const std::s
 
 /// Fills records_, problems_ and complete_: by the index when there is one and all of it fits, else by
 /// scanning.
-Result<> FileReader::find_chunks() {
-  const std::vector<std::byte> header = MAILLE_TRY(read_part(*source_, 0, file_header_bytes));
+Result<> FileReader::find_chunks(Bytes file_header) {
   uint64_t end = source_->size();
   std::optional<Footer> footer;
   if (end >= file_header_bytes + footer_bytes) {
@@ -76,7 +75,7 @@ Result<> FileReader::find_chunks() {
 
   if (footer && footer->index_offset != 0) {
     Result<std::vector<ChunkRecord>> records = read_index(*source_, *footer);
-    if (records && digest_matches(header, *records, *footer)) {
+    if (records && digest_matches(file_header, *records, *footer)) {
       records_ = *std::move(records);
       complete_ = true;
       return {};
@@ -86,7 +85,7 @@ Result<> FileReader::find_chunks() {
                          : records.error().message);
   }
   records_ = MAILLE_TRY(scan_chunks(*source_, end, problems));
-  complete_ = footer && digest_matches(header, records_, *footer);
+  complete_ = footer && digest_matches(file_header, records_, *footer);
   if (footer && !complete_) problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
   problems_ = problems.sentences();
   return {};
@@ -208,6 +207,7 @@ Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) con
                        (problems_.empty() ? "" : ": " + problems_.front()));
   }
   std::vector<std::byte> stream;
+  stream.reserve(static_cast<size_t>(stream_bytes(key)));  // chunks do not overlap: less than the file
   SourceWindow window(*source_);
   for (const size_t i : parts) {
     const Bytes content = MAILLE_TRY(read_content(window, records_[i]));

@@ -47,7 +47,7 @@ class FileReader {
 
  private:
   explicit FileReader(const Source& source) : source_(&source) {}
-  Result<> find_chunks();
+  Result<> find_chunks(Bytes file_header);
   Result<> check_types(std::span<const std::string_view> known_types) const;
   void sort_streams();
   void check_parts();

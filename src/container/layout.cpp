@@ -125,7 +125,9 @@ std::optional<ParsedChunkHeader> read_chunk_header(Bytes bytes) {
 }
 
 uint64_t chunk_total_bytes(const ChunkHeader& header) {
-  return write_chunk_header(header).size() + uint64_t{header.size} + chunk_checksum_bytes;
+  FieldSizer sizer;
+  ChunkHeader::visit(header, sizer);
+  return chunk_marker.size() + sizer.bytes() + sizeof(uint16_t) + header.size + chunk_checksum_bytes;
 }
 
 std::optional<Bytes> chunk_content(Bytes bytes, const ChunkRecord& record) {
