@@ -28,14 +28,14 @@ class CountModel {
  private:
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
-    for (unsigned i = 1; i < 32; ++i) {
+    for (unsigned i = 1; i < 33; ++i) {
       if (!longer_[i].code(coder, length > i)) return i;
     }
-    return 32;
+    return 33;
   }
 
-  std::array<BitModel, 33> longer_;
-  std::array<std::array<BitModel, 4>, 33> mantissa_;
+  std::array<BitModel, 34> longer_;
+  std::array<std::array<BitModel, 4>, 34> mantissa_;
 };
 
 /// A signed number near 0: zero?, sign, magnitude. One model per context.

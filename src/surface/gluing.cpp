@@ -288,15 +288,6 @@ std::vector<uint32_t> breadth_first_faces(const HalfEdges& surface, std::span<co
       } while (h != queue[next]);
     }
   }
-  // From the entry edge back to the first half-edge of each face.
-  for (uint32_t& h : queue) {
-    if (surface.all_triangles()) {
-      h -= h % 3;
-    } else {
-      while (surface.following[h] > h) h = surface.following[h];
-      h = surface.following[h];
-    }
-  }
   return queue;
 }
 

@@ -40,9 +40,9 @@ struct GluedSurface {
 };
 GluedSurface glue(const Faces& faces);
 
-/// First half-edges of the real faces of a surface by breadth-first walks over glued edges: from each of
-/// `seeds`, in order, round each face from the edge it was reached by. `is_real` tells real faces from border
-/// triangles, by half-edge.
+/// The real faces of a surface by breadth-first walks over glued edges: from each of `seeds`, in order, round
+/// each face from the half-edge it was reached by, which is what stands for the face in the result. `is_real`
+/// tells real faces from border triangles, by half-edge.
 std::vector<uint32_t> breadth_first_faces(const HalfEdges& surface, std::span<const uint32_t> seeds,
                                           const std::vector<bool>& is_real);
 

@@ -1,0 +1,48 @@
+#include "entropy/byte_model.h"
+
+#include "entropy/bit_model.h"
+#include "entropy/range_coder.h"
+
+namespace maille {
+namespace {
+
+template <class Coder>
+class ByteModel {
+ public:
+  explicit ByteModel(Coder& coder) : coder_(coder), models_(256 * 256) {}
+
+  std::byte code(std::byte byte) {
+    BitModel* tree = &models_[before_ * 256];
+    unsigned node = 1;
+    for (int bit = 7; bit >= 0; --bit) {
+      node = node << 1 |
+             static_cast<unsigned>(tree[node].code(coder_, (static_cast<unsigned>(byte) >> bit & 1) != 0));
+    }
+    before_ = node & 0xff;
+    return static_cast<std::byte>(before_);
+  }
+
+ private:
+  Coder& coder_;
+  std::vector<BitModel> models_;
+  unsigned before_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::byte> encode_bytes(Bytes bytes) {
+  RangeEncoder encoder;
+  ByteModel<RangeEncoder> model(encoder);
+  for (const std::byte byte : bytes) model.code(byte);
+  return encoder.finish();
+}
+
+std::vector<std::byte> decode_bytes(Bytes coded, uint64_t size) {
+  std::vector<std::byte> bytes;
+  RangeDecoder decoder(coded);
+  ByteModel<RangeDecoder> model(decoder);
+  while (bytes.size() < size && !decoder.exhausted()) bytes.push_back(model.code({}));
+  return bytes;
+}
+
+}  // namespace maille

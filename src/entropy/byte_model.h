@@ -1,0 +1,17 @@
+#pragma once
+
+#include <maille/source.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace maille {
+
+/// Texts and other bytes of no known structure: each byte is coded bit by bit in the context of the byte
+/// before.
+std::vector<std::byte> encode_bytes(Bytes bytes);
+
+/// Inverse: at most `size` bytes, fewer when the coded bytes end early.
+std::vector<std::byte> decode_bytes(Bytes coded, uint64_t size);
+
+}  // namespace maille

@@ -1,0 +1,448 @@
+#include "mesh/number_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille {
+namespace {
+
+constexpr double powers_of_ten[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                    1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+constexpr int32_t most_decimals = 15;
+
+/// 2^exponent, for -1074 to 1023.
+double power_of_two(int32_t exponent) {
+  return std::ldexp(1.0, exponent);
+}
+
+int32_t ordered_bits(float number) {
+  const auto bits = bits_as<int32_t>(number);
+  return bits < 0 ? bits ^ 0x7fffffff : bits;
+}
+int64_t ordered_bits(double number) {
+  const auto bits = bits_as<int64_t>(number);
+  return bits < 0 ? bits ^ 0x7fffffffffffffff : bits;
+}
+float from_ordered(int32_t code) {
+  return bits_as<float>(code < 0 ? code ^ 0x7fffffff : code);
+}
+double from_ordered(int64_t code) {
+  return bits_as<double>(code < 0 ? code ^ 0x7fffffffffffffff : code);
+}
+
+/// Calls `with` with the numbers of the array as a span of their C++ type.
+template <class Function>
+auto with_numbers(const Array& array, Function with) {
+  switch (array.type) {
+    case Scalar::i8:
+      return with(array.values<int8_t>());
+    case Scalar::u8:
+      return with(array.values<uint8_t>());
+    case Scalar::i16:
+      return with(array.values<int16_t>());
+    case Scalar::u16:
+      return with(array.values<uint16_t>());
+    case Scalar::i32:
+      return with(array.values<int32_t>());
+    case Scalar::u32:
+      return with(array.values<uint32_t>());
+    case Scalar::i64:
+      return with(array.values<int64_t>());
+    case Scalar::u64:
+      return with(array.values<uint64_t>());
+    case Scalar::f32:
+      return with(array.values<float>());
+    case Scalar::f64:
+      break;
+  }
+  return with(array.values<double>());
+}
+
+/// Doubles are rounded to the type of number; out of range goes to the nearest end, NaN to 0.
+template <class Number>
+Number rounded_to(double value) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    constexpr double largest = std::numeric_limits<Number>::max();
+    return static_cast<Number>(std::clamp(value, -largest, largest));
+  } else {
+    if (!(value == value)) return 0;
+    const double whole = std::floor(value + 0.5);
+    // The upper ends of the 64-bit types are not doubles; the next double below them is.
+    constexpr auto low = static_cast<double>(std::numeric_limits<Number>::min());
+    constexpr auto high = static_cast<double>(std::numeric_limits<Number>::max());
+    if (whole <= low) return std::numeric_limits<Number>::min();
+    if (whole >= high) return std::numeric_limits<Number>::max();
+    return static_cast<Number>(whole);
+  }
+}
+
+template <class Number>
+void store_as(double value, std::byte* out) {
+  store(out, rounded_to<Number>(value));
+}
+
+void store_rounded(Scalar type, double value, std::byte* out) {
+  switch (type) {
+    case Scalar::i8:
+      return store_as<int8_t>(value, out);
+    case Scalar::u8:
+      return store_as<uint8_t>(value, out);
+    case Scalar::i16:
+      return store_as<int16_t>(value, out);
+    case Scalar::u16:
+      return store_as<uint16_t>(value, out);
+    case Scalar::i32:
+      return store_as<int32_t>(value, out);
+    case Scalar::u32:
+      return store_as<uint32_t>(value, out);
+    case Scalar::i64:
+      return store_as<int64_t>(value, out);
+    case Scalar::u64:
+      return store_as<uint64_t>(value, out);
+    case Scalar::f32:
+      return store_as<float>(value, out);
+    case Scalar::f64:
+      return store_as<double>(value, out);
+  }
+}
+
+int64_t integer_bits(Scalar type, const std::byte* number) {
+  switch (size_of(type)) {
+    case 1:
+      return type == Scalar::u8 ? load<uint8_t>(number) : load<int8_t>(number);
+    case 2:
+      return type == Scalar::u16 ? load<uint16_t>(number) : load<int16_t>(number);
+    case 4:
+      return load<int32_t>(number);
+    default:
+      return load<int64_t>(number);
+  }
+}
+
+void store_integer(Scalar type, int64_t code, std::byte* out) {
+  switch (size_of(type)) {
+    case 1:
+      return store(out, static_cast<int8_t>(code));
+    case 2:
+      return store(out, static_cast<int16_t>(code));
+    case 4:
+      return store(out, static_cast<int32_t>(code));
+    default:
+      return store(out, code);
+  }
+}
+
+int64_t lattice_code(double value, double origin, double step) {
+  const double code = std::floor((value - origin) / step + 0.5);
+  return std::fabs(code) < 9.0e18 ? static_cast<int64_t>(code) : 0;
+}
+
+struct Range {
+  int64_t low = std::numeric_limits<int64_t>::max();
+  int64_t high = std::numeric_limits<int64_t>::min();
+  void add(int64_t code) {
+    low = std::min(low, code);
+    high = std::max(high, code);
+  }
+  double width() const { return low > high ? 0 : static_cast<double>(high) - static_cast<double>(low); }
+};
+
+/// Codes of a float type stay below this, so that they are exact as doubles and fit their integer.
+template <class Number>
+constexpr double largest_code = sizeof(Number) == 4 ? 2147483647.0 : 4503599627370496.0;
+
+/// Does every number of the component come back, bit for bit?
+template <class Number>
+bool fits(std::span<const Number> numbers, uint32_t component, uint32_t components, const NumberMap& map,
+          Range& range) {
+  constexpr Scalar type = sizeof(Number) == 4 ? Scalar::f32 : Scalar::f64;
+  for (size_t i = component; i < numbers.size(); i += components) {
+    const double number = numbers[i];
+    const double scaled = map.kind == NumberMap::Kind::decimal ? number * powers_of_ten[map.exponent]
+                                                               : number * power_of_two(-map.exponent);
+    if (!(std::fabs(scaled) < largest_code<Number>)) return false;
+    const auto code = static_cast<int64_t>(std::floor(scaled + 0.5));
+    Number back;
+    map.store_number(type, code, reinterpret_cast<std::byte*>(&back));
+    if (std::memcmp(&back, &numbers[i], sizeof back) != 0) return false;
+    range.add(code);
+  }
+  return true;
+}
+
+/// Exponent of the lowest bit set in any number of the component; none where that makes no common step.
+template <class Number>
+int32_t lowest_bit(std::span<const Number> numbers, uint32_t component, uint32_t components) {
+  int32_t lowest = 1024;
+  for (size_t i = component; i < numbers.size(); i += components) {
+    const double number = numbers[i];
+    if (number == 0 || !std::isfinite(number)) continue;
+    int exponent;
+    const double fraction = std::frexp(std::fabs(number), &exponent);
+    const auto mantissa = static_cast<uint64_t>(std::ldexp(fraction, 53));
+    lowest = std::min(lowest, exponent - 53 + __builtin_ctzll(mantissa));
+  }
+  return lowest == 1024 ? 0 : lowest;
+}
+
+template <class Number>
+NumberMap choose_float_map(std::span<const Number> numbers, uint32_t component, uint32_t components) {
+  NumberMap best{.kind = NumberMap::Kind::ordered};
+  Range range;
+  for (size_t i = component; i < numbers.size(); i += components) range.add(ordered_bits(numbers[i]));
+  double width = range.width();
+
+  const NumberMap binary{.kind = NumberMap::Kind::binary,
+                         .exponent = lowest_bit(numbers, component, components)};
+  range = {};
+  if (binary.exponent > -1000 && fits(numbers, component, components, binary, range) &&
+      range.width() <= width) {
+    best = binary;
+    width = range.width();
+  }
+  for (int32_t digits = 0; digits <= most_decimals; ++digits) {
+    const NumberMap decimal{.kind = NumberMap::Kind::decimal, .exponent = digits};
+    range = {};
+    if (!fits(numbers, component, components, decimal, range)) continue;
+    return range.width() <= width ? decimal : best;
+  }
+  return best;
+}
+
+}  // namespace
+
+double number_as_double(Scalar type, const std::byte* number) {
+  switch (type) {
+    case Scalar::u32:
+      return load<uint32_t>(number);
+    case Scalar::u64:
+      return static_cast<double>(load<uint64_t>(number));
+    case Scalar::f32:
+      return load<float>(number);
+    case Scalar::f64:
+      return load<double>(number);
+    default:
+      return static_cast<double>(integer_bits(type, number));
+  }
+}
+
+int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
+  switch (kind) {
+    case Kind::integer:
+      return integer_bits(type, number);
+    case Kind::ordered:
+      return type == Scalar::f32 ? ordered_bits(load<float>(number)) : ordered_bits(load<double>(number));
+    case Kind::decimal:
+      return lattice_code(number_as_double(type, number) * powers_of_ten[exponent], 0, 1);
+    case Kind::binary:
+      return lattice_code(number_as_double(type, number) * power_of_two(-exponent), 0, 1);
+    case Kind::lattice:
+      break;
+  }
+  return lattice_code(number_as_double(type, number), origin, step);
+}
+
+void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
+  const auto real = static_cast<double>(code);
+  switch (kind) {
+    case Kind::integer:
+      return store_integer(type, code, out);
+    case Kind::ordered:
+      if (type == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
+      return store(out, from_ordered(code));
+    case Kind::decimal:
+      return store_rounded(type, real / powers_of_ten[exponent], out);
+    case Kind::binary:
+      return store_rounded(type, real * power_of_two(exponent), out);
+    case Kind::lattice:
+      return store_rounded(type, origin + real * step, out);
+  }
+}
+
+double NumberMap::ordered_value(Scalar type, int64_t code) {
+  const double value = type == Scalar::f32 ? from_ordered(static_cast<int32_t>(code)) : from_ordered(code);
+  return value == value ? value : 0;
+}
+
+int64_t NumberMap::nearest_ordered(Scalar type, double value) {
+  if (!(value == value)) return 0;
+  if (type == Scalar::f32) return ordered_bits(rounded_to<float>(value));
+  return ordered_bits(rounded_to<double>(value));
+}
+
+NumberMap choose_lossless_map(const Array& array, uint32_t component) {
+  if (array.type == Scalar::f32) return choose_float_map(array.values<float>(), component, array.components);
+  if (array.type == Scalar::f64) return choose_float_map(array.values<double>(), component, array.components);
+  return {};
+}
+
+namespace {
+
+struct Bounds {
+  std::vector<double> low;
+  std::vector<double> high;
+  bool any = false;
+
+  double longest_side() const {
+    double side = 0;
+    for (size_t k = 0; k < low.size(); ++k) side = std::max(side, high[k] - low[k]);
+    return side;
+  }
+  double diagonal() const {
+    double sum = 0;
+    for (size_t k = 0; k < low.size(); ++k) sum += (high[k] - low[k]) * (high[k] - low[k]);
+    return std::sqrt(sum);
+  }
+};
+
+Bounds bounds_of(const Array& array) {
+  Bounds bounds;
+  bounds.low.assign(array.components, std::numeric_limits<double>::infinity());
+  bounds.high.assign(array.components, -std::numeric_limits<double>::infinity());
+  with_numbers(array, [&](auto numbers) {
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = static_cast<double>(numbers[i]);
+      if (!std::isfinite(number)) continue;
+      double& low = bounds.low[i % array.components];
+      double& high = bounds.high[i % array.components];
+      low = std::min(low, number);
+      high = std::max(high, number);
+    }
+  });
+  for (uint32_t k = 0; k < array.components; ++k) {
+    if (bounds.low[k] > bounds.high[k]) bounds.low[k] = bounds.high[k] = 0;
+  }
+  return bounds;
+}
+
+/// Measures the error of a lattice on every number. False: some code is too large, or the bound is exceeded.
+bool measure(const Array& array, ArrayMaps& maps) {
+  const double largest = size_of(array.type) == 8 ? 4503599627370496.0 : 2147483647.0;
+  maps.maximum_error = 0;
+  maps.exceptions.clear();
+  return with_numbers(array, [&](auto numbers) {
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = static_cast<double>(numbers[i]);
+      if (!std::isfinite(number)) {
+        maps.exceptions.push_back(i);
+        continue;
+      }
+      const NumberMap& map = maps.maps[i % array.components];
+      const int64_t code = lattice_code(number, map.origin, map.step);
+      auto back = numbers[i];
+      map.store_number(array.type, code, reinterpret_cast<std::byte*>(&back));
+      const double error = std::fabs(static_cast<double>(back) - number);
+      if (!(std::fabs((number - map.origin) / map.step) < largest) || error > maps.bound) return false;
+      maps.maximum_error = std::max(maps.maximum_error, error);
+    }
+    return true;
+  });
+}
+
+/// Are all numbers exactly those of lattice points? Then they were decoded from that lattice and must fall on
+/// it again.
+bool lies_on(const Array& array, const std::vector<NumberMap>& maps) {
+  return with_numbers(array, [&](auto numbers) {
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = static_cast<double>(numbers[i]);
+      if (!std::isfinite(number)) continue;
+      const NumberMap& map = maps[i % array.components];
+      auto back = numbers[i];
+      map.store_number(array.type, lattice_code(number, map.origin, map.step),
+                       reinterpret_cast<std::byte*>(&back));
+      if (std::memcmp(&back, &numbers[i], sizeof back) != 0) return false;
+    }
+    return true;
+  });
+}
+
+/// 2^(index / 16), the same on every machine.
+double sixteenth_of_octave(int32_t index) {
+  static constexpr double steps[16] = {1.0,
+                                       1.0442737824274138,
+                                       1.0905077326652577,
+                                       1.1387886347566916,
+                                       1.189207115002721,
+                                       1.241857812073484,
+                                       1.2968395546510096,
+                                       1.3542555469368927,
+                                       1.4142135623730951,
+                                       1.4768261459394993,
+                                       1.5422108254079407,
+                                       1.6104903319492543,
+                                       1.681792830507429,
+                                       1.7562521603732995,
+                                       1.8340080864093424,
+                                       1.9152065613971474};
+  const int32_t octave = index >= 0 ? index / 16 : -((15 - index) / 16);
+  return steps[index - 16 * octave] * power_of_two(octave);
+}
+
+/// A relative bound's step is one of 16 to the octave: decoding moves the bounding box a little, and must not
+/// move the step.
+double relative_step(const Array& array, double largest) {
+  int exponent;
+  (void)std::frexp(largest, &exponent);
+  int32_t index = 16 * exponent;
+  while (sixteenth_of_octave(index) > largest) --index;
+  for (int32_t i = index + 1; i >= index - 1; --i) {
+    const double step = sixteenth_of_octave(i);
+    if (lies_on(array,
+                std::vector(array.components, NumberMap{.kind = NumberMap::Kind::lattice, .step = step}))) {
+      return step;
+    }
+  }
+  return sixteenth_of_octave(index);
+}
+
+ArrayMaps lossless_maps(const Array& array) {
+  ArrayMaps maps;
+  for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(choose_lossless_map(array, k));
+  return maps;
+}
+
+}  // namespace
+
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance) {
+  using Kind = Tolerance::Kind;
+  if (tolerance.kind == Kind::lossless) return lossless_maps(array);
+  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
+    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
+  }
+  if (tolerance.kind == Kind::bits &&
+      (tolerance.value > 62 || tolerance.value != std::floor(tolerance.value))) {
+    return failure(ErrorCode::usage,
+                   "the bits of \"" + array.name + "\" must be a whole number from 1 to 62");
+  }
+  const Bounds bounds = bounds_of(array);
+  ArrayMaps maps;
+  maps.lossless = false;
+  maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
+  if (tolerance.kind == Kind::bits) {
+    maps.step = bounds.longest_side() / (std::exp2(tolerance.value) - 1);
+    for (uint32_t k = 0; k < array.components; ++k) maps.maps[k].origin = bounds.low[k];
+    // Half a step, and the rounding of the decoded number to its type.
+    maps.bound = maps.step * 0.5 * (1 + 1e-6);
+    if (array.type == Scalar::f32) maps.bound += bounds.longest_side() * 1.2e-7;
+  } else if (tolerance.kind == Kind::absolute) {
+    maps.bound = tolerance.value;
+    maps.step = 2 * tolerance.value;
+  } else {
+    maps.bound = tolerance.value * (array.components == 1 ? bounds.longest_side() : bounds.diagonal());
+    if (maps.bound > 0) maps.step = relative_step(array, 2 * maps.bound);
+  }
+  if (!(maps.step > 0) || !std::isfinite(maps.step)) return lossless_maps(array);
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
+  const double coarsest = maps.step;
+  for (const bool decoded_before : {true, false}) {
+    for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
+      maps.step = coarsest * finer;
+      for (NumberMap& map : maps.maps) map.step = maps.step;
+      if ((!decoded_before || lies_on(array, maps.maps)) && measure(array, maps)) return maps;
+    }
+  }
+  return lossless_maps(array);
+}
+
+}  // namespace maille

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/bytes.h"
+
+namespace maille {
+
+/// How the numbers of one component become integers (codes) that lie close where the numbers do, and back.
+/// Numbers of eight bytes have codes of 64 bits, all others of 32; arithmetic on codes wraps around.
+struct NumberMap {
+  enum class Kind : uint8_t {
+    integer,  ///< the bits themselves (integer types)
+    ordered,  ///< the bits of a float, reordered so that codes rise with numbers: any float, NaN and -0
+              ///< included
+    decimal,  ///< code / 10^exponent, rounded to the type: numbers that were written as text
+    binary,   ///< code x 2^exponent
+    lattice,  ///< origin + code x step, rounded to the type: the lossy form
+  };
+  static constexpr unsigned kind_count = 5;
+
+  Kind kind = Kind::integer;
+  int32_t exponent = 0;
+  double origin = 0;
+  double step = 0;
+
+  /// The code of a number of this type. Exact for lossless kinds when the map was made for it; lattice: the
+  /// nearest (finite numbers only).
+  int64_t code_of(Scalar type, const std::byte* number) const;
+  /// Writes the number of a code, size_of(type) bytes. Any code is fine.
+  void store_number(Scalar type, int64_t code, std::byte* out) const;
+
+  /// For predictions among ordered codes, which are not proportional to their numbers. NaN gives 0.
+  static double ordered_value(Scalar type, int64_t code);
+  static int64_t nearest_ordered(Scalar type, double value);
+};
+
+/// One number as a double; i64 and u64 beyond 2^53 are rounded.
+double number_as_double(Scalar type, const std::byte* number);
+
+/// The lossless map with the smallest range of codes for one component of an array.
+NumberMap choose_lossless_map(const Array& array, uint32_t component);
+
+/// Maps for all components of an array.
+struct ArrayMaps {
+  std::vector<NumberMap> maps;
+  bool lossless = true;
+  double bound = 0;          ///< absolute error allowed; 0: lossless
+  double maximum_error = 0;  ///< measured on decoded numbers, over finite ones
+  double step = 0;
+  /// Numbers the lattice cannot hold (infinities and NaN), by tuple * components + component, ascending.
+  std::vector<uint64_t> exceptions;
+};
+
+/// Chooses maps that keep `tolerance`: positions share one step over all components. Falls back to lossless
+/// maps where the bound is finer than what the type can hold. Error: usage, for a bound that is not positive.
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance);
+
+}  // namespace maille

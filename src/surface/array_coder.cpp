@@ -1,0 +1,377 @@
+#include "surface/array_coder.h"
+
+#include <algorithm>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/range_coder.h"
+#include "surface/tuple_coder.h"
+
+namespace maille {
+namespace {
+
+// Elements a coding is tried on: enough to fill the models, few enough to try several.
+constexpr uint32_t trial_elements = 1 << 15;
+
+/// Visits the elements of a domain in coded order with their stencils: what both directions share. `visit`
+/// returns false to stop.
+class ElementWalk {
+ public:
+  ElementWalk(const PatchElements& elements, const std::vector<uint32_t>& face_of)
+      : elements_(elements), surface_(*elements.surface), face_of_(face_of) {}
+
+  template <class Visit>
+  void run(Domain domain, uint64_t mesh_tuples, Visit visit) {
+    switch (domain) {
+      case Domain::point:
+        return points(visit);
+      case Domain::cell:
+        return cells(visit);
+      case Domain::corner:
+        return corners(visit);
+      case Domain::mesh:
+        return rest(0, static_cast<uint32_t>(mesh_tuples), visit);
+    }
+  }
+
+ private:
+  /// Elements that are not on the surface have no neighbours.
+  template <class Visit>
+  void rest(uint32_t from, uint32_t to, Visit visit) {
+    const Stencil nothing{};
+    for (uint32_t i = from; i < to; ++i) {
+      if (!visit(i, nothing)) return;
+    }
+  }
+
+  template <class Visit>
+  void points(Visit visit) {
+    uint32_t next = 0;
+    for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
+      if (surface_.point_of[vertex] != next) continue;  // a dummy, or another fan of a point before
+      find_point_stencil(surface_, vertex, stencil_);
+      if (!visit(next++, stencil_)) return;
+    }
+    rest(surface_.point_count, elements_.points, visit);
+  }
+
+  template <class Visit>
+  void cells(Visit visit) {
+    const auto faces = static_cast<uint32_t>(surface_.faces.size());
+    for (uint32_t face = 0; face < faces; ++face) {
+      stencil_.gate_count = 0;
+      stencil_.neighbour = none;
+      uint32_t h = surface_.faces[face];
+      do {
+        const uint32_t other = face_of_[surface_.half_edges.opposite[h]];
+        if (other < face && (stencil_.neighbour == none || other > stencil_.neighbour))
+          stencil_.neighbour = other;
+        h = surface_.half_edges.next(h);
+      } while (h != surface_.faces[face]);
+      if (!visit(face, stencil_)) return;
+    }
+    rest(faces, elements_.cells(), visit);
+  }
+
+  bool is_real(uint32_t h) const { return face_of_[h] != none; }
+
+  /// The corner at half-edge h when its vertex came before `vertex`; none otherwise.
+  uint32_t known_corner(uint32_t h, uint32_t vertex) const {
+    return is_real(h) && surface_.half_edges.origin[h] < vertex ? h : none;
+  }
+
+  void find_corner_stencil(uint32_t h, uint32_t vertex, uint32_t neighbour) {
+    const HalfEdges& edges = surface_.half_edges;
+    stencil_.gate_count = 0;
+    const uint32_t next = edges.next(h);
+    const uint32_t a = known_corner(next, vertex);
+    const uint32_t b = known_corner(edges.previous(h), vertex);
+    stencil_.neighbour = neighbour != none ? neighbour : a != none ? a : b;
+    if (a == none || b == none) return;
+    const bool triangle = edges.next(edges.next(next)) == h;
+    const uint32_t across =
+        known_corner(triangle ? edges.previous(edges.opposite[next]) : edges.next(next), vertex);
+    if (across == none) return;
+    stencil_.gates[0] = {a, b, across};
+    stencil_.gate_count = 1;
+  }
+
+  template <class Visit>
+  void corners(Visit visit) {
+    for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
+      if (surface_.is_dummy(vertex)) continue;
+      uint32_t neighbour = none;
+      const uint32_t first = surface_.vertices.corner[vertex];
+      uint32_t h = first;
+      do {
+        if (is_real(h)) {
+          find_corner_stencil(h, vertex, neighbour);
+          if (!visit(h, stencil_)) return;
+          neighbour = h;
+        }
+        h = surface_.half_edges.turn(h);
+      } while (h != first);
+    }
+    rest(surface_.half_edges.size(), elements_.corners(), visit);
+  }
+
+  const PatchElements& elements_;
+  const PatchSurface& surface_;
+  const std::vector<uint32_t>& face_of_;
+  Stencil stencil_;
+};
+
+/// Number of the real face of each half-edge; none in border triangles. Points do without.
+std::vector<uint32_t> faces_of_half_edges(const PatchSurface& surface, Domain domain) {
+  std::vector<uint32_t> face_of;
+  if (domain != Domain::cell && domain != Domain::corner) return face_of;
+  face_of.assign(surface.half_edges.size(), none);
+  for (uint32_t face = 0; face < surface.faces.size(); ++face) {
+    uint32_t h = surface.faces[face];
+    do {
+      face_of[h] = face;
+      h = surface.half_edges.next(h);
+    } while (h != surface.faces[face]);
+  }
+  return face_of;
+}
+
+template <class Code>
+std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                                    const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
+                                    std::span<Code> codes, uint32_t most) {
+  RangeEncoder encoder;
+  TupleCoder<RangeEncoder, Code> coder(encoder, coding, array.type, maps.maps, codes);
+  ElementWalk walk(elements, face_of);
+  walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
+    if (most-- == 0) return false;
+    coder.code(element, stencil);
+    return true;
+  });
+  return encoder.finish();
+}
+
+/// The coding whose trial is smallest.
+template <class Code>
+TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                          const Array& array, const ArrayMaps& maps, std::span<Code> codes) {
+  TupleCoding best;
+  size_t smallest = SIZE_MAX;
+  const auto consider = [&](const TupleCoding& coding) {
+    const size_t size =
+        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements).size();
+    if (size >= smallest) return;
+    smallest = size;
+    best = coding;
+  };
+  const bool gates = array.domain == Domain::point || array.domain == Domain::corner;
+  for (unsigned p = 0; p < predictor_count; ++p) {
+    const auto predictor = static_cast<Predictor>(p);
+    if (predictor >= Predictor::nearest_gate && !gates) continue;
+    consider({predictor, 12, array.domain != Domain::point});
+  }
+  TupleCoding other = best;
+  other.mantissa_bits = 2;
+  consider(other);
+  other = best;
+  other.repeats = !best.repeats;
+  consider(other);
+  return best;
+}
+
+void write_map(ByteWriter& out, const NumberMap& map) {
+  out.put(map.kind);
+  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
+    out.put(static_cast<int16_t>(map.exponent));
+  }
+  if (map.kind == NumberMap::Kind::lattice) {
+    out.put(map.origin);
+    out.put(map.step);
+  }
+}
+
+/// Is this a map that choose_maps() can make for this type?
+bool is_sensible(const NumberMap& map, Scalar type) {
+  switch (map.kind) {
+    case NumberMap::Kind::integer:
+      return !is_float(type);
+    case NumberMap::Kind::ordered:
+      return is_float(type);
+    case NumberMap::Kind::decimal:
+      return is_float(type) && map.exponent >= 0 && map.exponent <= 15;
+    case NumberMap::Kind::binary:
+      return is_float(type) && map.exponent >= -1100 && map.exponent <= 1023;
+    case NumberMap::Kind::lattice:
+      return true;
+  }
+  return false;
+}
+
+Result<NumberMap> read_map(ByteReader& in, Scalar type) {
+  NumberMap map;
+  map.kind = static_cast<NumberMap::Kind>(in.get<uint8_t>());
+  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary)
+    map.exponent = in.get<int16_t>();
+  if (map.kind == NumberMap::Kind::lattice) {
+    map.origin = in.get<double>();
+    map.step = in.get<double>();
+  }
+  if (!in.ok() || !is_sensible(map, type))
+    return failure(ErrorCode::corrupt, "an array has an impossible number map");
+  return map;
+}
+
+/// Numbers a lattice cannot hold, by their place among the codes, bit for bit.
+void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps,
+                      std::span<const uint32_t> source) {
+  std::vector<std::pair<uint64_t, uint64_t>> places;  // in coded order, in the array
+  if (!maps.exceptions.empty()) {
+    for (size_t i = 0; i < source.size(); ++i) {
+      if (source[i] == none) continue;
+      for (uint32_t k = 0; k < array.components; ++k) {
+        const uint64_t place = uint64_t{source[i]} * array.components + k;
+        if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), place)) {
+          places.emplace_back(i * array.components + k, place);
+        }
+      }
+    }
+  }
+  out.put_count(places.size());
+  uint64_t before = 0;
+  for (const auto& [coded, place] : places) {
+    out.put_count(coded - before);
+    out.put_bytes(Bytes(array.bytes).subspan(place * size_of(array.type), size_of(array.type)));
+    before = coded;
+  }
+}
+
+Result<> read_exceptions(Bytes bytes, Array& array) {
+  ByteReader in(bytes);
+  const uint64_t count = in.get_count();
+  uint64_t place = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    place += in.get_count();
+    const Bytes number = in.get_bytes(size_of(array.type));
+    if (!in.ok() || place >= array.bytes.size() / size_of(array.type)) {
+      return failure(ErrorCode::corrupt,
+                     "array \"" + array.name + "\" has a damaged list of special numbers");
+    }
+    std::copy(number.begin(), number.end(),
+              array.bytes.begin() + static_cast<ptrdiff_t>(place * size_of(array.type)));
+  }
+  return {};
+}
+
+template <class Code>
+std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                 std::span<const uint32_t> source) {
+  const uint32_t components = array.components;
+  std::vector<Code> codes(source.size() * components);
+  for (size_t i = 0; i < source.size(); ++i) {
+    if (source[i] == none) continue;
+    for (uint32_t k = 0; k < components; ++k) {
+      const size_t place = (size_t{source[i]} * components + k) * size_of(array.type);
+      codes[i * components + k] =
+          static_cast<Code>(maps.maps[k].code_of(array.type, array.bytes.data() + place));
+    }
+  }
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  const TupleCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
+  ByteWriter out;
+  out.put(coding.predictor);
+  out.put(coding.mantissa_bits);
+  out.put(static_cast<uint8_t>(coding.repeats));
+  for (const NumberMap& map : maps.maps) write_map(out, map);
+  ByteWriter exceptions;
+  write_exceptions(exceptions, array, maps, source);
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions.bytes());
+  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none));
+  return out.take();
+}
+
+/// Turns codes into numbers, in place where both have the same size.
+template <class Code>
+void store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<std::byte>&& codes) {
+  const size_t number_bytes = size_of(array.type);
+  const size_t count = codes.size() / sizeof(Code);
+  std::vector<std::byte> separate;
+  if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
+  std::byte* const out = separate.empty() ? codes.data() : separate.data();
+  for (size_t i = 0, k = 0; i < count; ++i, k = k + 1 == maps.size() ? 0 : k + 1) {
+    maps[k].store_number(array.type, load<Code>(codes.data() + i * sizeof(Code)), out + i * number_bytes);
+  }
+  array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
+}
+
+template <class Code>
+Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std::span<const NumberMap> maps,
+                   Bytes bytes, uint64_t tuples, Array& array) {
+  // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
+  if (tuples / 16384 > bytes.size() + 16) {
+    return failure(ErrorCode::corrupt,
+                   "array \"" + array.name + "\" has more tuples than its stream can hold");
+  }
+  std::vector<std::byte> storage(tuples * maps.size() * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.size());
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  RangeDecoder decoder(bytes);
+  TupleCoder<RangeDecoder, Code> coder(decoder, coding, array.type, maps, codes);
+  ElementWalk walk(elements, face_of);
+  walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
+    coder.code(element, stencil);
+    return !decoder.exhausted();
+  });
+  if (decoder.exhausted())
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
+  store_numbers<Code>(array, maps, std::move(storage));
+  return {};
+}
+
+}  // namespace
+
+uint32_t PatchElements::count(Domain domain) const {
+  switch (domain) {
+    case Domain::point:
+      return points;
+    case Domain::cell:
+      return cells();
+    case Domain::corner:
+      return corners();
+    case Domain::mesh:
+      break;
+  }
+  return 0;
+}
+
+std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                    std::span<const uint32_t> source) {
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source);
+  return encode_as<int32_t>(elements, array, maps, source);
+}
+
+Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array) {
+  ByteReader in(bytes);
+  TupleCoding coding;
+  coding.predictor = static_cast<Predictor>(in.get<uint8_t>());
+  coding.mantissa_bits = in.get<uint8_t>();
+  coding.repeats = in.get<uint8_t>() != 0;
+  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || coding.mantissa_bits > 12) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
+  }
+  std::vector<NumberMap> maps;
+  for (uint32_t k = 0; k < array.components; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+  const Bytes exceptions = in.get_bytes(in.get_count());
+  const Bytes coded = in.get_bytes(in.remaining());
+  if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
+  const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
+  if (size_of(array.type) == 8) {
+    MAILLE_CHECK(decode_as<int64_t>(elements, coding, maps, coded, tuples, array));
+  } else {
+    MAILLE_CHECK(decode_as<int32_t>(elements, coding, maps, coded, tuples, array));
+  }
+  return read_exceptions(exceptions, array);
+}
+
+}  // namespace maille

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/number_map.h"
+#include "surface/patch_surface.h"
+
+namespace maille {
+
+/// The elements of a patch that arrays belong to, in coded order: first those of the surface, then the
+/// others.
+///   points:  those of the surface, then points that only loose cells use, or none
+///   cells:   the faces of the surface, then loose cells
+///   corners: by half-edge of the surface (border triangles leave gaps), then those of loose cells
+struct PatchElements {
+  const PatchSurface* surface = nullptr;
+  uint32_t points = 0;
+  uint32_t loose_cells = 0;
+  uint32_t loose_corners = 0;
+
+  uint32_t cells() const { return static_cast<uint32_t>(surface->faces.size()) + loose_cells; }
+  uint32_t corners() const { return surface->half_edges.size() + loose_corners; }
+  uint32_t count(Domain domain) const;
+};
+
+/// Codes an array whose tuples are numbered as in PatchElements: `source` gives for each of them its tuple in
+/// the array, none for gaps. Tries several codings on a part of the array and keeps the best.
+std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                    std::span<const uint32_t> source);
+
+/// Inverse: appends nothing, fills `array.bytes` with tuples numbered as in PatchElements (gaps are zero).
+/// The array's description (domain, type, components) is known; for Domain::mesh so is its count. Safe on any
+/// bytes.
+Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array);
+
+}  // namespace maille

@@ -1,0 +1,185 @@
+#include "surface/description.h"
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/byte_model.h"
+
+namespace maille {
+namespace {
+
+// One list of fields serves writing and reading: Writer and Reader have the same calls.
+
+class Writer {
+ public:
+  static constexpr bool writing = true;
+  void byte(const uint8_t& value, unsigned) { out_.put(value); }
+  template <class Enum>
+  void choice(const Enum& value, unsigned) {
+    out_.put(static_cast<uint8_t>(value));
+  }
+  template <class Number>
+  void count(const Number& value, uint64_t) {
+    out_.put_count(value);
+  }
+  void real(const double& value) { out_.put(value); }
+  void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
+  void text(const std::string& value) { out_.put_string(value); }
+  template <class Item, class Each>
+  void list(const std::vector<Item>& items, Each each) {
+    out_.put_count(items.size());
+    for (const Item& item : items) each(item);
+  }
+  ByteWriter& out() { return out_; }
+
+ private:
+  ByteWriter out_;
+};
+
+class Reader {
+ public:
+  static constexpr bool writing = false;
+  explicit Reader(Bytes bytes) : in_(bytes) {}
+  void byte(uint8_t& value, unsigned count) {
+    value = in_.get<uint8_t>();
+    sensible_ = sensible_ && value < count;
+  }
+  template <class Enum>
+  void choice(Enum& value, unsigned count) {
+    uint8_t number = 0;
+    byte(number, count);
+    value = static_cast<Enum>(number);
+  }
+  template <class Number>
+  void count(Number& value, uint64_t most) {
+    const uint64_t found = in_.get_count();
+    sensible_ = sensible_ && found <= most;
+    value = static_cast<Number>(found);
+  }
+  void real(double& value) { value = in_.get<double>(); }
+  void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
+  void text(std::string& value) { value = in_.get_string(); }
+  template <class Item, class Each>
+  void list(std::vector<Item>& items, Each each) {
+    // Every item takes a byte or more, so the list ends with the bytes at the latest.
+    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
+  }
+  bool ok() const { return sensible_ && in_.ok(); }
+  bool at_end() const { return in_.remaining() == 0; }
+
+ private:
+  ByteReader in_;
+  bool sensible_ = true;
+};
+
+template <class Visitor, class Array>
+void visit_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.domain, domain_count);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  if (array.domain == Domain::mesh) v.count(array.mesh_tuples, none - 1);
+  v.flag(array.lossless);
+  if (array.lossless) return;
+  v.real(array.bound);
+  v.real(array.maximum_error);
+  v.real(array.step);
+}
+
+template <class Visitor, class Block>
+void visit_block(Visitor& v, Block& block) {
+  v.text(block.name);
+  v.choice(block.shape.type, 256);
+  v.count(block.shape.cells, none - 1);
+}
+
+template <class Visitor, class Whole>
+void visit(Visitor& v, Whole& description) {
+  v.byte(description.effort, 10);
+  v.choice(description.order, 2);
+  v.count(description.points, max_points);
+  v.count(description.corners, none - 1);
+  v.list(description.blocks, [&](auto& block) { visit_block(v, block); });
+  visit_array(v, description.positions);
+  v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
+  v.list(description.metadata, [&](auto& entry) {
+    v.text(entry.first);
+    v.text(entry.second);
+  });
+  v.text(description.provenance);
+}
+
+Result<> check_size(const Description& description, const Limits& limits) {
+  // In doubles: sums of claimed counts must not wrap around.
+  auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
+  const auto add = [&](const ArrayDescription& array) {
+    bytes += static_cast<double>(description.tuples(array)) * static_cast<double>(array.components) *
+             static_cast<double>(size_of(array.type));
+  };
+  add(description.positions);
+  for (const ArrayDescription& array : description.arrays) add(array);
+  if (bytes > static_cast<double>(limits.mesh_bytes)) {
+    return failure(ErrorCode::memory_bound,
+                   "the mesh takes " + std::to_string(static_cast<uint64_t>(bytes / 1048576)) +
+                       " MiB, more than the " + std::to_string(limits.mesh_bytes / 1048576) + " MiB allowed");
+  }
+  return {};
+}
+
+}  // namespace
+
+uint64_t Description::cells() const {
+  uint64_t count = 0;
+  for (const BlockDescription& block : blocks) count += block.shape.cells;
+  return count;
+}
+
+uint64_t Description::tuples(const ArrayDescription& array) const {
+  switch (array.domain) {
+    case Domain::point:
+      return points;
+    case Domain::corner:
+      return corners;
+    case Domain::cell:
+      return cells();
+    case Domain::mesh:
+      break;
+  }
+  return array.mesh_tuples;
+}
+
+std::vector<BlockShape> Description::shapes() const {
+  std::vector<BlockShape> shapes;
+  for (const BlockDescription& block : blocks) shapes.push_back(block.shape);
+  return shapes;
+}
+
+std::vector<std::byte> encode_description(const Description& description) {
+  Writer writer;
+  visit(writer, description);
+  ByteWriter out;
+  out.put_count(writer.out().size());
+  out.put_bytes(encode_bytes(writer.out().bytes()));
+  return out.take();
+}
+
+Result<Description> decode_description(Bytes bytes, const Limits& limits) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  Description description;
+  Reader reader(plain);
+  visit(reader, description);
+  bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
+                  description.positions.components == 3 && description.positions.domain == Domain::point;
+  for (const BlockDescription& block : description.blocks) {
+    sensible = sensible && std::string_view(name_of(block.shape.type)) != "unknown";
+  }
+  for (const ArrayDescription& array : description.arrays) sensible = sensible && array.components > 0;
+  if (!sensible) return failure(ErrorCode::corrupt, "the description of the mesh is damaged");
+  MAILLE_CHECK(check_size(description, limits));
+  return description;
+}
+
+}  // namespace maille

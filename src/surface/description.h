@@ -1,0 +1,59 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/limits.h>
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+/// One array as a file describes it, without its numbers.
+struct ArrayDescription {
+  std::string name;
+  Domain domain = Domain::point;
+  Scalar type = Scalar::f32;
+  uint32_t components = 1;
+  Role role = Role::none;
+  std::vector<std::string> labels;
+  uint64_t mesh_tuples = 0;  ///< Domain::mesh only
+  bool lossless = true;
+  double bound = 0;
+  double maximum_error = 0;
+  double step = 0;
+};
+
+struct BlockDescription {
+  std::string name;
+  BlockShape shape;
+};
+
+/// Everything about a mesh that can be known without decoding it. docs/format.md, "Description".
+struct Description {
+  uint8_t effort = 5;
+  Order order = Order::canonical;
+  uint32_t points = 0;
+  uint64_t corners = 0;
+  std::vector<BlockDescription> blocks;
+  ArrayDescription positions;
+  std::vector<ArrayDescription> arrays;
+  std::vector<std::pair<std::string, std::string>> metadata;
+  std::string provenance;
+
+  uint64_t cells() const;
+  uint64_t tuples(const ArrayDescription& array) const;
+  std::vector<BlockShape> shapes() const;
+};
+
+std::vector<std::byte> encode_description(const Description& description);
+
+/// Inverse. Safe on any bytes. Error: corrupt; memory_bound when the mesh described is larger than `limits`
+/// allow.
+Result<Description> decode_description(Bytes bytes, const Limits& limits);
+
+}  // namespace maille

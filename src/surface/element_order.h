@@ -1,0 +1,27 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+/// How the elements of a decoded mesh stood in the mesh that was encoded.
+struct ElementOrder {
+  std::vector<uint32_t> points;    ///< by decoded point: its original number
+  std::vector<uint32_t> cells;     ///< by decoded cell: its original number
+  std::vector<uint32_t> rotation;  ///< by decoded cell: the original position of its first corner
+};
+
+std::vector<std::byte> encode_order(const ElementOrder& order);
+
+/// Inverse. Safe on any bytes: permutations of the given sizes, or corrupt.
+Result<ElementOrder> decode_order(Bytes bytes, uint32_t points, uint32_t cells);
+
+/// The mesh in its original order. Error: corrupt, when `order` would take cells out of their blocks.
+Result<Mesh> restore_order(Mesh mesh, const ElementOrder& order);
+
+}  // namespace maille

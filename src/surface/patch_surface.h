@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surface/connectivity.h"
+
+namespace maille {
+
+/// The surface of a patch as encoder and decoder both have it before the first position: the half-edges are
+/// numbered differently on the two sides, everything else is the same.
+struct PatchSurface {
+  HalfEdges half_edges;
+  SurfaceVertices vertices;
+  /// Number of each vertex's point, in coded order; none for dummies. Vertices of the same point share it.
+  std::vector<uint32_t> point_of;
+  /// Points of the surface: 0 to point_count - 1, in the order of their first vertices.
+  uint32_t point_count = 0;
+  /// Of each real face the half-edge at which it starts, in coded order.
+  std::vector<uint32_t> faces;
+
+  bool is_dummy(uint32_t vertex) const { return vertices.dummy[vertex]; }
+};
+
+}  // namespace maille

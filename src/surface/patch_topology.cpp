@@ -1,0 +1,525 @@
+#include "surface/patch_topology.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/integer_model.h"
+#include "entropy/range_coder.h"
+#include "surface/gluing.h"
+#include "surface/point_identity.h"
+
+namespace maille {
+namespace {
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("topology: ") + what);
+}
+
+CellType type_of(const CellBlock& block, uint64_t cell) {
+  return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type;
+}
+
+/// Calls visit(block, cell in block, cell in mesh, first corner in mesh) for every cell.
+template <class Visit>
+void for_each_cell(const Mesh& mesh, Visit visit) {
+  uint32_t cell = 0;
+  uint64_t corner = 0;
+  for (uint32_t b = 0; b < mesh.blocks.size(); ++b) {
+    for (uint64_t i = 0; i < mesh.blocks[b].size(); ++i) {
+      visit(b, i, cell++, static_cast<uint32_t>(corner));
+      corner += mesh.blocks[b].cell(i).size();
+    }
+  }
+}
+
+/// The faces that can be part of a surface, as one list.
+struct SimpleFaces {
+  std::vector<uint32_t> corners;
+  std::vector<uint32_t> offsets;  ///< empty: triangles
+  std::vector<uint32_t> cell;     ///< empty: face i is cell i
+  std::span<const uint32_t> all_corners;
+
+  Faces view(uint32_t points) const { return {all_corners, offsets, points}; }
+  uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
+};
+
+bool in_surface(const CellBlock& block, uint64_t cell) {
+  // In blocks of mixed type a triangle and a polygon of three corners differ; they are coded as loose cells.
+  return is_face(block.type) && is_simple(block.cell(cell));
+}
+
+SimpleFaces collect_faces(const Mesh& mesh) {
+  SimpleFaces faces;
+  // The common case costs no copy: one block of triangles, all of them simple.
+  if (mesh.blocks.size() == 1 && mesh.blocks[0].type == CellType::triangle) {
+    const CellBlock& block = mesh.blocks[0];
+    uint64_t i = 0;
+    while (i < block.size() && is_simple(block.cell(i))) ++i;
+    if (i == block.size()) {
+      faces.all_corners = block.connectivity;
+      return faces;
+    }
+  }
+  faces.offsets.push_back(0);
+  bool triangles = true;
+  for_each_cell(mesh, [&](uint32_t b, uint64_t i, uint32_t cell, uint32_t) {
+    if (!in_surface(mesh.blocks[b], i)) return;
+    const auto corners = mesh.blocks[b].cell(i);
+    faces.corners.insert(faces.corners.end(), corners.begin(), corners.end());
+    faces.offsets.push_back(static_cast<uint32_t>(faces.corners.size()));
+    faces.cell.push_back(cell);
+    triangles = triangles && corners.size() == 3;
+  });
+  if (triangles) faces.offsets.clear();
+  faces.all_corners = faces.corners;
+  return faces;
+}
+
+/// First half-edges of real faces in coded order, in the numbering of `surface`. `order` lists all faces as
+/// coded.
+std::vector<uint32_t> order_faces(const PatchSurface& surface, std::span<const uint32_t> order, bool chosen) {
+  const HalfEdges& edges = surface.half_edges;
+  std::vector<bool> real(chosen ? edges.size() : 0);
+  std::vector<uint32_t> faces;
+  for (const uint32_t first : order) {
+    bool dummy = false;
+    uint32_t h = first;
+    do {
+      dummy |= surface.is_dummy(edges.origin[h]);
+      h = edges.next(h);
+    } while (h != first);
+    if (dummy) continue;
+    faces.push_back(first);
+    if (!chosen) continue;
+    do {
+      real[h] = true;
+      h = edges.next(h);
+    } while (h != first);
+  }
+  return chosen ? breadth_first_faces(edges, faces, real) : faces;
+}
+
+/// Flags and blocks of the faces, in coded order.
+template <class Coder>
+class FaceLabels {
+ public:
+  explicit FaceLabels(Coder& coder) : coder_(coder) {}
+
+  bool code_flipped(bool flipped) {
+    flipped = flipped_[history_].code(coder_, flipped);
+    history_ = (history_ << 1 | static_cast<unsigned>(flipped)) & 7;
+    return flipped;
+  }
+  uint32_t code_block(uint32_t block) {
+    if (!same_[was_same_].code(coder_, block == block_)) {
+      was_same_ = 0;
+      return block_ = other_.code(coder_, block);
+    }
+    was_same_ = 1;
+    return block_;
+  }
+
+ private:
+  Coder& coder_;
+  std::array<BitModel, 8> flipped_;
+  std::array<BitModel, 2> same_;
+  CountModel other_;
+  unsigned history_ = 0;
+  unsigned was_same_ = 0;
+  uint32_t block_ = 0;
+};
+
+/// Loose cells, one block after the other: types and sizes where they vary; nodes as repeats within the cell
+/// or steps from the node before.
+template <class Coder>
+class LooseCellCoder {
+ public:
+  LooseCellCoder(Coder& coder, uint32_t points) : coder_(coder), points_(points) {}
+
+  CellType code_type(CellType block_type, CellType type) {
+    if (block_type != CellType::mixed) return block_type;
+    const bool same = same_type_.code(coder_, type == type_);
+    if (!same) type_ = static_cast<CellType>(other_type_.code(coder_, static_cast<uint32_t>(type)) & 0xff);
+    return type_;
+  }
+  uint32_t code_size(CellType type, uint32_t size) {
+    return nodes_of(type) != 0 ? nodes_of(type) : size_.code(coder_, size);
+  }
+
+  /// One node of a cell whose earlier nodes are `before`. Gives `points` for a node that is not there.
+  uint32_t code_node(std::span<const uint32_t> before, uint32_t node) {
+    const auto repeated = std::find(before.rbegin(), before.rend(), node);
+    const unsigned position = static_cast<unsigned>(std::min<size_t>(before.size(), 7));
+    if (!before.empty() && repeat_[position].code(coder_, repeated != before.rend())) {
+      const uint32_t back = which_.code(coder_, static_cast<uint32_t>(repeated - before.rbegin()));
+      return back < before.size() ? before[before.size() - 1 - back] : points_;
+    }
+    const auto step = static_cast<int32_t>(node - last_);
+    const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
+    const uint32_t coded = step_[position].code(coder_, zigzag);
+    last_ += coded >> 1 ^ (0 - (coded & 1));
+    return std::min(last_, points_);
+  }
+
+ private:
+  Coder& coder_;
+  uint32_t points_;
+  uint32_t last_ = 0;
+  CellType type_ = CellType::vertex;
+  BitModel same_type_;
+  CountModel other_type_;
+  CountModel size_;
+  std::array<BitModel, 8> repeat_;
+  CountModel which_;
+  std::array<CountModel, 8> step_;
+};
+
+template <class Visitor>
+void visit_header(Visitor&& visit, ConnectivityHeader& header) {
+  visit(header.components, none);
+  visit(header.regular_valence, 0xffff);
+  visit(header.regular_degree, max_degree);
+  visit(header.pivot_window, 64);
+}
+
+void write_header(ByteWriter& out, ConnectivityHeader header, bool chosen) {
+  visit_header([&](uint32_t value, uint32_t) { out.put_count(value); }, header);
+  out.put(static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2));
+}
+
+Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
+  ConnectivityHeader header;
+  bool fits = true;
+  visit_header(
+      [&](uint32_t& value, uint32_t most) {
+        const uint64_t found = in.get_count();
+        fits = fits && found <= most;
+        value = static_cast<uint32_t>(found);
+      },
+      header);
+  const auto flags = in.get<uint8_t>();
+  header.uniform_degree = (flags & 1) != 0;
+  header.has_border = (flags & 2) != 0;
+  chosen = (flags & 4) != 0;
+  if (!in.ok() || !fits || flags > 7 || header.regular_degree < 3) return corrupt("impossible header");
+  return header;
+}
+
+void put_section(ByteWriter& out, const std::vector<std::byte>& bytes) {
+  out.put_count(bytes.size());
+  out.put_bytes(bytes);
+}
+
+// Labels of faces are coded only where they say something.
+constexpr uint8_t with_flips = 1;
+constexpr uint8_t with_blocks = 2;
+
+std::vector<std::byte> encode_labels(const PatchTopology& topology) {
+  ByteWriter out;
+  out.put(static_cast<uint8_t>((topology.flipped.empty() ? 0 : with_flips) |
+                               (topology.face_block.empty() ? 0 : with_blocks)));
+  RangeEncoder encoder;
+  FaceLabels<RangeEncoder> labels(encoder);
+  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+    if (!topology.flipped.empty()) labels.code_flipped(topology.flipped[face]);
+    if (!topology.face_block.empty()) labels.code_block(topology.face_block[face]);
+  }
+  out.put_bytes(encoder.finish());
+  return out.take();
+}
+
+Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
+  ByteReader in(bytes);
+  const auto flags = in.get<uint8_t>();
+  RangeDecoder decoder(in.get_bytes(in.remaining()));
+  FaceLabels<RangeDecoder> labels(decoder);
+  const size_t faces = topology.surface.faces.size();
+  if ((flags & with_flips) != 0) topology.flipped.resize(faces);
+  if ((flags & with_blocks) != 0) topology.face_block.resize(faces);
+  for (uint32_t face = 0; face < faces; ++face) {
+    if ((flags & with_flips) != 0) topology.flipped[face] = labels.code_flipped(false);
+    if ((flags & with_blocks) != 0) topology.face_block[face] = labels.code_block(0);
+    if (topology.block_of_face(face) >= blocks) return corrupt("a face of a block that is not there");
+  }
+  if (decoder.exhausted()) return corrupt("the stream of face labels ends early");
+  return {};
+}
+
+std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh) {
+  RangeEncoder encoder;
+  LooseCellCoder<RangeEncoder> coder(encoder, topology.points);
+  const LooseCells& loose = topology.loose;
+  for (uint32_t i = 0; i < loose.size(); ++i) {
+    const std::span nodes(loose.nodes.data() + loose.offsets[i], loose.offsets[i + 1] - loose.offsets[i]);
+    const CellType type =
+        coder.code_type(mesh.blocks[loose.block[i]].type, static_cast<CellType>(loose.type[i]));
+    coder.code_size(type, static_cast<uint32_t>(nodes.size()));
+    for (size_t k = 0; k < nodes.size(); ++k) coder.code_node(nodes.first(k), nodes[k]);
+  }
+  return encoder.finish();
+}
+
+/// The cells of each block that its faces on the surface leave over.
+Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
+                      PatchTopology& topology) {
+  std::vector<uint64_t> left;
+  for (const BlockShape& block : blocks) left.push_back(block.cells);
+  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+    const uint32_t block = topology.block_of_face(face);
+    const unsigned degree = topology.surface.half_edges.degree(topology.surface.faces[face]);
+    if (!is_face(blocks[block].type) ||
+        (nodes_of(blocks[block].type) != 0 && nodes_of(blocks[block].type) != degree)) {
+      return corrupt("a face in a block of another type");
+    }
+    if (left[block]-- == 0) return corrupt("more faces than a block has");
+  }
+  RangeDecoder decoder(bytes);
+  LooseCellCoder<RangeDecoder> coder(decoder, topology.points);
+  LooseCells& loose = topology.loose;
+  for (uint32_t block = 0; block < blocks.size(); ++block) {
+    for (uint64_t i = 0; i < left[block]; ++i) {
+      const CellType type = coder.code_type(blocks[block].type, CellType::vertex);
+      const uint32_t size = coder.code_size(type, 0);
+      for (uint32_t k = 0; k < size; ++k) {
+        const uint32_t node = coder.code_node(std::span(loose.nodes).last(k), 0);
+        if (node >= topology.points) return corrupt("a cell with a point that is not there");
+        if (decoder.exhausted() || loose.nodes.size() >= corners)
+          return corrupt("the stream of loose cells ends early");
+        loose.nodes.push_back(node);
+      }
+      if (decoder.exhausted()) return corrupt("the stream of loose cells ends early");
+      loose.block.push_back(block);
+      loose.type.push_back(static_cast<uint8_t>(type));
+      loose.offsets.push_back(static_cast<uint32_t>(loose.nodes.size()));
+    }
+  }
+  return {};
+}
+
+/// Numbers the points: those of the surface as coded, then the others as they come in the mesh.
+void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopology& result) {
+  const PatchSurface& surface = result.topology.surface;
+  std::vector<uint32_t>& sources = result.sources.points;
+  sources.assign(surface.point_count, none);
+  std::vector<bool> used(points);
+  for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
+    if (surface.is_dummy(vertex)) continue;
+    sources[surface.point_of[vertex]] = coded.points[vertex];
+    used[coded.points[vertex]] = true;
+  }
+  for (uint32_t point = 0; point < points; ++point) {
+    if (!used[point]) sources.push_back(point);
+  }
+}
+
+/// Where the faces of the surface come from. Half-edges of real faces still stand where the corners of
+/// `faces` do, those of flipped faces in reverse behind the first.
+void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface& glued,
+                 EncodedTopology& result) {
+  PatchTopology& topology = result.topology;
+  const Faces view = faces.view(topology.points);
+  std::vector<uint32_t> face_at;  // by half-edge; triangles do without
+  for (uint32_t face = 0; face < view.size() && !faces.offsets.empty(); ++face) {
+    face_at.resize(view.first(face + 1), face);
+  }
+  std::vector<uint32_t> cell_block;
+  std::vector<uint32_t> cell_corner;
+  if (!faces.cell.empty()) {
+    for_each_cell(mesh, [&](uint32_t b, uint64_t, uint32_t, uint32_t corner) {
+      cell_block.push_back(b);
+      cell_corner.push_back(corner);
+    });
+  }
+  for (const uint32_t h : topology.surface.faces) {
+    const uint32_t face = face_at.empty() ? h / 3 : face_at[h];
+    const uint32_t cell = faces.cell_of(face);
+    const uint32_t degree = view.first(face + 1) - view.first(face);
+    uint32_t corner = h - view.first(face);
+    if (!glued.flipped.empty()) {
+      topology.flipped.push_back(glued.flipped[face]);
+      if (glued.flipped[face]) corner = (degree - corner) % degree;
+    }
+    result.sources.cells.push_back(cell);
+    result.sources.first_corner.push_back((cell_corner.empty() ? view.first(face) : cell_corner[cell]) +
+                                          corner);
+    if (mesh.blocks.size() > 1) topology.face_block.push_back(cell_block[cell]);
+  }
+}
+
+void collect_loose(const Mesh& mesh, EncodedTopology& result) {
+  PatchTopology& topology = result.topology;
+  std::vector<uint32_t> number;  // of points in coded order
+  for_each_cell(mesh, [&](uint32_t b, uint64_t i, uint32_t cell, uint32_t corner) {
+    if (in_surface(mesh.blocks[b], i)) return;
+    if (number.empty()) {
+      number.resize(topology.points);
+      for (uint32_t point = 0; point < topology.points; ++point) number[result.sources.points[point]] = point;
+    }
+    LooseCells& loose = topology.loose;
+    loose.block.push_back(b);
+    loose.type.push_back(static_cast<uint8_t>(type_of(mesh.blocks[b], i)));
+    for (const uint32_t point : mesh.blocks[b].cell(i)) loose.nodes.push_back(number[point]);
+    loose.offsets.push_back(static_cast<uint32_t>(loose.nodes.size()));
+    result.sources.cells.push_back(cell);
+    result.sources.first_corner.push_back(corner);
+  });
+}
+
+}  // namespace
+
+Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window) {
+  // Border triangles can add three half-edges to each corner, and half-edges have 31 bits.
+  if (mesh.corner_count() >= uint64_t{1} << 29) {
+    return failure(ErrorCode::unsupported,
+                   "a mesh of more than 2^29 corners does not fit one patch; split it");
+  }
+  EncodedTopology result;
+  PatchTopology& topology = result.topology;
+  const SimpleFaces faces = collect_faces(mesh);
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  const Faces view = faces.view(points);
+  topology.points = points;
+  GluedSurface glued = glue(view);
+  CodedConnectivity coded =
+      encode_connectivity(glued.half_edges, glued.real_half_edges, points, pivot_window);
+
+  PatchSurface& surface = topology.surface;
+  surface.half_edges = std::move(glued.half_edges);
+  surface.vertices = std::move(coded.vertices);
+  const auto identity = encode_point_identity(surface.half_edges, surface.vertices, coded.points,
+                                              surface.point_of, surface.point_count);
+  surface.faces = order_faces(surface, coded.first_half_edges, glued.chosen);
+  number_points(coded, points, result);
+
+  trace_faces(mesh, faces, glued, result);
+  collect_loose(mesh, result);
+
+  ByteWriter out;
+  write_header(out, coded.header, glued.chosen);
+  put_section(out, coded.bytes);
+  put_section(out, identity);
+  put_section(out, encode_labels(topology));
+  put_section(out, encode_loose(topology, mesh));
+  result.bytes = out.take();
+  return result;
+}
+
+void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded) {
+  std::vector<uint32_t> cell_corner;
+  for_each_cell(mesh, [&](uint32_t, uint64_t, uint32_t, uint32_t corner) { cell_corner.push_back(corner); });
+  const PatchTopology& topology = encoded.topology;
+  const HalfEdges& edges = topology.surface.half_edges;
+  std::vector<uint32_t>& corners = encoded.sources.corners;
+  corners.assign(edges.size(), none);
+  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+    const uint32_t base = cell_corner[encoded.sources.cells[face]];
+    const uint32_t degree = edges.degree(topology.surface.faces[face]);
+    uint32_t corner = encoded.sources.first_corner[face] - base;
+    for (uint32_t i = 0, h = topology.surface.faces[face]; i < degree; ++i, h = edges.next(h)) {
+      corners[h] = base + corner;
+      corner = (corner + (topology.is_flipped(face) ? degree - 1 : 1)) % degree;
+    }
+  }
+  const auto faces = static_cast<uint32_t>(topology.surface.faces.size());
+  for (uint32_t i = 0; i < topology.loose.size(); ++i) {
+    const uint32_t size = topology.loose.offsets[i + 1] - topology.loose.offsets[i];
+    for (uint32_t k = 0; k < size; ++k) corners.push_back(encoded.sources.first_corner[faces + i] + k);
+  }
+}
+
+Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
+                                      uint64_t corners) {
+  PatchTopology topology;
+  topology.points = points;
+  ByteReader in(bytes);
+  bool chosen = false;
+  const ConnectivityHeader header = MAILLE_TRY(read_header(in, chosen));
+  const Bytes connectivity = in.get_bytes(in.get_count());
+  const Bytes identity = in.get_bytes(in.get_count());
+  const Bytes labels = in.get_bytes(in.get_count());
+  const Bytes loose = in.get_bytes(in.get_count());
+  if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
+  if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
+
+  // Every border edge adds a triangle.
+  auto decoded = MAILLE_TRY(decode_connectivity(header, connectivity, static_cast<uint32_t>(4 * corners)));
+  PatchSurface& surface = topology.surface;
+  surface.half_edges = std::move(decoded.surface);
+  surface.vertices = std::move(decoded.vertices);
+  MAILLE_CHECK(decode_point_identity(surface.half_edges, surface.vertices, identity, surface.point_of,
+                                     surface.point_count));
+  if (surface.point_count > points) return corrupt("more points than the mesh has");
+  std::vector<uint32_t> order;
+  for (uint32_t h = 0; h < surface.half_edges.size(); h += surface.half_edges.degree(h)) order.push_back(h);
+  surface.faces = order_faces(surface, order, chosen);
+  MAILLE_CHECK(decode_labels(labels, blocks.size(), topology));
+  MAILLE_CHECK(decode_loose(loose, blocks, corners, topology));
+  return topology;
+}
+
+AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape> blocks, bool with_places) {
+  AssembledCells result;
+  const PatchSurface& surface = topology.surface;
+  const HalfEdges& edges = surface.half_edges;
+  const auto faces = static_cast<uint32_t>(surface.faces.size());
+  std::vector<uint32_t>().swap(topology.surface.half_edges.opposite);
+
+  // Elements of each block, faces first.
+  std::vector<std::vector<uint32_t>> cells_of(blocks.size());
+  if (blocks.size() > 1) {
+    for (uint32_t face = 0; face < faces; ++face) cells_of[topology.block_of_face(face)].push_back(face);
+  }
+  for (uint32_t i = 0; i < topology.loose.size(); ++i) cells_of[topology.loose.block[i]].push_back(faces + i);
+
+  if (with_places) {
+    result.cell_place.assign(topology.elements().cells(), none);
+    result.corner_place.assign(topology.elements().corners(), none);
+  }
+  uint32_t place = 0;
+  uint32_t corner_place = 0;
+  for (uint32_t b = 0; b < blocks.size(); ++b) {
+    CellBlock& block = result.blocks.emplace_back();
+    block.type = blocks[b].type;
+    const bool varies = nodes_of(block.type) == 0;
+    if (varies && blocks[b].cells > 0) block.offsets.push_back(0);
+    const auto end_cell = [&](uint32_t element) {
+      if (varies) block.offsets.push_back(block.connectivity.size());
+      if (with_places) result.cell_place[element] = place;
+      ++place;
+    };
+    const auto add_corner = [&](uint32_t element, uint32_t point) {
+      block.connectivity.push_back(point);
+      if (with_places) result.corner_place[element] = corner_place;
+      ++corner_place;
+    };
+    const auto add_face = [&](uint32_t face) {
+      const uint32_t first = surface.faces[face];
+      const bool flipped = topology.is_flipped(face);
+      uint32_t h = first;
+      do {
+        add_corner(h, surface.point_of[edges.origin[h]]);
+        h = flipped ? edges.previous(h) : edges.next(h);
+      } while (h != first);
+      end_cell(face);
+    };
+    const auto add_loose = [&](uint32_t i) {
+      if (block.type == CellType::mixed) block.types.push_back(topology.loose.type[i]);
+      for (uint32_t k = topology.loose.offsets[i]; k < topology.loose.offsets[i + 1]; ++k) {
+        add_corner(edges.size() + k, topology.loose.nodes[k]);
+      }
+      end_cell(faces + i);
+    };
+    if (blocks.size() == 1) {
+      block.connectivity.reserve(edges.all_triangles() ? size_t{3} * faces : edges.size());
+      for (uint32_t face = 0; face < faces; ++face) add_face(face);
+    }
+    for (const uint32_t element : cells_of[b])
+      element < faces ? add_face(element) : add_loose(element - faces);
+  }
+  return result;
+}
+
+}  // namespace maille

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/array_coder.h"
+#include "surface/patch_surface.h"
+
+namespace maille {
+
+/// What a description says about a block before its cells are decoded.
+struct BlockShape {
+  CellType type = CellType::polygon;
+  uint64_t cells = 0;
+};
+
+/// Cells that are part of no surface: degenerate faces, lines, volumes. Their nodes are numbers of points in
+/// coded order.
+struct LooseCells {
+  std::vector<uint32_t> block;
+  std::vector<uint8_t> type;  ///< for blocks of mixed type; else the block's
+  std::vector<uint32_t> offsets{0};
+  std::vector<uint32_t> nodes;
+  uint32_t size() const { return static_cast<uint32_t>(block.size()); }
+};
+
+/// Everything about a mesh but its numbers, in coded order. docs/format.md, "Topology".
+struct PatchTopology {
+  PatchSurface surface;
+  std::vector<bool> flipped;         ///< by face of the surface; empty: none is
+  std::vector<uint32_t> face_block;  ///< by face of the surface; empty: all are of block 0
+  LooseCells loose;
+  uint32_t points = 0;
+
+  PatchElements elements() const {
+    return {&surface, points, loose.size(), static_cast<uint32_t>(loose.nodes.size())};
+  }
+  uint32_t block_of_face(uint32_t face) const { return face_block.empty() ? 0 : face_block[face]; }
+  bool is_flipped(uint32_t face) const { return !flipped.empty() && flipped[face]; }
+};
+
+/// Where the elements of a coded patch come from in the mesh it was made of.
+struct PatchSources {
+  std::vector<uint32_t> points;        ///< by point in coded order
+  std::vector<uint32_t> cells;         ///< by cell in coded order, counted over all blocks
+  std::vector<uint32_t> first_corner;  ///< by cell in coded order: connectivity entry of its first corner
+  std::vector<uint32_t> corners;       ///< by corner as in PatchElements; none for gaps. Filled on demand.
+};
+
+struct EncodedTopology {
+  PatchTopology topology;
+  PatchSources sources;
+  std::vector<std::byte> bytes;
+};
+
+/// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
+Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window);
+
+/// Fills sources.corners.
+void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded);
+
+/// Inverse of encode_topology. Safe on any bytes: the result fits `blocks` and `points`, or corrupt.
+Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
+                                      uint64_t corners);
+
+/// Cells of the decoded mesh, block by block: faces of the surface in coded order, then loose cells.
+/// `cell_place` and `corner_place` give the place of each element (PatchElements) in the mesh; none for gaps.
+/// Takes the topology apart.
+struct AssembledCells {
+  std::vector<CellBlock> blocks;  ///< without names
+  std::vector<uint32_t> cell_place;
+  std::vector<uint32_t> corner_place;
+};
+AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape> blocks, bool with_places);
+
+}  // namespace maille

@@ -1,0 +1,218 @@
+#include "surface/point_identity.h"
+
+#include <algorithm>
+#include <array>
+
+#include "entropy/integer_model.h"
+#include "entropy/range_coder.h"
+
+namespace maille {
+namespace {
+
+/// A copy lies next to copies: where a known neighbour's point has other vertices, the points around those
+/// are candidates (where faces lie twice, the second sheet follows the first this way).
+template <class Coder>
+class IdentityCoder {
+ public:
+  IdentityCoder(Coder& coder, const HalfEdges& surface, const SurfaceVertices& vertices)
+      : coder_(coder), surface_(surface), vertices_(vertices), next_twin_(vertices.size(), none) {}
+
+  /// Codes the point of the next vertex; `point` is it, or at least the count of points when it is new
+  /// (encoder).
+  Result<uint32_t> code(uint32_t vertex, uint32_t point) {
+    find_candidates(vertex);
+    const bool copy = copy_[context_].code(coder_, point < point_count());
+    if (!copy) return add_point(vertex);
+    uint32_t found = none;
+    for (unsigned i = 0; i < candidates_.size() && i < candidate_limit && found == none; ++i) {
+      if (hit_[std::min<unsigned>(i, 5)].code(coder_, candidates_[i].point == point))
+        found = candidates_[i].point;
+    }
+    if (found == none) {
+      found = coder_.code_raw(point, bit_length(point_count()));
+      if (found >= point_count())
+        return failure(ErrorCode::corrupt, "a vertex is a copy of a point that is not there");
+    }
+    add_vertex(vertex, found);
+    return found;
+  }
+  uint32_t point_count() const { return static_cast<uint32_t>(newest_vertex_.size()); }
+
+ private:
+  struct Candidate {
+    uint32_t point;
+    uint32_t count;
+  };
+  static constexpr unsigned candidate_limit = 6;
+  // Bounds the work at vertices of many edges and points of many vertices.
+  static constexpr unsigned most_twins = 6;
+  static constexpr unsigned most_turns = 24;
+  static constexpr size_t most_candidates = 64;
+
+  uint32_t add_point(uint32_t vertex) {
+    newest_vertex_.push_back(none);
+    add_vertex(vertex, point_count() - 1);
+    return point_count() - 1;
+  }
+  void add_vertex(uint32_t vertex, uint32_t point) {
+    next_twin_[vertex] = newest_vertex_[point];
+    newest_vertex_[point] = vertex;
+    point_of_.push_back(point);
+  }
+  /// The point of a vertex, when it came before `limit` and is none of the dummies.
+  uint32_t known_point(uint32_t vertex, uint32_t limit) const {
+    return vertex < limit ? point_of_[vertex] : none;
+  }
+
+  void find_candidates(uint32_t vertex) {
+    candidates_.clear();
+    known_.clear();
+    unsigned with_twins = 0;
+    const uint32_t first = vertices_.corner[vertex];
+    uint32_t h = first;
+    for (unsigned turns = 0; turns < most_turns; ++turns) {
+      const uint32_t next = surface_.next(h);
+      const uint32_t neighbour = surface_.origin[next];
+      const uint32_t point = known_point(neighbour, vertex);
+      if (point != none) {
+        known_.push_back(point);
+        const uint32_t across =
+            known_point(surface_.origin[surface_.previous(surface_.opposite[next])], vertex);
+        if (across != none) known_.push_back(across);
+        with_twins += collect_around_twins(neighbour, point, vertex);
+      }
+      h = surface_.turn(h);
+      if (h == first) break;
+    }
+    context_ = with_twins == 0 ? 0 : known_.empty() ? 1 : std::min(1 + with_twins, 3u);
+    rank_candidates();
+  }
+
+  /// Returns whether the point has other vertices.
+  bool collect_around_twins(uint32_t neighbour, uint32_t point, uint32_t limit) {
+    bool any = false;
+    uint32_t twin = newest_vertex_[point];
+    for (unsigned twins = 0; twin != none && twins < most_twins; twin = next_twin_[twin]) {
+      if (twin == neighbour) continue;
+      any = true;
+      ++twins;
+      const uint32_t first = vertices_.corner[twin];
+      uint32_t h = first;
+      for (unsigned turns = 0; turns < most_turns; ++turns) {
+        const uint32_t candidate = known_point(surface_.origin[surface_.next(h)], limit);
+        if (candidate != none) add_candidate(candidate);
+        h = surface_.turn(h);
+        if (h == first) break;
+      }
+    }
+    return any;
+  }
+
+  void add_candidate(uint32_t point) {
+    for (Candidate& candidate : candidates_) {
+      if (candidate.point == point) {
+        ++candidate.count;
+        return;
+      }
+    }
+    if (candidates_.size() < most_candidates) candidates_.push_back({point, 1});
+  }
+
+  /// The most frequent first, the first met of equals; points that the vertex's faces have already are none.
+  void rank_candidates() {
+    std::erase_if(candidates_, [&](const Candidate& candidate) {
+      return std::find(known_.begin(), known_.end(), candidate.point) != known_.end();
+    });
+    std::stable_sort(candidates_.begin(), candidates_.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.count > b.count; });
+  }
+
+ public:
+  /// A dummy has no point.
+  void skip() { point_of_.push_back(none); }
+  std::vector<uint32_t> take_points() { return std::move(point_of_); }
+
+ private:
+  Coder& coder_;
+  const HalfEdges& surface_;
+  const SurfaceVertices& vertices_;
+  std::vector<uint32_t> point_of_;       // by vertex
+  std::vector<uint32_t> newest_vertex_;  // by point
+  std::vector<uint32_t> next_twin_;      // by vertex
+  std::vector<Candidate> candidates_;
+  std::vector<uint32_t> known_;
+  unsigned context_ = 0;
+  std::array<BitModel, 4> copy_;
+  std::array<BitModel, 6> hit_;
+};
+
+/// Points in the order of their first vertices.
+uint32_t number_points(const SurfaceVertices& vertices, std::span<const uint32_t> original,
+                       std::vector<uint32_t>& point_of) {
+  uint32_t highest = 0;
+  for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+    if (!vertices.dummy[vertex]) highest = std::max(highest, original[vertex] + 1);
+  }
+  std::vector<uint32_t> number(highest, none);
+  uint32_t count = 0;
+  point_of.assign(vertices.size(), none);
+  for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+    if (vertices.dummy[vertex]) continue;
+    uint32_t& point = number[original[vertex]];
+    if (point == none) point = count++;
+    point_of[vertex] = point;
+  }
+  return count;
+}
+
+uint32_t real_vertices(const SurfaceVertices& vertices) {
+  return static_cast<uint32_t>(std::count(vertices.dummy.begin(), vertices.dummy.end(), false));
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices,
+                                             std::span<const uint32_t> original,
+                                             std::vector<uint32_t>& point_of, uint32_t& point_count) {
+  point_count = number_points(vertices, original, point_of);
+  if (point_count == real_vertices(vertices)) return {};
+  RangeEncoder encoder;
+  IdentityCoder<RangeEncoder> coder(encoder, surface, vertices);
+  for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+    if (vertices.dummy[vertex]) {
+      coder.skip();
+    } else {
+      (void)coder.code(vertex, point_of[vertex]);
+    }
+  }
+  std::vector<std::byte> bytes = encoder.finish();
+  bytes.push_back(std::byte{1});  // never empty
+  return bytes;
+}
+
+Result<> decode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices, Bytes bytes,
+                               std::vector<uint32_t>& point_of, uint32_t& point_count) {
+  if (bytes.empty()) {
+    point_of.resize(vertices.size());
+    point_count = 0;
+    for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+      point_of[vertex] = vertices.dummy[vertex] ? none : point_count++;
+    }
+    return {};
+  }
+  RangeDecoder decoder(bytes.first(bytes.size() - 1));
+  IdentityCoder<RangeDecoder> coder(decoder, surface, vertices);
+  for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+    if (vertices.dummy[vertex]) {
+      coder.skip();
+    } else if (auto point = coder.code(vertex, 0); !point) {
+      return tl::unexpected(std::move(point).error());
+    }
+    if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of point copies ends early");
+  }
+  point_of = coder.take_points();
+  point_count = coder.point_count();
+  return {};
+}
+
+}  // namespace maille

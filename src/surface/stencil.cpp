@@ -1,0 +1,62 @@
+#include "surface/stencil.h"
+
+namespace maille {
+namespace {
+
+/// Point of the vertex at the origin of h when it is known before `vertex`; none otherwise.
+uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
+  const uint32_t other = surface.half_edges.origin[h];
+  return other < vertex ? surface.point_of[other] : none;
+}
+
+void add_gate(Stencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
+  if (across == none || stencil.gate_count == Stencil::most_gates) return;
+  stencil.gates[stencil.gate_count++] = {a, b, across};
+}
+
+/// Gates of one corner: `next` and `previous` are the known points beside it in its face, h its half-edge.
+void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Stencil& stencil) {
+  const HalfEdges& edges = surface.half_edges;
+  const uint32_t next_edge = edges.next(h);
+  const uint32_t previous_edge = edges.previous(h);
+  const uint32_t next = known_point(surface, next_edge, vertex);
+  const uint32_t previous = known_point(surface, previous_edge, vertex);
+  if (next != none) stencil.neighbour = next;
+  if (previous != none) stencil.neighbour = previous;
+  const uint32_t beyond_next = edges.next(next_edge);
+  if (beyond_next == previous_edge) {
+    if (next == none || previous == none) return;
+    // A triangle: across the edge opposite to the vertex.
+    const uint32_t over = edges.opposite[next_edge];
+    return add_gate(stencil, next, previous, known_point(surface, edges.previous(over), vertex));
+  }
+  if (next != none && previous != none) {
+    return add_gate(stencil, next, previous, known_point(surface, beyond_next, vertex));
+  }
+  // A polygon with one known edge at the vertex's neighbour: continue the neighbouring face over that edge.
+  if (next != none && known_point(surface, beyond_next, vertex) != none) {
+    const uint32_t over = edges.opposite[next_edge];
+    const uint32_t across = known_point(surface, edges.next(edges.next(over)), vertex);
+    return add_gate(stencil, next, next, across);
+  }
+  if (previous != none && known_point(surface, edges.previous(previous_edge), vertex) != none) {
+    const uint32_t over = edges.opposite[edges.previous(previous_edge)];
+    const uint32_t across = known_point(surface, edges.previous(over), vertex);
+    return add_gate(stencil, previous, previous, across);
+  }
+}
+
+}  // namespace
+
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
+  stencil.gate_count = 0;
+  stencil.neighbour = none;
+  const uint32_t corner = surface.vertices.corner[vertex];
+  uint32_t h = corner;
+  do {
+    find_gates_at(surface, vertex, h, stencil);
+    h = surface.half_edges.turn(h);
+  } while (h != corner);
+}
+
+}  // namespace maille

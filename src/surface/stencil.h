@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "surface/patch_surface.h"
+
+namespace maille {
+
+/// Two known elements on an edge and the known one across it: the parallelogram a + b - across predicts.
+struct Gate {
+  uint32_t a;
+  uint32_t b;
+  uint32_t across;
+};
+
+/// What is known around an element (a point, a corner, a face) when it is coded, by element numbers.
+struct Stencil {
+  static constexpr unsigned most_gates = 12;
+
+  std::array<Gate, most_gates> gates;
+  unsigned gate_count = 0;
+  uint32_t neighbour = none;  ///< some known element next to it
+};
+
+/// The stencil of a vertex among the points of vertices before it. Inside a face of four or more corners the
+/// face's own three other known corners make a gate; across an edge, the neighbouring face does.
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil);
+
+}  // namespace maille

@@ -1,0 +1,189 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "entropy/residual_model.h"
+#include "mesh/number_map.h"
+#include "predict/parallelogram.h"
+#include "surface/stencil.h"
+
+namespace maille {
+
+/// How an array is coded, chosen by the encoder. docs/format.md, "Arrays".
+struct TupleCoding {
+  Predictor predictor = Predictor::all_gates;
+  uint8_t mantissa_bits = 12;
+  bool repeats = false;  ///< a flag per element says that its tuple is its neighbour's
+};
+
+/// Codes the tuples of one array, each predicted from those in its stencil. `Code` is int64_t for numbers of
+/// eight bytes, else int32_t. One class for both directions: the encoder finds the codes in `codes`, the
+/// decoder puts them there.
+template <class Coder, class Code>
+class TupleCoder {
+ public:
+  TupleCoder(Coder& coder, const TupleCoding& coding, Scalar type, std::span<const NumberMap> maps,
+             std::span<Code> codes)
+      : coder_(coder),
+        coding_(coding),
+        type_(type),
+        maps_(maps),
+        codes_(codes),
+        residuals_(coding.mantissa_bits),
+        sizes_(codes.size()),
+        errors_(maps.empty() ? 0 : codes.size() / maps.size()),
+        predictions_(maps.size()),
+        spreads_(maps.size()) {}
+
+  /// Codes the tuple of `element`. Without a known neighbour the element coded before serves as one.
+  void code(uint32_t element, const Stencil& stencil) {
+    before_ = newest_;
+    newest_ = element;
+    neighbour_ = stencil.neighbour == none ? before_ : stencil.neighbour;
+    if (coding_.repeats && neighbour_ != none && code_repeat(element)) return;
+    choose_gates(stencil);
+    for (unsigned k = 0; k < maps_.size(); ++k) predict(stencil, k);
+    code_residuals(element, stencil);
+  }
+
+ private:
+  size_t at(uint32_t element, unsigned component) const { return size_t{element} * maps_.size() + component; }
+  bool uses_gates() const { return coding_.predictor >= Predictor::nearest_gate; }
+
+  bool code_repeat(uint32_t element) {
+    bool same = true;
+    if constexpr (Coder::encoding) {
+      for (unsigned k = 0; k < maps_.size(); ++k) same &= codes_[at(element, k)] == codes_[at(neighbour_, k)];
+    }
+    same = repeat_[repeated_].code(coder_, same);
+    repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
+    if (!same) return false;
+    for (unsigned k = 0; k < maps_.size(); ++k) {
+      codes_[at(element, k)] = codes_[at(neighbour_, k)];
+      sizes_[at(element, k)] = sizes_[at(neighbour_, k)];
+    }
+    errors_[element] = errors_[neighbour_];
+    return true;
+  }
+
+  /// The two gates with the smallest past errors (the first of equals).
+  void choose_gates(const Stencil& stencil) {
+    best_ = second_ = none;
+    uint64_t best_error = 0;
+    uint64_t second_error = 0;
+    for (unsigned i = 0; i < stencil.gate_count && uses_gates(); ++i) {
+      const Gate& gate = stencil.gates[i];
+      const uint64_t error = (uint64_t{1} << errors_[gate.a]) + (uint64_t{1} << errors_[gate.b]) +
+                             (uint64_t{1} << errors_[gate.across]);
+      if (best_ == none || error < best_error) {
+        second_ = best_;
+        second_error = best_error;
+        best_ = i;
+        best_error = error;
+      } else if (second_ == none || error < second_error) {
+        second_ = i;
+        second_error = error;
+      }
+    }
+  }
+
+  Code parallelogram_at(const Gate& gate, unsigned k) const {
+    const Code a = codes_[at(gate.a, k)];
+    const Code b = codes_[at(gate.b, k)];
+    const Code across = codes_[at(gate.across, k)];
+    if (maps_[k].kind != NumberMap::Kind::ordered) return parallelogram(a, b, across);
+    const double value = NumberMap::ordered_value(type_, a) + NumberMap::ordered_value(type_, b) -
+                         NumberMap::ordered_value(type_, across);
+    return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
+  }
+
+  /// Mean of all parallelograms, relative to the best so that nothing overflows.
+  Code mean_parallelogram(const Stencil& stencil, unsigned k) const {
+    const Code base = parallelogram_at(stencil.gates[best_], k);
+    double sum = 0;
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      sum += static_cast<double>(wrapped_difference(parallelogram_at(stencil.gates[i], k), base));
+    }
+    const double mean = std::floor(sum / stencil.gate_count + 0.5);
+    // Differences of damaged or wild 64-bit codes can leave the range of the type.
+    constexpr double largest = sizeof(Code) == 4 ? 2147483647.0 : 9.0e18;
+    return wrapped_sum(base, std::fabs(mean) <= largest ? static_cast<Code>(mean) : Code{0});
+  }
+
+  void predict(const Stencil& stencil, unsigned k) {
+    spreads_[k] = one_prediction;
+    if (best_ == none) {
+      const uint32_t from = coding_.predictor == Predictor::previous ? before_ : neighbour_;
+      predictions_[k] = from == none ? Code{0} : codes_[at(from, k)];
+      return;
+    }
+    const Code best = parallelogram_at(stencil.gates[best_], k);
+    predictions_[k] = best;
+    if (second_ == none) return;
+    const Code second = parallelogram_at(stencil.gates[second_], k);
+    const Code apart = wrapped_difference(second, best);
+    const auto size = static_cast<uint64_t>(apart < 0 ? -static_cast<int64_t>(apart + 1) : apart);
+    spreads_[k] = std::min(half_octaves(size) / 2, one_prediction - 1);
+    if (coding_.predictor == Predictor::two_gates)
+      predictions_[k] = wrapped_sum(best, static_cast<Code>(apart >> 1));
+    if (coding_.predictor == Predictor::all_gates) predictions_[k] = mean_parallelogram(stencil, k);
+  }
+
+  /// Size of residual to expect in component k, in half octaves: the mean over the stencil.
+  unsigned expected_size(const Stencil& stencil, unsigned k) const {
+    if (best_ == none) return neighbour_ == none ? 0 : sizes_[at(neighbour_, k)];
+    unsigned sum = 0;
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      const Gate& gate = stencil.gates[i];
+      sum += unsigned{sizes_[at(gate.a, k)]} + sizes_[at(gate.b, k)] + sizes_[at(gate.across, k)];
+    }
+    return (2 * sum + 3 * stencil.gate_count) / (6 * stencil.gate_count);
+  }
+
+  void code_residuals(uint32_t element, const Stencil& stencil) {
+    unsigned surprise = 0;
+    uint64_t error = 0;
+    for (unsigned k = 0; k < maps_.size(); ++k) {
+      const unsigned expected = expected_size(stencil, k);
+      const ResidualContext context{k, expected, spreads_[k], surprise};
+      Code& code = codes_[at(element, k)];
+      const auto residual = static_cast<Code>(
+          residuals_.code(coder_, Coder::encoding ? wrapped_difference(code, predictions_[k]) : 0, context));
+      if constexpr (!Coder::encoding) code = wrapped_sum(predictions_[k], residual);
+      const auto wide = static_cast<int64_t>(residual);
+      const unsigned size =
+          half_octaves(wide < 0 ? -static_cast<uint64_t>(wide) : static_cast<uint64_t>(wide));
+      sizes_[at(element, k)] = static_cast<uint8_t>(size);
+      error += uint64_t{1} << std::min(size, largest_error);
+      surprise = size + 1 < expected ? 1 : size <= expected + 1 ? 2 : 3;
+    }
+    errors_[element] = static_cast<uint8_t>(std::min(bit_length(error), largest_error));
+  }
+
+  static constexpr unsigned one_prediction = 11;
+  static constexpr unsigned largest_error = 60;  // sums of three still fit 64 bits
+
+  Coder& coder_;
+  TupleCoding coding_;
+  Scalar type_;
+  std::span<const NumberMap> maps_;
+  std::span<Code> codes_;
+  ResidualModel residuals_;
+  BitModel repeat_[4];
+  std::vector<uint8_t> sizes_;   // of residuals, by number, in half octaves
+  std::vector<uint8_t> errors_;  // by element: about twice the logarithm of the whole residual
+  std::vector<Code> predictions_;
+  std::vector<unsigned> spreads_;
+  uint32_t best_ = none;
+  uint32_t second_ = none;
+  uint32_t neighbour_ = none;
+  uint32_t before_ = none;  // the element coded before this one
+  uint32_t newest_ = none;
+  unsigned repeated_ = 0;
+};
+
+}  // namespace maille
