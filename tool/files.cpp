@@ -69,14 +69,16 @@ std::string with_extension(const std::string& path, const std::string& extension
 
 Result<Input> open_input(const std::string& path, const std::string& format) {
   Input input{path, format, TOOL_TRY(open_source(path)), false};
-  input.is_maille = format == "maille" || (format.empty() && starts_with_magic(*input.source));
+  // A file that lost its first bytes is still to be called damaged, not of unknown format.
+  const bool looks_like_it = starts_with_magic(*input.source) || ends_with(path, ".maille");
+  input.is_maille = format == "maille" || (format.empty() && looks_like_it);
   return input;
 }
 
 Result<Input> open_maille(const std::string& path) {
   Input input = TOOL_TRY(open_input(path));
-  // Without the magic it may still be a damaged .maille file; the decoder tells.
-  if (!input.is_maille && path != "-" && !ends_with(path, ".maille")) {
+  // Anything else may still be a damaged .maille file under another name; the decoder tells.
+  if (!input.is_maille && path != "-") {
     if (const auto format = format_of(path)) {
       return failure(ErrorCode::usage,
                      fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "

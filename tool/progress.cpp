@@ -56,6 +56,7 @@ struct ProgressDisplay::State {
   std::mutex mutex;
   std::string stage;
   Clock::time_point stage_start = Clock::now();
+  Clock::time_point reported = Clock::now();  ///< last: a stage starts where the one before ends
   Clock::time_point shown = Clock::now();
   int tenths = -1;
   size_t width = 0;  ///< of the line on the terminal
@@ -79,9 +80,10 @@ void ProgressDisplay::State::update(const ProgressReport& report, double amount,
   const bool new_stage = stage != report.stage;
   if (new_stage) {
     stage = report.stage;
-    stage_start = Clock::now();
+    stage_start = reported;
     tenths = -1;
   }
+  reported = Clock::now();
   const double fraction = std::clamp(report.fraction, 0.0, 1.0);
   if (!due(fraction, new_stage)) return;
   shown = Clock::now();
@@ -124,6 +126,7 @@ ProgressDisplay::~ProgressDisplay() {
 
 Progress ProgressDisplay::watch(double amount, std::string unit) {
   if (state_->look == Look::none) return {};
+  state_->reported = Clock::now();
   return [state = state_.get(), amount, unit = std::move(unit)](const ProgressReport& report) {
     state->update(report, amount, unit);
     return true;
