@@ -29,7 +29,8 @@ std::vector<std::byte> RangeEncoder::finish() {
   }
   put_word(static_cast<uint32_t>(low_ >> 32));
   put_word(static_cast<uint32_t>(low_));
-  while (!bytes_.empty() && bytes_.back() == std::byte{0}) bytes_.pop_back();
+  // Not more than these two words: the decoder takes more missing ones for damage.
+  for (int i = 0; i < 8 && bytes_.back() == std::byte{0}; ++i) bytes_.pop_back();
   return std::move(bytes_);
 }
 

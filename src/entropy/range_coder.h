@@ -41,7 +41,7 @@ class RangeEncoder {
 
   /// False: an encoder never runs out.
   bool exhausted() const { return false; }
-  /// Ends the stream and gives its bytes; trailing zeros are left out, the decoder puts them back.
+  /// Ends the stream and gives its bytes; up to eight trailing zeros are left out, the decoder puts them back.
   std::vector<std::byte> finish();
   size_t size() const { return bytes_.size(); }
 
@@ -99,8 +99,8 @@ class RangeDecoder {
     return static_cast<uint32_t>(kept);
   }
 
-  /// True once more was read than the stream can hold: its 8 bytes of look-ahead and as many again.
-  bool exhausted() const { return overrun_ > 4; }
+  /// True once more was read than was written. (The encoder leaves out up to two words of zeros at the end.)
+  bool exhausted() const { return overrun_ > 2; }
 
  private:
   void normalise() {

@@ -60,9 +60,9 @@ inline const char* parse_number(const char* const begin, const char* end, Number
   const double magnitude = static_cast<double>(digits) / powers_of_ten[-exponent];
   number.value = negative ? -magnitude : magnitude;
   if (!round_to_single(number.value, number.single)) return parse_number_slow(begin, end, number);
-  // Six digits survive in any normal float; 10^-15 is one.
+  // Six digits survive in any normal float; 10^-15 is one. A little more than one half: ties count as held.
   number.fits_single = digits < 1000000 || std::fabs(number.value - static_cast<double>(number.single)) <=
-                                               0.5 / powers_of_ten[-exponent];
+                                               0.5000001 / powers_of_ten[-exponent];
   return p;
 }
 

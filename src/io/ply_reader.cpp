@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include "base/bytes.h"
+#include "io/budget.h"
 #include "io/buffered_writer.h"
 #include "io/format.h"
 #include "io/ply_table.h"
@@ -12,7 +13,9 @@ namespace {
 class PlyReader {
  public:
   PlyReader(const Source& source, Bytes bytes, const ReadOptions& options)
-      : bytes_(bytes), watch_(source, bytes.size(), options) {}
+      : bytes_(bytes),
+        watch_(source, bytes.size(), options),
+        budget_(source.name(), bytes.size(), options.limits) {}
 
   Result<ReadResult> read() {
     TextScanner scanner(std::string_view(reinterpret_cast<const char*>(bytes_.data()), bytes_.size()));
@@ -159,7 +162,7 @@ class PlyReader {
       add_arrays(element, table, Domain::mesh, mesh().arrays);
     }
     bytes_read_ = faces_.bytes() + edges_.size() * sizeof(uint32_t);
-    for (const auto* arrays : {&face_arrays_, &edge_arrays_, &corner_arrays_}) {
+    for (const auto* arrays : {&face_arrays_, &edge_arrays_}) {
       for (const Array& array : *arrays) bytes_read_ += array.bytes.size();
     }
     return {};
@@ -279,9 +282,19 @@ class PlyReader {
       Array array = make_array((column.hinted ? "" : prefix) + column.name, domain, column.type,
                                column.components, column.role);
       array.bytes = std::move(values.bytes);
+      if (domain == Domain::point && is_exact_position(column)) {
+        mesh().points = std::move(array);
+        continue;
+      }
       remember_group(element, column);
       arrays.push_back(std::move(array));
     }
+  }
+
+  /// 64-bit positions stand beside x, y and z, which are rounded to double.
+  static bool is_exact_position(const PlyColumn& column) {
+    return column.hinted && column.name == "position" && column.components == 3 &&
+           (column.type == Scalar::i64 || column.type == Scalar::u64);
   }
 
   /// The names of a texture coordinate's properties, when they are not "s" and "t".
@@ -318,7 +331,7 @@ class PlyReader {
                                ply_name_of(property.type));
     }
     array.bytes = std::move(values.bytes);
-    corner_arrays_.push_back(std::move(array));
+    face_arrays_.push_back(std::move(array));
     return true;
   }
 
@@ -396,40 +409,53 @@ class PlyReader {
       block.connectivity = std::move(edges_);
       mesh().blocks.push_back(std::move(block));
     }
-    const bool both = face_count != 0 && edge_count != 0;
-    for (Array& array : face_arrays_) {
-      if (both && !find_like(edge_arrays_, array)) remember("ply.only", "face " + to_word(array.name));
-      array.resize(face_count + edge_count);
-    }
-    for (Array& array : edge_arrays_) {
-      Array* const like = find_like(face_arrays_, array);
-      const uint64_t offset = face_count * array.tuple_size();
-      if (like == nullptr && both) {
-        while (std::any_of(face_arrays_.begin(), face_arrays_.end(),
-                           [&](const Array& a) { return a.name == array.name; })) {
-          array.name += "_edge";
-        }
-        remember("ply.only", "edge " + to_word(array.name));
-      }
-      if (like == nullptr) {
-        array.bytes.insert(array.bytes.begin(), offset, std::byte{0});
-      } else {
-        std::copy(array.bytes.begin(), array.bytes.end(),
-                  like->bytes.begin() + static_cast<ptrdiff_t>(offset));
-        array.components = 0;
-      }
-    }
-    std::erase_if(edge_arrays_, [](const Array& array) { return array.components == 0; });
-    for (Array& array : corner_arrays_) array.bytes.resize(mesh().corner_count() * array.tuple_size());
-    for (auto* arrays : {&corner_arrays_, &face_arrays_, &edge_arrays_, &mesh_arrays_}) {
+    both_ = face_count != 0 && edge_count != 0;
+    MAILLE_CHECK(pad_face_arrays());
+    MAILLE_CHECK(merge_edge_arrays(face_count));
+    for (auto* arrays : {&face_arrays_, &edge_arrays_, &mesh_arrays_}) {
       std::move(arrays->begin(), arrays->end(), std::back_inserter(mesh().arrays));
     }
     return {};
   }
 
+  /// Arrays of the face element get zeros for the triangles of strips and the edges.
+  Result<> pad_face_arrays() {
+    for (Array& array : face_arrays_) {
+      const uint64_t count = mesh().count_of(array.domain);
+      MAILLE_CHECK(budget_.take(count, array.tuple_size()));
+      array.resize(count);
+      if (both_ && array.domain == Domain::cell && find_like(edge_arrays_, array) == nullptr) {
+        remember("ply.only", "face " + to_word(array.name));
+      }
+    }
+    return {};
+  }
+
+  /// Arrays of the edge element continue the faces' array of the same description, or get zeros for the
+  /// faces.
+  Result<> merge_edge_arrays(uint64_t face_count) {
+    for (Array& array : edge_arrays_) {
+      const uint64_t offset = face_count * array.tuple_size();
+      if (Array* const like = find_like(face_arrays_, array)) {
+        std::copy(array.bytes.begin(), array.bytes.end(),
+                  like->bytes.begin() + static_cast<ptrdiff_t>(offset));
+        array.components = 0;
+        continue;
+      }
+      const auto taken = [&](const Array& a) { return a.domain == Domain::cell && a.name == array.name; };
+      while (std::any_of(face_arrays_.begin(), face_arrays_.end(), taken)) array.name += "_edge";
+      if (both_) remember("ply.only", "edge " + to_word(array.name));
+      MAILLE_CHECK(budget_.take(mesh().cell_count(), array.tuple_size()));
+      array.bytes.insert(array.bytes.begin(), offset, std::byte{0});
+    }
+    std::erase_if(edge_arrays_, [](const Array& array) { return array.components == 0; });
+    return {};
+  }
+
   static Array* find_like(std::vector<Array>& arrays, const Array& like) {
     for (Array& array : arrays) {
-      if (array.name == like.name && array.type == like.type && array.components == like.components)
+      if (array.domain == like.domain && array.name == like.name && array.type == like.type &&
+          array.components == like.components)
         return &array;
     }
     return nullptr;
@@ -444,6 +470,7 @@ class PlyReader {
 
   Bytes bytes_;
   Watch watch_;
+  Budget budget_;  // of arrays that grow because not all cells have them
   ReadResult result_;
   PlyHeader header_;
   std::vector<PlyHint> hints_;
@@ -453,9 +480,9 @@ class PlyReader {
   CellCollector faces_;
   std::vector<uint32_t> strip_nodes_;
   std::vector<uint32_t> edges_;
-  std::vector<Array> face_arrays_;
+  std::vector<Array> face_arrays_;  // also those on corners
   std::vector<Array> edge_arrays_;
-  std::vector<Array> corner_arrays_;
+  bool both_ = false;  // faces and edges
   std::vector<Array> mesh_arrays_;
 };
 

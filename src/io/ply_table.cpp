@@ -50,8 +50,8 @@ bool read_value(TextScanner& scanner, Scalar type, std::byte* to) {
 }
 
 std::string value_error(const PlyProperty& property, const TextScanner& scanner) {
-  return "property \"" + property.name + "\" has " + found_at(scanner) + " where a " +
-         (is_float(property.type) ? "number" : std::string(ply_name_of(property.type))) + " belongs";
+  return "property \"" + property.name + "\" has " + found_at(scanner) + " where a number" +
+         (is_float(property.type) ? "" : std::string(" of type ") + ply_name_of(property.type)) + " belongs";
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ class PlyPlan {
       } else if (key == "ply.only") {
         only_[from_word(word(1))] = word(0);
       } else if (key == "ply.texcoord" && words.size() == 3) {
-        texcoords_[word(0)] = {word(1), word(2)};
+        texcoords_[word(0)] = {property_name(word(1)), property_name(word(2))};
       } else if (key == "ply.indices" && words.size() == 3) {
         indices_ = {word(0), word(1), word(2)};
       } else if (key == "ply.element" && words.size() == 2) {
@@ -139,19 +139,32 @@ class PlyPlan {
 
   OutElement& start(const std::string& name, uint64_t count) {
     OutElement element;
-    element.element.name = unique(name, element_names_);
+    element.element.name = unique(property_name(name), element_names_);
     element.element.count = count;
     return elements.emplace_back(std::move(element));
   }
 
   void plan_vertices() {
     OutElement& out = start("vertex", mesh_.point_count());
-    add_named(out, mesh_.points, {"x", "y", "z"}, "");
-    if (is_half(mesh_.points.type)) {
-      notes_.push_back("positions are 64-bit integers, which PLY cannot hold; written as x_lo, x_hi, ...");
-    }
+    const bool halves = is_half(mesh_.points.type);
+    if (halves) make_rounded_points();
+    const Array& points = halves ? rounded_points_ : mesh_.points;
+    for (const char* name : {"x", "y", "z"}) add_property(out, name, points.type, false, Scalar::u8);
+    out.fields.push_back({Field::Kind::fixed, &points, points.type, 3, Scalar::u8, nullptr});
+    // 64-bit integers: doubles for other readers, and the exact values for ours.
+    if (halves) add_named(out, mesh_.points, numbered_names("position", 3), "");
     add_arrays(out, Domain::point);
     add_hints(out, "", {"x", "y", "z"});
+  }
+
+  void make_rounded_points() {
+    rounded_points_ = make_array("position", Domain::point, Scalar::f64, 3);
+    rounded_points_.resize(mesh_.point_count());
+    const std::span<double> to = rounded_points_.values<double>();
+    for (size_t i = 0; i < to.size(); ++i) {
+      to[i] = mesh_.points.type == Scalar::i64 ? static_cast<double>(mesh_.points.values<int64_t>()[i])
+                                               : static_cast<double>(mesh_.points.values<uint64_t>()[i]);
+    }
   }
 
   void plan_faces() {
@@ -165,14 +178,14 @@ class PlyPlan {
       if (count && holds(*count, longest_face_)) field.count_type = *count;
       if (type && !is_float(*type) && holds(*type, std::max<uint64_t>(mesh_.point_count(), 1) - 1))
         field.type = *type;
-      name = indices_[2];
+      name = property_name(indices_[2]);
     }
     add_property(out, name, field.type, true, field.count_type);
     out.used.insert({"vertex_indices", "vertex_index"});
     out.fields.push_back(field);
-    add_arrays(out, Domain::cell);
     for (const Array& array : mesh_.arrays) {
       if (array.domain == Domain::corner) add_corner_array(out, array);
+      if (array.domain == Domain::cell && belongs(array, out)) add_array(out, array, "");
     }
     add_hints(out, "", {name});
   }
@@ -249,6 +262,7 @@ class PlyPlan {
   bool add_ragged(OutElement& out, const Array& counts, const std::string& name, const ListType& type,
                   const std::string& prefix) {
     if (counts.type != type.count || counts.components != 1) return false;
+    if (counts.domain == Domain::mesh && counts.count() != out.element.count) return false;
     uint64_t total = 0;
     uint64_t longest = 0;
     for (uint64_t i = 0; i < counts.count(); ++i) {
@@ -320,7 +334,7 @@ class PlyPlan {
     out.fields.push_back(
         {Field::Kind::fixed, &array, type, static_cast<uint32_t>(names.size()), Scalar::u8, nullptr});
     used_.insert(&array);
-    if (&array != &mesh_.points || is_half(array.type)) out.hints.push_back(std::move(hint));
+    out.hints.push_back(std::move(hint));
   }
 
   void add_corner_array(OutElement& out, const Array& array) {
@@ -381,8 +395,7 @@ class PlyPlan {
       for (const Array& array : mesh_.arrays) {
         if (array.domain != Domain::mesh || !array.name.starts_with(prefix) || used_.count(&array) != 0)
           continue;
-        const bool counted_list = mesh_.find(array.name + ".count", Domain::mesh) != nullptr;
-        if (array.count() == count || counted_list) add_array(out, array, prefix);
+        if (array.count() == count) add_array(out, array, prefix);
       }
       add_hints(out, prefix, {});
     }
@@ -426,6 +439,7 @@ class PlyPlan {
   const Mesh& mesh_;
   std::vector<std::string>& notes_;
   uint64_t longest_face_ = 0;
+  Array rounded_points_;
   std::map<std::pair<std::string, std::string>, ListType> lists_;
   std::map<std::string, std::string> only_;
   std::map<std::string, std::vector<std::string>> texcoords_;
