@@ -41,7 +41,8 @@ class RangeEncoder {
 
   /// False: an encoder never runs out.
   bool exhausted() const { return false; }
-  /// Ends the stream and gives its bytes; up to eight trailing zeros are left out, the decoder puts them back.
+  /// Ends the stream and gives its bytes; up to eight trailing zeros are left out, the decoder puts them
+  /// back.
   std::vector<std::byte> finish();
   size_t size() const { return bytes_.size(); }
 

@@ -22,9 +22,10 @@ struct ResidualContext {
   unsigned surprise = 0;   ///< previous component: 0 none, 1 smaller than expected, 2 as expected, 3 larger
 };
 
-/// Signed residuals of up to 64 bits: number of significant bits from the expected one up or down, sign, then
-/// the bits below the top one. The first `mantissa_bits` of those have a model each for all bits before them,
-/// so that a few frequent values are learnt as such (machine parts, voxel lattices); the rest is raw.
+/// Signed residuals of up to `Bits` bits: number of significant bits from the expected one up or down, sign,
+/// then the bits below the top one. The first `mantissa_bits` of those have a model each for all bits before
+/// them, so that a few frequent values are learnt as such (machine parts, voxel lattices); the rest is raw.
+template <unsigned Bits>
 class ResidualModel {
  public:
   explicit ResidualModel(unsigned mantissa_bits)
@@ -50,7 +51,7 @@ class ResidualModel {
   static constexpr unsigned expected_classes = 20;
   static constexpr unsigned spread_classes = 12;
   static constexpr unsigned context_count = expected_classes * spread_classes * 4;
-  static constexpr unsigned lengths = 65;
+  static constexpr unsigned lengths = Bits + 1;
 
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length, unsigned component, const ResidualContext& context) {
@@ -60,9 +61,9 @@ class ResidualModel {
         ((component * expected_classes + expected_class) * spread_classes + context.spread) * 4 +
         context.surprise;
     BitModel* longer = &length_[row * lengths];  // longer[i]: is the length above i?
-    unsigned i = expected / 2 < 64 ? expected / 2 : 63;
+    unsigned i = expected / 2 < Bits ? expected / 2 : Bits - 1;
     if (longer[i].code(coder, length > i)) {
-      while (++i < 64 && longer[i].code(coder, length > i)) {
+      while (++i < Bits && longer[i].code(coder, length > i)) {
       }
       return i;
     }

@@ -49,7 +49,7 @@ class ElementWalk {
   void points(Visit visit) {
     uint32_t next = 0;
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
-      if (surface_.point_of[vertex] != next) continue;  // a dummy, or another fan of a point before
+      if (surface_.point(vertex) != next) continue;  // a dummy, or another fan of a point before
       find_point_stencil(surface_, vertex, stencil_);
       if (!visit(next++, stencil_)) return;
     }
@@ -58,17 +58,17 @@ class ElementWalk {
 
   template <class Visit>
   void cells(Visit visit) {
-    const auto faces = static_cast<uint32_t>(surface_.faces.size());
+    const uint32_t faces = surface_.face_count;
     for (uint32_t face = 0; face < faces; ++face) {
       stencil_.gate_count = 0;
       stencil_.neighbour = none;
-      uint32_t h = surface_.faces[face];
+      uint32_t h = surface_.face(face);
       do {
         const uint32_t other = face_of_[surface_.half_edges.opposite[h]];
         if (other < face && (stencil_.neighbour == none || other > stencil_.neighbour))
           stencil_.neighbour = other;
         h = surface_.half_edges.next(h);
-      } while (h != surface_.faces[face]);
+      } while (h != surface_.face(face));
       if (!visit(face, stencil_)) return;
     }
     rest(faces, elements_.cells(), visit);
@@ -127,14 +127,21 @@ std::vector<uint32_t> faces_of_half_edges(const PatchSurface& surface, Domain do
   std::vector<uint32_t> face_of;
   if (domain != Domain::cell && domain != Domain::corner) return face_of;
   face_of.assign(surface.half_edges.size(), none);
-  for (uint32_t face = 0; face < surface.faces.size(); ++face) {
-    uint32_t h = surface.faces[face];
+  for (uint32_t face = 0; face < surface.face_count; ++face) {
+    uint32_t h = surface.face(face);
     do {
       face_of[h] = face;
       h = surface.half_edges.next(h);
-    } while (h != surface.faces[face]);
+    } while (h != surface.face(face));
   }
   return face_of;
+}
+
+/// Calls `with` with the number of components as a constant where that pays, else with 0.
+template <class Function>
+void with_components(uint32_t components, Function with) {
+  if (components == 3) return with(std::integral_constant<unsigned, 3>{});
+  return with(std::integral_constant<unsigned, 0>{});
 }
 
 template <class Code>
@@ -142,12 +149,14 @@ std::vector<std::byte> encode_codes(const PatchElements& elements, const std::ve
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
                                     std::span<Code> codes, uint32_t most) {
   RangeEncoder encoder;
-  TupleCoder<RangeEncoder, Code> coder(encoder, coding, array.type, maps.maps, codes);
   ElementWalk walk(elements, face_of);
-  walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
-    if (most-- == 0) return false;
-    coder.code(element, stencil);
-    return true;
+  with_components(array.components, [&](auto fixed) {
+    TupleCoder<RangeEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
+    walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
+      if (most-- == 0) return false;
+      coder.code(element, stencil);
+      return true;
+    });
   });
   return encoder.finish();
 }
@@ -317,11 +326,13 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std
   const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.size());
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
   RangeDecoder decoder(bytes);
-  TupleCoder<RangeDecoder, Code> coder(decoder, coding, array.type, maps, codes);
   ElementWalk walk(elements, face_of);
-  walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
-    coder.code(element, stencil);
-    return !decoder.exhausted();
+  with_components(array.components, [&](auto fixed) {
+    TupleCoder<RangeDecoder, Code, fixed> coder(decoder, coding, array.type, maps, codes);
+    walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
+      coder.code(element, stencil);
+      return !decoder.exhausted();
+    });
   });
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");

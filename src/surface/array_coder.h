@@ -22,7 +22,7 @@ struct PatchElements {
   uint32_t loose_cells = 0;
   uint32_t loose_corners = 0;
 
-  uint32_t cells() const { return static_cast<uint32_t>(surface->faces.size()) + loose_cells; }
+  uint32_t cells() const { return surface->face_count + loose_cells; }
   uint32_t corners() const { return surface->half_edges.size() + loose_corners; }
   uint32_t count(Domain domain) const;
 };

@@ -133,8 +133,10 @@ Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
     const uint32_t base = surface_.size();
     if (degree > max_degree) return corrupt("a face with too many edges");
     if (degree > max_half_edges - base) return corrupt("more faces than the patch may have");
-    surface_.origin.resize(base + degree, none);
-    surface_.opposite.resize(base + degree, none);
+    for (uint32_t i = 0; i < degree; ++i) {
+      surface_.origin.push_back(none);
+      surface_.opposite.push_back(none);
+    }
     if (!(header_.uniform_degree && header_.regular_degree == 3)) {
       for (uint32_t i = 1; i < degree; ++i) surface_.following.push_back(base + i);
       surface_.following.push_back(base);
@@ -521,8 +523,13 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
 }
 
 Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header, Bytes bytes,
-                                                uint32_t max_half_edges) {
+                                                uint32_t max_half_edges, uint32_t expected_half_edges) {
   DecodedConnectivity result;
+  // Room for what is expected, but not for more than a stream of this size usually holds.
+  const size_t room = std::min<size_t>(expected_half_edges, 64 * bytes.size() + 1024);
+  result.surface.origin.reserve(room);
+  result.surface.opposite.reserve(room);
+  result.vertices.corner.reserve(room / 6);
   RangeDecoder decoder(bytes);
   FaceCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
   coder.max_half_edges = std::min(max_half_edges, numbered - 1);

@@ -58,6 +58,6 @@ struct DecodedConnectivity {
   SurfaceVertices vertices;
 };
 Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header, Bytes bytes,
-                                                uint32_t max_half_edges);
+                                                uint32_t max_half_edges, uint32_t expected_half_edges);
 
 }  // namespace maille

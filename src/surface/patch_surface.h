@@ -13,12 +13,16 @@ struct PatchSurface {
   HalfEdges half_edges;
   SurfaceVertices vertices;
   /// Number of each vertex's point, in coded order; none for dummies. Vertices of the same point share it.
+  /// Empty where every vertex is its own point and there are no dummies.
   std::vector<uint32_t> point_of;
   /// Points of the surface: 0 to point_count - 1, in the order of their first vertices.
   uint32_t point_count = 0;
-  /// Of each real face the half-edge at which it starts, in coded order.
+  /// Of each real face the half-edge at which it starts, in coded order. Empty where these are 0, 3, 6 ...
   std::vector<uint32_t> faces;
+  uint32_t face_count = 0;
 
+  uint32_t point(uint32_t vertex) const { return point_of.empty() ? vertex : point_of[vertex]; }
+  uint32_t face(uint32_t i) const { return faces.empty() ? 3 * i : faces[i]; }
   bool is_dummy(uint32_t vertex) const { return vertices.dummy[vertex]; }
 };
 

@@ -223,7 +223,7 @@ std::vector<std::byte> encode_labels(const PatchTopology& topology) {
                                (topology.face_block.empty() ? 0 : with_blocks)));
   RangeEncoder encoder;
   FaceLabels<RangeEncoder> labels(encoder);
-  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     if (!topology.flipped.empty()) labels.code_flipped(topology.flipped[face]);
     if (!topology.face_block.empty()) labels.code_block(topology.face_block[face]);
   }
@@ -236,7 +236,7 @@ Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
   const auto flags = in.get<uint8_t>();
   RangeDecoder decoder(in.get_bytes(in.remaining()));
   FaceLabels<RangeDecoder> labels(decoder);
-  const size_t faces = topology.surface.faces.size();
+  const uint32_t faces = topology.surface.face_count;
   if ((flags & with_flips) != 0) topology.flipped.resize(faces);
   if ((flags & with_blocks) != 0) topology.face_block.resize(faces);
   for (uint32_t face = 0; face < faces; ++face) {
@@ -267,9 +267,9 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
                       PatchTopology& topology) {
   std::vector<uint64_t> left;
   for (const BlockShape& block : blocks) left.push_back(block.cells);
-  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     const uint32_t block = topology.block_of_face(face);
-    const unsigned degree = topology.surface.half_edges.degree(topology.surface.faces[face]);
+    const unsigned degree = topology.surface.half_edges.degree(topology.surface.face(face));
     if (!is_face(blocks[block].type) ||
         (nodes_of(blocks[block].type) != 0 && nodes_of(blocks[block].type) != degree)) {
       return corrupt("a face in a block of another type");
@@ -307,7 +307,7 @@ void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopol
   std::vector<bool> used(points);
   for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
     if (surface.is_dummy(vertex)) continue;
-    sources[surface.point_of[vertex]] = coded.points[vertex];
+    sources[surface.point(vertex)] = coded.points[vertex];
     used[coded.points[vertex]] = true;
   }
   for (uint32_t point = 0; point < points; ++point) {
@@ -392,6 +392,7 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window)
   const auto identity = encode_point_identity(surface.half_edges, surface.vertices, coded.points,
                                               surface.point_of, surface.point_count);
   surface.faces = order_faces(surface, coded.first_half_edges, glued.chosen);
+  surface.face_count = static_cast<uint32_t>(surface.faces.size());
   number_points(coded, points, result);
 
   trace_faces(mesh, faces, glued, result);
@@ -414,16 +415,16 @@ void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded) {
   const HalfEdges& edges = topology.surface.half_edges;
   std::vector<uint32_t>& corners = encoded.sources.corners;
   corners.assign(edges.size(), none);
-  for (uint32_t face = 0; face < topology.surface.faces.size(); ++face) {
+  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     const uint32_t base = cell_corner[encoded.sources.cells[face]];
-    const uint32_t degree = edges.degree(topology.surface.faces[face]);
+    const uint32_t degree = edges.degree(topology.surface.face(face));
     uint32_t corner = encoded.sources.first_corner[face] - base;
-    for (uint32_t i = 0, h = topology.surface.faces[face]; i < degree; ++i, h = edges.next(h)) {
+    for (uint32_t i = 0, h = topology.surface.face(face); i < degree; ++i, h = edges.next(h)) {
       corners[h] = base + corner;
       corner = (corner + (topology.is_flipped(face) ? degree - 1 : 1)) % degree;
     }
   }
-  const auto faces = static_cast<uint32_t>(topology.surface.faces.size());
+  const uint32_t faces = topology.surface.face_count;
   for (uint32_t i = 0; i < topology.loose.size(); ++i) {
     const uint32_t size = topology.loose.offsets[i + 1] - topology.loose.offsets[i];
     for (uint32_t k = 0; k < size; ++k) corners.push_back(encoded.sources.first_corner[faces + i] + k);
@@ -445,27 +446,52 @@ Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> b
   if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
 
   // Every border edge adds a triangle.
-  auto decoded = MAILLE_TRY(decode_connectivity(header, connectivity, static_cast<uint32_t>(4 * corners)));
+  auto decoded = MAILLE_TRY(decode_connectivity(header, connectivity, static_cast<uint32_t>(4 * corners),
+                                                static_cast<uint32_t>(corners + corners / 64)));
   PatchSurface& surface = topology.surface;
   surface.half_edges = std::move(decoded.surface);
   surface.vertices = std::move(decoded.vertices);
   MAILLE_CHECK(decode_point_identity(surface.half_edges, surface.vertices, identity, surface.point_of,
                                      surface.point_count));
   if (surface.point_count > points) return corrupt("more points than the mesh has");
-  std::vector<uint32_t> order;
-  for (uint32_t h = 0; h < surface.half_edges.size(); h += surface.half_edges.degree(h)) order.push_back(h);
-  surface.faces = order_faces(surface, order, chosen);
+  if (surface.half_edges.all_triangles() && !header.has_border && !chosen) {
+    surface.face_count = surface.half_edges.size() / 3;
+  } else {
+    std::vector<uint32_t> order;
+    for (uint32_t h = 0; h < surface.half_edges.size(); h += surface.half_edges.degree(h)) order.push_back(h);
+    surface.faces = order_faces(surface, order, chosen);
+    surface.face_count = static_cast<uint32_t>(surface.faces.size());
+  }
   MAILLE_CHECK(decode_labels(labels, blocks.size(), topology));
   MAILLE_CHECK(decode_loose(loose, blocks, corners, topology));
   return topology;
 }
 
+namespace {
+
+/// Triangles of one block, nothing loose, turned over or out of order: the origins are the connectivity.
+bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks, bool with_places) {
+  const PatchSurface& surface = topology.surface;
+  return blocks.size() == 1 && blocks[0].type == CellType::triangle && surface.half_edges.all_triangles() &&
+         topology.flipped.empty() && topology.loose.size() == 0 && surface.faces.empty() && !with_places;
+}
+
+}  // namespace
+
 AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape> blocks, bool with_places) {
   AssembledCells result;
   const PatchSurface& surface = topology.surface;
   const HalfEdges& edges = surface.half_edges;
-  const auto faces = static_cast<uint32_t>(surface.faces.size());
+  const uint32_t faces = surface.face_count;
   std::vector<uint32_t>().swap(topology.surface.half_edges.opposite);
+  if (is_plain(topology, blocks, with_places)) {
+    if (!surface.point_of.empty()) {
+      for (uint32_t& origin : topology.surface.half_edges.origin) origin = surface.point_of[origin];
+    }
+    result.blocks.emplace_back().type = CellType::triangle;
+    result.blocks[0].connectivity = std::move(topology.surface.half_edges.origin);
+    return result;
+  }
 
   // Elements of each block, faces first.
   std::vector<std::vector<uint32_t>> cells_of(blocks.size());
@@ -496,11 +522,11 @@ AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape
       ++corner_place;
     };
     const auto add_face = [&](uint32_t face) {
-      const uint32_t first = surface.faces[face];
+      const uint32_t first = surface.face(face);
       const bool flipped = topology.is_flipped(face);
       uint32_t h = first;
       do {
-        add_corner(h, surface.point_of[edges.origin[h]]);
+        add_corner(h, surface.point(edges.origin[h]));
         h = flipped ? edges.previous(h) : edges.next(h);
       } while (h != first);
       end_cell(face);

@@ -175,6 +175,7 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
                                              std::span<const uint32_t> original,
                                              std::vector<uint32_t>& point_of, uint32_t& point_count) {
   point_count = number_points(vertices, original, point_of);
+  if (point_count == vertices.size()) point_of.clear();
   if (point_count == real_vertices(vertices)) return {};
   RangeEncoder encoder;
   IdentityCoder<RangeEncoder> coder(encoder, surface, vertices);
@@ -193,6 +194,8 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
 Result<> decode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices, Bytes bytes,
                                std::vector<uint32_t>& point_of, uint32_t& point_count) {
   if (bytes.empty()) {
+    point_count = real_vertices(vertices);
+    if (point_count == vertices.size()) return {};
     point_of.resize(vertices.size());
     point_count = 0;
     for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {

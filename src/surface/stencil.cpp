@@ -6,7 +6,7 @@ namespace {
 /// Point of the vertex at the origin of h when it is known before `vertex`; none otherwise.
 uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
   const uint32_t other = surface.half_edges.origin[h];
-  return other < vertex ? surface.point_of[other] : none;
+  return other < vertex ? surface.point(other) : none;
 }
 
 void add_gate(Stencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
@@ -26,7 +26,7 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Ste
   const uint32_t beyond_next = edges.next(next_edge);
   if (beyond_next == previous_edge) {
     if (next == none || previous == none) return;
-    // A triangle: across the edge opposite to the vertex.
+    // A triangle among polygons: across the edge opposite to the vertex.
     const uint32_t over = edges.opposite[next_edge];
     return add_gate(stencil, next, previous, known_point(surface, edges.previous(over), vertex));
   }
@@ -48,9 +48,37 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Ste
 
 }  // namespace
 
+namespace {
+
+/// The same for surfaces of triangles, where each face round the vertex has one gate at most.
+void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
+  const HalfEdges& edges = surface.half_edges;
+  const uint32_t corner = surface.vertices.corner[vertex];
+  uint32_t h = corner;
+  uint32_t next_edge = edges.next(h);
+  uint32_t next = known_point(surface, next_edge, vertex);
+  do {
+    const uint32_t previous_edge = edges.next(next_edge);
+    const uint32_t previous = known_point(surface, previous_edge, vertex);
+    if (previous != none) {
+      stencil.neighbour = previous;
+      if (next != none) {
+        const uint32_t across = known_point(surface, edges.previous(edges.opposite[next_edge]), vertex);
+        add_gate(stencil, next, previous, across);
+      }
+    }
+    h = edges.opposite[previous_edge];
+    next_edge = edges.next(h);
+    next = previous;
+  } while (h != corner);
+}
+
+}  // namespace
+
 void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
   stencil.gate_count = 0;
   stencil.neighbour = none;
+  if (surface.half_edges.all_triangles()) return find_triangle_stencil(surface, vertex, stencil);
   const uint32_t corner = surface.vertices.corner[vertex];
   uint32_t h = corner;
   do {

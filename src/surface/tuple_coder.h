@@ -1,9 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "entropy/residual_model.h"
@@ -23,7 +24,8 @@ struct TupleCoding {
 /// Codes the tuples of one array, each predicted from those in its stencil. `Code` is int64_t for numbers of
 /// eight bytes, else int32_t. One class for both directions: the encoder finds the codes in `codes`, the
 /// decoder puts them there.
-template <class Coder, class Code>
+/// `Fixed` is the number of components where it is known when compiling (positions), else 0.
+template <class Coder, class Code, unsigned Fixed>
 class TupleCoder {
  public:
   TupleCoder(Coder& coder, const TupleCoding& coding, Scalar type, std::span<const NumberMap> maps,
@@ -46,23 +48,24 @@ class TupleCoder {
     neighbour_ = stencil.neighbour == none ? before_ : stencil.neighbour;
     if (coding_.repeats && neighbour_ != none && code_repeat(element)) return;
     choose_gates(stencil);
-    for (unsigned k = 0; k < maps_.size(); ++k) predict(stencil, k);
+    for (unsigned k = 0; k < components(); ++k) predict(stencil, k);
     code_residuals(element, stencil);
   }
 
  private:
-  size_t at(uint32_t element, unsigned component) const { return size_t{element} * maps_.size() + component; }
+  unsigned components() const { return Fixed != 0 ? Fixed : static_cast<unsigned>(maps_.size()); }
+  size_t at(uint32_t element, unsigned component) const { return size_t{element} * components() + component; }
   bool uses_gates() const { return coding_.predictor >= Predictor::nearest_gate; }
 
   bool code_repeat(uint32_t element) {
     bool same = true;
     if constexpr (Coder::encoding) {
-      for (unsigned k = 0; k < maps_.size(); ++k) same &= codes_[at(element, k)] == codes_[at(neighbour_, k)];
+      for (unsigned k = 0; k < components(); ++k) same &= codes_[at(element, k)] == codes_[at(neighbour_, k)];
     }
     same = repeat_[repeated_].code(coder_, same);
     repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
     if (!same) return false;
-    for (unsigned k = 0; k < maps_.size(); ++k) {
+    for (unsigned k = 0; k < components(); ++k) {
       codes_[at(element, k)] = codes_[at(neighbour_, k)];
       sizes_[at(element, k)] = sizes_[at(neighbour_, k)];
     }
@@ -101,19 +104,6 @@ class TupleCoder {
     return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
   }
 
-  /// Mean of all parallelograms, relative to the best so that nothing overflows.
-  Code mean_parallelogram(const Stencil& stencil, unsigned k) const {
-    const Code base = parallelogram_at(stencil.gates[best_], k);
-    double sum = 0;
-    for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      sum += static_cast<double>(wrapped_difference(parallelogram_at(stencil.gates[i], k), base));
-    }
-    const double mean = std::floor(sum / stencil.gate_count + 0.5);
-    // Differences of damaged or wild 64-bit codes can leave the range of the type.
-    constexpr double largest = sizeof(Code) == 4 ? 2147483647.0 : 9.0e18;
-    return wrapped_sum(base, std::fabs(mean) <= largest ? static_cast<Code>(mean) : Code{0});
-  }
-
   void predict(const Stencil& stencil, unsigned k) {
     spreads_[k] = one_prediction;
     if (best_ == none) {
@@ -125,12 +115,22 @@ class TupleCoder {
     predictions_[k] = best;
     if (second_ == none) return;
     const Code second = parallelogram_at(stencil.gates[second_], k);
+    // Relative to the best one, so that nothing overflows.
     const Code apart = wrapped_difference(second, best);
     const auto size = static_cast<uint64_t>(apart < 0 ? -static_cast<int64_t>(apart + 1) : apart);
     spreads_[k] = std::min(half_octaves(size) / 2, one_prediction - 1);
-    if (coding_.predictor == Predictor::two_gates)
+    if (coding_.predictor == Predictor::nearest_gate) return;
+    if (coding_.predictor == Predictor::two_gates || stencil.gate_count == 2) {
       predictions_[k] = wrapped_sum(best, static_cast<Code>(apart >> 1));
-    if (coding_.predictor == Predictor::all_gates) predictions_[k] = mean_parallelogram(stencil, k);
+      return;
+    }
+    Sum sum = apart;
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      if (i != best_ && i != second_) sum += wrapped_difference(parallelogram_at(stencil.gates[i], k), best);
+    }
+    const auto count = static_cast<int>(stencil.gate_count);
+    const Sum rounded = sum + (sum < 0 ? -(count / 2) : count / 2);
+    predictions_[k] = wrapped_sum(best, static_cast<Code>(rounded / count));
   }
 
   /// Size of residual to expect in component k, in half octaves: the mean over the stencil.
@@ -141,13 +141,13 @@ class TupleCoder {
       const Gate& gate = stencil.gates[i];
       sum += unsigned{sizes_[at(gate.a, k)]} + sizes_[at(gate.b, k)] + sizes_[at(gate.across, k)];
     }
-    return (2 * sum + 3 * stencil.gate_count) / (6 * stencil.gate_count);
+    return (sum * inverse_of_triple[stencil.gate_count] + 32768) >> 16;
   }
 
   void code_residuals(uint32_t element, const Stencil& stencil) {
     unsigned surprise = 0;
     uint64_t error = 0;
-    for (unsigned k = 0; k < maps_.size(); ++k) {
+    for (unsigned k = 0; k < components(); ++k) {
       const unsigned expected = expected_size(stencil, k);
       const ResidualContext context{k, expected, spreads_[k], surprise};
       Code& code = codes_[at(element, k)];
@@ -164,6 +164,10 @@ class TupleCoder {
     errors_[element] = static_cast<uint8_t>(std::min(bit_length(error), largest_error));
   }
 
+  using Sum = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
+  /// 65536 / 3n.
+  static constexpr std::array<unsigned, Stencil::most_gates + 1> inverse_of_triple = {
+      0, 21845, 10923, 7282, 5461, 4369, 3641, 3121, 2731, 2427, 2185, 1986, 1820};
   static constexpr unsigned one_prediction = 11;
   static constexpr unsigned largest_error = 60;  // sums of three still fit 64 bits
 
@@ -172,7 +176,7 @@ class TupleCoder {
   Scalar type_;
   std::span<const NumberMap> maps_;
   std::span<Code> codes_;
-  ResidualModel residuals_;
+  ResidualModel<8 * sizeof(Code)> residuals_;
   BitModel repeat_[4];
   std::vector<uint8_t> sizes_;   // of residuals, by number, in half octaves
   std::vector<uint8_t> errors_;  // by element: about twice the logarithm of the whole residual
