@@ -155,9 +155,11 @@ def bars(results):
                 bar(f'motorBike at {bits} bits, size / {DRACO} <= 1', f'{sizes["motorBike"]:.3f}', sizes['motorBike'] <= 1)
             speed = statistics.median(results.ratios('tri', bits, ours, 'decode_mtps', DRACO).values())
             bar(f'decode speed at {bits} bits / {DRACO} >= 1.5', f'{speed:.2f}', speed >= 1.5)
-            large = [r[ours] for r in results.groups[('tri', bits)].values() if 'bytes' in r.get(ours, {})
-                     and r[ours]['vertices'] >= 100_000] or [r[ours] for r in results.groups[('tri', bits)].values() if 'bytes' in r.get(ours, {})]
+            large = [rows[ours] for rows in results.groups[('tri', bits)].values()
+                     if 'bytes' in rows.get(ours, {}) and rows[ours]['vertices'] >= 100_000]
             for key, limit in (('encode_peak_per_vertex', 120), ('decode_peak_per_vertex', 80)):
+                if not large:
+                    continue
                 worst_peak = max(row[key] for row in large)
                 bar(f'{key} at {bits} bits, from 100,000 vertices, <= {limit}', f'{worst_peak:.0f}', worst_peak <= limit)
     sizes = results.ratios('tri', 'lossless', ours, 'bytes', YARDSTICK['lossless'])
