@@ -163,7 +163,7 @@ class ObjPass {
         scanner_.skip_line();
         return count;
       }
-      if (count == numbers.size() || !scanner_.number(numbers[count])) {
+      if (count == numbers.size() || !scanner_.number(numbers[count], '\\')) {
         return bad(std::string(element) + " " + std::to_string(number) + " has " + found_at(scanner_) +
                    (count == numbers.size() ? " behind 8 numbers" : " where a number belongs"));
       }

@@ -319,7 +319,7 @@ class PlyReader {
       if (!halves && hint->type != property.type) return false;
       per_corner = uint64_t{hint->components} * (halves ? 2 : 1);
       array = make_array(hint->name, Domain::corner, hint->type, hint->components, hint->role);
-    } else if (property.name != "texcoord" || !is_float(property.type) || values.lengths.total() == 0) {
+    } else if (property.name != "texcoord" || !is_float(property.type)) {
       return false;
     }
     if (values.lengths.count() != faces_.count()) return false;

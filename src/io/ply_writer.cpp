@@ -110,8 +110,9 @@ class PlyPlan {
   }
 
   bool has_cell_arrays() const {
-    return std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(),
-                       [](const Array& array) { return array.domain == Domain::cell; });
+    return std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(), [](const Array& array) {
+      return array.domain == Domain::cell || array.domain == Domain::corner;
+    });
   }
 
   void read_metadata() {

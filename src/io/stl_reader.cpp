@@ -143,7 +143,7 @@ class StlPass {
  private:
   tl::unexpected<Error> bad(const std::string& expected) const {
     return malformed_line(watch_.name(), scanner_.line(),
-                          "facet " + std::to_string(nodes_.size() / 3) + ": " + found_at(scanner_) +
+                          "facet " + std::to_string(solid_of_facet_.size()) + ": " + found_at(scanner_) +
                               " stands where " + expected + " belongs");
   }
 

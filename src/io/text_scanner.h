@@ -95,10 +95,10 @@ class TextScanner {
     TextScanner copy = *this;
     return copy.word().substr(0, 40);
   }
-  /// A number that ends at white space (or the text's end). Does not move when there is none.
-  bool number(Number& number) {
+  /// A number that ends at white space, the text's end, or the character `stop`. Does not move when there is none.
+  bool number(Number& number, char stop = ' ') {
     const char* const behind = parse_number(p_, end_, number);
-    if (behind == nullptr || (behind != end_ && !is_white(*behind))) return false;
+    if (behind == nullptr || (behind != end_ && !is_white(*behind) && *behind != stop)) return false;
     p_ = behind;
     return true;
   }
