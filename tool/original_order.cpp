@@ -15,9 +15,16 @@ namespace maille::tool {
 
 namespace {
 
+/// How far the values of an array spread.
+struct Extent {
+  double longest = 0;   ///< longest side of the box of all tuples
+  double diagonal = 0;  ///< of the same box
+};
+
 template <class T>
-void widest(const Array& array, double& width) {
+Extent extent(const Array& array) {
   const auto values = array.values<T>();
+  Extent all;
   for (uint32_t c = 0; c < array.components; ++c) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
@@ -27,58 +34,55 @@ void widest(const Array& array, double& width) {
       low = std::min(low, value);
       high = std::max(high, value);
     }
-    if (low <= high) width = std::max(width, high - low);
+    if (!(low <= high)) continue;
+    all.longest = std::max(all.longest, high - low);
+    all.diagonal = std::hypot(all.diagonal, high - low);
   }
+  return all;
 }
 
-// Longest side of the box of all tuples.
-double longest_side(const Array& array) {
-  double width = 0;
+Extent extent_of(const Array& array) {
   switch (array.type) {
     case Scalar::i8:
-      widest<int8_t>(array, width);
-      break;
+      return extent<int8_t>(array);
     case Scalar::u8:
-      widest<uint8_t>(array, width);
-      break;
+      return extent<uint8_t>(array);
     case Scalar::i16:
-      widest<int16_t>(array, width);
-      break;
+      return extent<int16_t>(array);
     case Scalar::u16:
-      widest<uint16_t>(array, width);
-      break;
+      return extent<uint16_t>(array);
     case Scalar::i32:
-      widest<int32_t>(array, width);
-      break;
+      return extent<int32_t>(array);
     case Scalar::u32:
-      widest<uint32_t>(array, width);
-      break;
+      return extent<uint32_t>(array);
     case Scalar::i64:
-      widest<int64_t>(array, width);
-      break;
+      return extent<int64_t>(array);
     case Scalar::u64:
-      widest<uint64_t>(array, width);
-      break;
+      return extent<uint64_t>(array);
     case Scalar::f32:
-      widest<float>(array, width);
-      break;
+      return extent<float>(array);
     case Scalar::f64:
-      widest<double>(array, width);
-      break;
+      return extent<double>(array);
   }
-  return width;
+  return {};
 }
 
-// The tolerance that gives the step the file tells: --bits when the step is a whole power of two of the
-// longest side, otherwise the bound itself.
+bool is_whole(double value) {
+  return std::abs(value - std::round(value)) < 1e-6;
+}
+
+// The tolerance that gives the step the file tells. An absolute bound has a step of twice that; --bits
+// divides the longest side into 2^bits - 1 steps; a relative bound has one of the 16 steps to an octave.
 Tolerance tolerance_of(const ArrayInfo& info, const Array& original) {
   if (info.lossless) return {};
-  if (info.step > 0) {
-    const double bits = std::log2(longest_side(original) / info.step);
-    const double whole = std::round(bits);
-    if (whole >= 1 && whole <= 52 && std::abs(bits - whole) < 1e-9) return {Tolerance::Kind::bits, whole};
-  }
-  return {Tolerance::Kind::absolute, info.bound};
+  const Tolerance absolute{Tolerance::Kind::absolute, info.bound};
+  if (!(info.step > 0) || std::abs(info.step - 2 * info.bound) < 1e-12 * info.step) return absolute;
+  const Extent size = extent_of(original);
+  const double bits = std::log2(size.longest / info.step + 1);
+  if (bits > 0.5 && is_whole(bits)) return {Tolerance::Kind::bits, std::round(bits)};
+  const double largest = original.components == 1 ? size.longest : size.diagonal;
+  const bool relative = is_whole(16 * std::log2(info.step)) && largest > 0;
+  return relative ? Tolerance{Tolerance::Kind::relative, info.bound / largest} : absolute;
 }
 
 Result<Mesh> compress_again(const Mesh& original, const FileInfo& info, const CommonOptions& common) {
