@@ -1,20 +1,24 @@
+#include "io/vrml.h"
+
+#include <string_view>
+
 #include "io/format.h"
 
 namespace maille {
 namespace {
 
-Result<ReadResult> read(const Source& source, const ReadOptions&) {
-  return failure(ErrorCode::unsupported, source.name() + ": reading VRML97 is not built yet");
-}
-
-Result<std::vector<std::string>> write(const Mesh&, Sink& sink, const WriteOptions&) {
-  return failure(ErrorCode::unsupported, sink.name() + ": writing VRML97 is not built yet");
+bool recognise_vrml(Bytes first_bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
+  return text.starts_with("#VRML") || text.starts_with("\xef\xbb\xbf#VRML");
 }
 
 }  // namespace
 
 const Format& vrml_format() {
-  static const Format format{{"wrl", {".wrl", ".vrml"}, "VRML97 IndexedFaceSet", true}, nullptr, read, write};
+  static const Format format{{"wrl", {".wrl", ".vrml"}, "VRML97 indexed face, line and point sets", true},
+                             recognise_vrml,
+                             read_vrml,
+                             write_vrml};
   return format;
 }
 
