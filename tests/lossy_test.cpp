@@ -80,7 +80,7 @@ double allowed(const Array& array, bool positions, const Tolerance& tolerance) {
     case Tolerance::Kind::bits: {
       const double length = positions ? std::max({box[0], box[1], box[2]}) : range_of(array);
       // Unit normals lie on an octahedral lattice, which is up to three times coarser in one component.
-      return length * std::exp2(-tolerance.value) / 2 * (array.role == Role::normal ? 3 : 1);
+      return length / (std::exp2(tolerance.value) - 1) / 2 * (array.role == Role::normal ? 3 : 1);
     }
   }
   return 0;
