@@ -110,7 +110,9 @@ void Parser::add_common(CLI::App* verb, CommonOptions& common, bool threads) {
   }
   verb->add_flag("-q,--quiet", common.quiet, "Print errors only")->group(message_group);
   if (threads) {
-    verb->add_flag("-v,--verbose", common.verbose, "Print how long each step took")->group(message_group);
+    verb->add_flag("-v,--verbose", common.verbose,
+                   "Print more: how long each step took, a row for every array")
+        ->group(message_group);
   }
   verb->add_flag("--json", common.json, "Answer in JSON on standard output")->group(message_group);
   if (threads) {

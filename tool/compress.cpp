@@ -54,7 +54,8 @@ Result<> report(const CompressOptions& options, const EncodeReport& report, cons
   const std::string input = input_name(options.input);
   if (options.common.json) return answer(dump(summary_json(report, input, output, input_bytes, seconds)));
   if (options.common.quiet) return {};
-  std::string text = summary_text(report, input, output_name(output), input_bytes, seconds);
+  std::string text =
+      summary_text(report, input, output_name(output), input_bytes, seconds, options.common.verbose);
   if (all_lossless(report) && !options.lossless) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }

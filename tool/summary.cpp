@@ -71,8 +71,34 @@ bool all_lossless(const EncodeReport& report) {
   return lossless;
 }
 
+namespace {
+
+// A value or two that belong to the mesh as a whole, such as where the camera stood.
+bool is_single_value(const ArrayReport& array) {
+  return array.domain == Domain::mesh && array.elements <= 1 && array.lossless;
+}
+
+// Scanners write dozens of single values; one row for all of them keeps the table readable.
+void add_single_values(Table& table, const std::vector<ArrayReport>& arrays) {
+  uint64_t count = 0;
+  uint64_t raw = 0;
+  uint64_t coded = 0;
+  for (const ArrayReport& array : arrays) {
+    if (!is_single_value(array)) continue;
+    ++count;
+    raw += array.raw_bytes;
+    coded += array.coded_bytes;
+  }
+  if (count == 0) return;
+  table.row({fmt::format("({})", counted(count, "single value")), "mesh", "", fmt::format("{}", raw),
+             fmt::format("{}", coded), "-", quotient(static_cast<double>(raw), static_cast<double>(coded)),
+             "lossless", "0"});
+}
+
+}  // namespace
+
 std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
-                         uint64_t input_bytes, double seconds) {
+                         uint64_t input_bytes, double seconds, bool every_array) {
   const auto bytes = static_cast<double>(report.file_bytes);
   std::string text = fmt::format(
       "{} -> {}: {}, {}; {} -> {} (ratio {}), {} bits/point, {} bits/face, {:.2f} s\n", input, output,
@@ -85,7 +111,10 @@ std::string summary_text(const EncodeReport& report, const std::string& input, c
       3);
   add_row(table, report.connectivity);
   add_row(table, report.positions);
-  for (const ArrayReport& array : report.arrays) add_row(table, array);
+  for (const ArrayReport& array : report.arrays) {
+    if (every_array || !is_single_value(array)) add_row(table, array);
+  }
+  if (!every_array) add_single_values(table, report.arrays);
   if (report.order_bytes > 0) {
     table.row({"(order)", "", "", "-", fmt::format("{}", report.order_bytes),
                bits_each(report.order_bytes, report.points), "-", "", ""});

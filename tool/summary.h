@@ -11,9 +11,10 @@ namespace maille::tool {
 
 using Json = nlohmann::ordered_json;
 
-/// What compress prints. `seconds` of reading and encoding together.
+/// What compress prints. `seconds` of reading and encoding together. Lossless single values of the mesh share
+/// one row, unless `every_array`.
 std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
-                         uint64_t input_bytes, double seconds);
+                         uint64_t input_bytes, double seconds, bool every_array);
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 /// Nothing was lossy: worth a hint.
