@@ -157,7 +157,7 @@ void Parser::add_compress() {
       "X|NAME=X");
   repeatable(
       c->add_option("--bits", compress.bits,
-                    "Lattice of 2^N steps over the longest side of the bounding box (positions) or over "
+                    "Lattice of 2^N values over the longest side of the bounding box (positions) or over "
                     "the range of values (NAME); repeatable"),
       "N|NAME=N");
   c->add_flag("--lossless", compress.lossless, "Bit for bit (default)")->group(quality_group);

@@ -56,7 +56,7 @@ Result<> report(const CompressOptions& options, const EncodeReport& report, cons
   if (options.common.quiet) return {};
   std::string text =
       summary_text(report, input, output_name(output), input_bytes, seconds, options.common.verbose);
-  if (all_lossless(report) && !options.lossless) {
+  if (!options.lossless && options.error.empty() && options.relative_error.empty() && options.bits.empty()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
   text.pop_back();

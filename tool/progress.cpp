@@ -55,6 +55,7 @@ struct ProgressDisplay::State {
   Look look = Look::none;
   std::mutex mutex;
   std::string stage;
+  Clock::time_point start = Clock::now();
   Clock::time_point stage_start = Clock::now();
   Clock::time_point reported = Clock::now();  ///< last: a stage starts where the one before ends
   Clock::time_point shown = Clock::now();
@@ -72,7 +73,9 @@ bool ProgressDisplay::State::due(double fraction, bool new_stage) {
     const int now = static_cast<int>(fraction * 10);
     return std::exchange(tenths, std::max(tenths, now)) < now;
   }
-  return (look == Look::json && new_stage) || seconds_since(shown) >= refresh_seconds;
+  // A job that lasts is worth the name of every stage; a short one shows nothing.
+  const bool named = new_stage && (look == Look::json || seconds_since(start) >= refresh_seconds);
+  return named || seconds_since(shown) >= refresh_seconds;
 }
 
 void ProgressDisplay::State::update(const ProgressReport& report, double amount, const std::string& unit) {
@@ -102,7 +105,7 @@ void ProgressDisplay::State::show(double fraction, double amount, const std::str
   }
   std::string text = fmt::format("{}: {:3.0f} %", stage, fraction * 100);
   if (rate > 0) text += ", " + rate_text(rate, unit);
-  if (elapsed > refresh_seconds && fraction < 1) text += ", " + duration_text(left) + " left";
+  if (elapsed > refresh_seconds && left >= 0.5) text += ", " + duration_text(left) + " left";
   if (look == Look::lines) return say(text);
   fmt::print(stderr, "\r{:<{}}", text, width);
   std::fflush(stderr);

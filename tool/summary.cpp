@@ -65,12 +65,6 @@ std::string cells_text(uint64_t count) {
   return counted(count, "face");
 }
 
-bool all_lossless(const EncodeReport& report) {
-  bool lossless = report.positions.lossless;
-  for (const ArrayReport& array : report.arrays) lossless = lossless && array.lossless;
-  return lossless;
-}
-
 namespace {
 
 // A value or two that belong to the mesh as a whole, such as where the camera stood.

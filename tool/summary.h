@@ -17,8 +17,6 @@ std::string summary_text(const EncodeReport& report, const std::string& input, c
                          uint64_t input_bytes, double seconds, bool every_array);
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
-/// Nothing was lossy: worth a hint.
-bool all_lossless(const EncodeReport& report);
 
 std::string info_text(const FileInfo& info, const std::string& name, bool chunks);
 Json info_json(const FileInfo& info, const std::string& name);
