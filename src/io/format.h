@@ -4,7 +4,8 @@
 
 namespace maille {
 
-/// One foreign format. Each lives in its own file (ply.cpp, ply_writer.cpp, ...) and is listed in formats.cpp.
+/// One foreign format. Each lives in its own file (ply.cpp, ply_writer.cpp, ...) and is listed in
+/// formats.cpp.
 struct Format {
   FormatInfo info;
   /// Do these first bytes (up to 512) look like this format? May be null: by extension only.
