@@ -51,7 +51,6 @@ Json json_of(const ArrayInfo& array) {
           {"coded_bytes", array.coded_bytes},
           {"lossless", array.lossless},
           {"bound", array.bound},
-          {"maximum_error", array.maximum_error},
           {"step", array.step}};
 }
 
@@ -141,7 +140,7 @@ void add_row(Table& table, const ArrayInfo& array) {
   table.row({array.name, maille::name_of(array.domain), type_text(array.type, array.components),
              maille::name_of(array.role), fmt::format("{}", array.count),
              fmt::format("{}", array.coded_bytes), bits_each(array.coded_bytes, array.count),
-             bound_text(array.lossless, array.bound), number(array.maximum_error)});
+             bound_text(array.lossless, array.bound)});
 }
 
 std::string chunks_text(const FileInfo& info) {
@@ -170,7 +169,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
   Table table(
-      {"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound", "max error"},
+      {"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound"},
       4);
   add_row(table, info.connectivity);
   add_row(table, info.positions);

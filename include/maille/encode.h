@@ -19,7 +19,7 @@ struct Tolerance {
     absolute,  ///< |decoded - original| <= value for every component, measured on the decoded type
     relative,  ///< absolute with value x diagonal of the bounding box (positions) or x range of the finite
                ///< values
-    bits,      ///< a lattice of 2^value steps over the longest side (positions) or the range (arrays)
+    bits,      ///< a lattice of 2^value points along the longest side (positions) or range (arrays)
   };
   Kind kind = Kind::lossless;
   double value = 0;

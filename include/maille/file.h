@@ -28,9 +28,9 @@ struct ArrayInfo {
   uint64_t count = 0;
   uint64_t coded_bytes = 0;
   bool lossless = true;
-  double bound = 0;          ///< largest error promised; 0 when lossless
-  double maximum_error = 0;  ///< as measured by the encoder
-  double step = 0;           ///< lattice step; 0 when there is none
+  Tolerance asked;  ///< what the encoder was asked for; lossless also where the bound was finer than the type
+  double bound = 0;  ///< largest error promised, half a step; 0 when lossless
+  double step = 0;   ///< lattice step; 0 when there is none
 };
 
 /// What a .maille file says about itself.

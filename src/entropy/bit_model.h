@@ -19,8 +19,9 @@ inline constexpr auto adaptation_rates = [] {
 /// source.
 class BitModel {
  public:
+  // Inlined by force: it is the inner loop of everything, and keeps the coder's state in registers.
   template <class Coder>
-  bool code(Coder& coder, bool bit) {
+  [[gnu::always_inline]] bool code(Coder& coder, bool bit) {
     bit = coder.code(bit, probability_);
     const int32_t target = bit ? highest : lowest;
     const int32_t step = ((target - static_cast<int32_t>(probability_)) * adaptation_rates[visits_]) >> 16;

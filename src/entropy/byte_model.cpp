@@ -1,7 +1,7 @@
 #include "entropy/byte_model.h"
 
 #include "entropy/bit_model.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 
 namespace maille {
 namespace {
@@ -31,16 +31,16 @@ class ByteModel {
 }  // namespace
 
 std::vector<std::byte> encode_bytes(Bytes bytes) {
-  RangeEncoder encoder;
-  ByteModel<RangeEncoder> model(encoder);
+  RansEncoder encoder;
+  ByteModel<RansEncoder> model(encoder);
   for (const std::byte byte : bytes) model.code(byte);
   return encoder.finish();
 }
 
 std::vector<std::byte> decode_bytes(Bytes coded, uint64_t size) {
   std::vector<std::byte> bytes;
-  RangeDecoder decoder(coded);
-  ByteModel<RangeDecoder> model(decoder);
+  RansDecoder decoder(coded);
+  ByteModel<RansDecoder> model(decoder);
   while (bytes.size() < size && !decoder.exhausted()) bytes.push_back(model.code({}));
   return bytes;
 }

@@ -4,28 +4,28 @@
 #include <cstdint>
 
 #include "entropy/bit_model.h"
+#include "entropy/symbol_model.h"
 
 namespace maille {
 
-/// An unsigned number of up to 32 bits, small ones cheap: number of bits in unary, the two bits below the top
-/// bit adaptive, the rest raw (after Elias 1975).
+/// An unsigned number of up to 32 bits: below 15 one symbol; from there the number of bits in unary, then the
+/// bits, raw (after Elias 1975).
 class CountModel {
  public:
   template <class Coder>
   uint32_t code(Coder& coder, uint32_t value) {
-    const unsigned length = code_length(coder, bit_length(uint64_t{value} + 1));
-    uint64_t number = 1;  // value + 1, from its top bit down
-    for (unsigned left = length - 1; left > 0; --left) {
-      const bool bit = (uint64_t{value} + 1) >> (left - 1) & 1;
-      const unsigned done = length - left;
-      const bool coded =
-          done <= 2 ? mantissa_[length][number & 3].code(coder, bit) : coder.code_raw(bit, 1) != 0;
-      number = number << 1 | coded;
-    }
-    return static_cast<uint32_t>(number - 1);
+    const unsigned symbol = small_.code(coder, value < escape ? value : escape);
+    if (symbol < escape) return symbol;
+    const unsigned length = code_length(coder, bit_length(uint64_t{value} + 1 - escape));
+    const uint64_t below_top = uint64_t{value} + 1 - escape - (uint64_t{1} << (length - 1));
+    const uint64_t number =
+        (uint64_t{1} << (length - 1)) + coder.code_raw(static_cast<uint32_t>(below_top), length - 1);
+    return static_cast<uint32_t>(number - 1 + escape);
   }
 
  private:
+  static constexpr unsigned escape = 15;
+
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
     for (unsigned i = 1; i < 33; ++i) {
@@ -34,27 +34,34 @@ class CountModel {
     return 33;
   }
 
+  SymbolModel small_;
   std::array<BitModel, 34> longer_;
-  std::array<std::array<BitModel, 4>, 34> mantissa_;
 };
 
-/// A signed number near 0: zero?, sign, magnitude. One model per context.
+/// A signed number near 0: from -7 to 7 one symbol, others escaped.
 class OffsetModel {
  public:
   template <class Coder>
-  int32_t code(Coder& coder, int32_t value) {
-    if (zero_.code(coder, value == 0)) return 0;
-    const bool negative = negative_.code(coder, value < 0);
-    const uint32_t size =
-        magnitude_[negative].code(coder, static_cast<uint32_t>(negative ? -value : value) - 1);
-    const auto magnitude = static_cast<int32_t>(size & 0x3fffffff) + 1;
-    return negative ? -magnitude : magnitude;
+  [[gnu::always_inline]] int32_t code(Coder& coder, int32_t value) {
+    const unsigned symbol =
+        small_.code(coder, value >= -7 && value <= 7 ? static_cast<unsigned>(value + 7) : escape);
+    return symbol < escape ? static_cast<int32_t>(symbol) - 7 : code_large(coder, value);
   }
 
  private:
-  BitModel zero_;
+  static constexpr unsigned escape = 15;
+
+  template <class Coder>
+  int32_t code_large(Coder& coder, int32_t value) {
+    const bool negative = negative_.code(coder, value < 0);
+    const auto size = static_cast<uint32_t>(negative ? -value : value) - 8;
+    const auto magnitude = static_cast<int32_t>(magnitude_.code(coder, size) & 0x3fffffff) + 8;
+    return negative ? -magnitude : magnitude;
+  }
+
+  SymbolModel small_;
   BitModel negative_;
-  std::array<CountModel, 2> magnitude_;
+  CountModel magnitude_;
 };
 
 }  // namespace maille

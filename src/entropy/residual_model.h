@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "entropy/bit_model.h"
+#include "entropy/symbol_model.h"
 
 namespace maille {
 
@@ -22,28 +23,43 @@ struct ResidualContext {
   unsigned surprise = 0;   ///< previous component: 0 none, 1 smaller than expected, 2 as expected, 3 larger
 };
 
-/// Signed residuals of up to `Bits` bits: number of significant bits from the expected one up or down, sign,
-/// then the bits below the top one. The first `mantissa_bits` of those have a model each for all bits before
-/// them, so that a few frequent values are learnt as such (machine parts, voxel lattices); the rest is raw.
+/// Signed residuals of up to `Bits` bits: the number of significant bits, in the context of what was
+/// expected; then sign and the first bits below the top one as one symbol; the rest raw. With `whole_values`
+/// eight bits more have models, each in the context of all before it, so that a few frequent values are
+/// learnt as such (machine parts, voxel lattices).
 template <unsigned Bits>
 class ResidualModel {
  public:
-  explicit ResidualModel(unsigned mantissa_bits)
-      : mantissa_bits_(mantissa_bits),
-        length_(components * context_count * lengths),
-        sign_(components * 4),
-        mantissa_(components * lengths << mantissa_bits) {}
+  explicit ResidualModel(bool whole_values)
+      : whole_values_(whole_values),
+        length_(components * context_count),
+        head_(components * (Bits + 1)),
+        tail_(whole_values ? components * (Bits + 1) : 0) {}
 
   template <class Coder>
-  int64_t code(Coder& coder, int64_t residual, const ResidualContext& context) {
-    const auto unsigned_residual = static_cast<uint64_t>(residual);
+  [[gnu::always_inline]] int64_t code(Coder& coder, int64_t residual, const ResidualContext& context) {
+    const auto bits = static_cast<uint64_t>(residual);
+    const uint64_t size = residual < 0 ? -bits : bits;
     const unsigned component = context.component < components ? context.component : components - 1;
-    const uint64_t size = residual < 0 ? -unsigned_residual : unsigned_residual;
     const unsigned length = code_length(coder, bit_length(size), component, context);
     if (length == 0) return 0;
-    const bool negative = sign_[component * 4 + context.surprise].code(coder, residual < 0);
-    const uint64_t coded = code_mantissa(coder, size, length, component);
-    return static_cast<int64_t>(negative ? -coded : coded);
+    // Sign and up to three bits below the top one.
+    const unsigned head_bits = length < 4 ? length - 1 : 3;
+    unsigned left = length - 1 - head_bits;
+    const auto first = static_cast<unsigned>(size >> left & ((1u << head_bits) - 1));
+    const unsigned head =
+        head_[component * (Bits + 1) + length].code(coder, (residual < 0 ? 1u << head_bits : 0u) | first);
+    // A damaged stream can hold symbols that the encoder does not use.
+    const bool negative = (head >> head_bits & 1) != 0;
+    uint64_t value = uint64_t{1} << head_bits | (head & ((1u << head_bits) - 1));
+    if (whole_values_) value = code_tail(coder, size, value, left, component * (Bits + 1) + length, head);
+    while (left > 0) {
+      const unsigned raw = left < 32 ? left : 32;
+      left -= raw;
+      value = value << raw |
+              coder.code_raw(static_cast<uint32_t>(size >> left & ((uint64_t{1} << raw) - 1)), raw);
+    }
+    return static_cast<int64_t>(negative ? -value : value);
   }
 
  private:
@@ -51,48 +67,51 @@ class ResidualModel {
   static constexpr unsigned expected_classes = 20;
   static constexpr unsigned spread_classes = 12;
   static constexpr unsigned context_count = expected_classes * spread_classes * 4;
-  static constexpr unsigned lengths = Bits + 1;
+  static constexpr unsigned tail_models = 16 + 256;
+  static constexpr unsigned escape = 15;
 
+  /// Lengths from a little below the expected one are symbols; others are escaped and raw.
   template <class Coder>
-  unsigned code_length(Coder& coder, unsigned length, unsigned component, const ResidualContext& context) {
+  [[gnu::always_inline]] unsigned code_length(Coder& coder, unsigned length, unsigned component,
+                                              const ResidualContext& context) {
+    const unsigned half = context.expected / 2;
+    const unsigned expected_class = half < expected_classes ? half : expected_classes - 1;
+    SymbolModel& model =
+        length_[((component * expected_classes + expected_class) * spread_classes + context.spread) * 4 +
+                context.surprise];
     const unsigned expected = context.expected / 2;
-    const unsigned expected_class = expected < expected_classes ? expected : expected_classes - 1;
-    const unsigned row =
-        ((component * expected_classes + expected_class) * spread_classes + context.spread) * 4 +
-        context.surprise;
-    BitModel* longer = &length_[row * lengths];  // longer[i]: is the length above i?
-    unsigned i = expected / 2 < Bits ? expected / 2 : Bits - 1;
-    if (longer[i].code(coder, length > i)) {
-      while (++i < Bits && longer[i].code(coder, length > i)) {
-      }
-      return i;
+    const unsigned base = expected > 7 ? expected - 7 : 0;
+    unsigned symbol = length - base < escape ? length - base : escape;
+    symbol = model.code(coder, symbol);
+    if (symbol == escape) {
+      length = coder.code_raw(length, 7);
+      return length <= Bits ? length : Bits;
     }
-    while (i > 0 && !longer[i - 1].code(coder, length > i - 1)) --i;
-    return i;
+    return base + symbol < Bits ? base + symbol : Bits;
   }
 
   template <class Coder>
-  uint64_t code_mantissa(Coder& coder, uint64_t size, unsigned length, unsigned component) {
-    BitModel* tree = &mantissa_[(component * lengths + length) << mantissa_bits_];
-    unsigned left = length - 1;
-    uint64_t value = 1;
-    for (unsigned modelled = left < mantissa_bits_ ? left : mantissa_bits_; modelled > 0; --modelled) {
-      --left;
-      value = value << 1 | static_cast<uint64_t>(tree[value].code(coder, size >> left & 1));
-    }
-    while (left > 0) {
-      const unsigned raw = left < 32 ? left : 32;
-      left -= raw;
-      const auto bits = static_cast<uint32_t>(size >> left & ((uint64_t{1} << raw) - 1));
-      value = value << raw | coder.code_raw(bits, raw);
+  uint64_t code_tail(Coder& coder, uint64_t size, uint64_t value, unsigned& left, unsigned row,
+                     unsigned head) {
+    std::vector<SymbolModel>& models = tail_[row];
+    if (models.empty()) models.resize(tail_models);
+    unsigned node = head;
+    for (unsigned first = 0; first <= 16 && left > 0; first += 16) {
+      const unsigned bits = left < 4 ? left : 4;
+      left -= bits;
+      const unsigned mask = (1u << bits) - 1;
+      const unsigned symbol =
+          models[first + node].code(coder, static_cast<unsigned>(size >> left & mask)) & mask;
+      value = value << bits | symbol;
+      node = node << 4 | symbol;
     }
     return value;
   }
 
-  unsigned mantissa_bits_;
-  std::vector<BitModel> length_;
-  std::vector<BitModel> sign_;
-  std::vector<BitModel> mantissa_;
+  bool whole_values_;
+  std::vector<SymbolModel> length_;
+  std::vector<SymbolModel> head_;
+  std::vector<std::vector<SymbolModel>> tail_;  // by component and length; made when met, since few are
 };
 
 }  // namespace maille

@@ -1,5 +1,6 @@
 #include <maille/mesh.h>
 
+#include <array>
 #include <string>
 
 namespace maille {
@@ -158,8 +159,13 @@ Result<> check_array(const Array& array, const Mesh& mesh) {
 }  // namespace
 
 unsigned nodes_of(CellType type) {
-  const CellTypeInfo* info = find_type(type);
-  return info ? info->nodes : 0;
+  static constexpr auto table = [] {
+    std::array<uint8_t, 256> nodes{};
+    for (const CellTypeInfo& info : cell_types)
+      nodes[static_cast<uint8_t>(info.type)] = static_cast<uint8_t>(info.nodes);
+    return nodes;
+  }();
+  return table[static_cast<uint8_t>(type)];
 }
 
 const char* name_of(CellType type) {

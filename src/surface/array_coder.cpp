@@ -5,7 +5,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 #include "surface/tuple_coder.h"
 
 namespace maille {
@@ -148,10 +148,10 @@ template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
                                     std::span<Code> codes, uint32_t most) {
-  RangeEncoder encoder;
+  RansEncoder encoder;
   ElementWalk walk(elements, face_of);
   with_components(array.components, [&](auto fixed) {
-    TupleCoder<RangeEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
+    TupleCoder<RansEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
     walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
       if (most-- == 0) return false;
       coder.code(element, stencil);
@@ -168,8 +168,9 @@ TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   TupleCoding best;
   size_t smallest = SIZE_MAX;
   const auto consider = [&](const TupleCoding& coding) {
-    const size_t size =
-        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements).size();
+    size_t size = encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements).size();
+    // Whole values take time to decode; they must be worth it.
+    if (coding.whole_values) size += size / 200;
     if (size >= smallest) return;
     smallest = size;
     best = coding;
@@ -178,12 +179,11 @@ TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   for (unsigned p = 0; p < predictor_count; ++p) {
     const auto predictor = static_cast<Predictor>(p);
     if (predictor >= Predictor::nearest_gate && !gates) continue;
-    consider({predictor, 12, array.domain != Domain::point});
+    for (const bool whole_values : {false, true}) {
+      consider({predictor, whole_values, array.domain != Domain::point});
+    }
   }
   TupleCoding other = best;
-  other.mantissa_bits = 2;
-  consider(other);
-  other = best;
   other.repeats = !best.repeats;
   consider(other);
   return best;
@@ -231,43 +231,56 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   return map;
 }
 
-/// Numbers a lattice cannot hold, by their place among the codes, bit for bit.
-void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps,
-                      std::span<const uint32_t> source) {
-  std::vector<std::pair<uint64_t, uint64_t>> places;  // in coded order, in the array
-  if (!maps.exceptions.empty()) {
-    for (size_t i = 0; i < source.size(); ++i) {
-      if (source[i] == none) continue;
-      for (uint32_t k = 0; k < array.components; ++k) {
-        const uint64_t place = uint64_t{source[i]} * array.components + k;
-        if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), place)) {
-          places.emplace_back(i * array.components + k, place);
-        }
-      }
+/// The place of a number in coded order, which is the only one that both sides share for every domain.
+struct NumberPlace {
+  uint64_t coded;
+  uint64_t stored;  ///< tuple * components + component in the array
+};
+
+/// Numbers a lattice cannot hold, bit for bit, by their places in coded order. `tuple_of` gives the tuple of
+/// each element.
+template <class TupleOf>
+void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps, ElementWalk walk,
+                      TupleOf tuple_of) {
+  std::vector<NumberPlace> places;
+  uint64_t coded = 0;
+  const auto find = [&](uint32_t element, const Stencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      const uint64_t stored = tuple_of(element) * array.components + k;
+      if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
+        places.push_back({coded, stored});
     }
-  }
+    return true;
+  };
+  if (!maps.exceptions.empty()) walk.run(array.domain, array.count(), find);
   out.put_count(places.size());
   uint64_t before = 0;
-  for (const auto& [coded, place] : places) {
-    out.put_count(coded - before);
-    out.put_bytes(Bytes(array.bytes).subspan(place * size_of(array.type), size_of(array.type)));
-    before = coded;
+  for (const NumberPlace& place : places) {
+    out.put_count(place.coded - before);
+    out.put_bytes(Bytes(array.bytes).subspan(place.stored * size_of(array.type), size_of(array.type)));
+    before = place.coded;
   }
 }
 
-Result<> read_exceptions(Bytes bytes, Array& array) {
+Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& array) {
+  const size_t number_bytes = size_of(array.type);
   ByteReader in(bytes);
-  const uint64_t count = in.get_count();
-  uint64_t place = 0;
-  for (uint64_t i = 0; i < count; ++i) {
-    place += in.get_count();
-    const Bytes number = in.get_bytes(size_of(array.type));
-    if (!in.ok() || place >= array.bytes.size() / size_of(array.type)) {
-      return failure(ErrorCode::corrupt,
-                     "array \"" + array.name + "\" has a damaged list of special numbers");
+  uint64_t left = in.get_count();
+  if (left == 0) return {};
+  uint64_t next = in.get_count();
+  uint64_t coded = 0;
+  walk.run(array.domain, tuples, [&](uint32_t element, const Stencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      if (left == 0 || coded != next) continue;
+      const Bytes number = in.get_bytes(number_bytes);
+      const size_t place = (size_t{element} * array.components + k) * number_bytes;
+      std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place));
+      if (--left > 0) next += in.get_count();
     }
-    std::copy(number.begin(), number.end(),
-              array.bytes.begin() + static_cast<ptrdiff_t>(place * size_of(array.type)));
+    return left > 0 && in.ok();
+  });
+  if (left > 0 || !in.ok()) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has a damaged list of special numbers");
   }
   return {};
 }
@@ -289,11 +302,11 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
   const TupleCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
   ByteWriter out;
   out.put(coding.predictor);
-  out.put(coding.mantissa_bits);
-  out.put(static_cast<uint8_t>(coding.repeats));
+  out.put(static_cast<uint8_t>(coding.whole_values | coding.repeats << 1));
   for (const NumberMap& map : maps.maps) write_map(out, map);
   ByteWriter exceptions;
-  write_exceptions(exceptions, array, maps, source);
+  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
+                   [&](uint32_t element) { return uint64_t{source[element]}; });
   out.put_count(exceptions.size());
   out.put_bytes(exceptions.bytes());
   out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none));
@@ -316,7 +329,7 @@ void store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<st
 
 template <class Code>
 Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std::span<const NumberMap> maps,
-                   Bytes bytes, uint64_t tuples, Array& array) {
+                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,
@@ -325,10 +338,10 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std
   std::vector<std::byte> storage(tuples * maps.size() * sizeof(Code));
   const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.size());
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  RangeDecoder decoder(bytes);
+  RansDecoder decoder(bytes);
   ElementWalk walk(elements, face_of);
   with_components(array.components, [&](auto fixed) {
-    TupleCoder<RangeDecoder, Code, fixed> coder(decoder, coding, array.type, maps, codes);
+    TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps, codes);
     walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
       coder.code(element, stencil);
       return !decoder.exhausted();
@@ -337,7 +350,7 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
   store_numbers<Code>(array, maps, std::move(storage));
-  return {};
+  return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
 }
 
 }  // namespace
@@ -366,9 +379,10 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   ByteReader in(bytes);
   TupleCoding coding;
   coding.predictor = static_cast<Predictor>(in.get<uint8_t>());
-  coding.mantissa_bits = in.get<uint8_t>();
-  coding.repeats = in.get<uint8_t>() != 0;
-  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || coding.mantissa_bits > 12) {
+  const auto flags = in.get<uint8_t>();
+  coding.whole_values = (flags & 1) != 0;
+  coding.repeats = (flags & 2) != 0;
+  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > 3) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
   std::vector<NumberMap> maps;
@@ -378,11 +392,9 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
   const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
   if (size_of(array.type) == 8) {
-    MAILLE_CHECK(decode_as<int64_t>(elements, coding, maps, coded, tuples, array));
-  } else {
-    MAILLE_CHECK(decode_as<int32_t>(elements, coding, maps, coded, tuples, array));
+    return decode_as<int64_t>(elements, coding, maps, coded, exceptions, tuples, array);
   }
-  return read_exceptions(exceptions, array);
+  return decode_as<int32_t>(elements, coding, maps, coded, exceptions, tuples, array);
 }
 
 }  // namespace maille

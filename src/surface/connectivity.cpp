@@ -12,7 +12,7 @@
 #include "base/result.h"
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 #include "surface/front.h"
 
 namespace maille {
@@ -133,10 +133,8 @@ Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
     const uint32_t base = surface_.size();
     if (degree > max_degree) return corrupt("a face with too many edges");
     if (degree > max_half_edges - base) return corrupt("more faces than the patch may have");
-    for (uint32_t i = 0; i < degree; ++i) {
-      surface_.origin.push_back(none);
-      surface_.opposite.push_back(none);
-    }
+    surface_.origin.resize(base + degree, none);
+    surface_.opposite.resize(base + degree, none);
     if (!(header_.uniform_degree && header_.regular_degree == 3)) {
       for (uint32_t i = 1; i < degree; ++i) surface_.following.push_back(base + i);
       surface_.following.push_back(base);
@@ -505,8 +503,8 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
   CodedConnectivity result;
   result.header = describe(surface, real_half_edges, point_count);
   result.header.pivot_window = pivot_window;
-  RangeEncoder encoder;
-  FaceCoder<RangeEncoder> coder(encoder, result.header, surface, result.vertices);
+  RansEncoder encoder;
+  FaceCoder<RansEncoder> coder(encoder, result.header, surface, result.vertices);
   coder.coded.resize(surface.size());
   coder.point_count = point_count;
   for (uint32_t h = 0; h < real_half_edges; h += surface.degree(h)) {
@@ -530,8 +528,8 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   result.surface.origin.reserve(room);
   result.surface.opposite.reserve(room);
   result.vertices.corner.reserve(room / 6);
-  RangeDecoder decoder(bytes);
-  FaceCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
+  RansDecoder decoder(bytes);
+  FaceCoder<RansDecoder> coder(decoder, header, result.surface, result.vertices);
   coder.max_half_edges = std::min(max_half_edges, numbered - 1);
   for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
   return result;

@@ -11,7 +11,6 @@ namespace {
 
 class Writer {
  public:
-  static constexpr bool writing = true;
   void byte(const uint8_t& value, unsigned) { out_.put(value); }
   template <class Enum>
   void choice(const Enum& value, unsigned) {
@@ -37,7 +36,6 @@ class Writer {
 
 class Reader {
  public:
-  static constexpr bool writing = false;
   explicit Reader(Bytes bytes) : in_(bytes) {}
   void byte(uint8_t& value, unsigned count) {
     value = in_.get<uint8_t>();
@@ -80,10 +78,10 @@ void visit_array(Visitor& v, Array& array) {
   v.choice(array.role, role_count);
   v.list(array.labels, [&](auto& label) { v.text(label); });
   if (array.domain == Domain::mesh) v.count(array.mesh_tuples, none - 1);
-  v.flag(array.lossless);
-  if (array.lossless) return;
-  v.real(array.bound);
-  v.real(array.maximum_error);
+  // Only what was asked, no measured error: a mesh decoded and encoded again must give the same bytes.
+  v.choice(array.asked.kind, 4);
+  if (array.asked.kind == Tolerance::Kind::lossless) return;
+  v.real(array.asked.value);
   v.real(array.step);
 }
 

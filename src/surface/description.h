@@ -22,9 +22,7 @@ struct ArrayDescription {
   Role role = Role::none;
   std::vector<std::string> labels;
   uint64_t mesh_tuples = 0;  ///< Domain::mesh only
-  bool lossless = true;
-  double bound = 0;
-  double maximum_error = 0;
+  Tolerance asked;
   double step = 0;
 };
 

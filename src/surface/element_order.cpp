@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 #include "entropy/integer_model.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 
 namespace maille {
 namespace {
@@ -113,7 +113,7 @@ Result<CellBlock> restore_block(const CellBlock& block, const ElementOrder& orde
 }  // namespace
 
 std::vector<std::byte> encode_order(const ElementOrder& order) {
-  RangeEncoder encoder;
+  RansEncoder encoder;
   ElementOrder coded = order;
   code_permutation(encoder, coded.points);
   code_permutation(encoder, coded.cells);
@@ -126,7 +126,7 @@ Result<ElementOrder> decode_order(Bytes bytes, uint32_t points, uint32_t cells) 
   order.points.resize(points);
   order.cells.resize(cells);
   order.rotation.resize(cells);
-  RangeDecoder decoder(bytes);
+  RansDecoder decoder(bytes);
   code_permutation(decoder, order.points);
   code_permutation(decoder, order.cells);
   code_rotations(decoder, order.rotation);

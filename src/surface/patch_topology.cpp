@@ -7,7 +7,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/integer_model.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 #include "surface/gluing.h"
 #include "surface/point_identity.h"
 
@@ -221,8 +221,8 @@ std::vector<std::byte> encode_labels(const PatchTopology& topology) {
   ByteWriter out;
   out.put(static_cast<uint8_t>((topology.flipped.empty() ? 0 : with_flips) |
                                (topology.face_block.empty() ? 0 : with_blocks)));
-  RangeEncoder encoder;
-  FaceLabels<RangeEncoder> labels(encoder);
+  RansEncoder encoder;
+  FaceLabels<RansEncoder> labels(encoder);
   for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     if (!topology.flipped.empty()) labels.code_flipped(topology.flipped[face]);
     if (!topology.face_block.empty()) labels.code_block(topology.face_block[face]);
@@ -234,8 +234,8 @@ std::vector<std::byte> encode_labels(const PatchTopology& topology) {
 Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
-  RangeDecoder decoder(in.get_bytes(in.remaining()));
-  FaceLabels<RangeDecoder> labels(decoder);
+  RansDecoder decoder(in.get_bytes(in.remaining()));
+  FaceLabels<RansDecoder> labels(decoder);
   const uint32_t faces = topology.surface.face_count;
   if ((flags & with_flips) != 0) topology.flipped.resize(faces);
   if ((flags & with_blocks) != 0) topology.face_block.resize(faces);
@@ -249,8 +249,8 @@ Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
 }
 
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh) {
-  RangeEncoder encoder;
-  LooseCellCoder<RangeEncoder> coder(encoder, topology.points);
+  RansEncoder encoder;
+  LooseCellCoder<RansEncoder> coder(encoder, topology.points);
   const LooseCells& loose = topology.loose;
   for (uint32_t i = 0; i < loose.size(); ++i) {
     const std::span nodes(loose.nodes.data() + loose.offsets[i], loose.offsets[i + 1] - loose.offsets[i]);
@@ -269,15 +269,15 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
   for (const BlockShape& block : blocks) left.push_back(block.cells);
   for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     const uint32_t block = topology.block_of_face(face);
-    const unsigned degree = topology.surface.half_edges.degree(topology.surface.face(face));
+    if (left[block]-- == 0) return corrupt("more faces than a block has");
+    const unsigned nodes = nodes_of(blocks[block].type);
     if (!is_face(blocks[block].type) ||
-        (nodes_of(blocks[block].type) != 0 && nodes_of(blocks[block].type) != degree)) {
+        (nodes != 0 && nodes != topology.surface.half_edges.degree(topology.surface.face(face)))) {
       return corrupt("a face in a block of another type");
     }
-    if (left[block]-- == 0) return corrupt("more faces than a block has");
   }
-  RangeDecoder decoder(bytes);
-  LooseCellCoder<RangeDecoder> coder(decoder, topology.points);
+  RansDecoder decoder(bytes);
+  LooseCellCoder<RansDecoder> coder(decoder, topology.points);
   LooseCells& loose = topology.loose;
   for (uint32_t block = 0; block < blocks.size(); ++block) {
     for (uint64_t i = 0; i < left[block]; ++i) {

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "entropy/integer_model.h"
-#include "entropy/range_coder.h"
+#include "entropy/rans.h"
 
 namespace maille {
 namespace {
@@ -177,8 +177,8 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
   point_count = number_points(vertices, original, point_of);
   if (point_count == vertices.size()) point_of.clear();
   if (point_count == real_vertices(vertices)) return {};
-  RangeEncoder encoder;
-  IdentityCoder<RangeEncoder> coder(encoder, surface, vertices);
+  RansEncoder encoder;
+  IdentityCoder<RansEncoder> coder(encoder, surface, vertices);
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
     if (vertices.dummy[vertex]) {
       coder.skip();
@@ -203,8 +203,8 @@ Result<> decode_point_identity(const HalfEdges& surface, const SurfaceVertices& 
     }
     return {};
   }
-  RangeDecoder decoder(bytes.first(bytes.size() - 1));
-  IdentityCoder<RangeDecoder> coder(decoder, surface, vertices);
+  RansDecoder decoder(bytes.first(bytes.size() - 1));
+  IdentityCoder<RansDecoder> coder(decoder, surface, vertices);
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
     if (vertices.dummy[vertex]) {
       coder.skip();

@@ -50,7 +50,7 @@ ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_by
   return report;
 }
 
-ArrayDescription describe(const Array& array, const ArrayMaps& maps) {
+ArrayDescription describe(const Array& array, const ArrayMaps& maps, const Tolerance& asked) {
   ArrayDescription description;
   description.name = array.name;
   description.domain = array.domain;
@@ -59,9 +59,7 @@ ArrayDescription describe(const Array& array, const ArrayMaps& maps) {
   description.role = array.role;
   description.labels = array.labels;
   if (array.domain == Domain::mesh) description.mesh_tuples = array.count();
-  description.lossless = maps.lossless;
-  description.bound = maps.bound;
-  description.maximum_error = maps.maximum_error;
+  if (!maps.lossless) description.asked = asked;
   description.step = maps.step;
   return description;
 }
@@ -168,7 +166,7 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     if (!go_on(options.progress, array.name.c_str(), 0)) return cancelled();
     const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance));
     streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array)));
-    described = describe(array, maps);
+    described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
     return {};
   };
@@ -221,7 +219,8 @@ Result<FileReader> open_file(const Source& source) {
 
 /// Errors from inside a patch do not know the file they are about.
 Error with_name(Error error, const Source& source) {
-  if (error.code == ErrorCode::corrupt || error.code == ErrorCode::memory_bound) {
+  const bool named = error.message.compare(0, source.name().size(), source.name()) == 0;
+  if (!named && (error.code == ErrorCode::corrupt || error.code == ErrorCode::memory_bound)) {
     error.message = source.name() + ": " + error.message;
   }
   return error;
@@ -302,10 +301,10 @@ ArrayInfo info_of(const Description& description, const ArrayDescription& array,
   info.role = array.role;
   info.count = description.tuples(array);
   info.coded_bytes = coded_bytes;
-  info.lossless = array.lossless;
-  info.bound = array.bound;
-  info.maximum_error = array.maximum_error;
+  info.lossless = array.asked.kind == Tolerance::Kind::lossless;
+  info.asked = array.asked;
   info.step = array.step;
+  info.bound = array.step / 2;
   return info;
 }
 

@@ -17,7 +17,8 @@ namespace maille {
 /// How an array is coded, chosen by the encoder. docs/format.md, "Arrays".
 struct TupleCoding {
   Predictor predictor = Predictor::all_gates;
-  uint8_t mantissa_bits = 12;
+  bool whole_values =
+      false;  ///< frequent residuals are learnt as such; slower, for machine parts and voxel lattices
   bool repeats = false;  ///< a flag per element says that its tuple is its neighbour's
 };
 
@@ -35,7 +36,7 @@ class TupleCoder {
         type_(type),
         maps_(maps),
         codes_(codes),
-        residuals_(coding.mantissa_bits),
+        residuals_(coding.whole_values),
         sizes_(codes.size()),
         errors_(maps.empty() ? 0 : codes.size() / maps.size()),
         predictions_(maps.size()),

@@ -1,0 +1,59 @@
+#include "entropy/rans.h"
+
+#include <algorithm>
+
+#include "base/bytes.h"
+
+namespace maille {
+namespace {
+
+constexpr uint64_t lowest_state = uint64_t{1} << 32;
+
+void append(std::vector<std::byte>& bytes, const void* from, size_t size) {
+  const auto* data = static_cast<const std::byte*>(from);
+  bytes.insert(bytes.end(), data, data + size);
+}
+
+}  // namespace
+
+void RansEncoder::flush() {
+  uint64_t state = lowest_state;
+  std::vector<uint32_t> words;
+  for (size_t i = operations_.size(); i-- > 0;) {
+    const auto [start, frequency, bits] = operations_[i];
+    if (bits == 0) continue;
+    if (state >> (64 - bits) >= frequency) {
+      words.push_back(static_cast<uint32_t>(state));
+      state >>= 32;
+    }
+    const uint64_t quotient = frequency == 1 ? state : state / frequency;
+    state = (quotient << bits) + (state - quotient * frequency) + start;
+  }
+  std::reverse(words.begin(), words.end());
+  append(bytes_, &state, sizeof state);
+  append(bytes_, words.data(), words.size() * sizeof(uint32_t));
+  operations_.clear();
+}
+
+std::vector<std::byte> RansEncoder::finish() {
+  if (!operations_.empty()) flush();
+  return std::move(bytes_);
+}
+
+uint32_t RansDecoder::get_no_word() {
+  exhausted_ = true;
+  return 0;
+}
+
+void RansDecoder::next_block() {
+  left_ = operations_per_block;
+  if (end_ - next_ < 8) {
+    exhausted_ = true;
+    state_ = lowest_state;
+    return;
+  }
+  state_ = load<uint64_t>(next_);
+  next_ += 8;
+}
+
+}  // namespace maille

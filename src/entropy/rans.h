@@ -1,0 +1,121 @@
+#pragma once
+
+#include <maille/source.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace maille {
+
+/// Asymmetric numeral systems (Duda 2009, 2013) with a state of 64 bits and words of 32, for adaptive models.
+/// Encoder and decoder offer the same calls, so that a model is written once:
+///
+///   bit = coder.code(bit, probability)           the encoder writes the argument and returns it,
+///   value = coder.code_raw(value, count)         the decoder ignores the argument and returns what it read.
+///
+/// The encoder must work backwards, so it keeps a block of operations; the stream is a sequence of blocks of
+/// operations_per_block, each its state (8 bytes) and then its words, in the order in which the decoder wants
+/// them.
+inline constexpr uint32_t operations_per_block = 1 << 17;
+
+class RansEncoder {
+ public:
+  static constexpr bool encoding = true;
+
+  /// One decision; `probability` is that of a set bit, in 1/65536, 1 to 65535.
+  bool code(bool bit, uint32_t probability) {
+    put(bit ? 0 : probability, bit ? probability : 65536 - probability, 16);
+    return bit;
+  }
+  /// `count` bits (0 to 32) at equal odds.
+  uint32_t code_raw(uint32_t value, unsigned count) {
+    put(value, 1, count);
+    return value;
+  }
+  /// An interval of a cumulative distribution over 2^bits.
+  void put(uint32_t start, uint32_t frequency, unsigned bits) {
+    operations_.push_back({start, static_cast<uint16_t>(frequency), static_cast<uint16_t>(bits)});
+    if (operations_.size() == operations_per_block) flush();
+  }
+
+  /// False: an encoder never runs out.
+  bool exhausted() const { return false; }
+  /// Ends the stream and gives its bytes; none when nothing was coded.
+  std::vector<std::byte> finish();
+
+ private:
+  struct Operation {
+    uint32_t start;
+    uint16_t frequency;
+    uint16_t bits;
+  };
+  void flush();
+
+  std::vector<Operation> operations_;
+  std::vector<std::byte> bytes_;
+};
+
+/// Reads what RansEncoder wrote. Safe on any bytes: past their end it reads zeros, and exhausted() is true.
+/// Every decode loop asks exhausted() once per element, which bounds its work by the size of the stream,
+/// since each decision costs at least 2^-11 bit.
+class RansDecoder {
+ public:
+  static constexpr bool encoding = false;
+
+  explicit RansDecoder(Bytes bytes) : next_(bytes.data()), end_(bytes.data() + bytes.size()) {}
+
+  [[gnu::always_inline]] bool code(bool, uint32_t probability) {
+    const uint32_t slot = peek(16);
+    const bool bit = slot < probability;
+    // No branch: the bits of a residual are unpredictable.
+    advance(bit ? 0 : probability, bit ? probability : 65536 - probability, 16);
+    return bit;
+  }
+  [[gnu::always_inline]] uint32_t code_raw(uint32_t, unsigned count) {
+    begin();
+    const auto value = static_cast<uint32_t>(state_ & ((uint64_t{1} << count) - 1));
+    state_ >>= count;
+    refill();
+    return value;
+  }
+  /// The place in a cumulative distribution over 2^bits where the next symbol lies; advance() must follow.
+  [[gnu::always_inline]] uint32_t peek(unsigned bits) {
+    begin();
+    return static_cast<uint32_t>(state_ & ((uint64_t{1} << bits) - 1));
+  }
+  [[gnu::always_inline]] void advance(uint32_t start, uint32_t frequency, unsigned bits) {
+    state_ = frequency * (state_ >> bits) + (state_ & ((uint64_t{1} << bits) - 1)) - start;
+    refill();
+  }
+
+  bool exhausted() const { return exhausted_; }
+
+ private:
+  [[gnu::always_inline]] void begin() {
+    if (left_ == 0) [[unlikely]]
+      next_block();
+    --left_;
+  }
+  [[gnu::always_inline]] void refill() {
+    if (state_ < (uint64_t{1} << 32)) state_ = state_ << 32 | get_word();
+  }
+  [[gnu::always_inline]] uint32_t get_word() {
+    if (end_ - next_ < 4) [[unlikely]]
+      return get_no_word();
+    uint32_t word;
+    __builtin_memcpy(&word, next_, 4);
+    next_ += 4;
+    return word;
+  }
+  [[gnu::noinline]] uint32_t get_no_word();
+  [[gnu::noinline]] void next_block();
+
+  uint64_t state_ = 0;
+  const std::byte* next_;
+  const std::byte* end_;
+  uint32_t left_ = 0;
+  bool exhausted_ = false;
+};
+
+}  // namespace maille
