@@ -17,11 +17,13 @@ void append(std::vector<std::byte>& bytes, const void* from, size_t size) {
 }  // namespace
 
 void RansEncoder::flush() {
-  uint64_t state = lowest_state;
+  std::array<uint64_t, most_lanes> states;
+  states.fill(lowest_state);
   std::vector<uint32_t> words;
   for (size_t i = operations_.size(); i-- > 0;) {
-    const auto [start, frequency, bits] = operations_[i];
+    const auto [start, frequency, bits, lane] = operations_[i];
     if (bits == 0) continue;
+    uint64_t& state = states[lane];
     if (state >> (64 - bits) >= frequency) {
       words.push_back(static_cast<uint32_t>(state));
       state >>= 32;
@@ -30,7 +32,7 @@ void RansEncoder::flush() {
     state = (quotient << bits) + (state - quotient * frequency) + start;
   }
   std::reverse(words.begin(), words.end());
-  append(bytes_, &state, sizeof state);
+  append(bytes_, states.data(), lanes_ * sizeof(uint64_t));
   append(bytes_, words.data(), words.size() * sizeof(uint32_t));
   operations_.clear();
 }
@@ -47,13 +49,15 @@ uint32_t RansDecoder::get_no_word() {
 
 void RansDecoder::next_block() {
   left_ = operations_per_block;
-  if (end_ - next_ < 8) {
-    exhausted_ = true;
-    state_ = lowest_state;
-    return;
+  for (unsigned lane = 0; lane < lanes_; ++lane) {
+    states_[lane] = lowest_state;
+    if (end_ - next_ < 8) {
+      exhausted_ = true;
+      continue;
+    }
+    states_[lane] = load<uint64_t>(next_);
+    next_ += 8;
   }
-  state_ = load<uint64_t>(next_);
-  next_ += 8;
 }
 
 }  // namespace maille

@@ -2,6 +2,7 @@
 
 #include <maille/source.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -14,28 +15,33 @@ namespace maille {
 ///   bit = coder.code(bit, probability)           the encoder writes the argument and returns it,
 ///   value = coder.code_raw(value, count)         the decoder ignores the argument and returns what it read.
 ///
+/// Operations may go to one of several lanes, each with a state of its own: a processor decodes lanes side by side.
 /// The encoder must work backwards, so it keeps a block of operations; the stream is a sequence of blocks of
-/// operations_per_block, each its state (8 bytes) and then its words, in the order in which the decoder wants
-/// them.
+/// operations_per_block, each its states (8 bytes a lane) and then its words, in the order in which the decoder
+/// wants them.
 inline constexpr uint32_t operations_per_block = 1 << 17;
+inline constexpr unsigned most_lanes = 3;
 
 class RansEncoder {
  public:
   static constexpr bool encoding = true;
 
+  explicit RansEncoder(unsigned lanes = 1) : lanes_(lanes) {}
+
   /// One decision; `probability` is that of a set bit, in 1/65536, 1 to 65535.
-  bool code(bool bit, uint32_t probability) {
-    put(bit ? 0 : probability, bit ? probability : 65536 - probability, 16);
+  bool code(bool bit, uint32_t probability, unsigned lane = 0) {
+    put(bit ? 0 : probability, bit ? probability : 65536 - probability, 16, lane);
     return bit;
   }
   /// `count` bits (0 to 32) at equal odds.
-  uint32_t code_raw(uint32_t value, unsigned count) {
-    put(value, 1, count);
+  uint32_t code_raw(uint32_t value, unsigned count, unsigned lane = 0) {
+    put(value, 1, count, lane);
     return value;
   }
   /// An interval of a cumulative distribution over 2^bits.
-  void put(uint32_t start, uint32_t frequency, unsigned bits) {
-    operations_.push_back({start, static_cast<uint16_t>(frequency), static_cast<uint16_t>(bits)});
+  void put(uint32_t start, uint32_t frequency, unsigned bits, unsigned lane) {
+    operations_.push_back(
+        {start, static_cast<uint16_t>(frequency), static_cast<uint8_t>(bits), static_cast<uint8_t>(lane)});
     if (operations_.size() == operations_per_block) flush();
   }
 
@@ -48,10 +54,12 @@ class RansEncoder {
   struct Operation {
     uint32_t start;
     uint16_t frequency;
-    uint16_t bits;
+    uint8_t bits;
+    uint8_t lane;
   };
   void flush();
 
+  unsigned lanes_;
   std::vector<Operation> operations_;
   std::vector<std::byte> bytes_;
 };
@@ -63,30 +71,30 @@ class RansDecoder {
  public:
   static constexpr bool encoding = false;
 
-  explicit RansDecoder(Bytes bytes) : next_(bytes.data()), end_(bytes.data() + bytes.size()) {}
+  explicit RansDecoder(Bytes bytes, unsigned lanes = 1)
+      : lanes_(lanes), next_(bytes.data()), end_(bytes.data() + bytes.size()) {}
 
-  [[gnu::always_inline]] bool code(bool, uint32_t probability) {
-    const uint32_t slot = peek(16);
+  [[gnu::always_inline]] bool code(bool, uint32_t probability, unsigned lane = 0) {
+    const uint32_t slot = peek(16, lane);
     const bool bit = slot < probability;
     // No branch: the bits of a residual are unpredictable.
-    advance(bit ? 0 : probability, bit ? probability : 65536 - probability, 16);
+    advance(bit ? 0 : probability, bit ? probability : 65536 - probability, 16, lane);
     return bit;
   }
-  [[gnu::always_inline]] uint32_t code_raw(uint32_t, unsigned count) {
+  [[gnu::always_inline]] uint32_t code_raw(uint32_t, unsigned count, unsigned lane = 0) {
     begin();
-    const auto value = static_cast<uint32_t>(state_ & ((uint64_t{1} << count) - 1));
-    state_ >>= count;
-    refill();
+    const auto value = static_cast<uint32_t>(states_[lane] & ((uint64_t{1} << count) - 1));
+    refill(lane, states_[lane] >> count);
     return value;
   }
   /// The place in a cumulative distribution over 2^bits where the next symbol lies; advance() must follow.
-  [[gnu::always_inline]] uint32_t peek(unsigned bits) {
+  [[gnu::always_inline]] uint32_t peek(unsigned bits, unsigned lane) {
     begin();
-    return static_cast<uint32_t>(state_ & ((uint64_t{1} << bits) - 1));
+    return static_cast<uint32_t>(states_[lane] & ((uint64_t{1} << bits) - 1));
   }
-  [[gnu::always_inline]] void advance(uint32_t start, uint32_t frequency, unsigned bits) {
-    state_ = frequency * (state_ >> bits) + (state_ & ((uint64_t{1} << bits) - 1)) - start;
-    refill();
+  [[gnu::always_inline]] void advance(uint32_t start, uint32_t frequency, unsigned bits, unsigned lane) {
+    const uint64_t state = states_[lane];
+    refill(lane, frequency * (state >> bits) + (state & ((uint64_t{1} << bits) - 1)) - start);
   }
 
   bool exhausted() const { return exhausted_; }
@@ -97,8 +105,9 @@ class RansDecoder {
       next_block();
     --left_;
   }
-  [[gnu::always_inline]] void refill() {
-    if (state_ < (uint64_t{1} << 32)) state_ = state_ << 32 | get_word();
+  [[gnu::always_inline]] void refill(unsigned lane, uint64_t state) {
+    if (state < (uint64_t{1} << 32)) state = state << 32 | get_word();
+    states_[lane] = state;
   }
   [[gnu::always_inline]] uint32_t get_word() {
     if (end_ - next_ < 4) [[unlikely]]
@@ -111,7 +120,8 @@ class RansDecoder {
   [[gnu::noinline]] uint32_t get_no_word();
   [[gnu::noinline]] void next_block();
 
-  uint64_t state_ = 0;
+  std::array<uint64_t, most_lanes> states_ = {};
+  unsigned lanes_;
   const std::byte* next_;
   const std::byte* end_;
   uint32_t left_ = 0;

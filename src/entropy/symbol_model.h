@@ -40,12 +40,12 @@ class SymbolModel {
   }
 
   template <class Coder>
-  [[gnu::always_inline]] unsigned code(Coder& coder, unsigned symbol) {
+  [[gnu::always_inline]] unsigned code(Coder& coder, unsigned symbol, unsigned lane = 0) {
     if constexpr (Coder::encoding) {
-      coder.put(start(symbol), frequency(symbol), 15);
+      coder.put(start(symbol), frequency(symbol), 15, lane);
     } else {
-      symbol = find(static_cast<int16_t>(coder.peek(15)));
-      coder.advance(start(symbol), frequency(symbol), 15);
+      symbol = find(static_cast<int16_t>(coder.peek(15, lane)));
+      coder.advance(start(symbol), frequency(symbol), 15, lane);
     }
     adapt(symbol);
     return symbol;

@@ -137,6 +137,10 @@ std::vector<uint32_t> faces_of_half_edges(const PatchSurface& surface, Domain do
   return face_of;
 }
 
+unsigned lanes_for(uint32_t components) {
+  return components == 3 ? 3 : 1;
+}
+
 /// Calls `with` with the number of components as a constant where that pays, else with 0.
 template <class Function>
 void with_components(uint32_t components, Function with) {
@@ -148,7 +152,7 @@ template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
                                     std::span<Code> codes, uint32_t most) {
-  RansEncoder encoder;
+  RansEncoder encoder(lanes_for(array.components));
   ElementWalk walk(elements, face_of);
   with_components(array.components, [&](auto fixed) {
     TupleCoder<RansEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
@@ -338,7 +342,7 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std
   std::vector<std::byte> storage(tuples * maps.size() * sizeof(Code));
   const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.size());
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  RansDecoder decoder(bytes);
+  RansDecoder decoder(bytes, lanes_for(array.components));
   ElementWalk walk(elements, face_of);
   with_components(array.components, [&](auto fixed) {
     TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps, codes);

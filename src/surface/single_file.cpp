@@ -146,7 +146,7 @@ Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
 }
 
 uint32_t pivot_window(int effort) {
-  return effort >= 7 ? 24 : 8;
+  return effort >= 7 ? 24 : 4;
 }
 
 }  // namespace

@@ -52,24 +52,28 @@ namespace {
 
 /// The same for surfaces of triangles, where each face round the vertex has one gate at most.
 void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
-  const HalfEdges& edges = surface.half_edges;
+  const std::vector<uint32_t>& opposite = surface.half_edges.opposite;
   const uint32_t corner = surface.vertices.corner[vertex];
   uint32_t h = corner;
-  uint32_t next_edge = edges.next(h);
-  uint32_t next = known_point(surface, next_edge, vertex);
+  uint32_t next = none;
+  bool first = true;
   do {
-    const uint32_t previous_edge = edges.next(next_edge);
+    const uint32_t place = h % 3;
+    const uint32_t next_edge = place == 2 ? h - 2 : h + 1;
+    const uint32_t previous_edge = place == 0 ? h + 2 : h - 1;
+    if (first) next = known_point(surface, next_edge, vertex);
+    first = false;
     const uint32_t previous = known_point(surface, previous_edge, vertex);
     if (previous != none) {
       stencil.neighbour = previous;
       if (next != none) {
-        const uint32_t across = known_point(surface, edges.previous(edges.opposite[next_edge]), vertex);
-        add_gate(stencil, next, previous, across);
+        const uint32_t over = opposite[next_edge];
+        const uint32_t beyond = over % 3 == 0 ? over + 2 : over - 1;
+        add_gate(stencil, next, previous, known_point(surface, beyond, vertex));
       }
     }
-    h = edges.opposite[previous_edge];
-    next_edge = edges.next(h);
-    next = previous;
+    next = previous;  // the faces round the vertex share their edges
+    h = opposite[previous_edge];
   } while (h != corner);
 }
 

@@ -16,7 +16,7 @@ struct Gate {
 
 /// What is known around an element (a point, a corner, a face) when it is coded, by element numbers.
 struct Stencil {
-  static constexpr unsigned most_gates = 12;
+  static constexpr unsigned most_gates = 5;
 
   std::array<Gate, most_gates> gates;
   unsigned gate_count = 0;

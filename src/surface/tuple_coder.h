@@ -36,11 +36,13 @@ class TupleCoder {
         type_(type),
         maps_(maps),
         codes_(codes),
-        residuals_(coding.whole_values),
+        model_(coding.whole_values),
         sizes_(codes.size()),
         errors_(maps.empty() ? 0 : codes.size() / maps.size()),
         predictions_(maps.size()),
-        spreads_(maps.size()) {}
+        spreads_(maps.size()),
+        residuals_(maps.size()),
+        lengths_(maps.size()) {}
 
   /// Codes the tuple of `element`. Without a known neighbour the element coded before serves as one.
   void code(uint32_t element, const Stencil& stencil) {
@@ -146,29 +148,45 @@ class TupleCoder {
   }
 
   void code_residuals(uint32_t element, const Stencil& stencil) {
-    unsigned surprise = 0;
+    for (unsigned k = 0; k < components(); ++k) {
+      if constexpr (Coder::encoding)
+        residuals_[k] = wrapped_difference(codes_[at(element, k)], predictions_[k]);
+      const ResidualContext context{expected_size(stencil, k), spreads_[k]};
+      lengths_[k] =
+          model_.code_length(coder_, bit_length(size_of_residual(k)), model_of(k), context, lane_of(k));
+    }
+    for (unsigned k = 0; k < components(); ++k) {
+      residuals_[k] =
+          static_cast<Code>(model_.code_value(coder_, residuals_[k], lengths_[k], model_of(k), lane_of(k)));
+    }
     uint64_t error = 0;
     for (unsigned k = 0; k < components(); ++k) {
-      const unsigned expected = expected_size(stencil, k);
-      const ResidualContext context{k, expected, spreads_[k], surprise};
-      Code& code = codes_[at(element, k)];
-      const auto residual = static_cast<Code>(
-          residuals_.code(coder_, Coder::encoding ? wrapped_difference(code, predictions_[k]) : 0, context));
-      if constexpr (!Coder::encoding) code = wrapped_sum(predictions_[k], residual);
-      const auto wide = static_cast<int64_t>(residual);
-      const unsigned size =
-          half_octaves(wide < 0 ? -static_cast<uint64_t>(wide) : static_cast<uint64_t>(wide));
+      if constexpr (!Coder::encoding) codes_[at(element, k)] = wrapped_sum(predictions_[k], residuals_[k]);
+      const unsigned size = half_octaves(size_of_residual(k));
       sizes_[at(element, k)] = static_cast<uint8_t>(size);
       error += uint64_t{1} << std::min(size, largest_error);
-      surprise = size + 1 < expected ? 1 : size <= expected + 1 ? 2 : 3;
     }
     errors_[element] = static_cast<uint8_t>(std::min(bit_length(error), largest_error));
   }
 
+  uint64_t size_of_residual(unsigned k) const {
+    const auto wide = static_cast<int64_t>(residuals_[k]);
+    return wide < 0 ? -static_cast<uint64_t>(wide) : static_cast<uint64_t>(wide);
+  }
+  static unsigned model_of(unsigned k) { return k < 3 ? k : 2; }
+  static unsigned lane_of(unsigned k) { return Fixed == 3 ? k : 0; }
+
+  /// An array where the number of components is known, else a vector.
+  template <class T>
+  struct Fixture : std::array<T, Fixed> {
+    explicit Fixture(size_t) : std::array<T, Fixed>{} {}
+  };
+  template <class T>
+  using PerComponent = std::conditional_t<Fixed != 0, Fixture<T>, std::vector<T>>;
   using Sum = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
   /// 65536 / 3n.
-  static constexpr std::array<unsigned, Stencil::most_gates + 1> inverse_of_triple = {
-      0, 21845, 10923, 7282, 5461, 4369, 3641, 3121, 2731, 2427, 2185, 1986, 1820};
+  static constexpr std::array<unsigned, Stencil::most_gates + 1> inverse_of_triple = {0,    21845, 10923,
+                                                                                      7282, 5461,  4369};
   static constexpr unsigned one_prediction = 11;
   static constexpr unsigned largest_error = 60;  // sums of three still fit 64 bits
 
@@ -177,12 +195,15 @@ class TupleCoder {
   Scalar type_;
   std::span<const NumberMap> maps_;
   std::span<Code> codes_;
-  ResidualModel<8 * sizeof(Code)> residuals_;
+  ResidualModel<8 * sizeof(Code)> model_;
   BitModel repeat_[4];
   std::vector<uint8_t> sizes_;   // of residuals, by number, in half octaves
   std::vector<uint8_t> errors_;  // by element: about twice the logarithm of the whole residual
-  std::vector<Code> predictions_;
-  std::vector<unsigned> spreads_;
+  // By component, for the element at hand.
+  PerComponent<Code> predictions_;
+  PerComponent<unsigned> spreads_;
+  PerComponent<Code> residuals_;
+  PerComponent<unsigned> lengths_;
   uint32_t best_ = none;
   uint32_t second_ = none;
   uint32_t neighbour_ = none;
