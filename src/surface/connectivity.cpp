@@ -58,6 +58,9 @@ class FaceCoder {
   uint32_t point_count = 0;
   // Decoder only.
   uint32_t max_half_edges = 0;
+  /// Room for half-edges, of which half_edges() are in use.
+  void make_room();
+  uint32_t half_edges() const { return half_edges_; }
 
  private:
   static constexpr bool encoding = Coder::encoding;
@@ -88,7 +91,7 @@ class FaceCoder {
   unsigned valence_context(uint32_t first) const;
   Target find_on_front(uint32_t first, uint32_t h) const;
   uint32_t node_behind(uint32_t edge) const;
-  bool is_dummy(uint32_t node) const { return vertices_.dummy[front_[node].vertex]; }
+  bool is_dummy(uint32_t node) const { return header_.has_border && vertices_.dummy[front_[node].vertex]; }
   tl::unexpected<Error> corrupt(const char* what) const {
     return failure(ErrorCode::corrupt, std::string("connectivity of a patch: ") + what);
   }
@@ -100,6 +103,7 @@ class FaceCoder {
   Front front_;
   ConnectivityModels models_;
   std::vector<uint32_t> valences_;  // by vertex
+  uint32_t half_edges_ = 0;         // decoder
 };
 
 /// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
@@ -130,17 +134,26 @@ Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
     for (uint32_t e = h, i = 0; i < degree; ++i, e = surface_.next(e)) coded[e] = true;
     return h;
   } else {
-    const uint32_t base = surface_.size();
+    const uint32_t base = half_edges_;
     if (degree > max_degree) return corrupt("a face with too many edges");
     if (degree > max_half_edges - base) return corrupt("more faces than the patch may have");
-    surface_.origin.resize(base + degree, none);
-    surface_.opposite.resize(base + degree, none);
+    half_edges_ += degree;
+    if (half_edges_ > surface_.size()) make_room();
     if (!(header_.uniform_degree && header_.regular_degree == 3)) {
       for (uint32_t i = 1; i < degree; ++i) surface_.following.push_back(base + i);
       surface_.following.push_back(base);
     }
     return base;
   }
+}
+
+template <class Coder>
+void FaceCoder<Coder>::make_room() {
+  // Grows with what has been decoded; the first room was reserved.
+  const size_t room =
+      std::max<size_t>({half_edges_, surface_.origin.size() * 3 / 2, surface_.origin.capacity()});
+  surface_.origin.resize(room, none);
+  surface_.opposite.resize(room, none);
 }
 
 /// Degree of the face at the gate behind `first`, of which `known` edges are on the front.
@@ -174,7 +187,7 @@ unsigned FaceCoder<Coder>::valence_context(uint32_t first) const {
   unsigned neighbours = 0;
   const auto take = [&](uint32_t node) {
     const uint32_t vertex = front_[node].vertex;
-    if (vertices_.dummy[vertex]) {
+    if (header_.has_border && vertices_.dummy[vertex]) {
       ++dummies;
       return;
     }
@@ -532,6 +545,8 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   FaceCoder<RansDecoder> coder(decoder, header, result.surface, result.vertices);
   coder.max_half_edges = std::min(max_half_edges, numbered - 1);
   for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
+  result.surface.origin.resize(coder.half_edges());
+  result.surface.opposite.resize(coder.half_edges());
   return result;
 }
 
