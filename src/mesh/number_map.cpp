@@ -316,6 +316,17 @@ Bounds bounds_of(const Array& array) {
   return bounds;
 }
 
+/// |a - b|, exact before it is rounded to a double.
+template <class Number>
+double distance(Number a, Number b) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    return std::fabs(static_cast<double>(a) - static_cast<double>(b));
+  } else {
+    return static_cast<double>(a < b ? static_cast<uint64_t>(b) - static_cast<uint64_t>(a)
+                                     : static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+  }
+}
+
 /// Measures the error of a lattice on every number. False: some code is too large, or the bound is exceeded.
 bool measure(const Array& array, ArrayMaps& maps) {
   const double largest = size_of(array.type) == 8 ? 4503599627370496.0 : 2147483647.0;
@@ -332,7 +343,7 @@ bool measure(const Array& array, ArrayMaps& maps) {
       const int64_t code = lattice_code(number, map.origin, map.step);
       auto back = numbers[i];
       map.store_number(array.type, code, reinterpret_cast<std::byte*>(&back));
-      const double error = std::fabs(static_cast<double>(back) - number);
+      const double error = distance(back, numbers[i]);
       if (!(std::fabs((number - map.origin) / map.step) < largest) || error > maps.bound) return false;
       maps.maximum_error = std::max(maps.maximum_error, error);
     }
@@ -404,7 +415,7 @@ ArrayMaps lossless_maps(const Array& array) {
 
 }  // namespace
 
-Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance) {
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions) {
   using Kind = Tolerance::Kind;
   if (tolerance.kind == Kind::lossless) return lossless_maps(array);
   if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
@@ -429,7 +440,7 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance) {
     maps.bound = tolerance.value;
     maps.step = 2 * tolerance.value;
   } else {
-    maps.bound = tolerance.value * (array.components == 1 ? bounds.longest_side() : bounds.diagonal());
+    maps.bound = tolerance.value * (are_positions ? bounds.diagonal() : bounds.longest_side());
     if (maps.bound > 0) maps.step = relative_step(array, 2 * maps.bound);
   }
   if (!(maps.step > 0) || !std::isfinite(maps.step)) return lossless_maps(array);

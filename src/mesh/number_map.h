@@ -57,8 +57,10 @@ struct ArrayMaps {
   std::vector<uint64_t> exceptions;
 };
 
-/// Chooses maps that keep `tolerance`: positions share one step over all components. Falls back to lossless
-/// maps where the bound is finer than what the type can hold. Error: usage, for a bound that is not positive.
-Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance);
+/// Chooses maps that keep `tolerance`, with one step for all components. A relative bound is one of the
+/// bounding box's diagonal for positions, of the widest component's range for other arrays. Falls back to
+/// lossless maps where the bound is finer than what the type can hold. Error: usage, for a bound that is not
+/// positive.
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions);
 
 }  // namespace maille

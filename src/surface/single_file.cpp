@@ -164,7 +164,7 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   const auto encode_one = [&](const Array& array, const Tolerance& tolerance, ArrayDescription& described,
                               ArrayReport& reported) -> Result<> {
     if (!go_on(options.progress, array.name.c_str(), 0)) return cancelled();
-    const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance));
+    const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
     streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array)));
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
