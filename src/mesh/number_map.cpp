@@ -397,7 +397,7 @@ double relative_step(const Array& array, double largest) {
   (void)std::frexp(largest, &exponent);
   int32_t index = 16 * exponent;
   while (sixteenth_of_octave(index) > largest) --index;
-  for (int32_t i = index + 1; i >= index - 1; --i) {
+  for (const int32_t i : {index, index - 1, index + 1}) {
     const double step = sixteenth_of_octave(i);
     if (lies_on(array,
                 std::vector(array.components, NumberMap{.kind = NumberMap::Kind::lattice, .step = step}))) {
@@ -405,6 +405,42 @@ double relative_step(const Array& array, double largest) {
     }
   }
   return sixteenth_of_octave(index);
+}
+
+/// A step with which the last lattice point of the longest side decodes to the end of that side, so that the
+/// decoded mesh has the same side and the same step.
+double step_to_the_end(const Array& array, const Bounds& bounds, double steps) {
+  size_t longest = 0;
+  for (size_t k = 0; k < bounds.low.size(); ++k) {
+    if (bounds.high[k] - bounds.low[k] > bounds.high[longest] - bounds.low[longest]) longest = k;
+  }
+  const double low = bounds.low[longest];
+  const double high = bounds.high[longest];
+  const double exact = (high - low) / steps;
+  double above = exact;
+  double below = exact;
+  for (int i = 0; i < 4; ++i) {
+    for (const double step : {above, below}) {
+      const double end = low + steps * step;
+      if (array.type == Scalar::f32 ? static_cast<float>(end) == static_cast<float>(high) : end == high)
+        return step;
+    }
+    above = std::nextafter(above, std::numeric_limits<double>::infinity());
+    below = std::nextafter(below, 0.0);
+  }
+  return exact;
+}
+
+/// Not for integers with a step below theirs, nor for floats so large that lattice points overflow.
+bool pays(const Array& array, const Bounds& bounds, double step) {
+  if (!is_float(array.type)) return step > 1;
+  const double largest =
+      array.type == Scalar::f32 ? std::numeric_limits<float>::max() : std::numeric_limits<double>::max();
+  double farthest = 0;
+  for (size_t k = 0; k < bounds.low.size(); ++k) {
+    farthest = std::max({farthest, std::fabs(bounds.low[k]), std::fabs(bounds.high[k])});
+  }
+  return farthest < largest / 4 && std::isfinite(step);
 }
 
 ArrayMaps lossless_maps(const Array& array) {
@@ -431,11 +467,10 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
   maps.lossless = false;
   maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
   if (tolerance.kind == Kind::bits) {
-    maps.step = bounds.longest_side() / (std::exp2(tolerance.value) - 1);
-    for (uint32_t k = 0; k < array.components; ++k) maps.maps[k].origin = bounds.low[k];
-    // Half a step, and the rounding of the decoded number to its type.
-    maps.bound = maps.step * 0.5 * (1 + 1e-6);
-    if (array.type == Scalar::f32) maps.bound += bounds.longest_side() * 1.2e-7;
+    maps.step = step_to_the_end(array, bounds, std::exp2(tolerance.value) - 1);
+    for (uint32_t k = 0; k < array.components; ++k) maps.maps[k].origin = bounds.low[k] + 0.0;  // never -0, which would decode as +0
+    // Only the step was asked for; what rounding to the type adds to half of it is measured.
+    maps.bound = std::numeric_limits<double>::infinity();
   } else if (tolerance.kind == Kind::absolute) {
     maps.bound = tolerance.value;
     maps.step = 2 * tolerance.value;
@@ -443,14 +478,16 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
     maps.bound = tolerance.value * (are_positions ? bounds.diagonal() : bounds.longest_side());
     if (maps.bound > 0) maps.step = relative_step(array, 2 * maps.bound);
   }
-  if (!(maps.step > 0) || !std::isfinite(maps.step)) return lossless_maps(array);
+  if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array);
   // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
   const double coarsest = maps.step;
   for (const bool decoded_before : {true, false}) {
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       maps.step = coarsest * finer;
       for (NumberMap& map : maps.maps) map.step = maps.step;
-      if ((!decoded_before || lies_on(array, maps.maps)) && measure(array, maps)) return maps;
+      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, maps)) continue;
+      if (tolerance.kind == Kind::bits) maps.bound = std::max(maps.step / 2, maps.maximum_error);
+      return maps;
     }
   }
   return lossless_maps(array);
