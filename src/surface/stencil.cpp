@@ -50,31 +50,40 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Ste
 
 namespace {
 
-/// The same for surfaces of triangles, where each face round the vertex has one gate at most.
+/// The same for surfaces of triangles, where each face round the vertex has one gate at most. Which
+/// neighbours are known is as good as random, so nothing branches on it: a gate that is not there is
+/// overwritten by the next one.
+template <bool WithPoints>
 void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
-  const std::vector<uint32_t>& opposite = surface.half_edges.opposite;
+  const uint32_t* const origin = surface.half_edges.origin.data();
+  const uint32_t* const opposite = surface.half_edges.opposite.data();
+  const auto point_before = [&](uint32_t h) {
+    const uint32_t other = origin[h];
+    const uint32_t point = WithPoints ? surface.point_of[other] : other;
+    return other < vertex ? point : none;
+  };
   const uint32_t corner = surface.vertices.corner[vertex];
   uint32_t h = corner;
-  uint32_t next = none;
-  bool first = true;
+  uint32_t place = h % 3;
+  uint32_t next = point_before(place == 2 ? h - 2 : h + 1);
+  uint32_t neighbour = none;
+  unsigned count = 0;
   do {
-    const uint32_t place = h % 3;
     const uint32_t next_edge = place == 2 ? h - 2 : h + 1;
     const uint32_t previous_edge = place == 0 ? h + 2 : h - 1;
-    if (first) next = known_point(surface, next_edge, vertex);
-    first = false;
-    const uint32_t previous = known_point(surface, previous_edge, vertex);
-    if (previous != none) {
-      stencil.neighbour = previous;
-      if (next != none) {
-        const uint32_t over = opposite[next_edge];
-        const uint32_t beyond = over % 3 == 0 ? over + 2 : over - 1;
-        add_gate(stencil, next, previous, known_point(surface, beyond, vertex));
-      }
-    }
+    const uint32_t previous = point_before(previous_edge);
+    const uint32_t over = opposite[next_edge];
+    const uint32_t across = point_before(over % 3 == 0 ? over + 2 : over - 1);
+    stencil.gates[count] = {next, previous, across};
+    const auto known = static_cast<unsigned>((next != none) & (previous != none) & (across != none));
+    count += known & static_cast<unsigned>(count < Stencil::most_gates);
+    neighbour = previous != none ? previous : neighbour;
     next = previous;  // the faces round the vertex share their edges
     h = opposite[previous_edge];
+    place = h % 3;
   } while (h != corner);
+  stencil.gate_count = count;
+  stencil.neighbour = neighbour;
 }
 
 }  // namespace
@@ -82,7 +91,10 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil
 void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
   stencil.gate_count = 0;
   stencil.neighbour = none;
-  if (surface.half_edges.all_triangles()) return find_triangle_stencil(surface, vertex, stencil);
+  if (surface.half_edges.all_triangles()) {
+    if (surface.point_of.empty()) return find_triangle_stencil<false>(surface, vertex, stencil);
+    return find_triangle_stencil<true>(surface, vertex, stencil);
+  }
   const uint32_t corner = surface.vertices.corner[vertex];
   uint32_t h = corner;
   do {

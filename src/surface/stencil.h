@@ -18,7 +18,7 @@ struct Gate {
 struct Stencil {
   static constexpr unsigned most_gates = 5;
 
-  std::array<Gate, most_gates> gates;
+  std::array<Gate, most_gates + 1> gates;  ///< one to spare, for a search that writes before it knows
   unsigned gate_count = 0;
   uint32_t neighbour = none;  ///< some known element next to it
 };

@@ -76,25 +76,27 @@ class TupleCoder {
     return true;
   }
 
-  /// The two gates with the smallest past errors (the first of equals).
+  /// The two gates with the smallest past errors (the first of equals). Selections, not branches: the outcome
+  /// is random.
   void choose_gates(const Stencil& stencil) {
     best_ = second_ = none;
-    uint64_t best_error = 0;
-    uint64_t second_error = 0;
-    for (unsigned i = 0; i < stencil.gate_count && uses_gates(); ++i) {
-      const Gate& gate = stencil.gates[i];
-      const uint64_t error = (uint64_t{1} << errors_[gate.a]) + (uint64_t{1} << errors_[gate.b]) +
-                             (uint64_t{1} << errors_[gate.across]);
-      if (best_ == none || error < best_error) {
-        second_ = best_;
-        second_error = best_error;
-        best_ = i;
-        best_error = error;
-      } else if (second_ == none || error < second_error) {
-        second_ = i;
-        second_error = error;
-      }
+    if (stencil.gate_count == 0 || !uses_gates()) return;
+    best_ = 0;
+    uint64_t best_error = past_error(stencil.gates[0]);
+    uint64_t second_error = ~uint64_t{0};
+    for (uint32_t i = 1; i < stencil.gate_count; ++i) {
+      const uint64_t error = past_error(stencil.gates[i]);
+      const bool better = error < best_error;
+      const bool runner_up = error < second_error;
+      second_ = better ? best_ : runner_up ? i : second_;
+      second_error = better ? best_error : runner_up ? error : second_error;
+      best_ = better ? i : best_;
+      best_error = better ? error : best_error;
     }
+  }
+  uint64_t past_error(const Gate& gate) const {
+    return (uint64_t{1} << errors_[gate.a]) + (uint64_t{1} << errors_[gate.b]) +
+           (uint64_t{1} << errors_[gate.across]);
   }
 
   Code parallelogram_at(const Gate& gate, unsigned k) const {
