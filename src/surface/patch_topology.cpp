@@ -469,11 +469,25 @@ Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> b
 
 namespace {
 
-/// Triangles of one block, nothing loose, turned over or out of order: the origins are the connectivity.
+/// Triangles of one block, nothing loose or turned over, no arrays that need places.
 bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks, bool with_places) {
-  const PatchSurface& surface = topology.surface;
-  return blocks.size() == 1 && blocks[0].type == CellType::triangle && surface.half_edges.all_triangles() &&
-         topology.flipped.empty() && topology.loose.size() == 0 && surface.faces.empty() && !with_places;
+  return blocks.size() == 1 && blocks[0].type == CellType::triangle &&
+         topology.surface.half_edges.all_triangles() && topology.flipped.empty() &&
+         topology.loose.size() == 0 && !with_places;
+}
+
+std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
+  // In the simplest case the origins are the connectivity.
+  if (surface.faces.empty() && surface.point_of.empty()) return std::move(surface.half_edges.origin);
+  const HalfEdges& edges = surface.half_edges;
+  std::vector<uint32_t> connectivity;
+  connectivity.reserve(size_t{3} * surface.face_count);
+  for (uint32_t face = 0; face < surface.face_count; ++face) {
+    const uint32_t a = surface.face(face);
+    const uint32_t b = edges.next(a);
+    for (const uint32_t h : {a, b, edges.next(b)}) connectivity.push_back(surface.point(edges.origin[h]));
+  }
+  return connectivity;
 }
 
 }  // namespace
@@ -485,11 +499,8 @@ AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape
   const uint32_t faces = surface.face_count;
   std::vector<uint32_t>().swap(topology.surface.half_edges.opposite);
   if (is_plain(topology, blocks, with_places)) {
-    if (!surface.point_of.empty()) {
-      for (uint32_t& origin : topology.surface.half_edges.origin) origin = surface.point_of[origin];
-    }
     result.blocks.emplace_back().type = CellType::triangle;
-    result.blocks[0].connectivity = std::move(topology.surface.half_edges.origin);
+    result.blocks[0].connectivity = plain_connectivity(topology.surface);
     return result;
   }
 
