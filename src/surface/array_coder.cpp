@@ -49,7 +49,7 @@ class ElementWalk {
   void points(Visit visit) {
     uint32_t next = 0;
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
-      if (surface_.point(vertex) != next) continue;  // a dummy, or another fan of a point before
+      if (surface_.point(vertex) != next) continue;  // another fan of a point before
       find_point_stencil(surface_, vertex, stencil_);
       if (!visit(next++, stencil_)) return;
     }
@@ -100,7 +100,6 @@ class ElementWalk {
   template <class Visit>
   void corners(Visit visit) {
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
-      if (surface_.is_dummy(vertex)) continue;
       uint32_t neighbour = none;
       const uint32_t first = surface_.vertices.corner[vertex];
       uint32_t h = first;

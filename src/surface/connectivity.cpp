@@ -91,7 +91,7 @@ class FaceCoder {
   unsigned valence_context(uint32_t first) const;
   Target find_on_front(uint32_t first, uint32_t h) const;
   uint32_t node_behind(uint32_t edge) const;
-  bool is_dummy(uint32_t node) const { return header_.has_border && vertices_.dummy[front_[node].vertex]; }
+  bool is_dummy(uint32_t node) const { return front_[node].vertex >= first_dummy; }
   tl::unexpected<Error> corrupt(const char* what) const {
     return failure(ErrorCode::corrupt, std::string("connectivity of a patch: ") + what);
   }
@@ -104,17 +104,19 @@ class FaceCoder {
   ConnectivityModels models_;
   std::vector<uint32_t> valences_;  // by vertex
   uint32_t half_edges_ = 0;         // decoder
+  uint32_t dummies_ = 0;
 };
 
 /// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
 template <class Coder>
 uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
-  const uint32_t vertex = vertices_.size();
-  vertices_.corner.push_back(h);
-  vertices_.dummy.push_back(dummy);
-  valences_.push_back(valence);
+  const uint32_t vertex = dummy ? first_dummy + dummies_++ : vertices_.size();
+  if (!dummy) {
+    vertices_.corner.push_back(h);
+    valences_.push_back(valence);
+    if constexpr (encoding) points.push_back(surface_.origin[h]);
+  }
   if constexpr (encoding) {
-    points.push_back(surface_.origin[h]);
     uint32_t around = h;
     do {
       surface_.origin[around] = vertex | numbered;
@@ -187,7 +189,7 @@ unsigned FaceCoder<Coder>::valence_context(uint32_t first) const {
   unsigned neighbours = 0;
   const auto take = [&](uint32_t node) {
     const uint32_t vertex = front_[node].vertex;
-    if (header_.has_border && vertices_.dummy[vertex]) {
+    if (vertex >= first_dummy) {
       ++dummies;
       return;
     }

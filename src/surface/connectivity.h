@@ -31,10 +31,10 @@ void visit(Visitor& v, ConnectivityHeader& h) {
 }
 
 /// The vertices of a closed surface in the order in which the traversal meets them. Where several fans of
-/// faces meet in one point of the mesh, each fan has a vertex of its own; a border loop has one dummy vertex.
+/// faces meet in one point of the mesh, each fan has a vertex of its own. (The dummies of border loops are
+/// numbered apart, from first_dummy.)
 struct SurfaceVertices {
   std::vector<uint32_t> corner;  ///< a half-edge out of each vertex: the first one the traversal meets
-  std::vector<bool> dummy;       ///< stands for a border loop
   uint32_t size() const { return static_cast<uint32_t>(corner.size()); }
 };
 

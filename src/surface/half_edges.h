@@ -6,6 +6,9 @@
 namespace maille {
 
 inline constexpr uint32_t none = 0xffffffff;
+/// Vertices from this number on are dummies: they close border loops and stand for no point. Real ones stay
+/// below.
+inline constexpr uint32_t first_dummy = 0x40000000;
 /// Faces with more edges are not part of a surface; they are coded as loose cells.
 inline constexpr uint32_t max_degree = 0xffff;
 

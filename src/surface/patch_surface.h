@@ -12,8 +12,8 @@ namespace maille {
 struct PatchSurface {
   HalfEdges half_edges;
   SurfaceVertices vertices;
-  /// Number of each vertex's point, in coded order; none for dummies. Vertices of the same point share it.
-  /// Empty where every vertex is its own point and there are no dummies.
+  /// Number of each vertex's point, in coded order. Vertices of the same point share it.
+  /// Empty where every vertex is its own point.
   std::vector<uint32_t> point_of;
   /// Points of the surface: 0 to point_count - 1, in the order of their first vertices.
   uint32_t point_count = 0;
@@ -23,7 +23,6 @@ struct PatchSurface {
 
   uint32_t point(uint32_t vertex) const { return point_of.empty() ? vertex : point_of[vertex]; }
   uint32_t face(uint32_t i) const { return faces.empty() ? 3 * i : faces[i]; }
-  bool is_dummy(uint32_t vertex) const { return vertices.dummy[vertex]; }
 };
 
 }  // namespace maille

@@ -88,7 +88,7 @@ std::vector<uint32_t> order_faces(const PatchSurface& surface, std::span<const u
     bool dummy = false;
     uint32_t h = first;
     do {
-      dummy |= surface.is_dummy(edges.origin[h]);
+      dummy |= edges.origin[h] >= first_dummy;
       h = edges.next(h);
     } while (h != first);
     if (dummy) continue;
@@ -306,7 +306,6 @@ void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopol
   sources.assign(surface.point_count, none);
   std::vector<bool> used(points);
   for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
-    if (surface.is_dummy(vertex)) continue;
     sources[surface.point(vertex)] = coded.points[vertex];
     used[coded.points[vertex]] = true;
   }

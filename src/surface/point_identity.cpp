@@ -128,8 +128,6 @@ class IdentityCoder {
   }
 
  public:
-  /// A dummy has no point.
-  void skip() { point_of_.push_back(none); }
   std::vector<uint32_t> take_points() { return std::move(point_of_); }
 
  private:
@@ -151,22 +149,17 @@ uint32_t number_points(const SurfaceVertices& vertices, std::span<const uint32_t
                        std::vector<uint32_t>& point_of) {
   uint32_t highest = 0;
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
-    if (!vertices.dummy[vertex]) highest = std::max(highest, original[vertex] + 1);
+    highest = std::max(highest, original[vertex] + 1);
   }
   std::vector<uint32_t> number(highest, none);
   uint32_t count = 0;
   point_of.assign(vertices.size(), none);
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
-    if (vertices.dummy[vertex]) continue;
     uint32_t& point = number[original[vertex]];
     if (point == none) point = count++;
     point_of[vertex] = point;
   }
   return count;
-}
-
-uint32_t real_vertices(const SurfaceVertices& vertices) {
-  return static_cast<uint32_t>(std::count(vertices.dummy.begin(), vertices.dummy.end(), false));
 }
 
 }  // namespace
@@ -175,16 +168,14 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
                                              std::span<const uint32_t> original,
                                              std::vector<uint32_t>& point_of, uint32_t& point_count) {
   point_count = number_points(vertices, original, point_of);
-  if (point_count == vertices.size()) point_of.clear();
-  if (point_count == real_vertices(vertices)) return {};
+  if (point_count == vertices.size()) {
+    point_of.clear();
+    return {};
+  }
   RansEncoder encoder;
   IdentityCoder<RansEncoder> coder(encoder, surface, vertices);
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
-    if (vertices.dummy[vertex]) {
-      coder.skip();
-    } else {
-      (void)coder.code(vertex, point_of[vertex]);
-    }
+    (void)coder.code(vertex, point_of[vertex]);
   }
   std::vector<std::byte> bytes = encoder.finish();
   bytes.push_back(std::byte{1});  // never empty
@@ -194,23 +185,13 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
 Result<> decode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices, Bytes bytes,
                                std::vector<uint32_t>& point_of, uint32_t& point_count) {
   if (bytes.empty()) {
-    point_count = real_vertices(vertices);
-    if (point_count == vertices.size()) return {};
-    point_of.resize(vertices.size());
-    point_count = 0;
-    for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
-      point_of[vertex] = vertices.dummy[vertex] ? none : point_count++;
-    }
+    point_count = vertices.size();
     return {};
   }
   RansDecoder decoder(bytes.first(bytes.size() - 1));
   IdentityCoder<RansDecoder> coder(decoder, surface, vertices);
   for (uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
-    if (vertices.dummy[vertex]) {
-      coder.skip();
-    } else if (auto point = coder.code(vertex, 0); !point) {
-      return tl::unexpected(std::move(point).error());
-    }
+    if (auto point = coder.code(vertex, 0); !point) return tl::unexpected(std::move(point).error());
     if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of point copies ends early");
   }
   point_of = coder.take_points();

@@ -59,7 +59,7 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil
   const uint32_t* const opposite = surface.half_edges.opposite.data();
   const auto point_before = [&](uint32_t h) {
     const uint32_t other = origin[h];
-    const uint32_t point = WithPoints ? surface.point_of[other] : other;
+    const uint32_t point = WithPoints ? surface.point_of[other < vertex ? other : vertex] : other;
     return other < vertex ? point : none;
   };
   const uint32_t corner = surface.vertices.corner[vertex];
