@@ -1,0 +1,69 @@
+#pragma once
+
+#include <maille/version.h>
+
+#include <string>
+#include <vector>
+
+#include "base/bytes.h"
+#include "container/file_reader.h"
+#include "container/file_writer.h"
+#include "entropy/byte_model.h"
+
+// A file as a fuzzer can change it: its streams one after the other, each with its length, the description in
+// the clear. Mutations then reach the codec, where changes of a real file mostly end in the container.
+namespace maille::fuzzing {
+
+inline constexpr char stream_types[][5] = {"DESC", "TOPO", "POSI", "ORDR", "ARRY"};
+
+/// The file whose streams `input` lists: kind (from 4 on: array kind - 4), length, bytes.
+inline std::vector<std::byte> file_of_streams(Bytes input) {
+  std::vector<std::byte> file;
+  const auto sink = memory_sink(file);
+  auto writer = FileWriter::begin(*sink, {.major = format_major, .minor = format_minor});
+  ByteReader in(input);
+  std::vector<bool> written(256);
+  while (in.ok() && in.remaining() > 0) {
+    const unsigned kind = in.get<uint8_t>();
+    const uint64_t size = std::min<uint64_t>(in.get_count(), in.remaining());
+    const Bytes bytes = in.get_bytes(size);
+    if (!in.ok() || written[kind]) break;
+    written[kind] = true;
+    StreamKey key{"ARRY", 0, kind < 4 ? 0 : kind - 4};
+    if (kind < 4) std::copy_n(stream_types[kind], 4, key.type);
+    if (kind == 0) {
+      ByteWriter description;
+      description.put_count(bytes.size());
+      description.put_bytes(encode_bytes(bytes));
+      (void)writer->write_stream(key, description.bytes());
+    } else {
+      (void)writer->write_stream(key, bytes);
+    }
+  }
+  (void)writer->finish();
+  return file;
+}
+
+/// Inverse, for seeds.
+inline std::vector<std::byte> streams_of_file(Bytes file) {
+  const auto source = memory_source(file);
+  const auto reader = FileReader::open(*source);
+  ByteWriter out;
+  for (unsigned kind = 0; kind < 256; ++kind) {
+    StreamKey key{"ARRY", 0, kind < 4 ? 0 : kind - 4};
+    if (kind < 4) std::copy_n(stream_types[kind], 4, key.type);
+    if (!reader->has_stream(key)) continue;
+    std::vector<std::byte> bytes = *reader->read_stream(key);
+    if (kind == 0) {
+      ByteReader in(bytes);
+      const uint64_t size = in.get_count();
+      bytes = decode_bytes(in.get_bytes(in.remaining()), size);
+    }
+    out.put(static_cast<uint8_t>(kind));
+    out.put_count(bytes.size());
+    out.put_bytes(bytes);
+  }
+  return out.take();
+}
+
+}  // namespace maille::fuzzing

@@ -1,0 +1,99 @@
+// Writes first inputs for the fuzzers: seeds FOLDER. Small meshes of all kinds, in all forms.
+
+#include <maille/io.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "fuzzing.h"
+#include "io/gzip.h"
+#include "packed_streams.h"
+#include "support/random_mesh.h"
+#include "surface/patch_topology.h"
+
+namespace maille::fuzzing {
+namespace {
+
+void save(const std::filesystem::path& path, uint8_t first, Bytes bytes) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream out(path, std::ios::binary);
+  out.put(static_cast<char>(first));
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+EncodeOptions options_for(uint64_t seed, const Mesh& mesh) {
+  EncodeOptions options;
+  if (seed % 3 == 1) options.order = Order::keep;
+  if (seed % 5 == 2) {
+    options.positions = {Tolerance::Kind::bits, 8};
+    for (const Array& array : mesh.arrays) options.arrays[array.name] = options.positions;
+  }
+  return options;
+}
+
+void save_file(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  auto file = encoded(mesh, options_for(seed, mesh));
+  if (!file) file = encoded(mesh, {});
+  if (!file) return;
+  const std::string name = std::to_string(seed);
+  save(folder / "decode_fuzz" / (name + ".file"), 0, *file);
+  save(folder / "decode_fuzz" / (name + ".streams"), 1, streams_of_file(*file));
+}
+
+void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  const auto topology = encode_topology(mesh, 4);
+  if (!topology) return;
+  ByteWriter out;
+  out.put_count(mesh.point_count());
+  out.put_count(mesh.corner_count());
+  out.put(static_cast<uint8_t>(mesh.blocks.size()));
+  for (const CellBlock& block : mesh.blocks) {
+    out.put(block.type);
+    out.put_count(block.size());
+  }
+  out.put_bytes(topology->bytes);
+  const std::vector<std::byte> bytes = out.take();
+  const auto first = std::to_integer<uint8_t>(bytes[0]);
+  save(folder / "connectivity_fuzz" / std::to_string(seed), first, Bytes(bytes).subspan(1));
+}
+
+void save_foreign(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  for (size_t format = 0; format < formats().size(); ++format) {
+    for (const bool ascii : {false, true}) {
+      WriteOptions options;
+      options.format = formats()[format].name;
+      options.ascii = ascii;
+      options.big_endian = seed % 2 == 0;
+      std::vector<std::byte> bytes;
+      const auto sink = memory_sink(bytes);
+      if (!write_mesh(mesh, *sink, options)) continue;
+      const std::string name = std::to_string(seed) + (ascii ? "a." : ".") + options.format;
+      save(folder / "read_fuzz" / name, static_cast<uint8_t>(format), bytes);
+      if (seed % 8 != 0) continue;
+      std::vector<std::byte> packed;
+      const auto below = memory_sink(packed);
+      const auto packing = gzip_sink(*below);
+      if (packing->write(bytes) && packing->commit())
+        save(folder / "read_fuzz" / (name + ".gz"), static_cast<uint8_t>(format), packed);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maille::fuzzing
+
+int main(int count, char** arguments) {
+  using namespace maille;
+  if (count != 2) return 2;
+  for (uint64_t seed = 0; seed < 300; ++seed) {
+    testing::RandomMeshOptions options;
+    options.faces = seed % 4 == 0 ? 60 : 15;
+    options.arrays = seed % 2 == 0;
+    options.other_cells = seed % 3 == 0;
+    const Mesh mesh = testing::random_surface(seed, options);
+    fuzzing::save_file(arguments[1], seed, mesh);
+    fuzzing::save_topology(arguments[1], seed, mesh);
+    if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
+  }
+  return 0;
+}
