@@ -20,9 +20,9 @@ class IdentityCoder {
   /// Codes the point of the next vertex; `point` is it, or at least the count of points when it is new
   /// (encoder).
   Result<uint32_t> code(uint32_t vertex, uint32_t point) {
+    was_copy_ = copy_[context_of(vertex)].code(coder_, point < point_count());
+    if (!was_copy_) return add_point(vertex);
     find_candidates(vertex);
-    const bool copy = copy_[context_].code(coder_, point < point_count());
-    if (!copy) return add_point(vertex);
     uint32_t found = none;
     for (unsigned i = 0; i < candidates_.size() && i < candidate_limit && found == none; ++i) {
       if (hit_[std::min<unsigned>(i, 5)].code(coder_, candidates_[i].point == point))
@@ -64,10 +64,19 @@ class IdentityCoder {
     return vertex < limit ? point_of_[vertex] : none;
   }
 
+  bool is_copy(uint32_t vertex, uint32_t limit) const { return vertex < limit && next_twin_[vertex] != none; }
+
+  /// Are the neighbours in the vertex's first face copies, was the vertex before?
+  unsigned context_of(uint32_t vertex) const {
+    const uint32_t h = vertices_.corner[vertex];
+    const unsigned next = is_copy(surface_.origin[surface_.next(h)], vertex);
+    const unsigned previous = is_copy(surface_.origin[surface_.previous(h)], vertex);
+    return 2 * (next + previous) + static_cast<unsigned>(was_copy_);
+  }
+
   void find_candidates(uint32_t vertex) {
     candidates_.clear();
     known_.clear();
-    unsigned with_twins = 0;
     const uint32_t first = vertices_.corner[vertex];
     uint32_t h = first;
     for (unsigned turns = 0; turns < most_turns; ++turns) {
@@ -79,22 +88,18 @@ class IdentityCoder {
         const uint32_t across =
             known_point(surface_.origin[surface_.previous(surface_.opposite[next])], vertex);
         if (across != none) known_.push_back(across);
-        with_twins += collect_around_twins(neighbour, point, vertex);
+        collect_around_twins(neighbour, point, vertex);
       }
       h = surface_.turn(h);
       if (h == first) break;
     }
-    context_ = with_twins == 0 ? 0 : known_.empty() ? 1 : std::min(1 + with_twins, 3u);
     rank_candidates();
   }
 
-  /// Returns whether the point has other vertices.
-  bool collect_around_twins(uint32_t neighbour, uint32_t point, uint32_t limit) {
-    bool any = false;
+  void collect_around_twins(uint32_t neighbour, uint32_t point, uint32_t limit) {
     uint32_t twin = newest_vertex_[point];
     for (unsigned twins = 0; twin != none && twins < most_twins; twin = next_twin_[twin]) {
       if (twin == neighbour) continue;
-      any = true;
       ++twins;
       const uint32_t first = vertices_.corner[twin];
       uint32_t h = first;
@@ -105,7 +110,6 @@ class IdentityCoder {
         if (h == first) break;
       }
     }
-    return any;
   }
 
   void add_candidate(uint32_t point) {
@@ -139,8 +143,8 @@ class IdentityCoder {
   std::vector<uint32_t> next_twin_;      // by vertex
   std::vector<Candidate> candidates_;
   std::vector<uint32_t> known_;
-  unsigned context_ = 0;
-  std::array<BitModel, 4> copy_;
+  bool was_copy_ = false;
+  std::array<BitModel, 6> copy_;
   std::array<BitModel, 6> hit_;
 };
 
