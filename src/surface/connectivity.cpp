@@ -171,8 +171,8 @@ Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, u
     dummy |= is_dummy(node);
   }
   if (dummy) return 3u;
-  const uint32_t behind = surface_.degree(front_[first].edge);
-  const unsigned context = clamped<unsigned>(behind, 0, 11) * 4 + clamped<unsigned>(known - 1, 0, 3);
+  const unsigned behind = surface_.degree_up_to(11, front_[first].edge);
+  const unsigned context = behind * 4 + clamped<unsigned>(known - 1, 0, 3);
   const auto regular = static_cast<int32_t>(header_.regular_degree);
   int32_t offset = 0;
   if constexpr (encoding) offset = static_cast<int32_t>(surface_.degree(h)) - regular;

@@ -52,6 +52,13 @@ struct HalfEdges {
     for (uint32_t e = following[h]; e != h; e = following[e]) ++edges;
     return edges;
   }
+  /// The degree where it is at most `most`, else `most`: for those that ask the same face again and again.
+  unsigned degree_up_to(unsigned most, uint32_t h) const {
+    if (following.empty()) return 3;
+    unsigned edges = 1;
+    for (uint32_t e = following[h]; e != h && edges < most; e = following[e]) ++edges;
+    return edges;
+  }
   void glue(uint32_t a, uint32_t b) {
     opposite[a] = b;
     opposite[b] = a;

@@ -151,6 +151,8 @@ class LooseCellCoder {
 
   /// One node of a cell whose earlier nodes are `before`. Gives `points` for a node that is not there.
   uint32_t code_node(std::span<const uint32_t> before, uint32_t node) {
+    // Cells can have millions of nodes: only the last ones are looked at.
+    before = before.last(std::min<size_t>(before.size(), 256));
     const auto repeated = std::find(before.rbegin(), before.rend(), node);
     const unsigned position = static_cast<unsigned>(std::min<size_t>(before.size(), 7));
     if (!before.empty() && repeat_[position].code(coder_, repeated != before.rend())) {
