@@ -7,6 +7,8 @@
 namespace maille {
 namespace {
 
+constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
+
 // One list of fields serves writing and reading: Writer and Reader have the same calls.
 
 class Writer {
@@ -153,9 +155,13 @@ std::vector<BlockShape> Description::shapes() const {
   return shapes;
 }
 
-std::vector<std::byte> encode_description(const Description& description) {
+Result<std::vector<std::byte>> encode_description(const Description& description) {
   Writer writer;
   visit(writer, description);
+  if (writer.out().size() > most_plain_bytes) {
+    return failure(ErrorCode::unsupported,
+                   "names, labels and metadata take more than the 16 MiB a file holds");
+  }
   ByteWriter out;
   out.put_count(writer.out().size());
   out.put_bytes(encode_bytes(writer.out().bytes()));
@@ -165,6 +171,10 @@ std::vector<std::byte> encode_description(const Description& description) {
 Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   ByteReader in(bytes);
   const uint64_t size = in.get_count();
+  // A few bytes can stand for thousands of labels, and each takes up to 64 bytes in memory.
+  if (size > most_plain_bytes || size / 1024 > limits.mesh_bytes / 65536 + 64) {
+    return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
+  }
   const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
   Description description;
   Reader reader(plain);

@@ -48,7 +48,8 @@ struct Description {
   std::vector<BlockShape> shapes() const;
 };
 
-std::vector<std::byte> encode_description(const Description& description);
+/// Error: unsupported, for more than 16 MiB of names, labels and metadata.
+Result<std::vector<std::byte>> encode_description(const Description& description);
 
 /// Inverse. Safe on any bytes. Error: corrupt; memory_bound when the mesh described is larger than `limits`
 /// allow.

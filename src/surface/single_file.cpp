@@ -176,8 +176,9 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
                             report.arrays.emplace_back()));
   }
 
+  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
   FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
-  MAILLE_CHECK(writer.write_stream(description_key, encode_description(description)));
+  MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
   MAILLE_CHECK(writer.write_stream(topology_key, encoded.bytes));
   MAILLE_CHECK(writer.write_stream(positions_key, streams[0]));
   for (size_t i = 0; i < mesh.arrays.size(); ++i)
