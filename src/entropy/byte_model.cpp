@@ -1,5 +1,8 @@
 #include "entropy/byte_model.h"
 
+#include <array>
+#include <memory>
+
 #include "entropy/bit_model.h"
 #include "entropy/rans.h"
 
@@ -9,22 +12,26 @@ namespace {
 template <class Coder>
 class ByteModel {
  public:
-  explicit ByteModel(Coder& coder) : coder_(coder), models_(256 * 256) {}
+  explicit ByteModel(Coder& coder) : coder_(coder) {}
 
   std::byte code(std::byte byte) {
-    BitModel* tree = &models_[before_ * 256];
+    // A tree per byte before; short texts meet few of the 256.
+    std::unique_ptr<Tree>& tree = trees_[before_];
+    if (!tree) tree = std::make_unique<Tree>();
     unsigned node = 1;
     for (int bit = 7; bit >= 0; --bit) {
-      node = node << 1 |
-             static_cast<unsigned>(tree[node].code(coder_, (static_cast<unsigned>(byte) >> bit & 1) != 0));
+      const bool set = (static_cast<unsigned>(byte) >> bit & 1) != 0;
+      node = node << 1 | static_cast<unsigned>((*tree)[node].code(coder_, set));
     }
     before_ = node & 0xff;
     return static_cast<std::byte>(before_);
   }
 
  private:
+  using Tree = std::array<BitModel, 256>;
+
   Coder& coder_;
-  std::vector<BitModel> models_;
+  std::array<std::unique_ptr<Tree>, 256> trees_;
   unsigned before_ = 0;
 };
 
