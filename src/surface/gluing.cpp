@@ -1,6 +1,7 @@
 #include "surface/gluing.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -99,6 +100,7 @@ class GluingWalk {
  public:
   GluingWalk(HalfEdges& surface, const Faces& faces, const EdgeTable& table)
       : surface_(surface), faces_(faces), table_(table), rank_(faces.size(), none), flipped_(faces.size()) {
+    find_crowds();
     if (!surface.all_triangles()) {
       face_of_.resize(surface.size());
       for (uint32_t face = 0; face < faces.size(); ++face) {
@@ -126,6 +128,12 @@ class GluingWalk {
     rank_[face_of(h)] = static_cast<uint32_t>(queue_.size());
     flipped_[face_of(h)] = flipped;
     queue_.push_back(h);
+    if (crowd_of_.empty()) return;
+    uint32_t e = h;
+    do {
+      if (crowd_of_[e] != none) crowds_[crowd_of_[e]].visited[runs_forward(e)].push_back(e);
+      e = surface_.next(e);
+    } while (e != h);
   }
 
   void leave(uint32_t entry) {
@@ -137,6 +145,14 @@ class GluingWalk {
   }
 
   void glue_one(uint32_t h) {
+    const bool crowded = !crowd_of_.empty() && crowd_of_[h] != none;
+    const uint32_t best = crowded ? best_of_crowd(crowds_[crowd_of_[h]], h) : best_of_few(h);
+    if (best == none) return;
+    surface_.glue(h, best);
+    if (rank_[face_of(best)] == none) reach(best, edge_of(surface_, best).forward == runs_forward(h));
+  }
+
+  uint32_t best_of_few(uint32_t h) {
     uint32_t best = none;
     std::pair<uint32_t, uint32_t> best_rank;
     const auto edge = same_edge(table_, surface_, h);
@@ -155,9 +171,49 @@ class GluingWalk {
       }
     }
     chosen_ |= edge.size() > 2;
-    if (best == none) return;
-    surface_.glue(h, best);
-    if (rank_[face_of(best)] == none) reach(best, edge_of(surface_, best).forward == runs_forward(h));
+    return best;
+  }
+
+  /// Half-edges of an edge with many faces, by the three rules in turn, so that none is looked at twice.
+  struct Crowd {
+    std::span<const uint32_t> all;                 ///< in the order of their numbers
+    std::array<size_t, 2> next_unvisited = {};     ///< in `all`, by direction; none before it is unvisited
+    std::array<std::vector<uint32_t>, 2> visited;  ///< by direction once oriented, in the order of visits
+    std::array<size_t, 2> next_visited = {};
+  };
+  static constexpr size_t few = 8;
+
+  void find_crowds() {
+    const std::span<const uint32_t> table(table_.half_edges);
+    for (size_t i = 0, end = 0; i < table.size(); i = end) {
+      const Edge edge = edge_of(surface_, table[i]);
+      for (end = i + 1; end < table.size(); ++end) {
+        const Edge other = edge_of(surface_, table[end]);
+        if (other.low != edge.low || other.high != edge.high) break;
+      }
+      if (end - i <= few) continue;
+      crowd_of_.resize(surface_.size(), none);
+      for (size_t k = i; k < end; ++k) crowd_of_[table[k]] = static_cast<uint32_t>(crowds_.size());
+      crowds_.emplace_back().all = table.subspan(i, end - i);
+    }
+  }
+
+  uint32_t best_of_crowd(Crowd& crowd, uint32_t h) {
+    chosen_ = true;
+    const bool forward = runs_forward(h);
+    const std::vector<uint32_t>& visited = crowd.visited[!forward];
+    size_t& next = crowd.next_visited[!forward];
+    while (next < visited.size() && surface_.opposite[visited[next]] != none) ++next;
+    if (next < visited.size()) return visited[next];
+    for (const bool direction : {!forward, forward}) {
+      size_t& i = crowd.next_unvisited[direction];
+      while (i < crowd.all.size() &&
+             (edge_of(surface_, crowd.all[i]).forward != direction || rank_[face_of(crowd.all[i])] != none)) {
+        ++i;
+      }
+      if (i < crowd.all.size()) return crowd.all[i];
+    }
+    return none;
   }
 
   HalfEdges& surface_;
@@ -166,7 +222,9 @@ class GluingWalk {
   std::vector<uint32_t> rank_;  // by face: when it was reached
   std::vector<bool> flipped_;
   std::vector<uint32_t> face_of_;
-  std::vector<uint32_t> queue_;  // half-edges by which faces were reached
+  std::vector<Crowd> crowds_;
+  std::vector<uint32_t> crowd_of_;  // by half-edge; empty where there is no crowd
+  std::vector<uint32_t> queue_;     // half-edges by which faces were reached
   size_t next_ = 0;
   bool chosen_ = false;
 };
