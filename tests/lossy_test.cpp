@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <ostream>
 #include <string>
 
 namespace maille::testing {
@@ -175,6 +176,11 @@ struct Case {
   const char* name;
   Tolerance tolerance;
 };
+
+/// Found by GoogleTest, which prints the bytes otherwise.
+void PrintTo(const Case& which, std::ostream* out) {
+  *out << which.name;
+}
 
 class LossyBound : public ::testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, LossyBound,

@@ -87,7 +87,12 @@ std::span<const uint64_t> Refinement::cells_of(unsigned side, uint32_t point) co
 
 // Only cells with a moved point count. What a point's other cells tell was the same for all of its class
 // before and is so still, and a cell with a point in a new class is unlike any cell without.
-void Refinement::collect_entries(unsigned side, const Points& moved, std::vector<Partition::Entry>& entries) {
+//
+// Returns the sum of the hashes of all cells looked at. It shows what the points cannot: a cell whose points
+// are all paired by now is asked for by none of them.
+uint64_t Refinement::collect_entries(unsigned side, const Points& moved,
+                                     std::vector<Partition::Entry>& entries) {
+  uint64_t sum = 0;
   std::vector<uint64_t> cells;
   Points touched;
   for (const uint32_t point : moved) {
@@ -100,6 +105,7 @@ void Refinement::collect_entries(unsigned side, const Points& moved, std::vector
   for (const uint64_t cell : cells) {
     marked_cells_[side][cell] = false;
     canonicalise(*elements_[side], partition_, side, cell, canonical_);
+    sum += canonical_.hash;
     const auto points = elements_[side]->cells()[cell].points();
     for (size_t i = 0; i < points.size(); ++i) {
       if (partition_.is_pair(side, points[i])) continue;
@@ -113,16 +119,23 @@ void Refinement::collect_entries(unsigned side, const Points& moved, std::vector
     marked_[side][point] = false;
     sums_[side][point] = 0;
   }
+  return sum;
 }
 
 bool Refinement::refine(Points (&moved)[2]) {
   while (!moved[0].empty() || !moved[1].empty()) {
     std::vector<Partition::Entry> entries[2];
+    uint64_t sums[2];
     for (unsigned side = 0; side < 2; ++side) {
-      collect_entries(side, moved[side], entries[side]);
+      sums[side] = collect_entries(side, moved[side], entries[side]);
       moved[side].clear();
     }
-    if (!partition_.split(entries, moved, &witness_)) return false;
+    Partition::Witness witness;
+    if (!partition_.split(entries, moved, &witness)) {
+      witness_ = witness;
+      return false;
+    }
+    if (sums[0] != sums[1]) return false;
   }
   return true;
 }

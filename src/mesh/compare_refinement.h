@@ -37,7 +37,8 @@ class Refinement {
   Outcome search();
   /// Whether search() had to choose: another choice might have done as well.
   bool has_chosen() const { return has_chosen_; }
-  const Partition::Witness& witness() const { return witness_; }
+  /// A point without a partner, when refine_all() found one; else two cells differ whose points all have one.
+  const std::optional<Partition::Witness>& witness() const { return witness_; }
 
  private:
   using Points = std::vector<uint32_t>;
@@ -49,7 +50,7 @@ class Refinement {
   std::span<const uint64_t> cells_of(unsigned side, uint32_t point) const;
   void find_cells(unsigned side);
   bool refine(Points (&moved)[2]);
-  void collect_entries(unsigned side, const Points& moved, std::vector<Partition::Entry>& entries);
+  uint64_t collect_entries(unsigned side, const Points& moved, std::vector<Partition::Entry>& entries);
   bool isolate(const Points (&points)[2]);
   std::vector<Component> components(unsigned side, const Points& points);
   Outcome match(const Points (&points)[2]);
@@ -64,7 +65,7 @@ class Refinement {
   std::vector<bool> marked_[2];        ///< scratch: points
   std::vector<bool> marked_cells_[2];  ///< scratch: cells
   CanonicalCell canonical_;
-  Partition::Witness witness_{0, 0};
+  std::optional<Partition::Witness> witness_;
   bool has_chosen_ = false;
   unsigned depth_ = 0;
   uint64_t effort_ = 0;  ///< points looked at by choices

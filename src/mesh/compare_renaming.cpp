@@ -144,16 +144,19 @@ std::string describe_cells(const Elements& a, const Elements& b, const std::vect
   });
 }
 
+Decision collided() {
+  return {Verdict::collided, "the comparison could not be decided (its hashes collided)"};
+}
+
 Decision check(const Elements& a, const Elements& b, const Partition& partition, bool chosen) {
-  const Decision collision = {Verdict::given_up, "the comparison could not be decided (its hashes collided)"};
   Check check(a, b, partition);
-  if (!check.points_equal()) return collision;
+  if (!check.points_equal()) return collided();
   const std::vector<Keyed> in_a = sorted_cells(a, partition, 0), in_b = sorted_cells(b, partition, 1);
   if (!same_hashes(in_a, in_b)) {
     // Forced pairs leave no other renaming; chosen ones got here through a collision only.
-    return chosen ? collision : different(describe_cells(a, b, in_a, in_b));
+    return chosen ? collided() : different(describe_cells(a, b, in_a, in_b));
   }
-  return check.cells_equal(in_a, in_b) ? Decision{} : collision;
+  return check.cells_equal(in_a, in_b) ? Decision{} : collided();
 }
 
 /// Cells whose points are known by their classes. Cells of paired points only are settled by this; the others
@@ -188,8 +191,10 @@ Decision find_renaming(const Elements& a, const Elements& b) {
 
   Refinement refinement(a, b, *partition);
   if (!refinement.refine_all()) {
-    const Partition::Witness& witness = refinement.witness();
-    return different(describe_witness(witness.side == 0 ? a : b, witness));
+    if (const auto& witness = refinement.witness()) {
+      return different(describe_witness(witness->side == 0 ? a : b, *witness));
+    }
+    return compare_cells(a, b, *partition).value_or(collided());
   }
   switch (refinement.search()) {
     case Refinement::Outcome::paired:

@@ -241,6 +241,39 @@ TEST(Compare, FarTooSymmetricMeshesAreCalledUndecidedNotEqual) {
   EXPECT_THAT(text_of(comparison), HasSubstr("could not be decided"));
 }
 
+// A choice of one pair can pair all others at once; the faces among them then have no point left to speak for
+// them.
+TEST(Compare, AChoiceThatSettlesAllPointsMustFitTheFacesToo) {
+  const Mesh mesh = faces_only(4, {{2, 1, 0}, {1, 3, 0, 2}, {2, 0, 3}, {0, 1, 3}, {2, 3, 1}});
+  for (uint64_t seed = 0; seed < 200; ++seed) EXPECT_SAME(mesh, shuffled(mesh, seed)) << seed;
+  RandomMeshOptions options{.faces = 120, .arrays = false, .special_values = false};
+  options.any_position_type = options.several_blocks = false;
+  const Mesh larger = random_surface(310391, options);
+  for (uint64_t seed = 0; seed < 200; ++seed) EXPECT_SAME(larger, shuffled(larger, seed)) << seed;
+}
+
+TEST(Compare, FewPointsUnderManyFacesAreMatchedOrToldApart) {
+  for (uint64_t seed = 0; seed < 3000; ++seed) {
+    Random random(seed);
+    const uint32_t points = random.between(3, 7);
+    Faces faces;
+    for (uint32_t i = random.between(3, 9); i > 0; --i) {
+      std::vector<uint32_t> face;
+      for (uint32_t k = 0; k < points; ++k) face.push_back(k);
+      shuffle(face, random);
+      face.resize(std::min(points, random.between(2, 4)));
+      faces.push_back(face);
+    }
+    const Mesh mesh = faces_only(points, faces);
+    for (uint64_t i = 0; i < 4; ++i) EXPECT_SAME(mesh, shuffled(mesh, seed + i)) << seed;
+    std::reverse(faces[0].begin(), faces[0].end());
+    const Comparison turned = compare(mesh, faces_only(points, faces));
+    for (const std::string& difference : turned.differences) {
+      EXPECT_EQ(difference.find("could not be decided"), std::string::npos) << seed;
+    }
+  }
+}
+
 TEST(Compare, CountsDuplicatePoints) {
   Surface a = shapes::tetrahedron(), b = a;
   a.points.push_back(a.points[0]);
