@@ -45,8 +45,11 @@ EncodeOptions read_options(ByteReader& in) {
   options.effort = 1 + bits % 9;
   if ((bits & 16) != 0) options.order = Order::keep;
   options.positions.kind = static_cast<Tolerance::Kind>(bits >> 6);
-  options.positions.value = options.positions.kind == Tolerance::Kind::bits ? 1 + in.get<uint8_t>() % 30
-                                                                            : 1.0 / (1 + in.get<uint8_t>());
+  // Bounds as coarse as the mesh itself change its size, so that a second encoding takes another lattice.
+  const double number = 1 + in.get<uint8_t>() % 24;
+  options.positions.value = options.positions.kind == Tolerance::Kind::bits       ? 5 + number
+                            : options.positions.kind == Tolerance::Kind::relative ? 0.01 / number
+                                                                                  : 1 / number;
   return options;
 }
 
