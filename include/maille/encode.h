@@ -54,7 +54,7 @@ struct ArrayReport {
   uint64_t raw_bytes = 0;    ///< in memory, as given
   uint64_t coded_bytes = 0;  ///< in the file, without chunk headers
   bool lossless = true;
-  double bound = 0;          ///< the absolute error asked for; 0 when lossless
+  double bound = 0;          ///< largest error promised; 0 when lossless
   double maximum_error = 0;  ///< measured on the decoded values
   double step = 0;           ///< lattice step; 0 when there is none
 };

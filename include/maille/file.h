@@ -29,7 +29,7 @@ struct ArrayInfo {
   uint64_t coded_bytes = 0;
   bool lossless = true;
   Tolerance asked;  ///< what the encoder was asked for; lossless also where the bound was finer than the type
-  double bound = 0;  ///< largest error promised, half a step; 0 when lossless
+  double bound = 0;  ///< largest error promised; 0 when lossless
   double step = 0;   ///< lattice step; 0 when there is none
 };
 

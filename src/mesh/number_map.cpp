@@ -212,6 +212,27 @@ NumberMap choose_float_map(std::span<const Number> numbers, uint32_t component, 
 
 }  // namespace
 
+double sixteenth_of_octave(int32_t index) {
+  static constexpr double steps[16] = {1.0,
+                                       1.0442737824274138,
+                                       1.0905077326652577,
+                                       1.1387886347566916,
+                                       1.189207115002721,
+                                       1.241857812073484,
+                                       1.2968395546510096,
+                                       1.3542555469368927,
+                                       1.4142135623730951,
+                                       1.4768261459394993,
+                                       1.5422108254079407,
+                                       1.6104903319492543,
+                                       1.681792830507429,
+                                       1.7562521603732995,
+                                       1.8340080864093424,
+                                       1.9152065613971474};
+  const int32_t octave = index >= 0 ? index / 16 : -((15 - index) / 16);
+  return steps[index - 16 * octave] * power_of_two(octave);
+}
+
 double number_as_double(Scalar type, const std::byte* number) {
   switch (type) {
     case Scalar::u32:
@@ -328,7 +349,7 @@ double distance(Number a, Number b) {
 }
 
 /// Measures the error of a lattice on every number. False: some code is too large, or the bound is exceeded.
-bool measure(const Array& array, ArrayMaps& maps) {
+bool measure(const Array& array, double allowed, ArrayMaps& maps) {
   const double largest = size_of(array.type) == 8 ? 4503599627370496.0 : 2147483647.0;
   maps.maximum_error = 0;
   maps.exceptions.clear();
@@ -344,7 +365,7 @@ bool measure(const Array& array, ArrayMaps& maps) {
       auto back = numbers[i];
       map.store_number(array.type, code, reinterpret_cast<std::byte*>(&back));
       const double error = distance(back, numbers[i]);
-      if (!(std::fabs((number - map.origin) / map.step) < largest) || error > maps.bound) return false;
+      if (!(std::fabs((number - map.origin) / map.step) < largest) || error > allowed) return false;
       maps.maximum_error = std::max(maps.maximum_error, error);
     }
     return true;
@@ -366,28 +387,6 @@ bool lies_on(const Array& array, const std::vector<NumberMap>& maps) {
     }
     return true;
   });
-}
-
-/// 2^(index / 16), the same on every machine.
-double sixteenth_of_octave(int32_t index) {
-  static constexpr double steps[16] = {1.0,
-                                       1.0442737824274138,
-                                       1.0905077326652577,
-                                       1.1387886347566916,
-                                       1.189207115002721,
-                                       1.241857812073484,
-                                       1.2968395546510096,
-                                       1.3542555469368927,
-                                       1.4142135623730951,
-                                       1.4768261459394993,
-                                       1.5422108254079407,
-                                       1.6104903319492543,
-                                       1.681792830507429,
-                                       1.7562521603732995,
-                                       1.8340080864093424,
-                                       1.9152065613971474};
-  const int32_t octave = index >= 0 ? index / 16 : -((15 - index) / 16);
-  return steps[index - 16 * octave] * power_of_two(octave);
 }
 
 /// A relative bound's step is one of 16 to the octave: decoding moves the bounding box a little, and must not
@@ -443,6 +442,43 @@ bool pays(const Array& array, const Bounds& bounds, double step) {
   return farthest < largest / 4 && std::isfinite(step);
 }
 
+/// Largest error that the tolerance allows.
+double allowed_error(const Bounds& bounds, const Tolerance& tolerance, bool are_positions) {
+  if (tolerance.kind == Tolerance::Kind::absolute) return tolerance.value;
+  // Only the number of lattice points was asked for.
+  if (tolerance.kind == Tolerance::Kind::bits) return std::numeric_limits<double>::infinity();
+  return tolerance.value * (are_positions ? bounds.diagonal() : bounds.longest_side());
+}
+
+/// What the file says of the error. It must be the same for a mesh that is encoded again, so it is made from
+/// the step, and from what decoding leaves alone.
+double promised_error(const Array& array, const Bounds& bounds, const Tolerance& tolerance, double step) {
+  if (tolerance.kind == Tolerance::Kind::absolute) return tolerance.value;
+  // Steps of relative bounds are rounded down by less than a sixteenth of an octave.
+  if (tolerance.kind == Tolerance::Kind::relative) return step / 2 * sixteenth_of_octave(1);
+  // Half a step, and the rounding of the farthest number to its type.
+  double farthest = 0;
+  for (const double low : bounds.low) {
+    farthest = std::max({farthest, std::fabs(low), std::fabs(low + bounds.longest_side())});
+  }
+  if (!is_float(array.type)) return step / 2 + 0.5;
+  const double rounding = array.type == Scalar::f32 ? std::numeric_limits<float>::epsilon()
+                                                    : 4 * std::numeric_limits<double>::epsilon();
+  return step / 2 + farthest * rounding;
+}
+
+ArrayMaps octahedral_maps(OctahedralChoice choice, const Tolerance& tolerance) {
+  ArrayMaps maps;
+  maps.maps.resize(2);
+  maps.octahedral = choice.map;
+  maps.lossless = false;
+  maps.bound = tolerance.kind == Tolerance::Kind::absolute ? tolerance.value : choice.map.bound();
+  maps.maximum_error = choice.maximum_error;
+  maps.step = 2 * choice.map.bound();
+  maps.exceptions = std::move(choice.exceptions);
+  return maps;
+}
+
 ArrayMaps lossless_maps(const Array& array) {
   ArrayMaps maps;
   for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(choose_lossless_map(array, k));
@@ -462,21 +498,23 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
     return failure(ErrorCode::usage,
                    "the bits of \"" + array.name + "\" must be a whole number from 1 to 62");
   }
+  if (auto choice = choose_octahedral_map(array, tolerance)) {
+    return octahedral_maps(std::move(*choice), tolerance);
+  }
   const Bounds bounds = bounds_of(array);
   ArrayMaps maps;
   maps.lossless = false;
   maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
+  const double allowed = allowed_error(bounds, tolerance, are_positions);
   if (tolerance.kind == Kind::bits) {
     maps.step = step_to_the_end(array, bounds, std::exp2(tolerance.value) - 1);
-    for (uint32_t k = 0; k < array.components; ++k) maps.maps[k].origin = bounds.low[k] + 0.0;  // never -0, which would decode as +0
-    // Only the step was asked for; what rounding to the type adds to half of it is measured.
-    maps.bound = std::numeric_limits<double>::infinity();
+    for (uint32_t k = 0; k < array.components; ++k) {
+      maps.maps[k].origin = bounds.low[k] + 0.0;  // never -0, which would decode as +0
+    }
   } else if (tolerance.kind == Kind::absolute) {
-    maps.bound = tolerance.value;
-    maps.step = 2 * tolerance.value;
-  } else {
-    maps.bound = tolerance.value * (are_positions ? bounds.diagonal() : bounds.longest_side());
-    if (maps.bound > 0) maps.step = relative_step(array, 2 * maps.bound);
+    maps.step = 2 * allowed;
+  } else if (allowed > 0) {
+    maps.step = relative_step(array, 2 * allowed);
   }
   if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array);
   // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
@@ -485,8 +523,8 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       maps.step = coarsest * finer;
       for (NumberMap& map : maps.maps) map.step = maps.step;
-      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, maps)) continue;
-      if (tolerance.kind == Kind::bits) maps.bound = std::max(maps.step / 2, maps.maximum_error);
+      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, maps)) continue;
+      maps.bound = promised_error(array, bounds, tolerance, maps.step);
       return maps;
     }
   }

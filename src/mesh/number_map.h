@@ -4,10 +4,12 @@
 #include <maille/mesh.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/bytes.h"
+#include "mesh/octahedral.h"
 
 namespace maille {
 
@@ -46,11 +48,15 @@ double number_as_double(Scalar type, const std::byte* number);
 /// The lossless map with the smallest range of codes for one component of an array.
 NumberMap choose_lossless_map(const Array& array, uint32_t component);
 
-/// Maps for all components of an array.
+/// 2^(index / 16), the same on every machine.
+double sixteenth_of_octave(int32_t index);
+
+/// Maps for all components of an array; for unit normals with a bound, one map for the tuple.
 struct ArrayMaps {
-  std::vector<NumberMap> maps;
+  std::vector<NumberMap> maps;  ///< one per component; octahedral: two of kind integer, for the two codes
+  std::optional<OctahedralMap> octahedral;
   bool lossless = true;
-  double bound = 0;          ///< absolute error allowed; 0: lossless
+  double bound = 0;          ///< largest error promised; 0: lossless
   double maximum_error = 0;  ///< measured on decoded numbers, over finite ones
   double step = 0;
   /// Numbers the lattice cannot hold (infinities and NaN), by tuple * components + component, ascending.

@@ -136,13 +136,13 @@ std::vector<uint32_t> faces_of_half_edges(const PatchSurface& surface, Domain do
   return face_of;
 }
 
-unsigned lanes_for(uint32_t components) {
+unsigned lanes_for(size_t components) {
   return components == 3 ? 3 : 1;
 }
 
 /// Calls `with` with the number of components as a constant where that pays, else with 0.
 template <class Function>
-void with_components(uint32_t components, Function with) {
+void with_components(size_t components, Function with) {
   if (components == 3) return with(std::integral_constant<unsigned, 3>{});
   return with(std::integral_constant<unsigned, 0>{});
 }
@@ -151,9 +151,9 @@ template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
                                     std::span<Code> codes, uint32_t most) {
-  RansEncoder encoder(lanes_for(array.components));
+  RansEncoder encoder(lanes_for(maps.maps.size()));
   ElementWalk walk(elements, face_of);
-  with_components(array.components, [&](auto fixed) {
+  with_components(maps.maps.size(), [&](auto fixed) {
     TupleCoder<RansEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
     walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
       if (most-- == 0) return false;
@@ -234,6 +234,22 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   return map;
 }
 
+Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {
+  ArrayMaps maps;
+  if (!octahedral) {
+    for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+    return maps;
+  }
+  const uint64_t steps = in.get_count();
+  if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
+      !is_float(array.type)) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has an impossible map of unit vectors");
+  }
+  maps.maps.resize(2);
+  maps.octahedral = OctahedralMap{static_cast<int32_t>(steps)};
+  return maps;
+}
+
 /// The place of a number in coded order, which is the only one that both sides share for every domain.
 struct NumberPlace {
   uint64_t coded;
@@ -288,25 +304,43 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
   return {};
 }
 
+/// The codes of one tuple.
+template <class Code>
+void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code* codes) {
+  const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
+  const size_t number_bytes = size_of(array.type);
+  if (maps.octahedral) {
+    std::array<double, 3> vector;
+    for (size_t k = 0; k < 3; ++k) vector[k] = number_as_double(array.type, numbers + k * number_bytes);
+    // Vectors that are none (exceptions) have no codes: any will do.
+    const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * tuple);
+    const auto pair = exception ? std::array<int32_t, 2>{} : maps.octahedral->codes_of(vector);
+    codes[0] = pair[0];
+    codes[1] = pair[1];
+    return;
+  }
+  for (size_t k = 0; k < maps.maps.size(); ++k) {
+    codes[k] = static_cast<Code>(maps.maps[k].code_of(array.type, numbers + k * number_bytes));
+  }
+}
+
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                  std::span<const uint32_t> source) {
-  const uint32_t components = array.components;
-  std::vector<Code> codes(source.size() * components);
+  std::vector<Code> codes(source.size() * maps.maps.size());
   for (size_t i = 0; i < source.size(); ++i) {
-    if (source[i] == none) continue;
-    for (uint32_t k = 0; k < components; ++k) {
-      const size_t place = (size_t{source[i]} * components + k) * size_of(array.type);
-      codes[i * components + k] =
-          static_cast<Code>(maps.maps[k].code_of(array.type, array.bytes.data() + place));
-    }
+    if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
   const TupleCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
   ByteWriter out;
   out.put(coding.predictor);
-  out.put(static_cast<uint8_t>(coding.whole_values | coding.repeats << 1));
-  for (const NumberMap& map : maps.maps) write_map(out, map);
+  out.put(static_cast<uint8_t>(coding.whole_values | coding.repeats << 1 | maps.octahedral.has_value() << 2));
+  if (maps.octahedral) {
+    out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
+  } else {
+    for (const NumberMap& map : maps.maps) write_map(out, map);
+  }
   ByteWriter exceptions;
   write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
                    [&](uint32_t element) { return uint64_t{source[element]}; });
@@ -330,21 +364,39 @@ void store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<st
   array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
 }
 
+/// The same for unit vectors, two codes each.
 template <class Code>
-Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std::span<const NumberMap> maps,
+void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
+  array.bytes.resize(codes.size() / 2 * array.tuple_size());
+  for (size_t i = 0; i < codes.size() / 2; ++i) {
+    const auto vector =
+        map.vector_of({static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])});
+    std::byte* out = array.bytes.data() + i * array.tuple_size();
+    for (size_t k = 0; k < 3; ++k) {
+      if (array.type == Scalar::f32) {
+        store(out + 4 * k, static_cast<float>(vector[k]));
+      } else {
+        store(out + 8 * k, vector[k]);
+      }
+    }
+  }
+}
+
+template <class Code>
+Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, const ArrayMaps& maps,
                    Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,
                    "array \"" + array.name + "\" has more tuples than its stream can hold");
   }
-  std::vector<std::byte> storage(tuples * maps.size() * sizeof(Code));
-  const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.size());
+  std::vector<std::byte> storage(tuples * maps.maps.size() * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.maps.size());
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  RansDecoder decoder(bytes, lanes_for(array.components));
+  RansDecoder decoder(bytes, lanes_for(maps.maps.size()));
   ElementWalk walk(elements, face_of);
-  with_components(array.components, [&](auto fixed) {
-    TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps, codes);
+  with_components(maps.maps.size(), [&](auto fixed) {
+    TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps.maps, codes);
     walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
       coder.code(element, stencil);
       return !decoder.exhausted();
@@ -352,7 +404,11 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, std
   });
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
-  store_numbers<Code>(array, maps, std::move(storage));
+  if (maps.octahedral) {
+    store_vectors<Code>(array, *maps.octahedral, codes);
+  } else {
+    store_numbers<Code>(array, maps.maps, std::move(storage));
+  }
   return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
 }
 
@@ -385,11 +441,10 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   const auto flags = in.get<uint8_t>();
   coding.whole_values = (flags & 1) != 0;
   coding.repeats = (flags & 2) != 0;
-  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > 3) {
+  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > 7) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
-  std::vector<NumberMap> maps;
-  for (uint32_t k = 0; k < array.components; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+  const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
   const Bytes exceptions = in.get_bytes(in.get_count());
   const Bytes coded = in.get_bytes(in.remaining());
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");

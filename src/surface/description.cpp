@@ -84,6 +84,7 @@ void visit_array(Visitor& v, Array& array) {
   v.choice(array.asked.kind, 4);
   if (array.asked.kind == Tolerance::Kind::lossless) return;
   v.real(array.asked.value);
+  v.real(array.bound);
   v.real(array.step);
 }
 

@@ -23,6 +23,7 @@ struct ArrayDescription {
   std::vector<std::string> labels;
   uint64_t mesh_tuples = 0;  ///< Domain::mesh only
   Tolerance asked;
+  double bound = 0;
   double step = 0;
 };
 

@@ -60,6 +60,7 @@ ArrayDescription describe(const Array& array, const ArrayMaps& maps, const Toler
   description.labels = array.labels;
   if (array.domain == Domain::mesh) description.mesh_tuples = array.count();
   if (!maps.lossless) description.asked = asked;
+  description.bound = maps.bound;
   description.step = maps.step;
   return description;
 }
@@ -305,7 +306,7 @@ ArrayInfo info_of(const Description& description, const ArrayDescription& array,
   info.lossless = array.asked.kind == Tolerance::Kind::lossless;
   info.asked = array.asked;
   info.step = array.step;
-  info.bound = array.step / 2;
+  info.bound = array.bound;
   return info;
 }
 
