@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numeric>
 #include <set>
 
 namespace maille::testing {
@@ -140,6 +144,135 @@ TEST(Damage, OtherFilesAreRefused) {
     ASSERT_FALSE(decoded);
     EXPECT_FALSE(decoded.error().message.empty());
   }
+}
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// Files with good checksums and bad intentions, each beside its exit code and sentence: x.maille,
+/// x.maille.error.
+TEST(Damage, HostileFilesAreNamedInOneSentence) {
+  unsigned files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(MAILLE_TESTS_DIR "/corrupt/maille")) {
+    const std::string path = entry.path().string();
+    if (!std::filesystem::exists(path + ".error")) continue;
+    const std::string bytes = content_of(path);
+    const auto source = memory_source(std::as_bytes(std::span(bytes)), entry.path().filename().string());
+    DecodeOptions options;
+    options.limits.mesh_bytes = 64 << 20;
+    const auto decoded = decode(*source, options);
+    ASSERT_FALSE(decoded) << path;
+    std::string expected = content_of(path + ".error");
+    expected.pop_back();
+    EXPECT_EQ(std::to_string(static_cast<int>(decoded.error().code)) + " " + decoded.error().message,
+              expected);
+    ++files;
+  }
+  EXPECT_GE(files, 1u);
+}
+
+/// Meshes that took minutes, hours or days while some step looked at all elements for each of them.
+class HostileMesh : public ::testing::Test {
+ protected:
+  Mesh mesh;
+
+  void points(uint64_t count) { mesh.points.resize(count); }
+  void block(CellType type) {
+    mesh.blocks.emplace_back().type = type;
+    if (nodes_of(type) == 0) mesh.blocks.back().offsets.push_back(0);
+  }
+  void cell(std::initializer_list<uint32_t> nodes) {
+    CellBlock& last = mesh.blocks.back();
+    last.connectivity.insert(last.connectivity.end(), nodes);
+    if (!last.offsets.empty()) last.offsets.push_back(last.connectivity.size());
+  }
+  /// A cell of the points first ... first + count - 1.
+  void cell_of_run(uint32_t first, uint32_t count) {
+    CellBlock& last = mesh.blocks.back();
+    last.connectivity.resize(last.connectivity.size() + count);
+    std::iota(last.connectivity.end() - count, last.connectivity.end(), first);
+    last.offsets.push_back(last.connectivity.size());
+  }
+  void expect_back() const {
+    EncodeOptions options;
+    options.order = Order::keep;
+    const auto encoded = encode_bytes(mesh, options);
+    ASSERT_TRUE(encoded) << encoded.error().message;
+    const auto decoded = decode_bytes(encoded->bytes);
+    ASSERT_TRUE(decoded) << decoded.error().message;
+    EXPECT_EQ(differences_between(mesh, *decoded, true), "");
+  }
+};
+
+TEST_F(HostileMesh, WithAllFacesOnOneEdge) {
+  constexpr uint32_t count = 200000;
+  points(count + 2);
+  block(CellType::triangle);
+  for (uint32_t i = 0; i < count; ++i) cell({i % 2, 1 - i % 2, i + 2});
+  expect_back();
+}
+
+TEST_F(HostileMesh, WithAllFacesAtOnePoint) {
+  constexpr uint32_t count = 200000;
+  points(2 * count + 1);
+  block(CellType::triangle);
+  for (uint32_t i = 0; i < count; ++i) cell({0, 2 * i + 1, 2 * i + 2});
+  expect_back();
+}
+
+TEST_F(HostileMesh, WithOneFaceManyTimes) {
+  points(3);
+  block(CellType::triangle);
+  for (uint32_t i = 0; i < 400000; ++i) cell({0, 1, 2});
+  expect_back();
+}
+
+TEST_F(HostileMesh, WithALargeFan) {
+  constexpr uint32_t count = 300000;
+  points(count + 1);
+  block(CellType::triangle);
+  for (uint32_t i = 0; i < count; ++i) cell({0, i + 1, (i + 1) % count + 1});
+  expect_back();
+}
+
+TEST_F(HostileMesh, WithSmallFacesRoundHugeOnes) {
+  constexpr uint32_t degree = 65535;
+  constexpr uint32_t faces = 6;
+  points(faces * degree + 1);
+  block(CellType::polygon);
+  for (uint32_t face = 0; face < faces; ++face) {
+    const uint32_t first = 1 + face * degree;
+    cell_of_run(first, degree);
+    for (uint32_t i = 0; i < degree; ++i) cell({0, first + (i + 1) % degree, first + i});
+  }
+  expect_back();
+}
+
+TEST_F(HostileMesh, WithCellsOfAMillionNodes) {
+  points(1000000);
+  block(CellType::polygon);
+  cell_of_run(0, 1000000);
+  block(CellType::poly_line);
+  cell_of_run(0, 1000000);
+  expect_back();
+}
+
+TEST_F(HostileMesh, OfPointsOnly) {
+  points(1000000);
+  block(CellType::triangle);
+  expect_back();
+}
+
+TEST_F(HostileMesh, OfManyBlocks) {
+  constexpr uint32_t count = 20000;
+  points(count + 2);
+  for (uint32_t i = 0; i < count; ++i) {
+    block(CellType::triangle);
+    cell({i, i + 1, i + 2});
+  }
+  expect_back();
 }
 
 }  // namespace
