@@ -254,7 +254,7 @@ class PlyReader {
             continue;
           }
           const bool odd = in_strip % 2 == 0;
-          for (const size_t corner : {odd ? 1 : 0, odd ? 0 : 1, 2}) {
+          for (const unsigned corner : {odd ? 1u : 0u, odd ? 0u : 1u, 2u}) {
             strip_nodes_.push_back(static_cast<uint32_t>(last[corner]));
           }
           ++made;
