@@ -44,7 +44,7 @@ void run(Bytes input) {
     block.type = static_cast<CellType>(in.get<uint8_t>());
     block.cells = in.get_count() % (1 << 20);
   }
-  const auto topology = decode_topology(in.get_bytes(in.remaining()), blocks, points, corners);
+  const auto topology = decode_topology(in.get_bytes(in.remaining()), blocks, points, corners, true);
   if (!topology) return require_kind(topology.error(), {ErrorCode::corrupt});
   check_closed(topology->surface);
   require(topology->surface.point_count <= points, "no more points than told");

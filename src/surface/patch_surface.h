@@ -17,7 +17,8 @@ struct PatchSurface {
   std::vector<uint32_t> point_of;
   /// Points of the surface: 0 to point_count - 1, in the order of their first vertices.
   uint32_t point_count = 0;
-  /// Of each real face the half-edge at which it starts, in coded order. Empty where these are 0, 3, 6 ...
+  /// Of each real face the half-edge at which it starts, in coded order. Empty where these are 0, 3, 6 ...,
+  /// and where nobody asked for them (border triangles lie between then).
   std::vector<uint32_t> faces;
   uint32_t face_count = 0;
 

@@ -102,6 +102,17 @@ std::vector<uint32_t> order_faces(const PatchSurface& surface, std::span<const u
   return chosen ? breadth_first_faces(edges, faces, real) : faces;
 }
 
+bool is_border_triangle(const HalfEdges& triangles, uint32_t first) {
+  const uint32_t* origin = &triangles.origin[first];
+  return origin[0] >= first_dummy || origin[1] >= first_dummy || origin[2] >= first_dummy;
+}
+
+uint32_t count_real_triangles(const HalfEdges& triangles) {
+  uint32_t count = 0;
+  for (uint32_t h = 0; h < triangles.size(); h += 3) count += !is_border_triangle(triangles, h);
+  return count;
+}
+
 /// Flags and blocks of the faces, in coded order.
 template <class Coder>
 class FaceLabels {
@@ -433,7 +444,7 @@ void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded) {
 }
 
 Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
-                                      uint64_t corners) {
+                                      uint64_t corners, bool with_faces) {
   PatchTopology topology;
   topology.points = points;
   ByteReader in(bytes);
@@ -455,8 +466,10 @@ Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> b
   MAILLE_CHECK(decode_point_identity(surface.half_edges, surface.vertices, identity, surface.point_of,
                                      surface.point_count));
   if (surface.point_count > points) return corrupt("more points than the mesh has");
-  if (surface.half_edges.all_triangles() && !header.has_border && !chosen) {
-    surface.face_count = surface.half_edges.size() / 3;
+  const bool plain = surface.half_edges.all_triangles() && !chosen && blocks.size() == 1 &&
+                     blocks[0].type == CellType::triangle && labels.size() == 1 && loose.empty();
+  if (plain && (!header.has_border || !with_faces)) {
+    surface.face_count = count_real_triangles(surface.half_edges);
   } else {
     std::vector<uint32_t> order;
     for (uint32_t h = 0; h < surface.half_edges.size(); h += surface.half_edges.degree(h)) order.push_back(h);
@@ -478,15 +491,23 @@ bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks,
 }
 
 std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
-  // In the simplest case the origins are the connectivity.
-  if (surface.faces.empty() && surface.point_of.empty()) return std::move(surface.half_edges.origin);
-  const HalfEdges& edges = surface.half_edges;
+  HalfEdges& edges = surface.half_edges;
   std::vector<uint32_t> connectivity;
+  const auto add = [&](uint32_t h) { connectivity.push_back(surface.point(edges.origin[h])); };
+  if (!surface.faces.empty()) {
+    for (const uint32_t first : surface.faces) {
+      add(first);
+      add(edges.next(first));
+      add(edges.previous(first));
+    }
+    return connectivity;
+  }
+  // In the simplest case the origins are the connectivity.
+  if (3 * surface.face_count == edges.size() && surface.point_of.empty()) return std::move(edges.origin);
   connectivity.reserve(size_t{3} * surface.face_count);
-  for (uint32_t face = 0; face < surface.face_count; ++face) {
-    const uint32_t a = surface.face(face);
-    const uint32_t b = edges.next(a);
-    for (const uint32_t h : {a, b, edges.next(b)}) connectivity.push_back(surface.point(edges.origin[h]));
+  for (uint32_t h = 0; h < edges.size(); h += 3) {
+    if (is_border_triangle(edges, h)) continue;
+    for (uint32_t k = 0; k < 3; ++k) add(h + k);
   }
   return connectivity;
 }

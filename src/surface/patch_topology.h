@@ -63,8 +63,9 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window)
 void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded);
 
 /// Inverse of encode_topology. Safe on any bytes: the result fits `blocks` and `points`, or corrupt.
+/// `with_faces`: the list of faces is needed, for arrays on cells or corners.
 Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
-                                      uint64_t corners);
+                                      uint64_t corners, bool with_faces);
 
 /// Cells of the decoded mesh, block by block: faces of the surface in coded order, then loose cells.
 /// `cell_place` and `corner_place` give the place of each element (PatchElements) in the mesh; none for gaps.

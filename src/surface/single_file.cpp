@@ -251,6 +251,15 @@ bool is_wanted(const DecodeOptions& options, const std::string& name) {
          std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
 }
 
+/// Is an array wanted whose tuples follow cells or corners?
+bool needs_places(const Description& description, const DecodeOptions& options) {
+  return std::any_of(description.arrays.begin(), description.arrays.end(),
+                     [&](const ArrayDescription& array) {
+                       return (array.domain == Domain::cell || array.domain == Domain::corner) &&
+                              is_wanted(options, array.name);
+                     });
+}
+
 Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options) {
   const Description description =
       MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
@@ -258,8 +267,9 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
   mesh.metadata = description.metadata;
   if (!go_on(options.progress, "connectivity", 0)) return cancelled();
   const std::vector<BlockShape> shapes = description.shapes();
+  const bool with_places = needs_places(description, options);
   PatchTopology topology = MAILLE_TRY(decode_topology(MAILLE_TRY(reader.read_stream(topology_key)), shapes,
-                                                      description.points, description.corners));
+                                                      description.points, description.corners, with_places));
   const PatchElements elements = topology.elements();
   const auto decode_one = [&](const ArrayDescription& described, const StreamKey& key) -> Result<Array> {
     if (!go_on(options.progress, described.name.c_str(), 0)) return cancelled();
@@ -268,11 +278,9 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
     return array;
   };
   mesh.points = MAILLE_TRY(decode_one(description.positions, positions_key));
-  bool with_places = false;
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     if (!is_wanted(options, description.arrays[i].name)) continue;
     mesh.arrays.push_back(MAILLE_TRY(decode_one(description.arrays[i], array_key(i))));
-    with_places |= mesh.arrays.back().domain == Domain::cell || mesh.arrays.back().domain == Domain::corner;
   }
   AssembledCells cells = assemble_cells(std::move(topology), shapes, with_places);
   mesh.blocks = std::move(cells.blocks);
