@@ -1,12 +1,18 @@
-// docs/format.md against the code: its example is a file, its tables name the fields that are written.
+// docs/format.md against the code: its examples are files, its tables name the fields that are written.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <maille/decode.h>
+#include <maille/encode.h>
 
 #include <fstream>
 #include <sstream>
 
 #include "container/testing.h"
+#include "entropy/byte_model.h"
+#include "entropy/integer_model.h"
+#include "entropy/rans.h"
+#include "surface/half_edges.h"
 
 namespace maille {
 namespace {
@@ -113,6 +119,159 @@ TEST(FormatDocument, StatesTheSizesOfTheCode) {
   EXPECT_EQ(chunk_total_bytes({{}, UINT32_MAX, UINT32_MAX, UINT32_MAX, max_chunk_bytes}),
             max_chunk_bytes + 34u);
   EXPECT_EQ(max_chunk_total_bytes, max_chunk_bytes + 34u);
+}
+
+/// One line of the worked example of the entropy coder.
+struct CoderStep {
+  std::string operation;  ///< "bit(A) = 1"
+  uint64_t start, frequency, slot, state;
+  unsigned width;
+  std::string word;  ///< in hexadecimal digits; "-": none
+};
+
+std::vector<CoderStep> coder_steps() {
+  std::vector<CoderStep> steps;
+  std::istringstream lines(block("rans"));
+  std::string line;
+  std::getline(lines, line);  // headings
+  while (std::getline(lines, line)) {
+    CoderStep& step = steps.emplace_back();
+    std::string equals, value;
+    std::istringstream fields(line);
+    fields >> step.operation >> equals >> value >> step.start >> step.frequency >> step.width >> step.slot;
+    fields >> std::hex >> step.state >> step.word;
+    step.operation += " = " + value;
+  }
+  return steps;
+}
+
+TEST(FormatDocument, CoderExampleFollowsItsFormulas) {
+  const std::vector<std::byte> bytes = parse_hex(block("hex rans"));
+  ASSERT_EQ(bytes.size(), 12u);
+  auto state = load<uint64_t>(bytes.data());
+  for (const CoderStep& step : coder_steps()) {
+    const uint64_t slots = uint64_t{1} << step.width;
+    EXPECT_EQ(state % slots, step.slot) << step.operation;
+    EXPECT_TRUE(step.start <= step.slot && step.slot < step.start + step.frequency) << step.operation;
+    state = step.frequency * (state >> step.width) + step.slot - step.start;
+    EXPECT_EQ(step.word != "-", state < uint64_t{1} << 32) << step.operation;
+    if (step.word != "-") state = state << 32 | std::stoul(step.word, nullptr, 16);
+    EXPECT_EQ(state, step.state) << step.operation;
+  }
+  EXPECT_EQ(state, uint64_t{1} << 32);
+}
+
+/// The operations of the example, in the order of its lines.
+template <class Coder>
+std::vector<std::string> code_example(Coder& coder) {
+  BitModel a, b;
+  SymbolModel s;
+  std::vector<std::string> done;
+  const auto note = [&](const std::string& operation, uint32_t value) {
+    done.push_back(operation + " = " + std::to_string(value));
+  };
+  note("bit(A)", a.code(coder, true));
+  note("bit(A)", a.code(coder, true));
+  note("bit(B)", b.code(coder, false));
+  note("raw(32)", coder.code_raw(305419896, 32));
+  note("symbol(S)", s.code(coder, 7));
+  note("symbol(S)", s.code(coder, 7));
+  note("raw(0)", coder.code_raw(0, 0));
+  note("raw(5)", coder.code_raw(19, 5));
+  EXPECT_THAT(document(), ::testing::HasSubstr("A has p = " + std::to_string(a.probability())));
+  EXPECT_THAT(document(), ::testing::HasSubstr("B has p = " + std::to_string(b.probability())));
+  return done;
+}
+
+TEST(FormatDocument, CoderExampleIsDecodedAndWritten) {
+  std::vector<std::string> listed;
+  for (const CoderStep& step : coder_steps()) listed.push_back(step.operation);
+  const std::vector<std::byte> bytes = parse_hex(block("hex rans"));
+  RansDecoder decoder(bytes);
+  EXPECT_EQ(code_example(decoder), listed);
+  EXPECT_FALSE(decoder.exhausted());
+  RansEncoder encoder;
+  EXPECT_EQ(code_example(encoder), listed);
+  EXPECT_TRUE(encoder.finish() == bytes);
+}
+
+/// The mesh as the document lists it.
+std::string print(const Mesh& mesh) {
+  std::ostringstream text;
+  const auto numbers = mesh.points.values<float>();
+  for (size_t i = 0; i < numbers.size(); i += 3) {
+    text << "point " << numbers[i] << ' ' << numbers[i + 1] << ' ' << numbers[i + 2] << '\n';
+  }
+  for (const CellBlock& cells : mesh.blocks) {
+    for (uint64_t i = 0; i < cells.size(); ++i) {
+      text << name_of(cells.type);
+      for (const uint32_t point : cells.cell(i)) text << ' ' << point;
+      text << '\n';
+    }
+  }
+  return text.str();
+}
+
+TEST(FormatDocument, TetrahedronIsTheMeshListed) {
+  const std::vector<std::byte> file = parse_hex(block("hex tetrahedron"));
+  const auto source = memory_source(file);
+  const auto mesh = decode(*source);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->points.type, Scalar::f32);
+  EXPECT_EQ(print(*mesh), block("mesh"));
+  const auto description = FileReader::open(*source)->read_stream({"DESC"});
+  ASSERT_TRUE(description);
+  EXPECT_TRUE(decode_bytes(Bytes(*description).subspan(1), static_cast<uint8_t>(description->front())) ==
+              parse_hex(block("hex description")));
+}
+
+TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
+  Mesh mesh;
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const Bytes bytes = std::as_bytes(std::span(points));
+  mesh.points.bytes.assign(bytes.begin(), bytes.end());
+  CellBlock& faces = mesh.blocks.emplace_back();
+  faces.type = CellType::triangle;
+  faces.connectivity = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  std::vector<std::byte> file;
+  const auto sink = memory_sink(file);
+  const auto report = encode(mesh, *sink, {});
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_TRUE(file == parse_hex(block("hex tetrahedron")));
+}
+
+TEST(FormatDocument, StatesTheLimitsOfModeSingle) {
+  const std::string text = document();
+  for (const std::string claim :
+       {"exactly 131,072 operations", "v = min(v + 1, 126)", "3 to 65,535 corners"}) {
+    EXPECT_THAT(text, ::testing::HasSubstr(claim));
+  }
+  EXPECT_EQ(operations_per_block, 131072u);
+  EXPECT_EQ(adaptation_limit, 126u);
+  EXPECT_EQ(max_degree, 65535u);
+}
+
+TEST(FormatDocument, ListsTheCellTypes) {
+  const std::string text = document();
+  std::istringstream lines(text.substr(text.find("\n| type | | nodes |")));
+  std::array<std::string, 256> listed;
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line) && line.rfind("|", 0) == 0) {
+    std::istringstream cells(line.substr(1));
+    for (std::string number, name, nodes; std::getline(cells, number, '|');) {
+      std::getline(cells, name, '|');
+      std::getline(cells, nodes, '|');
+      const unsigned type = static_cast<unsigned>(std::strtoul(number.c_str(), nullptr, 10));
+      if (type > 0 && type < 256) listed[type] = nodes.substr(1, nodes.size() - 2);
+    }
+  }
+  for (unsigned i = 0; i < 256; ++i) {
+    const auto type = static_cast<CellType>(i);
+    const unsigned nodes = nodes_of(type);
+    const bool known = std::string(name_of(type)) != "unknown";
+    EXPECT_EQ(listed[i], !known ? "" : nodes == 0 ? "any" : std::to_string(nodes)) << i;
+  }
 }
 
 TEST(GoldenFiles, OfTheContainerAreRead) {
