@@ -78,7 +78,7 @@ class TupleCoder {
 
   /// The two gates with the smallest past errors (the first of equals). Selections, not branches: the outcome
   /// is random.
-  void choose_gates(const Stencil& stencil) {
+  [[gnu::always_inline]] void choose_gates(const Stencil& stencil) {
     best_ = second_ = none;
     if (stencil.gate_count == 0 || !uses_gates()) return;
     best_ = 0;
@@ -99,17 +99,23 @@ class TupleCoder {
            (uint64_t{1} << errors_[gate.across]);
   }
 
-  Code parallelogram_at(const Gate& gate, unsigned k) const {
+  [[gnu::always_inline]] Code parallelogram_at(const Gate& gate, unsigned k) const {
     const Code a = codes_[at(gate.a, k)];
     const Code b = codes_[at(gate.b, k)];
     const Code across = codes_[at(gate.across, k)];
-    if (maps_[k].kind != NumberMap::Kind::ordered) return parallelogram(a, b, across);
+    if (maps_[k].kind == NumberMap::Kind::ordered) [[unlikely]]
+      return ordered_parallelogram(a, b, across);
+    return parallelogram(a, b, across);
+  }
+
+  /// Among numbers: their codes are not proportional to them.
+  [[gnu::noinline]] Code ordered_parallelogram(Code a, Code b, Code across) const {
     const double value = NumberMap::ordered_value(type_, a) + NumberMap::ordered_value(type_, b) -
                          NumberMap::ordered_value(type_, across);
     return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
   }
 
-  void predict(const Stencil& stencil, unsigned k) {
+  [[gnu::always_inline]] void predict(const Stencil& stencil, unsigned k) {
     spreads_[k] = one_prediction;
     if (best_ == none) {
       const uint32_t from = coding_.predictor == Predictor::previous ? before_ : neighbour_;
@@ -139,7 +145,7 @@ class TupleCoder {
   }
 
   /// Size of residual to expect in component k, in half octaves: the mean over the stencil.
-  unsigned expected_size(const Stencil& stencil, unsigned k) const {
+  [[gnu::always_inline]] unsigned expected_size(const Stencil& stencil, unsigned k) const {
     if (best_ == none) return neighbour_ == none ? 0 : sizes_[at(neighbour_, k)];
     unsigned sum = 0;
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
@@ -149,7 +155,7 @@ class TupleCoder {
     return (sum * inverse_of_triple[stencil.gate_count] + 32768) >> 16;
   }
 
-  void code_residuals(uint32_t element, const Stencil& stencil) {
+  [[gnu::always_inline]] void code_residuals(uint32_t element, const Stencil& stencil) {
     for (unsigned k = 0; k < components(); ++k) {
       if constexpr (Coder::encoding)
         residuals_[k] = wrapped_difference(codes_[at(element, k)], predictions_[k]);
