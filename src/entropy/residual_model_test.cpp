@@ -158,7 +158,9 @@ void expect_bounded_values_from_any_bytes() {
       ASSERT_LE(length, Bits);
       const int64_t value = model.code_value(decoder, 0, length, component, component);
       // Sizes beyond 2^63 wrap around.
-      if (length < 64) ASSERT_EQ(bit_length(size_of_residual(value)), length) << value;
+      if (length < 64) {
+        ASSERT_EQ(bit_length(size_of_residual(value)), length) << value;
+      }
       ASSERT_LE(++count, 2048 * (8 * bytes.size() + 192));
     }
   }
