@@ -89,8 +89,12 @@ class FaceCoder {
   uint32_t number_vertex(uint32_t h, bool dummy, uint32_t valence);
   uint32_t valence_at(uint32_t h) const;
   unsigned valence_context(uint32_t first) const;
-  Target find_on_front(uint32_t first, uint32_t h) const;
-  uint32_t node_behind(uint32_t edge) const;
+  Target find_on_front(uint32_t first, uint32_t h);
+  uint32_t node_behind(uint32_t edge);
+  void set_edge(uint32_t node, uint32_t edge) {
+    front_[node].edge = edge;
+    if (encoding && !node_of_edge_.empty()) node_of_edge_[edge] = node;
+  }
   bool is_dummy(uint32_t node) const { return front_[node].vertex >= first_dummy; }
   tl::unexpected<Error> corrupt(const char* what) const {
     return failure(ErrorCode::corrupt, std::string("connectivity of a patch: ") + what);
@@ -103,7 +107,11 @@ class FaceCoder {
   Front front_;
   ConnectivityModels models_;
   std::vector<uint32_t> valences_;  // by vertex
-  uint32_t half_edges_ = 0;         // decoder
+  // Encoder: the node of each edge of the front, once searches have cost too much; see node_behind().
+  std::vector<uint32_t> node_of_edge_;
+  uint64_t searched_ = 0;
+  static constexpr uint64_t most_searched = 16;
+  uint32_t half_edges_ = 0;  // decoder
   uint32_t dummies_ = 0;
 };
 
@@ -233,7 +241,7 @@ Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
 
 /// Encoder: the node whose gap the corner h lies in, and how the face divides its free edges.
 template <class Coder>
-auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) const -> Target {
+auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
   Target target;
   uint32_t crossed = 0;
   uint32_t e = h;
@@ -256,10 +264,19 @@ auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) const -> Target
 
 /// Encoder: the node of an edge of the front, wherever it is. Rare: handles, and splits far from their gate.
 template <class Coder>
-uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) const {
-  uint32_t node = 0;
-  while (!front_.alive(node) || front_[node].edge != edge) ++node;
-  return node;
+uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
+  if (node_of_edge_.empty()) {
+    uint32_t node = 0;
+    while (!front_.alive(node) || front_[node].edge != edge) ++node;
+    searched_ += node;
+    if (searched_ <= most_searched * surface_.size()) return node;
+    // Not rare in this mesh: from now on, nodes are noted by edge.
+    node_of_edge_.assign(surface_.size(), none);
+    for (node = 0; node < front_.slots(); ++node) {
+      if (front_.alive(node) && front_[node].edge != none) node_of_edge_[front_[node].edge] = node;
+    }
+  }
+  return node_of_edge_[edge];
 }
 
 /// A vertex that is on the front: which of its nodes? By steps along the front where it is near, else by
@@ -295,6 +312,7 @@ Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edg
   if (!along) front_[node].free -= 2 + share;
   const uint32_t end = front_[first].next;
   const uint32_t before = front_.create(front_[node].vertex, edge, share);
+  set_edge(before, edge);
   front_.link(front_[node].previous, before);
   front_.link(before, end);
   front_.link(first, node);
@@ -344,14 +362,14 @@ Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, 
       end = along ? MAILLE_TRY(follow_front(first, node, h, left)) : node;
     } else {
       const uint32_t node = MAILLE_TRY(code_new_vertex(first, h));
-      front_[node].edge = edge;
+      set_edge(node, edge);
       front_.link(first, node);
       front_.link(node, end);
       end = node;
     }
     if (coder_.exhausted()) return corrupt("the stream ends early");
   }
-  front_[first].edge = h;
+  set_edge(first, h);
   return {};
 }
 
@@ -478,12 +496,13 @@ Result<> FaceCoder<Coder>::code_component(uint32_t seed) {
     const uint32_t node = front_.create(vertex, newest == none ? none : surface_.previous(h),
                                         static_cast<uint32_t>(valence) - 2);
     if (newest == none) first = node;
+    if (newest != none) set_edge(node, surface_.previous(h));
     if (newest != none) front_.link(node, newest);
     newest = node;
     h = surface_.next(h);
   }
   front_.link(first, newest);
-  front_[first].edge = surface_.previous(h);
+  set_edge(first, surface_.previous(h));
   return code_list(first);
 }
 
