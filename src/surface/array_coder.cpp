@@ -150,7 +150,7 @@ void with_components(size_t components, Function with) {
 template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
-                                    std::span<Code> codes, uint32_t most) {
+                                    std::span<Code> codes, uint32_t most, Pace* pace) {
   RansEncoder encoder(lanes_for(maps.maps.size()));
   ElementWalk walk(elements, face_of);
   with_components(maps.maps.size(), [&](auto fixed) {
@@ -158,7 +158,7 @@ std::vector<std::byte> encode_codes(const PatchElements& elements, const std::ve
     walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
       if (most-- == 0) return false;
       coder.code(element, stencil);
-      return true;
+      return !pace || pace->step();
     });
   });
   return encoder.finish();
@@ -171,7 +171,8 @@ TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   TupleCoding best;
   size_t smallest = SIZE_MAX;
   const auto consider = [&](const TupleCoding& coding) {
-    size_t size = encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements).size();
+    size_t size =
+        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
     // Whole values take time to decode; they must be worth it.
     if (coding.whole_values) size += size / 200;
     if (size >= smallest) return;
@@ -326,7 +327,7 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
 
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 std::span<const uint32_t> source) {
+                                 std::span<const uint32_t> source, Pace* pace) {
   std::vector<Code> codes(source.size() * maps.maps.size());
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
@@ -346,7 +347,7 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
                    [&](uint32_t element) { return uint64_t{source[element]}; });
   out.put_count(exceptions.size());
   out.put_bytes(exceptions.bytes());
-  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none));
+  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
   return out.take();
 }
 
@@ -384,7 +385,7 @@ void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code>
 
 template <class Code>
 Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, const ArrayMaps& maps,
-                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array) {
+                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array, Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,
@@ -399,9 +400,10 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, con
     TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps.maps, codes);
     walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
       coder.code(element, stencil);
-      return !decoder.exhausted();
+      return !decoder.exhausted() && (!pace || pace->step());
     });
   });
+  if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
   if (maps.octahedral) {
@@ -429,12 +431,13 @@ uint32_t PatchElements::count(Domain domain) const {
 }
 
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                    std::span<const uint32_t> source) {
-  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source);
-  return encode_as<int32_t>(elements, array, maps, source);
+                                    std::span<const uint32_t> source, Pace* pace) {
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source, pace);
+  return encode_as<int32_t>(elements, array, maps, source, pace);
 }
 
-Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array) {
+Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
+                      Pace* pace) {
   ByteReader in(bytes);
   TupleCoding coding;
   coding.predictor = static_cast<Predictor>(in.get<uint8_t>());
@@ -450,9 +453,9 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
   const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
   if (size_of(array.type) == 8) {
-    return decode_as<int64_t>(elements, coding, maps, coded, exceptions, tuples, array);
+    return decode_as<int64_t>(elements, coding, maps, coded, exceptions, tuples, array, pace);
   }
-  return decode_as<int32_t>(elements, coding, maps, coded, exceptions, tuples, array);
+  return decode_as<int32_t>(elements, coding, maps, coded, exceptions, tuples, array, pace);
 }
 
 }  // namespace maille

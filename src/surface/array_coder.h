@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/pace.h"
 #include "mesh/number_map.h"
 #include "surface/patch_surface.h"
 
@@ -30,11 +31,12 @@ struct PatchElements {
 /// Codes an array whose tuples are numbered as in PatchElements: `source` gives for each of them its tuple in
 /// the array, none for gaps. Tries several codings on a part of the array and keeps the best.
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                    std::span<const uint32_t> source);
+                                    std::span<const uint32_t> source, Pace* pace = nullptr);
 
 /// Inverse: appends nothing, fills `array.bytes` with tuples numbered as in PatchElements (gaps are zero).
 /// The array's description (domain, type, components) is known; for Domain::mesh so is its count. Safe on any
 /// bytes.
-Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array);
+Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
+                      Pace* pace = nullptr);
 
 }  // namespace maille

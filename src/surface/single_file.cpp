@@ -27,13 +27,6 @@ StreamKey array_key(size_t i) {
 }
 constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ORDR", "ARRY"};
 
-bool go_on(const Progress& progress, const char* stage, double fraction) {
-  return !progress || progress({stage, fraction});
-}
-tl::unexpected<Error> cancelled() {
-  return failure(ErrorCode::cancelled, "cancelled");
-}
-
 ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_bytes) {
   ArrayReport report;
   report.name = array.name;
@@ -155,7 +148,7 @@ uint32_t pivot_window(int effort) {
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
-  if (!go_on(options.progress, "connectivity", 0)) return cancelled();
+  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   EncodedTopology encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort)));
   const PatchElements elements = encoded.topology.elements();
 
@@ -164,9 +157,11 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   std::vector<std::vector<std::byte>> streams;
   const auto encode_one = [&](const Array& array, const Tolerance& tolerance, ArrayDescription& described,
                               ArrayReport& reported) -> Result<> {
-    if (!go_on(options.progress, array.name.c_str(), 0)) return cancelled();
+    Pace pace(options.progress, array.name.c_str(), array.count());
+    if (!pace.report()) return cancelled();
     const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
-    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array)));
+    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array), &pace));
+    if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
     return {};
@@ -265,16 +260,18 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
       MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
   Mesh mesh;
   mesh.metadata = description.metadata;
-  if (!go_on(options.progress, "connectivity", 0)) return cancelled();
+  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   const std::vector<BlockShape> shapes = description.shapes();
   const bool with_places = needs_places(description, options);
   PatchTopology topology = MAILLE_TRY(decode_topology(MAILLE_TRY(reader.read_stream(topology_key)), shapes,
                                                       description.points, description.corners, with_places));
   const PatchElements elements = topology.elements();
   const auto decode_one = [&](const ArrayDescription& described, const StreamKey& key) -> Result<Array> {
-    if (!go_on(options.progress, described.name.c_str(), 0)) return cancelled();
+    Pace pace(options.progress, described.name.c_str(), description.tuples(described));
+    if (!pace.report()) return cancelled();
     Array array = array_of(described);
-    MAILLE_CHECK(decode_array(elements, MAILLE_TRY(reader.read_stream(key)), described.mesh_tuples, array));
+    MAILLE_CHECK(
+        decode_array(elements, MAILLE_TRY(reader.read_stream(key)), described.mesh_tuples, array, &pace));
     return array;
   };
   mesh.points = MAILLE_TRY(decode_one(description.positions, positions_key));
