@@ -16,7 +16,8 @@ void check_closed(const PatchSurface& surface) {
   for (uint32_t h = 0; h < count; ++h) {
     const uint32_t over = edges.opposite[h];
     require(over < count && over != h && edges.opposite[over] == h, "half-edges are glued in pairs");
-    require(edges.origin[h] < surface.vertices.size(), "every corner has a vertex");
+    require(edges.origin[h] < surface.vertices.size() || (edges.origin[h] >= first_dummy),
+            "every corner has a vertex");
     require(edges.origin[edges.next(h)] == edges.origin[over], "glued half-edges run along the same edge");
     require(edges.previous(edges.next(h)) == h, "faces are cycles");
   }
@@ -32,6 +33,7 @@ void check_closed(const PatchSurface& surface) {
       h = edges.turn(h);
     } while (h != surface.vertices.corner[vertex]);
   }
+  for (uint32_t h = 0; h < count; ++h) corners += (edges.origin[h] >= first_dummy);
   require(corners == count, "every corner is met round its vertex");
 }
 
