@@ -5,6 +5,8 @@
 #include <maille/decode.h>
 #include <maille/encode.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <sstream>
 
@@ -28,6 +30,13 @@ std::string read_file(const std::string& path) {
 
 std::string document() {
   return read_file(MAILLE_TESTS_DIR "/../docs/format.md");
+}
+
+/// The document as one line: its lines are wrapped anywhere.
+std::string prose() {
+  std::string text = document();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
 }
 
 /// The lines between ```KIND and ```.
@@ -106,7 +115,7 @@ TEST(FormatDocument, TablesNameTheFieldsInTheirOrder) {
 }
 
 TEST(FormatDocument, StatesTheSizesOfTheCode) {
-  const std::string text = document();
+  const std::string text = prose();
   for (const std::string claim :
        {"25 bytes at the front", "The last 20 bytes", "1,048,576", "before byte 65,536"}) {
     EXPECT_THAT(text, ::testing::HasSubstr(claim));
@@ -241,7 +250,7 @@ TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
 }
 
 TEST(FormatDocument, StatesTheLimitsOfModeSingle) {
-  const std::string text = document();
+  const std::string text = prose();
   for (const std::string claim :
        {"exactly 131,072 operations", "v = min(v + 1, 126)", "3 to 65,535 corners"}) {
     EXPECT_THAT(text, ::testing::HasSubstr(claim));
