@@ -442,6 +442,19 @@ bool pays(const Array& array, const Bounds& bounds, double step) {
   return farthest < largest / 4 && std::isfinite(step);
 }
 
+/// Number of tuples of codes in the box of all tuples: what maps are compared by. (A product, since log2 is
+/// not the same everywhere.)
+double code_volume(const Array& array, const ArrayMaps& maps) {
+  std::vector<Range> ranges(array.components);
+  for (size_t i = 0; i < array.count() * array.components; ++i) {
+    const std::byte* number = array.bytes.data() + i * size_of(array.type);
+    ranges[i % array.components].add(maps.maps[i % array.components].code_of(array.type, number));
+  }
+  double volume = 1;
+  for (const Range& range : ranges) volume *= range.width() + 1;
+  return volume;
+}
+
 /// Largest error that the tolerance allows.
 double allowed_error(const Bounds& bounds, const Tolerance& tolerance, bool are_positions) {
   if (tolerance.kind == Tolerance::Kind::absolute) return tolerance.value;
@@ -517,14 +530,16 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
     maps.step = relative_step(array, 2 * allowed);
   }
   if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array);
-  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it. Where
+  // the codes of the numbers as they are take fewer bits, an error would buy nothing.
   const double coarsest = maps.step;
   for (const bool decoded_before : {true, false}) {
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       maps.step = coarsest * finer;
       for (NumberMap& map : maps.maps) map.step = maps.step;
       if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, maps)) continue;
-      maps.bound = promised_error(array, bounds, tolerance, maps.step);
+      if (!decoded_before && code_volume(array, maps) > code_volume(array, lossless_maps(array))) break;
+      maps.bound = promised_error(array, bounds, tolerance, coarsest);
       return maps;
     }
   }
