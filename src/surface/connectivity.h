@@ -20,16 +20,6 @@ struct ConnectivityHeader {
   bool has_border = false;
 };
 
-template <class Visitor>
-void visit(Visitor& v, ConnectivityHeader& h) {
-  v.count("components", h.components);
-  v.count("regular valence", h.regular_valence);
-  v.count("regular degree", h.regular_degree);
-  v.count("pivot window", h.pivot_window);
-  v.flag("uniform degree", h.uniform_degree);
-  v.flag("has border", h.has_border);
-}
-
 /// The vertices of a closed surface in the order in which the traversal meets them. Where several fans of
 /// faces meet in one point of the mesh, each fan has a vertex of its own. (The dummies of border loops are
 /// numbered apart, from first_dummy.)

@@ -15,7 +15,8 @@ namespace maille {
 /// in a point, or faces lie twice, each later vertex is coded as a copy of an earlier one's point.
 ///
 /// `original` gives the mesh's point for each vertex. Returns the coded bytes, empty when no point has two
-/// vertices. `point_of` gets the numbers of points in coded order; it stays empty when each vertex is its own point.
+/// vertices. `point_of` gets the numbers of points in coded order; it stays empty when each vertex is its own
+/// point.
 std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices,
                                              std::span<const uint32_t> original,
                                              std::vector<uint32_t>& point_of, uint32_t& point_count);
