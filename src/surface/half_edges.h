@@ -59,6 +59,10 @@ struct HalfEdges {
     for (uint32_t e = following[h]; e != h && edges < most; e = following[e]) ++edges;
     return edges;
   }
+  /// Of the triangle that starts at h: has it a dummy?
+  bool is_border_triangle(uint32_t h) const {
+    return origin[h] >= first_dummy || origin[h + 1] >= first_dummy || origin[h + 2] >= first_dummy;
+  }
   void glue(uint32_t a, uint32_t b) {
     opposite[a] = b;
     opposite[b] = a;

@@ -102,14 +102,9 @@ std::vector<uint32_t> order_faces(const PatchSurface& surface, std::span<const u
   return chosen ? breadth_first_faces(edges, faces, real) : faces;
 }
 
-bool is_border_triangle(const HalfEdges& triangles, uint32_t first) {
-  const uint32_t* origin = &triangles.origin[first];
-  return origin[0] >= first_dummy || origin[1] >= first_dummy || origin[2] >= first_dummy;
-}
-
 uint32_t count_real_triangles(const HalfEdges& triangles) {
   uint32_t count = 0;
-  for (uint32_t h = 0; h < triangles.size(); h += 3) count += !is_border_triangle(triangles, h);
+  for (uint32_t h = 0; h < triangles.size(); h += 3) count += !triangles.is_border_triangle(h);
   return count;
 }
 
@@ -479,106 +474,6 @@ Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> b
   MAILLE_CHECK(decode_labels(labels, blocks.size(), topology));
   MAILLE_CHECK(decode_loose(loose, blocks, corners, topology));
   return topology;
-}
-
-namespace {
-
-/// Triangles of one block, nothing loose or turned over, no arrays that need places.
-bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks, bool with_places) {
-  return blocks.size() == 1 && blocks[0].type == CellType::triangle &&
-         topology.surface.half_edges.all_triangles() && topology.flipped.empty() &&
-         topology.loose.size() == 0 && !with_places;
-}
-
-std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
-  HalfEdges& edges = surface.half_edges;
-  std::vector<uint32_t> connectivity;
-  const auto add = [&](uint32_t h) { connectivity.push_back(surface.point(edges.origin[h])); };
-  if (!surface.faces.empty()) {
-    for (const uint32_t first : surface.faces) {
-      add(first);
-      add(edges.next(first));
-      add(edges.previous(first));
-    }
-    return connectivity;
-  }
-  // In the simplest case the origins are the connectivity.
-  if (3 * surface.face_count == edges.size() && surface.point_of.empty()) return std::move(edges.origin);
-  connectivity.reserve(size_t{3} * surface.face_count);
-  for (uint32_t h = 0; h < edges.size(); h += 3) {
-    if (is_border_triangle(edges, h)) continue;
-    for (uint32_t k = 0; k < 3; ++k) add(h + k);
-  }
-  return connectivity;
-}
-
-}  // namespace
-
-AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape> blocks, bool with_places) {
-  AssembledCells result;
-  const PatchSurface& surface = topology.surface;
-  const HalfEdges& edges = surface.half_edges;
-  const uint32_t faces = surface.face_count;
-  std::vector<uint32_t>().swap(topology.surface.half_edges.opposite);
-  if (is_plain(topology, blocks, with_places)) {
-    result.blocks.emplace_back().type = CellType::triangle;
-    result.blocks[0].connectivity = plain_connectivity(topology.surface);
-    return result;
-  }
-
-  // Elements of each block, faces first.
-  std::vector<std::vector<uint32_t>> cells_of(blocks.size());
-  if (blocks.size() > 1) {
-    for (uint32_t face = 0; face < faces; ++face) cells_of[topology.block_of_face(face)].push_back(face);
-  }
-  for (uint32_t i = 0; i < topology.loose.size(); ++i) cells_of[topology.loose.block[i]].push_back(faces + i);
-
-  if (with_places) {
-    result.cell_place.assign(topology.elements().cells(), none);
-    result.corner_place.assign(topology.elements().corners(), none);
-  }
-  uint32_t place = 0;
-  uint32_t corner_place = 0;
-  for (uint32_t b = 0; b < blocks.size(); ++b) {
-    CellBlock& block = result.blocks.emplace_back();
-    block.type = blocks[b].type;
-    const bool varies = nodes_of(block.type) == 0;
-    if (varies && blocks[b].cells > 0) block.offsets.push_back(0);
-    const auto end_cell = [&](uint32_t element) {
-      if (varies) block.offsets.push_back(block.connectivity.size());
-      if (with_places) result.cell_place[element] = place;
-      ++place;
-    };
-    const auto add_corner = [&](uint32_t element, uint32_t point) {
-      block.connectivity.push_back(point);
-      if (with_places) result.corner_place[element] = corner_place;
-      ++corner_place;
-    };
-    const auto add_face = [&](uint32_t face) {
-      const uint32_t first = surface.face(face);
-      const bool flipped = topology.is_flipped(face);
-      uint32_t h = first;
-      do {
-        add_corner(h, surface.point(edges.origin[h]));
-        h = flipped ? edges.previous(h) : edges.next(h);
-      } while (h != first);
-      end_cell(face);
-    };
-    const auto add_loose = [&](uint32_t i) {
-      if (block.type == CellType::mixed) block.types.push_back(topology.loose.type[i]);
-      for (uint32_t k = topology.loose.offsets[i]; k < topology.loose.offsets[i + 1]; ++k) {
-        add_corner(edges.size() + k, topology.loose.nodes[k]);
-      }
-      end_cell(faces + i);
-    };
-    if (blocks.size() == 1) {
-      block.connectivity.reserve(edges.all_triangles() ? size_t{3} * faces : edges.size());
-      for (uint32_t face = 0; face < faces; ++face) add_face(face);
-    }
-    for (const uint32_t element : cells_of[b])
-      element < faces ? add_face(element) : add_loose(element - faces);
-  }
-  return result;
 }
 
 }  // namespace maille

@@ -356,6 +356,7 @@ Result<FileInfo> inspect(const Source& source) {
   info.metadata = description.metadata;
   info.provenance = description.provenance;
   info.chunks = reader.chunks();
+  info.problems = reader.problems();
   return info;
 }
 
