@@ -490,6 +490,8 @@ TEST(GltfReader, ReadsRealFilesAndTheirCopies) {
   } files[] = {{"scallop.glb", 60002, 120000, {"colour", "normal"}},
                {"SheenCloth.glb", 58081, 115200, {"normal", "tangent", "texcoord"}},
                {"usd-shaderball-ball.glb", 36112, 63856, {"colour", "colour_1", "normal", "texcoord"}}};
+  // CGAL's examples, which take the place of the shared meshes elsewhere, have no glTF.
+  if (data_files("textured").empty()) GTEST_SKIP() << "there are no textured meshes in " << data_folder();
   for (const auto& file : files) {
     const auto result = read_file(gltf_format(), data_folder() + "/textured/" + file.name);
     ASSERT_TRUE(result) << result.error().message;

@@ -38,7 +38,7 @@ std::vector<Entry> entries() {
 }
 
 TEST(RealFiles, HaveTheCountsOfTheManifest) {
-  if (testing::data_folder().empty()) GTEST_SKIP() << "the shared meshes are not on this machine";
+  if (entries().empty()) GTEST_SKIP() << "the shared meshes and their manifest are not on this machine";
   EXPECT_GE(entries().size(), 30u);
   for (const Entry& entry : entries()) {
     const auto result = read_mesh(testing::data_folder() + "/" + entry.file);
@@ -54,7 +54,7 @@ const Array* find(const Mesh& mesh, const Array& array) {
 
 /// Read, write in the same format, read again: the same mesh.
 TEST(RealFiles, ComeBackFromTheirOwnFormat) {
-  if (testing::data_folder().empty()) GTEST_SKIP() << "the shared meshes are not on this machine";
+  if (entries().empty()) GTEST_SKIP() << "the shared meshes and their manifest are not on this machine";
   for (const Entry& entry : entries()) {
     const auto first = read_mesh(testing::data_folder() + "/" + entry.file);
     ASSERT_TRUE(first) << entry.file;
