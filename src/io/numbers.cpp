@@ -61,7 +61,9 @@ const char* parse_number_slow(const char* const begin, const char* end, Number& 
   if (p != begin && p != end && (*p == '-' || *p == '+')) return nullptr;
   const auto [behind, error] = fast_float::from_chars(p, end, number.value);
   if (error != std::errc()) return nullptr;
-  if (behind != end && *behind == '#') return parse_msvc(begin, end, number);
+  if (behind != end && *behind == '#') {  // else the number ends here, before a comment
+    if (const char* const behind_name = parse_msvc(begin, end, number)) return behind_name;
+  }
   const bool has_digits = std::any_of(p, behind, is_digit);
   number.integer = has_digits && std::all_of(p, behind, [](char c) { return is_digit(c) || c == '-'; });
   if (!has_digits) {  // nan, inf

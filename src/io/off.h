@@ -7,7 +7,7 @@
 // have a colour of 1 (number in a colour map), 3 or 4 numbers behind their vertices: "colour_index" or
 // "colour" on cells, and "colour.count" where not all faces have the same number of them. Colours written as
 // whole numbers up to 255 are u8. Other numbers are f32 unless the text of one says more, see numbers.h, or a
-// comment "# maille f64 NAME..." says so.
+// comment "# maille f64 NAME..." says so. A "#" ends whatever it stands behind: "0#red" is the number 0.
 
 namespace maille {
 

@@ -108,21 +108,21 @@ class OffPass {
 
   Result<> read_header() {
     skip_to_data();
-    const std::string_view keyword = scanner_.look();
+    const std::string_view keyword = scanner_.look('#');
     if (keyword.ends_with("OFF")) {
-      scanner_.word();
+      scanner_.word('#');
       std::string_view prefix = keyword.substr(0, keyword.size() - 3);
       const bool any_dimension = prefix.ends_with('n');
       if (any_dimension) prefix.remove_suffix(1);
       if (!parse_prefix(prefix, header_)) return bad("unknown keyword \"" + to_word(keyword) + "\"");
       scanner_.skip_blanks();
-      if (scanner_.look() == "BINARY") {
+      if (scanner_.look('#') == "BINARY") {
         return failure(ErrorCode::unsupported,
                        watch_.name() + ": binary OFF is not supported; convert it to text");
       }
       skip_to_data();
       uint64_t dimension = 3;
-      if (any_dimension && (!scanner_.integer(dimension) || dimension != 3)) {
+      if (any_dimension && (!scanner_.integer(dimension, '#') || dimension != 3)) {
         return bad("nOFF with a dimension other than 3 is not supported");
       }
     } else if (keyword.empty() || keyword[0] < '0' || keyword[0] > '9') {
@@ -134,7 +134,7 @@ class OffPass {
   Result<> read_counts() {
     for (uint64_t* count : {&header_.vertices, &header_.faces}) {
       skip_to_data();
-      if (!scanner_.integer(*count)) {
+      if (!scanner_.integer(*count, '#')) {
         return bad(found_at(scanner_) + " stands where the number of " +
                    (count == &header_.vertices ? "vertices" : "faces") + " belongs");
       }
@@ -142,7 +142,7 @@ class OffPass {
     if (header_.vertices > max_points) return bad("more than 2^32 - 2 vertices");
     scanner_.skip_blanks();
     uint64_t edges = 0;  // often wrong, never needed
-    if (!scanner_.at_line_end() && scanner_.peek() != '#' && !scanner_.integer(edges)) {
+    if (!scanner_.at_line_end() && scanner_.peek() != '#' && !scanner_.integer(edges, '#')) {
       return bad(found_at(scanner_) + " stands where the number of edges belongs");
     }
     columns_ = {NumberColumn(3, wide(OffArray::position)), NumberColumn(1, wide(OffArray::weight)),
@@ -172,7 +172,7 @@ class OffPass {
     std::array<Number, 16> numbers;
     size_t count = 0;
     for (; !scanner_.at_line_end() && scanner_.peek() != '#'; scanner_.skip_blanks()) {
-      if (count == numbers.size() || !scanner_.number(numbers[count])) {
+      if (count == numbers.size() || !scanner_.number(numbers[count], '#')) {
         return bad("vertex " + std::to_string(vertex) + " has " + found_at(scanner_) +
                    " where a number belongs");
       }
@@ -211,12 +211,12 @@ class OffPass {
     if (scanner_.at_end())
       return bad("the file ends at face " + std::to_string(face) + " of " + std::to_string(header_.faces));
     uint64_t degree = 0;
-    if (!scanner_.integer(degree))
+    if (!scanner_.integer(degree, '#'))
       return bad_face(" has " + found_at(scanner_) + " where its degree belongs");
     for (uint64_t i = 0; i < degree; ++i) {
       scanner_.skip_white('#');
       int64_t node = 0;
-      if (!scanner_.integer(node)) {
+      if (!scanner_.integer(node, '#')) {
         return bad_face(" has " + found_at(scanner_) + " where vertex " + std::to_string(i + 1) + " of " +
                         std::to_string(degree) + " belongs");
       }
@@ -234,7 +234,7 @@ class OffPass {
     uint64_t count = 0;
     for (scanner_.skip_blanks(); !scanner_.at_line_end() && scanner_.peek() != '#'; scanner_.skip_blanks()) {
       Number number;
-      if (count == 4 || !scanner_.number(number)) {
+      if (count == 4 || !scanner_.number(number, '#')) {
         return bad("face " + std::to_string(face) + " has " + found_at(scanner_) + " behind its " +
                    (count == 4 ? "colour" : "vertices"));
       }
@@ -335,7 +335,7 @@ void OffPass::take_face_colours(Mesh& mesh) {
 bool recognise(Bytes first) {
   TextScanner scanner(std::string_view(reinterpret_cast<const char*>(first.data()), first.size()));
   scanner.skip_white('#');
-  const std::string_view word = scanner.word();
+  const std::string_view word = scanner.word('#');
   OffHeader header;
   if (!word.ends_with("OFF")) return false;
   std::string_view prefix = word.substr(0, word.size() - 3);

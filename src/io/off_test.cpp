@@ -54,6 +54,23 @@ TEST(OffReader, TakesTheFormsOfOtherPrograms) {
   }
 }
 
+TEST(OffReader, EndsTokensAtComments) {
+  const Mesh mesh = read_off(
+                        "COFF#keyword\n2 2 0#counts\n1 -1 0 0.9 0 0#red\n3 4 0 .5 1 0#green\n"
+                        "2 0 1#edge\n2#an edge\n1 0 0.5 0 1#mauve\n#end")
+                        .mesh;
+  Mesh expected;
+  expected.points = array_of<float>("position", Domain::point, Scalar::f32, 3, {1, -1, 0, 3, 4, 0});
+  EXPECT_TRUE(mesh.points.bytes == expected.points.bytes);
+  EXPECT_EQ(values_of<float>(mesh, "colour", Domain::point), (std::vector<float>{0.9f, 0, 0, 0.5f, 1, 0}));
+  EXPECT_EQ(mesh.blocks.at(0).connectivity, (std::vector<uint32_t>{0, 1, 1, 0}));
+  EXPECT_EQ(values_of<uint8_t>(mesh, "colour.count", Domain::cell), (std::vector<uint8_t>{0, 3}));
+  std::vector<std::string> comments;
+  for (const auto& [key, text] : mesh.metadata) comments.push_back(text);
+  EXPECT_THAT(comments, ::testing::Contains("red"));
+  EXPECT_THAT(comments, ::testing::Contains("mauve"));
+}
+
 TEST(OffReader, KeepsComments) {
   const Mesh mesh = read_off("# before\nOFF # keyword\n# made\n1 0 0 # counts\n1 2 3 # point\n#\n").mesh;
   std::vector<std::string> comments;

@@ -84,31 +84,32 @@ class TextScanner {
     rest_of_line();
     skip_line_end();
   }
-  /// The word at this place: up to the next white space; empty at the end of a line.
-  std::string_view word() {
+  /// The word at this place: up to the next white space or `stop`; empty at the end of a line.
+  std::string_view word(char stop = ' ') {
     const char* const from = p_;
-    while (p_ != end_ && !is_white(*p_)) ++p_;
+    while (p_ != end_ && !is_white(*p_) && *p_ != stop) ++p_;
     return {from, static_cast<size_t>(p_ - from)};
   }
   /// The word here without moving behind it, for messages: at most 40 characters, "" at the end of the line.
-  std::string_view look() const {
+  std::string_view look(char stop = ' ') const {
     TextScanner copy = *this;
-    return copy.word().substr(0, 40);
+    return copy.word(stop).substr(0, 40);
   }
-  /// A number that ends at white space, the text's end, or the character `stop`. Does not move when there is none.
+  /// A number that ends at white space, the text's end, or the character `stop`. Does not move when there is
+  /// none.
   bool number(Number& number, char stop = ' ') {
     const char* const behind = parse_number(p_, end_, number);
     if (behind == nullptr || (behind != end_ && !is_white(*behind) && *behind != stop)) return false;
     p_ = behind;
     return true;
   }
-  /// A whole number that ends at white space. Does not move when there is none.
+  /// A whole number that ends likewise. Does not move when there is none.
   template <class T>
-  bool integer(T& value) {
+  bool integer(T& value, char stop = ' ') {
     const char* from = p_;
     if (from != end_ && *from == '+') ++from;
     const auto [behind, error] = std::from_chars(from, end_, value);
-    if (error != std::errc() || (behind != end_ && !is_white(*behind))) return false;
+    if (error != std::errc() || (behind != end_ && !is_white(*behind) && *behind != stop)) return false;
     p_ = behind;
     return true;
   }
