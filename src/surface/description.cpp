@@ -181,7 +181,8 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   Reader reader(plain);
   visit(reader, description);
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
-                  description.positions.components == 3 && description.positions.domain == Domain::point;
+                  description.positions.components == 3 && description.positions.domain == Domain::point &&
+                  description.cells() < none;
   for (const BlockDescription& block : description.blocks) {
     sensible = sensible && std::string_view(name_of(block.shape.type)) != "unknown";
   }
