@@ -60,6 +60,21 @@ DEF Top Group { children [
 ROUTE Top.a TO Part.b
 )";
 
+TEST(VrmlWriter, KeepsColoursOfPointsWithoutCells) {
+  Mesh mesh;
+  mesh.points = array_of<float>("position", Domain::point, Scalar::f32, 3, {0, 0, 0, 1, 0, 0, 2, 0, 0});
+  mesh.arrays.push_back(make_array("colour", Domain::cell, Scalar::f32, 3, Role::colour));
+  mesh.arrays.push_back(array_of<uint8_t>("colour", Domain::point, Scalar::u8, 3,
+                                          {255, 0, 0, 0, 255, 0, 0, 0, 255}, Role::colour));
+  const auto back = read(write_text(vrml_format(), mesh).text);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_TRUE(back->mesh.points.bytes == mesh.points.bytes);
+  const Array* colour = back->mesh.find("colour", Domain::point);
+  ASSERT_NE(colour, nullptr);
+  expect_same_array(*colour, array_of<float>("colour", Domain::point, Scalar::f32, 3,
+                                             {1, 0, 0, 0, 1, 0, 0, 0, 1}, Role::colour));
+}
+
 TEST(VrmlReader, FindsGeometryAtAnyDepth) {
   const auto result = read(busy_scene);
   ASSERT_TRUE(result) << result.error().message;

@@ -71,7 +71,9 @@ void VrmlWriter::choose(Values& values, Role role) {
       const bool fits =
           array.components == values.components || (role == Role::colour && array.components == 4);
       const bool place = domain != Domain::cell || role != Role::texture_coordinate;
-      if (!values.array && array.role == role && array.domain == domain && fits && place)
+      // Without cells their arrays and those of corners say nothing, and VRML has no empty lists of colours.
+      const bool holds_any = array.count() != 0;
+      if (!values.array && array.role == role && array.domain == domain && fits && place && holds_any)
         values.array = &array;
     }
   }
@@ -235,7 +237,8 @@ void VrmlWriter::put_values(const Values& values, const Shape& shape, Shape::Typ
   if (type != Shape::faces && array.role != Role::colour) return;  // VRML gives them to faces only
   const auto k = static_cast<size_t>(&values - values_.data());
   out_.put(values.field);
-  const bool whole = array.domain == Domain::point && type != Shape::points;
+  // A PointSet has coordinates of its own, except the one of a mesh without cells.
+  const bool whole = array.domain == Domain::point && (type != Shape::points || shape.corners.empty());
   const std::string name = std::string("maille_") + values.field;
   if (whole && points_written_[k]) {
     out_.put(" USE " + name + "\n");
