@@ -55,6 +55,13 @@ int exponent_of_last_digit(const char* p, const char* end) {
 
 }  // namespace
 
+bool is_beyond_double(const char* p, const char* end) {
+  if (p != end && *p == '+') ++p;
+  double value = 0;
+  const char* const behind = fast_float::from_chars(p, end, value).ptr;
+  return std::isinf(value) && std::any_of(p, behind, is_digit);
+}
+
 const char* parse_number_slow(const char* const begin, const char* end, Number& number) {
   const char* p = begin;
   if (p != end && *p == '+') ++p;

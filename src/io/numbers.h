@@ -21,6 +21,9 @@ struct Number {
 /// or nullptr when there is none or it is beyond the range of double.
 const char* parse_number_slow(const char* p, const char* end, Number& number);
 
+/// Is this a decimal beyond the range of double ("1e400")?
+bool is_beyond_double(const char* p, const char* end);
+
 /// 10^n for |n| <= 22, where the power or its inverse division is exact in double.
 inline constexpr double powers_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                            1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,

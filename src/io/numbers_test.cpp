@@ -59,6 +59,20 @@ TEST(ParseNumber, RejectsWhatIsNone) {
   }
 }
 
+TEST(ParseNumber, TakesWhatIsBelowDoubleForZero) {
+  EXPECT_EQ(parsed("1e-400").value, 0);
+  EXPECT_TRUE(std::signbit(parsed("-1e-400").value));
+}
+
+TEST(IsBeyondDouble, TellsLargeNumbersFromOtherText) {
+  for (const std::string text : {"1e400", "-1e999", "+1e309 ", "2e308,"}) {
+    EXPECT_TRUE(is_beyond_double(text.data(), text.data() + text.size())) << text;
+  }
+  for (const std::string text : {"", "1e308", "inf", "-inf", "nan", "1e-400", "abc", "1e", "+", "-"}) {
+    EXPECT_FALSE(is_beyond_double(text.data(), text.data() + text.size())) << text;
+  }
+}
+
 TEST(ParseNumber, StaysInsideItsText) {
   const std::string text = "1234567";
   for (size_t length = 1; length <= text.size(); ++length) {
@@ -69,8 +83,8 @@ TEST(ParseNumber, StaysInsideItsText) {
 }
 
 TEST(ParseNumber, KnowsWhatAFloatHolds) {
-  for (const char* text : {"0.1", "93.425102", "1.0", "0.0500000007", "3.4028235e38",
-                           "1e-45", "0.10000000149011612", "448262.12", "-0", "123456", "1e10"}) {
+  for (const char* text : {"0.1", "93.425102", "1.0", "0.0500000007", "3.4028235e38", "1e-45",
+                           "0.10000000149011612", "448262.12", "-0", "123456", "1e10"}) {
     EXPECT_TRUE(parsed(text).fits_single) << text;
   }
   for (const char* text : {"0.10000000000000001", "2594140.20", "0.35444599999999998", "1e39", "1e-60",

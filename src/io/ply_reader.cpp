@@ -32,6 +32,7 @@ class PlyReader {
       const uint64_t used = size_in_memory(mesh()) + bytes_read_;
       if (header_.encoding == PlyEncoding::ascii) {
         MAILLE_CHECK(table.read_text(scanner, watch_, used));
+        too_small_ += table.too_small;
       } else {
         MAILLE_CHECK(
             table.read_binary(bytes_, at, header_.encoding == PlyEncoding::big_endian, watch_, used));
@@ -39,6 +40,11 @@ class PlyReader {
       MAILLE_CHECK(take(element, std::move(table)));
     }
     note_trailing(scanner, at);
+    if (too_small_ != 0) {
+      result_.notes.push_back(
+          counted(too_small_, "number") +
+          " too small for the float that the header declares: zero, or with fewer digits");
+    }
     MAILLE_CHECK(assemble_cells());
     attach_labels();
     MAILLE_CHECK(watch_.at(bytes_.size(), size_in_memory(mesh())));
@@ -477,6 +483,7 @@ class PlyReader {
   std::map<std::pair<Domain, std::string>, std::vector<std::string>> labels_;
   uint64_t point_count_ = 0;
   uint64_t bytes_read_ = 0;  // of what is not in the mesh yet
+  uint64_t too_small_ = 0;   // numbers
   CellCollector faces_;
   std::vector<uint32_t> strip_nodes_;
   std::vector<uint32_t> edges_;

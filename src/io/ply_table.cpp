@@ -21,19 +21,35 @@ bool read_whole(TextScanner& scanner, int64_t& value) {
   return false;
 }
 
-/// Reads one number into `to`. False, without moving, when there is none or it does not fit the type.
-bool read_value(TextScanner& scanner, Scalar type, std::byte* to) {
+/// Does a float hold less than the text says, because the number is among the smallest or below them?
+bool underflows(const Number& number) {
+  return number.value != 0 && !number.fits_single &&
+         std::fabs(number.single) < std::numeric_limits<float>::min();
+}
+
+bool overflows(const Number& number) {
+  return std::isinf(number.single) && !std::isinf(number.value);
+}
+
+/// Reads one number into `to`. False, without moving, when there is none or it does not fit the type. Numbers
+/// that are too small for theirs are counted.
+bool read_value(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_small) {
+  const char* const from = scanner.here();
   if (is_float(type)) {
     Number number;
     if (!scanner.number(number)) return false;
-    if (type == Scalar::f32) {
-      store(to, number.single);
-    } else {
+    if (type == Scalar::f64) {
       store(to, number.value);
+      return true;
     }
+    if (overflows(number)) {
+      scanner.jump(from);
+      return false;
+    }
+    too_small += underflows(number) ? 1 : 0;
+    store(to, number.single);
     return true;
   }
-  const char* const from = scanner.here();
   int64_t value = 0;
   if (!read_whole(scanner, value)) return false;
   return with_type(type, [&](auto zero) {
@@ -50,8 +66,16 @@ bool read_value(TextScanner& scanner, Scalar type, std::byte* to) {
 }
 
 std::string value_error(const PlyProperty& property, const TextScanner& scanner) {
-  return "property \"" + property.name + "\" has " + found_at(scanner) + " where a number" +
-         (is_float(property.type) ? "" : std::string(" of type ") + ply_name_of(property.type)) + " belongs";
+  const std::string has = "property \"" + property.name + "\" has ";
+  if (!is_float(property.type)) {
+    return has + found_at(scanner) + " where a number of type " + ply_name_of(property.type) + " belongs";
+  }
+  TextScanner ahead = scanner;
+  Number number;
+  if (property.type == Scalar::f32 && ahead.number(number)) {
+    return has + found_at(scanner) + ", which is too large for a float; declare the property as double";
+  }
+  return has + no_number_at(scanner);
 }
 
 }  // namespace
@@ -115,7 +139,7 @@ Result<> PlyTable::read_text_row(TextScanner& scanner, const std::string& file, 
     PlyValues& column = values[places_[i].column];
     const size_t tuple = column.column.components * size_of(column.column.type);
     std::byte* const to = column.bytes.data() + column.bytes.size() - tuple + places_[i].offset;
-    if (!read_value(scanner, property.type, to)) {
+    if (!read_value(scanner, property.type, to, too_small)) {
       return malformed_line(file, scanner.line(), row_name(row) + ": " + value_error(property, scanner));
     }
   }
@@ -150,7 +174,7 @@ Result<> PlyTable::read_text_list(TextScanner& scanner, const std::string& file,
       cells.nodes.push_back(static_cast<uint32_t>(index));
     } else {
       std::byte number[8];
-      if (!read_value(scanner, property.type, number)) return bad(value_error(property, scanner));
+      if (!read_value(scanner, property.type, number, too_small)) return bad(value_error(property, scanner));
       auto& bytes = values[places_[at].column].bytes;
       bytes.insert(bytes.end(), number, number + size_of(property.type));
     }

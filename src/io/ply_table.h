@@ -34,6 +34,7 @@ class PlyTable {
 
   std::vector<PlyValues> values;
   CellCollector cells;
+  uint64_t too_small = 0;  ///< numbers in text that became zero or lost digits in a float
 
  private:
   /// Where a property's values go: a column (values.size() for the point numbers) and a place in its tuples.

@@ -40,6 +40,39 @@ std::vector<T> values_of(const Mesh& mesh, const std::string& name, Domain domai
   return {array->values<T>().begin(), array->values<T>().end()};
 }
 
+std::string one_vertex(const std::string& type, const std::string& x) {
+  return "ply\nformat ascii 1.0\nelement vertex 1\nproperty " + type + " x\nproperty " + type +
+         " y\nproperty " + type + " z\nend_header\n" + x + " 0 0\n";
+}
+
+TEST(PlyReader, RefusesNumbersBeyondTheirType) {
+  EXPECT_EQ(
+      error_of(one_vertex("float", "1e39")),
+      "test.ply: line 8: vertex 0: property \"x\" has \"1e39\", which is too large for a float; declare "
+      "the property as double");
+  EXPECT_EQ(error_of(one_vertex("float", "-1e400")),
+            "test.ply: line 8: vertex 0: property \"x\" has \"-1e400\", which is too large for a double");
+  EXPECT_EQ(error_of(one_vertex("double", "1e400")),
+            "test.ply: line 8: vertex 0: property \"x\" has \"1e400\", which is too large for a double");
+  EXPECT_EQ(read_ply(one_vertex("double", "1e39")).mesh.points.values<double>()[0], 1e39);
+  for (const char* text : {"inf", "-inf", "3.4028235e38"}) {
+    EXPECT_TRUE(read_ply(one_vertex("float", text)).notes.empty()) << text;
+  }
+}
+
+TEST(PlyReader, NotesNumbersTooSmallForAFloat) {
+  const std::vector<std::string> note = {
+      "1 number too small for the float that the header declares: zero, or with fewer digits"};
+  const ReadResult zero = read_ply(one_vertex("float", "1e-50"));
+  EXPECT_EQ(zero.mesh.points.values<float>()[0], 0);
+  EXPECT_EQ(zero.notes, note);
+  EXPECT_EQ(read_ply(one_vertex("float", "1.23456789e-42")).notes, note);
+  for (const char* text : {"1e-45", "0", "-0.0", "1.4e-45", "1.2e-38"}) {
+    EXPECT_TRUE(read_ply(one_vertex("float", text)).notes.empty()) << text;
+  }
+  EXPECT_TRUE(read_ply(one_vertex("double", "1e-50")).notes.empty());
+}
+
 /// Everything PLY has in one small file.
 constexpr const char* everything = R"(ply
 format ascii 1.0

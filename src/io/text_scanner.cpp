@@ -10,6 +10,11 @@ std::string found_at(const TextScanner& scanner) {
   return text + "\"";
 }
 
+std::string no_number_at(const TextScanner& scanner) {
+  const bool too_large = is_beyond_double(scanner.here(), scanner.end());
+  return found_at(scanner) + (too_large ? ", which is too large for a double" : " where a number belongs");
+}
+
 std::string_view trim(std::string_view text) {
   while (!text.empty() && TextScanner::is_white(text.front())) text.remove_prefix(1);
   while (!text.empty() && TextScanner::is_white(text.back())) text.remove_suffix(1);

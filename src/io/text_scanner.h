@@ -128,6 +128,10 @@ class TextScanner {
 /// What a message says was found at this place: "\"abc\"", "the end of the line", "the end of the file".
 std::string found_at(const TextScanner& scanner);
 
+/// The same with what is wrong, where a number should stand: "\"abc\" where a number belongs", "\"1e400\",
+/// which is too large for a double".
+std::string no_number_at(const TextScanner& scanner);
+
 /// The text without blanks at either end.
 std::string_view trim(std::string_view text);
 
