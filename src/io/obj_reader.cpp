@@ -81,6 +81,10 @@ class ObjPass {
       known_.counts = {columns_[0].count(), columns_[1].count(), columns_[2].count()};
       return Outcome::again;
     }
+    if (is_no_obj()) {
+      return failure(ErrorCode::malformed_input,
+                     watch_.name() + ": no vertex, face or other OBJ statement found; is it another format?");
+    }
     return Outcome::done;
   }
 
@@ -94,6 +98,20 @@ class ObjPass {
     for (const NumberColumn& column : columns_) size += column.bytes().size();
     for (const ObjCells& cells : cells_) size += cells.bytes();
     return size;
+  }
+
+  /// Any text reads as lines to leave out, and a stray "g" or "s" begins a line in most of them.
+  bool is_no_obj() const {
+    for (const NumberColumn& column : columns_) {
+      if (column.count() != 0) return false;
+    }
+    for (const ObjCells& cells : cells_) {
+      if (cells.cells.count() != 0) return false;
+    }
+    const bool labels = std::find(labels_used_.begin(), labels_used_.end(), true) != labels_used_.end();
+    const bool library = std::any_of(metadata_.begin(), metadata_.end(),
+                                     [](const auto& pair) { return pair.first == "mtllib"; });
+    return unknown_lines_ != 0 || !(labels || library);
   }
 
   tl::unexpected<Error> bad(const std::string& what) const {

@@ -168,6 +168,7 @@ class ObjWriter {
   }
 
   void write_points() {
+    if (mesh_.point_count() == 0) out_.put("o\n");  // a file without any statement is not taken for OBJ
     const size_t size = mesh_.points.tuple_size();
     for (uint64_t point = 0; point < mesh_.point_count(); ++point) {
       out_.put("v ");
