@@ -34,6 +34,8 @@ std::vector<std::byte> contents(const Mesh& mesh) {
 }
 
 bool write_pair(const std::string& path, const Mesh& mesh, const EncodeOptions& options) {
+  // The input too: when it differs, neither encoder nor decoder is to blame.
+  if (!write_file(path + ".input", contents(mesh))) return false;
   std::vector<std::byte> bytes;
   const auto report = encode(mesh, *memory_sink(bytes), options);
   if (!report || !write_file(path + ".maille", bytes)) return false;

@@ -1,0 +1,264 @@
+#include "surface/connectivity.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "support/random_mesh.h"
+#include "surface/testing.h"
+
+namespace maille::testing {
+namespace {
+
+struct Coded {
+  GluedSurface before;
+  HalfEdges surface;  ///< with origins as coded
+  CodedConnectivity coded;
+};
+
+Coded encode(const Surface& shape, uint32_t pivot_window = 4) {
+  Coded result;
+  const FaceList list = face_list(shape);
+  result.before = glue(list.view());
+  result.surface = result.before.half_edges;
+  result.coded =
+      encode_connectivity(result.surface, result.before.real_half_edges, list.points, pivot_window);
+  return result;
+}
+
+Result<DecodedConnectivity> decode(const Coded& coded, Bytes bytes) {
+  return decode_connectivity(coded.coded.header, bytes, coded.surface.size(), coded.surface.size());
+}
+
+/// What differs between the surface decoded and the one encoded, face by face in coded order; empty: nothing.
+std::string difference(const Coded& coded, const DecodedConnectivity& decoded) {
+  const HalfEdges& a = coded.surface;
+  const HalfEdges& b = decoded.surface;
+  if (a.size() != b.size()) return "another number of half-edges";
+  std::vector<uint32_t> there(a.size(), none);
+  uint32_t next = 0;
+  for (const uint32_t first : coded.coded.first_half_edges) {
+    const uint32_t base = next;
+    if (a.degree(first) != b.degree(base)) return "another degree";
+    uint32_t h = first;
+    do {
+      if (there[h] != none) return "a face twice";
+      there[h] = next++;
+      h = a.next(h);
+    } while (h != first);
+  }
+  if (next != a.size()) return "faces are missing";
+  for (uint32_t h = 0; h < a.size(); ++h) {
+    if (a.origin[h] != b.origin[there[h]]) return "another origin";
+    if (there[a.opposite[h]] != b.opposite[there[h]]) return "glued in another way";
+    if (there[a.next(h)] != b.next(there[h])) return "another order in a face";
+  }
+  if (coded.coded.vertices.size() != decoded.vertices.size()) return "another number of vertices";
+  for (uint32_t v = 0; v < decoded.vertices.size(); ++v) {
+    if (there[coded.coded.vertices.corner[v]] != decoded.vertices.corner[v])
+      return "another corner of a vertex";
+  }
+  return {};
+}
+
+std::string round_trip(const Surface& shape, uint32_t pivot_window = 4) {
+  const Coded coded = encode(shape, pivot_window);
+  const auto decoded = decode(coded, coded.coded.bytes);
+  if (!decoded) return decoded.error().message;
+  const std::string closed = check_closed(decoded->surface);
+  return closed.empty() ? difference(coded, *decoded) : closed;
+}
+
+Surface prism(uint32_t n) {
+  Surface surface;
+  surface.points.resize(2 * n);
+  std::vector<uint32_t> bottom, top;
+  for (uint32_t i = 0; i < n; ++i) {
+    surface.faces.push_back({i, (i + 1) % n, n + (i + 1) % n, n + i});
+    bottom.push_back(n - 1 - i);
+    top.push_back(n + i);
+  }
+  surface.faces.push_back(bottom);
+  surface.faces.push_back(top);
+  return surface;
+}
+
+/// A voxel with an arm of three on each of its six sides: a front that goes round it has to split.
+Surface star() {
+  std::vector<bool> set(343, false);
+  for (size_t i = 0; i < 7; ++i)
+    set[i * 49 + 3 * 7 + 3] = set[3 * 49 + i * 7 + 3] = set[3 * 49 + 3 * 7 + i] = true;
+  return shapes::voxels(set, 7, 7, 7);
+}
+
+Surface triangulated(const Surface& quads) {
+  Surface surface = quads;
+  surface.faces.clear();
+  for (const auto& face : quads.faces) {
+    for (size_t i = 2; i < face.size(); ++i) surface.faces.push_back({face[0], face[i - 1], face[i]});
+  }
+  return surface;
+}
+
+Surface with_holes() {
+  Surface surface = shapes::grid(9, 9);
+  for (const size_t hole : {70, 60, 40, 12, 11})
+    surface.faces.erase(surface.faces.begin() + static_cast<ptrdiff_t>(hole));
+  return surface;
+}
+
+std::vector<Surface> named_shapes() {
+  Surface several = shapes::cube();
+  append(several, shapes::tetrahedron());
+  append(several, shapes::torus(4, 4));
+  append(several, shapes::grid(2, 2));
+  return {shapes::tetrahedron(),
+          shapes::cube(),
+          shapes::torus(7, 5),
+          shapes::grid(1, 1),
+          shapes::grid(6, 4),
+          shapes::cylinder(5, 2),
+          with_holes(),
+          several,
+          star(),
+          shapes::plate(3),
+          prism(5),
+          shapes::sphere(9, 6)};
+}
+
+TEST(Connectivity, ComesBackHalfEdgeByHalfEdge) {
+  for (const Surface& shape : named_shapes()) {
+    for (const uint32_t window : {0u, 1u, 4u, 24u, 64u}) {
+      EXPECT_EQ(round_trip(shape, window), "");
+      EXPECT_EQ(round_trip(triangulated(shape), window), "");
+    }
+  }
+}
+
+TEST(Connectivity, FacesOfEveryDegreeComeBack) {
+  for (uint32_t degree = 3; degree <= 12; ++degree) EXPECT_EQ(round_trip(prism(degree)), "") << degree;
+  for (const uint32_t degree : {50u, 255u, 256u, 5000u, max_degree})
+    EXPECT_EQ(round_trip(prism(degree)), "") << degree;
+  Surface all;
+  for (uint32_t degree = 3; degree <= 12; ++degree) append(all, prism(degree));
+  EXPECT_EQ(round_trip(all), "");
+}
+
+TEST(Connectivity, VerticesOfManyEdgesComeBack) {
+  for (const uint32_t edges : {3u, 7u, 100u, 5000u}) {
+    EXPECT_EQ(round_trip(shapes::fan(edges, true)), "") << edges;
+    EXPECT_EQ(round_trip(shapes::fan(edges, false)), "") << edges;
+    EXPECT_EQ(round_trip(shapes::sphere(edges, 3)), "") << edges;
+  }
+}
+
+TEST(Connectivity, KeepsTheGenus) {
+  // A surface without handles has a characteristic of two: any other one needs a front that met itself.
+  for (uint32_t genus = 0; genus <= 4; ++genus) {
+    const Coded coded = encode(shapes::plate(genus));
+    const auto decoded = decode(coded, coded.coded.bytes);
+    ASSERT_TRUE(decoded) << decoded.error().message;
+    EXPECT_EQ(euler_characteristic(decoded->surface), 2 - 2 * int64_t{genus});
+  }
+}
+
+TEST(Connectivity, NumbersOriginsAsTheirPoints) {
+  for (const Surface& shape : named_shapes()) {
+    const Coded coded = encode(shape);
+    const auto points = static_cast<uint32_t>(shape.points.size());
+    for (uint32_t h = 0; h < coded.surface.size(); ++h) {
+      const uint32_t before = coded.before.half_edges.origin[h], vertex = coded.surface.origin[h];
+      ASSERT_EQ(before >= points, vertex >= first_dummy);
+      if (vertex < first_dummy) {
+        ASSERT_EQ(coded.coded.points[vertex], before);
+      }
+    }
+  }
+}
+
+TEST(Connectivity, NothingIsNothing) {
+  const Coded coded = encode({});
+  EXPECT_EQ(coded.coded.header.components, 0u);
+  EXPECT_TRUE(coded.coded.bytes.empty());
+  EXPECT_EQ(round_trip({}), "");
+}
+
+RandomMeshOptions faces_only() {
+  RandomMeshOptions options;
+  options.arrays = options.special_values = options.any_position_type = options.several_blocks = false;
+  return options;
+}
+
+TEST(Connectivity, AnySoupComesBack) {
+  for (uint64_t seed = 0; seed < 2000; ++seed) {
+    ASSERT_EQ(
+        round_trip(surface_of(random_surface(seed, faces_only())), static_cast<uint32_t>(seed % 3 * 12)), "")
+        << seed;
+  }
+}
+
+TEST(Connectivity, OfRegularSurfacesCostsNextToNothing) {
+  const Surface quads = shapes::torus(100, 100);
+  EXPECT_LT(encode(quads).coded.bytes.size(), 100u);
+  EXPECT_LT(encode(triangulated(quads)).coded.bytes.size(), 100u);
+  EXPECT_EQ(round_trip(quads), "");
+}
+
+TEST(Connectivity, OfFlippedFacesCostsNoMore) {
+  Surface surface = shapes::sphere(40, 30);
+  const size_t before = encode(surface).coded.bytes.size();
+  for (size_t i = 1; i < surface.faces.size(); i += 2)
+    std::reverse(surface.faces[i].begin(), surface.faces[i].end());
+  EXPECT_EQ(encode(surface).coded.bytes.size(), before);
+}
+
+TEST(Connectivity, EveryTruncationIsAnError) {
+  for (const Surface& shape : named_shapes()) {
+    const Coded coded = encode(shape);
+    for (size_t size = 0; size < coded.coded.bytes.size(); ++size) {
+      const auto decoded = decode(coded, Bytes(coded.coded.bytes).first(size));
+      ASSERT_FALSE(decoded) << size;
+      EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+    }
+  }
+}
+
+/// Any bytes: a closed surface of at most so many half-edges, or corrupt.
+void expect_safe(const ConnectivityHeader& header, Bytes bytes, uint32_t most) {
+  const auto decoded = decode_connectivity(header, bytes, most, most);
+  if (!decoded) {
+    EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+    return;
+  }
+  EXPECT_EQ(check_closed(decoded->surface), "");
+  EXPECT_LE(decoded->surface.size(), most);
+}
+
+TEST(Connectivity, DamageEndsInErrorsOrClosedSurfaces) {
+  const auto shapes_to_damage = named_shapes();
+  for (uint64_t seed = 0; seed < 3000; ++seed) {
+    Random random(seed);
+    const Coded coded = encode(shapes_to_damage[random.below(shapes_to_damage.size())]);
+    expect_safe(coded.coded.header, damaged(coded.coded.bytes, random), coded.surface.size());
+    if (HasFailure()) return;
+  }
+}
+
+TEST(Connectivity, AnyHeaderOverAnyBytesIsSafe) {
+  for (uint64_t seed = 0; seed < 5000 && !HasFailure(); ++seed) {
+    Random random(seed);
+    ConnectivityHeader header;
+    header.components = random.chance(20) ? none : random.below(5);
+    header.regular_valence = random.chance(20) ? random.below(65536) : random.below(10);
+    header.regular_degree = random.chance(20) ? random.below(65536) : random.below(10);
+    header.pivot_window = random.below(65);
+    header.uniform_degree = random.chance(50);
+    header.has_border = random.chance(50);
+    const uint32_t most = random.chance(10) ? 0 : random.below(100000);
+    expect_safe(header, random_bytes(random, random.below(100)), most);
+  }
+}
+
+}  // namespace
+}  // namespace maille::testing
