@@ -188,8 +188,9 @@ Mesh random_surface(uint64_t seed, const RandomMeshOptions& options) {
   }
   if (options.other_cells && mesh.point_count() > 0) {
     for (uint32_t i = random.below(4); i > 0; --i) {
-      mesh.blocks.insert(mesh.blocks.begin() + random.below(mesh.blocks.size() + 1),
-                         random_cells(mesh, random));
+      // Compilers evaluate arguments in different orders.
+      CellBlock cells = random_cells(mesh, random);
+      mesh.blocks.insert(mesh.blocks.begin() + random.below(mesh.blocks.size() + 1), std::move(cells));
     }
   }
   if (options.arrays) add_random_arrays(mesh, random, options.special_values);
