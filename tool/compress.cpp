@@ -42,6 +42,14 @@ Result<> check(const CompressOptions& options, const std::string& output) {
                    fmt::format("--mode {} comes with a later version of maille; --mode single is there now",
                                name_of(options.mode)));
   }
+  // With -f and a pattern of the shell, `compress -f *.off` would overwrite the second mesh.
+  if (const auto format = foreign_format(output)) {
+    return failure(
+        ErrorCode::usage,
+        fmt::format("{}: its name says {}, but compress writes .maille files; give it another name, "
+                    "or use `maille convert` to write {}",
+                    output, *format, *format));
+  }
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");

@@ -153,18 +153,31 @@ Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
   return file_sink(request.path);
 }
 
-Result<std::string> output_format(const std::string& path, const std::string& format,
-                                  const std::string& fallback) {
-  if (!format.empty()) return format;
-  std::string name = path;
-  std::transform(name.begin(), name.end(), name.begin(),
+namespace {
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ends_with(name, ".maille")) return std::string("maille");
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> foreign_format(const std::string& path) {
+  const std::string name = lower(path);
   for (const FormatInfo& info : formats()) {
     for (const std::string& extension : info.extensions) {
       if (ends_with(name, extension) || (info.gzip && ends_with(name, extension + ".gz"))) return info.name;
     }
   }
+  return std::nullopt;
+}
+
+Result<std::string> output_format(const std::string& path, const std::string& format,
+                                  const std::string& fallback) {
+  if (!format.empty()) return format;
+  if (ends_with(lower(path), ".maille")) return std::string("maille");
+  if (const auto known = foreign_format(path)) return *known;
   if (!fallback.empty()) return fallback;
   return failure(ErrorCode::usage, fmt::format("{}: its name does not say which format to write; use "
                                                "--output-format",

@@ -5,6 +5,7 @@
 #include <maille/source.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,9 @@ struct OutputRequest {
 /// Checks that writing makes sense, then opens the output. Errors: usage (same file as the input, exists
 /// already, terminal), write_failed.
 Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request);
+
+/// The foreign format the extension of a path stands for, such as "ply"; nothing is read.
+std::optional<std::string> foreign_format(const std::string& path);
 
 /// The format to write: `format` if given, "maille" or what the path's extension says, else `fallback`.
 /// Error: usage when nothing says it and there is no fallback.
