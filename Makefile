@@ -31,7 +31,7 @@ format:
 
 install:
 	cmake --preset release
-	cmake --build --preset release --target maille maille_core maille_tool
+	cmake --build --preset release --target maille maille_core maille_tool maille_manual
 	cmake --install build/release --prefix "$(PREFIX)"
 
 clean:
