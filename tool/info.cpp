@@ -14,7 +14,8 @@ Result<int> run(const InfoOptions& options) {
   const std::string name = input_name(options.input);
   TOOL_CHECK(
       answer(options.common.json ? dump(info_json(info, name)) : info_text(info, name, options.chunks)));
-  return 0;
+  for (const std::string& problem : info.problems) complain(name + ": " + problem);
+  return info.problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
 }
 
 Result<int> run(const PrintText& options) {

@@ -168,9 +168,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
     text += fmt::format("block:   {}: {}\n", block, cells_text(cells));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
-  Table table(
-      {"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound"},
-      4);
+  Table table({"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound"}, 4);
   add_row(table, info.connectivity);
   add_row(table, info.positions);
   for (const ArrayInfo& array : info.arrays) add_row(table, array);
@@ -204,7 +202,8 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"arrays", arrays},
           {"metadata", metadata},
           {"provenance", info.provenance},
-          {"chunks", chunks}};
+          {"chunks", chunks},
+          {"problems", info.problems}};
 }
 
 }  // namespace maille::tool

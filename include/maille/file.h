@@ -51,6 +51,9 @@ struct FileInfo {
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
   std::vector<ChunkInfo> chunks;
+  /// What is missing or damaged as far as the chunks' headers show, one sentence each; see verify_checksums()
+  /// for the rest.
+  std::vector<std::string> problems;
 };
 
 /// Reads header, index and description; decodes no values. Errors as decode().
