@@ -128,7 +128,9 @@ void Parser::add_compress() {
       verb("compress",
            "Compress a mesh into a .maille file.\n"
            "Every value of every array comes back bit for bit unless -e, --rel-error or --bits allows "
-           "a loss. Vertices and faces come back in another order unless --keep-order is given.",
+           "a loss. Vertices and faces come back in another order unless --keep-order is given.\n"
+           "The same input and settings give the same file on every machine, with any number of threads; "
+           "the file records the input's name unless --no-provenance is given.",
            "maille compress dragon.ply                        # dragon.maille, lossless\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
@@ -143,7 +145,8 @@ void Parser::add_compress() {
       ->group(files_group);
   add_force(c, compress.force);
   c->add_flag("--no-provenance", raw.no_provenance,
-              "Do not record version, input name and settings in the file")
+              "Do not record version, input name and settings in the file: the same mesh then gives the same "
+              "file whatever its name")
       ->group(files_group);
 
   repeatable(c->add_option("-e,--error", compress.error,
@@ -297,6 +300,8 @@ void Parser::add_completion() {
 Parser::Parser() {
   app.set_help_flag("-h,--help", "Print help");
   app.set_version_flag("-V,--version", "Print the version");
+  // Behind the verb, a word is a name: `maille compress d` reads a file d, decompress is not meant.
+  app.require_subcommand(0, 1);
   add_compress();
   add_decompress();
   add_info();
@@ -447,6 +452,39 @@ std::string missing_argument(const Parser& parser) {
   return "a verb";
 }
 
+bool is_effort_like(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' && std::isdigit(static_cast<unsigned char>(word[1])) != 0;
+}
+
+// "-0" is no option, so CLI11 takes it for a negative number and thus for a name.
+std::string misread_option(const CLI::App& verb) {
+  std::vector<std::string> names = verb.remaining();
+  for (const CLI::Option* option : verb.get_options()) {
+    if (option->get_positional())
+      names.insert(names.end(), option->results().begin(), option->results().end());
+  }
+  const auto found = std::find_if(names.begin(), names.end(), is_effort_like);
+  return found == names.end() ? "" : *found;
+}
+
+std::string about_misread_option(const CLI::App& verb, const std::string& option) {
+  if (verb.get_name() != "compress") return fmt::format("does not know '{}'", option);
+  return fmt::format("'{}' is no effort; give one of -1 to -9", option);
+}
+
+std::string about_extras(const CLI::App& verb) {
+  const std::vector<std::string> extras = verb.remaining();
+  for (const std::string& extra : extras) {
+    if (extra.size() > 1 && extra[0] == '-') return fmt::format("does not know '{}'", extra);
+  }
+  std::vector<std::string> taken;
+  for (const CLI::Option* option : verb.get_options()) {
+    if (option->get_positional()) taken.push_back(entry_of(*option).positional);
+  }
+  return fmt::format("too many names: '{}'; it takes only {}", fmt::join(extras, " "),
+                     fmt::join(taken, " and "));
+}
+
 Result<Command> usage_failure(const Parser& parser, std::string message) {
   const auto parsed = parser.app.get_subcommands();
   const std::string verb = parsed.empty() ? "" : " " + parsed.front()->get_name();
@@ -474,6 +512,8 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
     parser.app.parse(words);
     const auto parsed = parser.app.get_subcommands();
     if (parsed.empty()) return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
+    const std::string misread = misread_option(*parsed.front());
+    if (!misread.empty()) return usage_failure(parser, about_misread_option(*parsed.front(), misread));
     if (parser.raw.effort.size() > 1)
       return usage_failure(parser, "several efforts given; give one of -1 to -9");
     return parser.command(parsed.front()->get_name());
@@ -484,8 +524,11 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
         fmt::format("maille {} (file format {}.{})\n", library_version(), format_major, format_minor)};
   } catch (const CLI::ExtrasError&) {
     const auto parsed = parser.app.get_subcommands();
-    const auto extras = parsed.empty() ? parser.app.remaining() : parsed.front()->remaining();
-    return usage_failure(parser, fmt::format("does not know '{}'", fmt::join(extras, " ")));
+    if (parsed.empty())
+      return usage_failure(parser, fmt::format("does not know '{}'", fmt::join(parser.app.remaining(), " ")));
+    const CLI::App& verb = *parsed.front();
+    const std::string misread = misread_option(verb);
+    return usage_failure(parser, misread.empty() ? about_extras(verb) : about_misread_option(verb, misread));
   } catch (const CLI::RequiredError&) {
     return usage_failure(parser, fmt::format("{} is missing", missing_argument(parser)));
   } catch (const CLI::ArgumentMismatch& error) {

@@ -8,3 +8,8 @@ maille compress -q elsewhere/wave.ply elsewhere.maille
 cmp one.maille two.maille
 cmp one.maille all.maille
 cmp one.maille elsewhere.maille
+# The name is part of the file, unless the provenance is left out.
+cp wave.ply renamed.ply
+maille compress -q --no-provenance wave.ply nameless.maille
+maille compress -q --no-provenance renamed.ply nameless2.maille
+cmp nameless.maille nameless2.maille

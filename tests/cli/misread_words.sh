@@ -1,0 +1,16 @@
+# What is wrong with the words, not with the word CLI11 stumbles over.
+try maille compress -0 tetra.off w.maille
+try maille compress tetra.off w.maille -0
+try maille compress -0 tetra.off
+try maille compress -12 tetra.off
+try maille decompress -5 w.maille
+try maille compress tetra.off w.maille c  # also the short form of compress
+try maille compress tetra.off cube.ply house.obj wave.ply
+try maille compress --no-such-option tetra.off w.maille c
+try maille diff tetra.off cube.ply house.obj
+try maille info tetra.off cube.ply
+files_like 'w.maille'
+# Behind the verb, even the name of a verb is a file.
+cp tetra.off info
+maille convert -q info d --output-format off
+maille diff info d
