@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <new>
 
 #include "command_line.h"
@@ -20,12 +21,14 @@ void install_signal_handlers() {
   struct sigaction action = {};
   action.sa_handler = clean_up_and_exit;
   sigfillset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before = {};
     sigaction(signal, nullptr, &before);
     // Under nohup and in pipelines of scripts a signal may be ignored on purpose.
     if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
   }
+  // A closed pipe and the limit on file sizes are errors of write() then, with a message and an exit code.
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
 maille::Result<int> run(int argc, char** argv) {
