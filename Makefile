@@ -8,7 +8,7 @@ FUZZ_SECONDS ?= 60
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
 	@echo "make test     build and run all tests, with and without sanitizers"
-	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md"
+	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
 	@echo "make fuzz     feed damaged input to every reader and decoder, FUZZ_SECONDS each ($(FUZZ_SECONDS))"
 	@echo "make format   clang-format on every source file"
 	@echo "make install  install the command and the library below PREFIX ($(PREFIX))"
