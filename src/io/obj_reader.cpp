@@ -71,6 +71,7 @@ class ObjPass {
   }
 
   Result<Outcome> run() {
+    scanner_.skip_byte_order_mark();
     for (scanner_.skip_white(); !scanner_.at_end() && !again_; scanner_.skip_white()) {
       MAILLE_CHECK(read_line());
       if (watch_.due(scanner_.position())) MAILLE_CHECK(watch_.at(scanner_.position(), bytes()));
@@ -182,8 +183,9 @@ class ObjPass {
         return count;
       }
       if (count == numbers.size() || !scanner_.number(numbers[count], '\\')) {
-        return bad(std::string(element) + " " + std::to_string(number) + " has " + found_at(scanner_) +
-                   (count == numbers.size() ? " behind 8 numbers" : " where a number belongs"));
+        return bad(
+            std::string(element) + " " + std::to_string(number) + " has " +
+            (count == numbers.size() ? found_at(scanner_) + " behind 8 numbers" : no_number_at(scanner_)));
       }
     }
   }
@@ -364,6 +366,7 @@ class ObjPass {
     return {};
   }
 
+  static void note_libraries(const Mesh& mesh, std::vector<std::string>& notes);
   void take_blocks(Mesh& mesh);
   void take_labels(Mesh& mesh);
   void take_references(Mesh& mesh, size_t kind, std::vector<std::string>& notes);
@@ -388,6 +391,7 @@ class ObjPass {
 Mesh ObjPass::take_mesh(std::vector<std::string>& notes) {
   Mesh mesh;
   mesh.metadata = std::move(metadata_);
+  note_libraries(mesh, notes);
   take_point_arrays(mesh, notes);
   for (const size_t kind : {size_t{0}, size_t{1}}) take_references(mesh, kind, notes);
   take_labels(mesh);
@@ -398,6 +402,16 @@ Mesh ObjPass::take_mesh(std::vector<std::string>& notes) {
                     std::to_string(first_unknown_line_) + " (\"" + first_unknown_ + "\")");
   }
   return mesh;
+}
+
+void ObjPass::note_libraries(const Mesh& mesh, std::vector<std::string>& notes) {
+  const auto names_library = [](const auto& pair) { return pair.first == "mtllib"; };
+  const auto first = std::find_if(mesh.metadata.begin(), mesh.metadata.end(), names_library);
+  if (first == mesh.metadata.end()) return;
+  const auto others = std::count_if(first + 1, mesh.metadata.end(), names_library);
+  notes.push_back("not part of the mesh, left out: all of materials but their names; the rest stays in " +
+                  first->second +
+                  (others == 0 ? "" : " and " + counted(static_cast<uint64_t>(others), "other")));
 }
 
 void ObjPass::take_point_arrays(Mesh& mesh, std::vector<std::string>& notes) {

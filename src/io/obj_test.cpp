@@ -60,6 +60,15 @@ TEST(ObjReader, ReadsPolygons) {
   EXPECT_EQ(mesh.blocks[0].connectivity, (std::vector<uint32_t>{0, 1, 2, 0, 1, 2, 3, 4, 3, 2, 1, 0}));
 }
 
+TEST(ObjReader, NotesThatMaterialsStayInTheirFiles) {
+  const std::string left_out =
+      "not part of the mesh, left out: all of materials but their names; the rest stays in ";
+  EXPECT_EQ(read_obj("mtllib a b.mtl\n" + square).notes, std::vector<std::string>{left_out + "a b.mtl"});
+  EXPECT_EQ(read_obj("mtllib a.mtl\nmtllib b.mtl\nmtllib c.mtl\n" + square).notes,
+            std::vector<std::string>{left_out + "a.mtl and 2 others"});
+  EXPECT_TRUE(read_obj("usemtl steel\n" + square).notes.empty());
+}
+
 TEST(ObjReader, RefusesWhatIsNoObj) {
   const std::string no_obj = "test.obj: no vertex, face or other OBJ statement found; is it another format?";
   EXPECT_EQ(error_of(""), no_obj);
@@ -224,6 +233,8 @@ TEST(ObjReader, NamesWhatIsWrong) {
   EXPECT_EQ(error_of("v 1 2\n"), "test.obj: line 1: vertex 1 has 2 numbers; there should be 3, 4, 6 or 7");
   EXPECT_EQ(error_of("v 1 2 3\nv 1 two 3\n"),
             "test.obj: line 2: vertex 2 has \"two\" where a number belongs");
+  EXPECT_EQ(error_of("v 0 0 1e400\n"),
+            "test.obj: line 1: vertex 1 has \"1e400\", which is too large for a double");
   EXPECT_EQ(error_of("vt\n"), "test.obj: line 1: texture coordinate 1 has 0 numbers; there should be 1 to 3");
   EXPECT_EQ(error_of("vn 1 2\n"), "test.obj: line 1: normal 1 has 2 numbers instead of 3");
 }

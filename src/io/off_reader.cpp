@@ -50,6 +50,7 @@ class OffPass {
 
   /// False: another pass is needed.
   Result<bool> run() {
+    scanner_.skip_byte_order_mark();
     MAILLE_CHECK(read_header());
     if (again_) return false;
     for (uint64_t vertex = 0; vertex < header_.vertices && !again_; ++vertex) {
@@ -173,8 +174,7 @@ class OffPass {
     size_t count = 0;
     for (; !scanner_.at_line_end() && scanner_.peek() != '#'; scanner_.skip_blanks()) {
       if (count == numbers.size() || !scanner_.number(numbers[count], '#')) {
-        return bad("vertex " + std::to_string(vertex) + " has " + found_at(scanner_) +
-                   " where a number belongs");
+        return bad("vertex " + std::to_string(vertex) + " has " + no_number_at(scanner_));
       }
       ++count;
     }

@@ -127,6 +127,8 @@ TEST(OffReader, NamesWhatIsWrong) {
   EXPECT_EQ(error_of("OFF\n3 2 0\n0 0 0\n1 0\n"), "test.off: line 4: vertex 1 has 2 numbers instead of 3");
   EXPECT_EQ(error_of("OFF\n3 2 0\n0 0 0\n1 0 zero\n"),
             "test.off: line 4: vertex 1 has \"zero\" where a number belongs");
+  EXPECT_EQ(error_of("OFF\n1 0 0\n-1e400 0 0\n"),
+            "test.off: line 3: vertex 0 has \"-1e400\", which is too large for a double");
   EXPECT_EQ(error_of("OFF\n3 2 0\n0 0 0\n"), "test.off: line 4: the file ends at vertex 1 of 3");
   EXPECT_EQ(error_of("OFF\nmany 2 0\n"),
             "test.off: line 2: \"many\" stands where the number of vertices belongs");

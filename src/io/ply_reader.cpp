@@ -19,6 +19,7 @@ class PlyReader {
 
   Result<ReadResult> read() {
     TextScanner scanner(std::string_view(reinterpret_cast<const char*>(bytes_.data()), bytes_.size()));
+    scanner.skip_byte_order_mark();
     header_ = MAILLE_TRY(parse_ply_header(scanner, watch_.name()));
     take_comments();
     if (const PlyElement* vertex = element("vertex")) point_count_ = vertex->count;

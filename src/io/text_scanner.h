@@ -28,6 +28,10 @@ class TextScanner {
   const char* end() const { return end_; }
   void jump(const char* p) { p_ = p; }
 
+  /// Skips the mark with which some editors begin UTF-8.
+  void skip_byte_order_mark() {
+    if (std::string_view(p_, static_cast<size_t>(end_ - p_)).starts_with("\xef\xbb\xbf")) p_ += 3;
+  }
   /// Skips blanks within the line.
   void skip_blanks() {
     while (p_ != end_ && (*p_ == ' ' || *p_ == '\t')) ++p_;
