@@ -18,6 +18,7 @@ const Format& ply_format();
 const Format& obj_format();
 const Format& off_format();
 const Format& stl_format();
+const Format& glb_format();
 const Format& gltf_format();
 const Format& vrml_format();
 const Format& vtp_format();

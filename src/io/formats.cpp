@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstring>
 #include "base/result.h"
+#include "container/layout.h"
 #include "io/format.h"
 #include "io/gzip.h"
 #include "io/reading.h"
@@ -10,9 +12,9 @@ namespace maille {
 namespace {
 
 /// In the order in which first bytes are tried: the clear signatures first.
-std::array<const Format*, 7> all_formats() {
-  return {&ply_format(), &gltf_format(), &vrml_format(), &vtp_format(),
-          &off_format(), &stl_format(),  &obj_format()};
+std::array<const Format*, 8> all_formats() {
+  return {&ply_format(), &glb_format(), &gltf_format(), &vrml_format(),
+          &vtp_format(), &off_format(), &stl_format(),  &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -29,7 +31,6 @@ std::string known_formats() {
 const Format* format_named(const std::string& name) {
   for (const Format* format : all_formats()) {
     const auto& extensions = format->info.extensions;
-    // glTF goes by two names, .gltf and .glb, which are formats of their own to a user.
     if (format->info.name == name ||
         std::find(extensions.begin(), extensions.end(), "." + name) != extensions.end()) {
       return format;
@@ -52,6 +53,11 @@ const Format* format_by_extension(const std::string& path) {
 }
 
 constexpr size_t signature_size = 512;
+constexpr uint8_t utf8_mark[] = {0xef, 0xbb, 0xbf};
+
+bool begins_with(Bytes bytes, std::span<const uint8_t> magic) {
+  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
 
 const Format* format_by_content(Bytes first_bytes) {
   std::vector<std::byte> unpacked;
@@ -59,6 +65,7 @@ const Format* format_by_content(Bytes first_bytes) {
     unpacked = gunzip_front(first_bytes, signature_size);
     first_bytes = unpacked;
   }
+  if (begins_with(first_bytes, utf8_mark)) first_bytes = first_bytes.subspan(std::size(utf8_mark));
   first_bytes = first_bytes.first(std::min(first_bytes.size(), signature_size));
   for (const Format* format : all_formats()) {
     if (format->recognise != nullptr && format->recognise(first_bytes)) return format;
@@ -72,6 +79,27 @@ Result<std::vector<std::byte>> first_bytes_of(const Source& source) {
   return first;
 }
 
+/// What to say of a file whose format is not known; `what` where nothing better can be said.
+tl::unexpected<Error> unknown_format(const std::string& name, Bytes first_bytes, const std::string& what) {
+  const std::string extension = extension_of(name);
+  for (const char* volume : {".vtu", ".vtk", ".msh", ".mesh", ".su2", ".e", ".hedra"}) {
+    if (extension == volume) {
+      return failure(ErrorCode::usage, name + ": volume formats like " + volume +
+                                           " come with a later version; known are " + known_formats());
+    }
+  }
+  const bool packed = is_gzip(first_bytes);
+  const std::vector<std::byte> front =
+      packed ? gunzip_front(first_bytes, file_magic.size()) : std::vector<std::byte>();
+  if (begins_with(packed ? Bytes(front) : first_bytes, file_magic)) {
+    return failure(ErrorCode::usage,
+                   name + (packed ? ": a .maille file packed with gzip; unpack it first, e.g. "
+                                    "with gunzip"
+                                  : ": a .maille file, not one of a foreign format"));
+  }
+  return failure(ErrorCode::usage, name + ": " + what + known_formats());
+}
+
 Result<const Format*> choose(const std::string& asked, const Source& source) {
   if (!asked.empty()) {
     if (const Format* format = format_named(lower(asked))) return format;
@@ -80,9 +108,8 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
   if (const Format* format = format_by_extension(source.name())) return format;
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (const Format* format = format_by_content(first)) return format;
-  return failure(ErrorCode::usage, source.name() +
-                                       ": neither the name nor the first bytes tell the format; say " +
-                                       "which of these it is: " + known_formats());
+  return unknown_format(source.name(), first,
+                        "neither the name nor the first bytes tell the format; say which of these it is: ");
 }
 
 /// A source that owns its bytes but keeps the name of the packed file.
@@ -116,13 +143,10 @@ const std::vector<FormatInfo>& formats() {
 
 Result<std::string> format_of(const std::string& path) {
   if (const Format* format = format_by_extension(path)) return format->info.name;
-  if (const auto source = file_source(path)) {
-    if (const auto first = first_bytes_of(**source)) {
-      if (const Format* format = format_by_content(*first)) return format->info.name;
-    }
-  }
-  return failure(ErrorCode::usage,
-                 path + ": no known mesh format (by extension or first bytes); known are " + known_formats());
+  std::vector<std::byte> first;
+  if (const auto source = file_source(path)) first = first_bytes_of(**source).value_or(first);
+  if (const Format* format = format_by_content(first)) return format->info.name;
+  return unknown_format(path, first, "no known mesh format (by extension or first bytes); known are ");
 }
 
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
@@ -148,12 +172,14 @@ Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const 
       options.format.empty() ? format_by_extension(sink.name()) : format_named(lower(options.format));
   if (format == nullptr) {
     const std::string& what = options.format.empty() ? sink.name() : options.format;
-    return failure(ErrorCode::usage, what + ": no known mesh format; known are " + known_formats());
+    return unknown_format(what, {}, "no known mesh format; known are ");
   }
   MAILLE_CHECK(validate(mesh));
-  if (!lower(sink.name()).ends_with(".gz")) return format->write(mesh, sink, options);
+  WriteOptions chosen = options;
+  chosen.format = format->info.name;
+  if (!lower(sink.name()).ends_with(".gz")) return format->write(mesh, sink, chosen);
   const std::unique_ptr<Sink> packing = gzip_sink(sink);
-  auto notes = MAILLE_TRY(format->write(mesh, *packing, options));
+  auto notes = MAILLE_TRY(format->write(mesh, *packing, chosen));
   MAILLE_CHECK(packing->commit());
   return notes;
 }

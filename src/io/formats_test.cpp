@@ -84,7 +84,7 @@ TEST(Formats, AreAllListed) {
     EXPECT_FALSE(info.extensions.empty()) << info.name;
     EXPECT_FALSE(info.description.empty()) << info.name;
   }
-  for (const char* name : {"ply", "obj", "off", "stl"}) {
+  for (const char* name : {"ply", "obj", "off", "stl", "glb", "gltf", "wrl", "vtp"}) {
     EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
   }
 }
@@ -94,6 +94,8 @@ TEST(FormatOf, GoesByTheExtension) {
   EXPECT_EQ(*format_of("folder.obj/dragon.ply.gz"), "ply");
   EXPECT_EQ(*format_of("PART.STL"), "stl");
   EXPECT_EQ(*format_of("a.b.off"), "off");
+  EXPECT_EQ(*format_of("model.glb"), "glb");
+  EXPECT_EQ(*format_of("model.gltf"), "gltf");
 }
 
 TEST(FormatOf, LooksIntoFilesWithoutOne) {
@@ -116,6 +118,47 @@ TEST(FormatOf, ListsWhatIsKnown) {
   EXPECT_EQ(format.error().code, ErrorCode::usage);
   EXPECT_NE(format.error().message.find("dragon.xyz"), std::string::npos);
   EXPECT_NE(format.error().message.find("ply"), std::string::npos);
+}
+
+TEST(ReadMesh, SkipsAByteOrderMark) {
+  const std::string mark = "\xef\xbb\xbf";
+  for (const std::string& text : {mark + triangle_obj, mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+                                  mark + "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                                         "property float y\nproperty float z\nelement face 1\n"
+                                         "property list uchar int vertex_indices\nend_header\n"
+                                         "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"}) {
+    const auto result = read_mesh(*memory_source(bytes_of(text)), {});
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_EQ(result->mesh.point_count(), 3u);
+    EXPECT_EQ(result->mesh.cell_count(), 1u);
+    EXPECT_TRUE(result->notes.empty());
+  }
+}
+
+TEST(ReadMesh, SaysWhatToDoWithAPackedMailleFile) {
+  const std::vector<std::byte> file = packed("\x89MAI\r\n\x1a\n and more");
+  const auto result = read_mesh(*memory_source(file, "bunny.maille.gz"), {});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::usage);
+  EXPECT_EQ(result.error().message,
+            "bunny.maille.gz: a .maille file packed with gzip; unpack it first, e.g. with gunzip");
+  const auto plain = read_mesh(*memory_source(bytes_of("\x89MAI\r\n\x1a\n and more"), "bunny"), {});
+  ASSERT_FALSE(plain);
+  EXPECT_EQ(plain.error().message, "bunny: a .maille file, not one of a foreign format");
+}
+
+TEST(ReadMesh, SaysThatVolumesComeLater) {
+  for (const std::string name :
+       {"a.vtu", "a.vtk", "a.MSH", "a.mesh", "a.su2", "a.e", "a.hedra", "a.msh.gz"}) {
+    const auto source = memory_source(bytes_of("<VTKFile"), name);
+    for (const auto& message : {read_mesh(*source, {}).error().message, format_of(name).error().message}) {
+      EXPECT_EQ(message.find(name + ": volume formats like ."), 0u) << message;
+    }
+    NamedSink sink(name);
+    const auto written = write_mesh(testing::torus(3, 3), sink, {});
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message.find("come with a later version"), std::string::npos);
+  }
 }
 
 TEST(ReadMesh, NamesAnUnknownFormat) {
@@ -229,6 +272,24 @@ TEST(WriteMesh, PacksWhereTheNameSaysSo) {
   const auto back = read_mesh(*memory_source(packed_sink.bytes_, "torus.off.gz"), {});
   ASSERT_TRUE(back);
   EXPECT_EQ(back->mesh.cell_count(), mesh.cell_count());
+}
+
+TEST(WriteMesh, WritesBinaryGlbAndTextGltfByName) {
+  const Mesh mesh = testing::torus(3, 3);
+  const auto first_byte = [&](const std::string& sink_name, const std::string& format) {
+    NamedSink sink(sink_name);
+    WriteOptions options;
+    options.format = format;
+    EXPECT_TRUE(write_mesh(mesh, sink, options));
+    return sink.bytes_.empty() ? '?' : static_cast<char>(sink.bytes_[0]);
+  };
+  EXPECT_EQ(first_byte("-", "glb"), 'g');
+  EXPECT_EQ(first_byte("-", "GLB"), 'g');
+  EXPECT_EQ(first_byte("-", "gltf"), '{');
+  EXPECT_EQ(first_byte("a.glb", ""), 'g');
+  EXPECT_EQ(first_byte("a.GLTF", ""), '{');
+  EXPECT_EQ(first_byte("a.gltf", "glb"), 'g');
+  EXPECT_EQ(first_byte("a.glb", "gltf"), '{');
 }
 
 TEST(WriteMesh, NamesAnUnknownFormat) {

@@ -1,5 +1,6 @@
 #include "io/gltf.h"
 
+#include <cstring>
 #include <string_view>
 
 #include "io/format.h"
@@ -7,10 +8,13 @@
 namespace maille {
 namespace {
 
-/// The magic of .glb; for .gltf a JSON object that soon names its asset, which every glTF file has.
+bool recognise_glb(Bytes first_bytes) {
+  return first_bytes.size() >= 4 && std::memcmp(first_bytes.data(), "glTF", 4) == 0;
+}
+
+/// A JSON object that soon names its asset, which every glTF file has.
 bool recognise_gltf(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
-  if (text.substr(0, 4) == "glTF") return true;
   const size_t start = text.find_first_not_of(" \t\r\n");
   return start != std::string_view::npos && text[start] == '{' &&
          (text.find("\"asset\"") != std::string_view::npos ||
@@ -20,11 +24,16 @@ bool recognise_gltf(Bytes first_bytes) {
 
 }  // namespace
 
+// One reader takes both: files of either name hold either form.
+const Format& glb_format() {
+  static const Format format{
+      {"glb", {".glb"}, "glTF 2.0, binary", false}, recognise_glb, read_gltf, write_gltf};
+  return format;
+}
+
 const Format& gltf_format() {
-  static const Format format{{"gltf", {".glb", ".gltf"}, "glTF 2.0, binary (.glb) or text (.gltf)", false},
-                             recognise_gltf,
-                             read_gltf,
-                             write_gltf};
+  static const Format format{
+      {"gltf", {".gltf"}, "glTF 2.0, text", false}, recognise_gltf, read_gltf, write_gltf};
   return format;
 }
 

@@ -13,6 +13,7 @@ namespace maille {
 //   gltf.normalized   names of arrays whose integers stand for fractions of 1
 //   gltf.only         name of array -> blocks that have it; it is zero in the others
 Result<ReadResult> read_gltf(const Source& source, const ReadOptions& options);
+/// Text where the options name the format "gltf" or ask for text, otherwise binary.
 Result<std::vector<std::string>> write_gltf(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
 }  // namespace maille

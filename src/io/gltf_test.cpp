@@ -367,6 +367,17 @@ TEST(GltfWriter, IsTheInverseOfTheReader) {
     expect_same_mesh(round_trip(mesh, {text ? "gltf" : "glb", false, false}), mesh);
 }
 
+TEST(GltfWriter, KeepsTheAssetAsItWas) {
+  for (const std::string asset :
+       {R"({"copyright":"me","generator":"Blender","minVersion":"2.0","version":"2.0"})",
+        R"({"extras":{"title":"t"},"version":"2.0"})"}) {
+    const auto first = read(glb(replaced(small_json(), R"({"version":"2.0"})", asset), small_binary()));
+    ASSERT_TRUE(first) << first.error().message;
+    EXPECT_EQ(first->mesh.metadata.at(0).second, asset);
+    expect_same_mesh(round_trip(first->mesh), first->mesh);
+  }
+}
+
 TEST(GltfWriter, KeepsIntegerTypesRangesAndOwnMetadata) {
   Mesh mesh;
   mesh.points = array_of<int16_t>("position", Domain::point, Scalar::i16, 3,

@@ -498,10 +498,10 @@ void GltfWriter::add_meshes() {
 
 json GltfWriter::asset() const {
   json asset = parsed(mesh_, "gltf.asset");
-  if (!asset.is_object()) asset = json::object();
+  // The asset speaks of the model, also of who made it: it stays as it was.
+  if (!asset.is_object()) asset = {{"generator", "maille"}};
   asset["version"] = "2.0";
-  asset["generator"] = "maille";
-  asset.erase("minVersion");
+  if (asset.contains("minVersion") && asset["minVersion"] != "2.0") asset.erase("minVersion");
   json pairs = json::array();
   for (const auto& [key, value] : mesh_.metadata) {
     if (!key.starts_with("gltf.")) pairs.push_back({key, value});
@@ -626,8 +626,7 @@ Result<std::vector<std::string>> GltfWriter::write() {
 }  // namespace
 
 Result<std::vector<std::string>> write_gltf(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
-  const bool text = sink.name().ends_with(".gltf") || options.ascii ||
-                    (options.format == "gltf" && !sink.name().ends_with(".glb"));
+  const bool text = options.ascii || options.format == "gltf";
   return GltfWriter(mesh, sink, !text).write();
 }
 
