@@ -68,7 +68,9 @@ std::string with_extension(const std::string& path, const std::string& extension
 }
 
 Result<Input> open_input(const std::string& path, const std::string& format) {
-  Input input{path, format, TOOL_TRY(open_source(path)), false};
+  // Not within the braces: GCC 12 forgets the strings before it when TOOL_TRY returns from there.
+  std::unique_ptr<Source> source = TOOL_TRY(open_source(path));
+  Input input{path, format, std::move(source), false};
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
   const bool looks_like_it = starts_with_magic(*input.source) || ends_with(path, ".maille");
   input.is_maille = format == "maille" || (format.empty() && looks_like_it);

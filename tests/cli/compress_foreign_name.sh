@@ -5,7 +5,7 @@ cp cube.ply third.PLY
 try maille compress -q -f *.off
 try maille compress -q -f tetra.off third.PLY
 try maille compress -q tetra.off fresh.ply.gz
-try maille compress -q tetra.off -o fresh.GLB
+try maille compress -q tetra.off -o fresh.STL
 cmp tetra.off second.off
 cmp cube.ply third.PLY
 files_like 'fresh*'
