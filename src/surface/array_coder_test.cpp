@@ -5,10 +5,10 @@
 #include <cstring>
 #include <limits>
 
+#include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
 #include "surface/patch_topology.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string>
 
+#include "support/half_edges.h"
 #include "support/random_mesh.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "surface/testing.h"
+#include "support/half_edges.h"
 
 namespace maille::testing {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "surface/testing.h"
+#include "support/half_edges.h"
 
 namespace maille::testing {
 namespace {

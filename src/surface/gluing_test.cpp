@@ -6,8 +6,8 @@
 #include <numeric>
 #include <set>
 
+#include "support/half_edges.h"
 #include "support/random_mesh.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

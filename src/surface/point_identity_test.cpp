@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "support/half_edges.h"
 #include "support/random_mesh.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "support/codec.h"
+#include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

@@ -6,9 +6,9 @@
 #include <array>
 #include <set>
 
+#include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "surface/patch_topology.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {
