@@ -15,10 +15,10 @@ namespace maille {
 ///   bit = coder.code(bit, probability)           the encoder writes the argument and returns it,
 ///   value = coder.code_raw(value, count)         the decoder ignores the argument and returns what it read.
 ///
-/// Operations may go to one of several lanes, each with a state of its own: a processor decodes lanes side by side.
-/// The encoder must work backwards, so it keeps a block of operations; the stream is a sequence of blocks of
-/// operations_per_block, each its states (8 bytes a lane) and then its words, in the order in which the decoder
-/// wants them.
+/// Operations may go to one of several lanes, each with a state of its own: a processor decodes lanes side by
+/// side. The encoder must work backwards, so it keeps a block of operations; the stream is a sequence of
+/// blocks of operations_per_block, each its states (8 bytes a lane) and then its words, in the order in which
+/// the decoder wants them.
 inline constexpr uint32_t operations_per_block = 1 << 17;
 inline constexpr unsigned most_lanes = 3;
 

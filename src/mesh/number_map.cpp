@@ -520,7 +520,7 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
   maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
   const double allowed = allowed_error(bounds, tolerance, are_positions);
   if (tolerance.kind == Kind::bits) {
-    maps.step = step_to_the_end(array, bounds, std::exp2(tolerance.value) - 1);
+    maps.step = step_to_the_end(array, bounds, std::ldexp(1.0, static_cast<int>(tolerance.value)) - 1);
     for (uint32_t k = 0; k < array.components; ++k) {
       maps.maps[k].origin = bounds.low[k] + 0.0;  // never -0, which would decode as +0
     }

@@ -20,8 +20,8 @@ struct OctahedralMap {
   /// directions.
   double bound() const { return 1.2 / steps; }
 
-  /// The codes of a unit vector: of the four places round it the one that decodes nearest to it. Of two codes for
-  /// the same direction (on the rim of the square) always the same one.
+  /// The codes of a unit vector: of the four places round it the one that decodes nearest to it. Of two codes
+  /// for the same direction (on the rim of the square) always the same one.
   std::array<int32_t, 2> codes_of(const std::array<double, 3>& vector) const;
   /// The unit vector of any two codes.
   std::array<double, 3> vector_of(std::array<int32_t, 2> codes) const;
