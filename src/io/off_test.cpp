@@ -12,6 +12,7 @@ using testing::array_of;
 using testing::expect_same_mesh;
 using ::testing::HasSubstr;
 using testing::read_text;
+using testing::values_of;
 using testing::write_text;
 
 ReadResult read_off(std::string_view text) {
@@ -24,16 +25,6 @@ std::string error_of(std::string_view text) {
   const auto result = read_text(off_format(), text, "test.off");
   if (result) return "no error";
   return result.error().message;
-}
-
-template <class T>
-std::vector<T> values_of(const Mesh& mesh, const std::string& name, Domain domain) {
-  const Array* array = mesh.find(name, domain);
-  if (array == nullptr || size_of(array->type) != sizeof(T)) {
-    ADD_FAILURE() << "no array " << name;
-    return {};
-  }
-  return {array->values<T>().begin(), array->values<T>().end()};
 }
 
 TEST(OffReader, ReadsPolygons) {

@@ -15,6 +15,7 @@ using testing::array_of;
 using testing::expect_same_mesh;
 using ::testing::HasSubstr;
 using testing::read_text;
+using testing::values_of;
 using testing::write_text;
 
 ReadResult read_ply(std::string_view text) {
@@ -28,16 +29,6 @@ std::string error_of(std::string_view text) {
   if (result) return "no error";
   EXPECT_EQ(result.error().code, ErrorCode::malformed_input);
   return result.error().message;
-}
-
-template <class T>
-std::vector<T> values_of(const Mesh& mesh, const std::string& name, Domain domain) {
-  const Array* array = mesh.find(name, domain);
-  if (array == nullptr || size_of(array->type) != sizeof(T)) {
-    ADD_FAILURE() << "no array " << name;
-    return {};
-  }
-  return {array->values<T>().begin(), array->values<T>().end()};
 }
 
 std::string one_vertex(const std::string& type, const std::string& x) {

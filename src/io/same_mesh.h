@@ -78,4 +78,15 @@ Array array_of(std::string name, Domain domain, Scalar type, uint32_t components
   return array;
 }
 
+/// The numbers of an array; a failure and nothing where it is not there, or of another size.
+template <class T>
+std::vector<T> values_of(const Mesh& mesh, const std::string& name, Domain domain) {
+  const Array* array = mesh.find(name, domain);
+  if (array == nullptr || size_of(array->type) != sizeof(T)) {
+    ADD_FAILURE() << "no array " << name;
+    return {};
+  }
+  return {array->values<T>().begin(), array->values<T>().end()};
+}
+
 }  // namespace maille::testing

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
+#include "surface/half_edges.h"
 
 namespace maille {
 namespace {
@@ -67,17 +68,6 @@ bool is_permutation(std::span<const uint32_t> numbers) {
   return true;
 }
 
-/// Moves tuple i to place `place[i]`.
-void permute(Array& array, std::span<const uint32_t> place) {
-  std::vector<std::byte> bytes(array.bytes.size());
-  const size_t size = array.tuple_size();
-  for (size_t i = 0; i < place.size(); ++i) {
-    std::copy_n(array.bytes.begin() + static_cast<ptrdiff_t>(i * size), size,
-                bytes.begin() + static_cast<ptrdiff_t>(place[i] * size));
-  }
-  array.bytes = std::move(bytes);
-}
-
 /// Puts the cells of one block in order; `corner_place` gets the new place of each of its corners.
 Result<CellBlock> restore_block(const CellBlock& block, const ElementOrder& order, uint32_t first_cell,
                                 uint32_t first_corner, std::vector<uint32_t>& corner_place) {
@@ -111,6 +101,17 @@ Result<CellBlock> restore_block(const CellBlock& block, const ElementOrder& orde
 }
 
 }  // namespace
+
+void move_tuples(Array& array, std::span<const uint32_t> places, uint64_t count) {
+  const size_t size = array.tuple_size();
+  std::vector<std::byte> bytes(count * size);
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (places[i] == none) continue;
+    std::copy_n(array.bytes.begin() + static_cast<ptrdiff_t>(i * size), size,
+                bytes.begin() + static_cast<ptrdiff_t>(places[i] * size));
+  }
+  array.bytes = std::move(bytes);
+}
 
 std::vector<std::byte> encode_order(const ElementOrder& order) {
   RansEncoder encoder;
@@ -147,11 +148,11 @@ Result<Mesh> restore_order(Mesh mesh, const ElementOrder& order) {
     first_cell += cells;
     first_corner += corners;
   }
-  permute(mesh.points, order.points);
+  move_tuples(mesh.points, order.points, order.points.size());
   for (Array& array : mesh.arrays) {
-    if (array.domain == Domain::point) permute(array, order.points);
-    if (array.domain == Domain::cell) permute(array, order.cells);
-    if (array.domain == Domain::corner) permute(array, corner_place);
+    if (array.domain == Domain::point) move_tuples(array, order.points, order.points.size());
+    if (array.domain == Domain::cell) move_tuples(array, order.cells, order.cells.size());
+    if (array.domain == Domain::corner) move_tuples(array, corner_place, corner_place.size());
   }
   return mesh;
 }

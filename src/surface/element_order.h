@@ -9,6 +9,10 @@
 
 namespace maille {
 
+/// Moves the tuples of an array: tuple i goes to places[i], tuples with place none (gaps) fall away. `count`
+/// is the number of tuples there are afterwards.
+void move_tuples(Array& array, std::span<const uint32_t> places, uint64_t count);
+
 /// How the elements of a decoded mesh stood in the mesh that was encoded.
 struct ElementOrder {
   std::vector<uint32_t> points;    ///< by decoded point: its original number

@@ -37,6 +37,7 @@ class IdentityCoder {
     return found;
   }
   uint32_t point_count() const { return static_cast<uint32_t>(newest_vertex_.size()); }
+  std::vector<uint32_t> take_points() { return std::move(point_of_); }
 
  private:
   struct Candidate {
@@ -131,10 +132,6 @@ class IdentityCoder {
                      [](const Candidate& a, const Candidate& b) { return a.count > b.count; });
   }
 
- public:
-  std::vector<uint32_t> take_points() { return std::move(point_of_); }
-
- private:
   Coder& coder_;
   const HalfEdges& surface_;
   const SurfaceVertices& vertices_;

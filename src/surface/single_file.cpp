@@ -230,17 +230,6 @@ Array array_of(const ArrayDescription& description) {
   return array;
 }
 
-/// Tuples from coded order to the order of the mesh.
-void place(Array& array, std::span<const uint32_t> places, uint64_t count) {
-  std::vector<std::byte> bytes(count * array.tuple_size());
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (places[i] == none) continue;
-    std::copy_n(array.bytes.begin() + static_cast<ptrdiff_t>(i * array.tuple_size()), array.tuple_size(),
-                bytes.begin() + static_cast<ptrdiff_t>(places[i] * array.tuple_size()));
-  }
-  array.bytes = std::move(bytes);
-}
-
 bool is_wanted(const DecodeOptions& options, const std::string& name) {
   return !options.arrays ||
          std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
@@ -286,8 +275,8 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
     return failure(ErrorCode::corrupt, "the cells are not those of the description");
   }
   for (Array& array : mesh.arrays) {
-    if (array.domain == Domain::cell) place(array, cells.cell_place, mesh.cell_count());
-    if (array.domain == Domain::corner) place(array, cells.corner_place, mesh.corner_count());
+    if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
+    if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
   }
   if (description.order == Order::keep) {
     const ElementOrder order =

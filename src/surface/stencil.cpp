@@ -46,10 +46,6 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Ste
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// The same for surfaces of triangles, where each face round the vertex has one gate at most. Which
 /// neighbours are known is as good as random, so nothing branches on it: a gate that is not there is
 /// overwritten by the next one.
