@@ -76,10 +76,14 @@ class ByteReader {
     at_ += sizeof(T);
     return value;
   }
+  /// Only the shortest spelling: one value has one spelling, so lengths follow from values.
   uint64_t get_count() {
     uint64_t value = 0;
     for (unsigned shift = 0; shift < 64; shift += 7) {
       const auto byte = get<uint8_t>();
+      const bool too_long = byte == 0 && shift > 0;
+      const bool too_large = byte > 1 && shift == 63;
+      if (too_long || too_large) break;
       value |= uint64_t{byte & 0x7fu} << shift;
       if (byte < 0x80) return value;
     }
