@@ -49,6 +49,8 @@ std::vector<std::byte> decode_bytes(Bytes coded, uint64_t size) {
   RansDecoder decoder(coded);
   ByteModel<RansDecoder> model(decoder);
   while (bytes.size() < size && !decoder.exhausted()) bytes.push_back(model.code({}));
+  // The byte in which the sequence ended is partly made up.
+  if (decoder.exhausted()) bytes.pop_back();
   return bytes;
 }
 

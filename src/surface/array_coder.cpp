@@ -286,10 +286,9 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
   const size_t number_bytes = size_of(array.type);
   ByteReader in(bytes);
   uint64_t left = in.get_count();
-  if (left == 0) return {};
-  uint64_t next = in.get_count();
+  uint64_t next = left > 0 ? in.get_count() : 0;
   uint64_t coded = 0;
-  walk.run(array.domain, tuples, [&](uint32_t element, const Stencil&) {
+  const auto take = [&](uint32_t element, const Stencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       if (left == 0 || coded != next) continue;
       const Bytes number = in.get_bytes(number_bytes);
@@ -298,8 +297,9 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
       if (--left > 0) next += in.get_count();
     }
     return left > 0 && in.ok();
-  });
-  if (left > 0 || !in.ok()) {
+  };
+  if (left > 0 && in.ok()) walk.run(array.domain, tuples, take);
+  if (left > 0 || !in.ok() || in.remaining() > 0) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has a damaged list of special numbers");
   }
   return {};

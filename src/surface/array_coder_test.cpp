@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/bytes.h"
 #include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
@@ -167,6 +168,37 @@ TEST(ArrayCoder, NumbersBesideALatticeComeBackBitForBit) {
       }
     }
   }
+}
+
+/// An array of the mesh as it is stored, with this list of exceptions: integers, previous, nothing else.
+ErrorCode error_with_exceptions(std::initializer_list<unsigned> exceptions) {
+  const Patch patch{Mesh{}};
+  Array array = make_array("values", Domain::mesh, Scalar::u8, 1);
+  array.resize(3);
+  const auto bytes = encode(patch, array, maps_of(array));
+  ByteReader in(bytes);
+  ByteWriter out;
+  out.put_bytes(in.get_bytes(3));  // predictor, flags, map
+  EXPECT_EQ(in.get_count(), 1u);
+  EXPECT_EQ(in.get<uint8_t>(), 0);
+  out.put_count(exceptions.size());
+  for (const unsigned byte : exceptions) out.put(static_cast<uint8_t>(byte));
+  out.put_bytes(in.get_bytes(in.remaining()));
+  const auto decoded = decode(patch, array, out.bytes());
+  return decoded ? ErrorCode{} : decoded.error().code;
+}
+
+TEST(ArrayCoder, DamagedListsOfExceptionsAreRefused) {
+  EXPECT_EQ(error_with_exceptions({0}), ErrorCode{});
+  EXPECT_EQ(error_with_exceptions({2, 0, 7, 2, 9}), ErrorCode{});
+  EXPECT_EQ(error_with_exceptions({}), ErrorCode::corrupt) << "no count";
+  EXPECT_EQ(error_with_exceptions({0x80}), ErrorCode::corrupt) << "a count cut off";
+  EXPECT_EQ(error_with_exceptions({1}), ErrorCode::corrupt) << "no place";
+  EXPECT_EQ(error_with_exceptions({1, 0}), ErrorCode::corrupt) << "no number";
+  EXPECT_EQ(error_with_exceptions({1, 3, 7}), ErrorCode::corrupt) << "a place that is not there";
+  EXPECT_EQ(error_with_exceptions({2, 0, 7, 0, 9}), ErrorCode::corrupt) << "a place twice";
+  EXPECT_EQ(error_with_exceptions({0, 0}), ErrorCode::corrupt) << "bytes behind the list";
+  EXPECT_EQ(error_with_exceptions({1, 0, 7, 9}), ErrorCode::corrupt) << "bytes behind the list";
 }
 
 TEST(ArrayCoder, SmoothValuesCostLessThanNoise) {

@@ -84,8 +84,10 @@ class FaceCoder {
   Result<bool> split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share);
   Result<uint32_t> follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left);
   uint32_t choose_pivot(uint32_t from) const;
-  bool zip(uint32_t node);
 
+  /// Decoder: are there as many real vertices as a closed surface can have? A component of v vertices, e
+  /// edges and f >= 2 faces has v <= 2 + e - f <= e. So none gets a number from first_dummy on.
+  bool too_many_vertices() const { return !encoding && vertices_.size() >= max_half_edges / 2; }
   uint32_t number_vertex(uint32_t h, bool dummy, uint32_t valence);
   uint32_t valence_at(uint32_t h) const;
   unsigned valence_context(uint32_t first) const;
@@ -233,6 +235,7 @@ Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
     const int32_t offset = static_cast<int32_t>(valence) - regular;
     const int32_t coded_valence = regular + models_.valence[valence_context(first)].code(coder_, offset);
     if (coded_valence < 2) return corrupt("a vertex of fewer than two edges");
+    if (too_many_vertices()) return corrupt("more vertices than the patch may have");
     valence = static_cast<uint32_t>(coded_valence);
   }
   const uint32_t vertex = number_vertex(h, dummy, valence);
@@ -387,6 +390,7 @@ Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
   uint32_t h = none;
   if constexpr (encoding) h = surface_.opposite[front_[first].edge];
   const uint32_t degree = MAILLE_TRY(code_degree(first, known, h));
+  // Two nodes without free edges would bound a face of two edges: only damage makes such a list.
   if (degree < known || (degree == known) != (first == last))
     return corrupt("a face that does not fit its gate");
   h = MAILLE_TRY(begin_face(h, degree));
@@ -410,18 +414,6 @@ Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
   --front_[first].free;
   --front_[last].free;
   return code_chain(first, last, h, degree - known - 1);
-}
-
-/// A list of two nodes with nothing between their edges: the edges are one.
-template <class Coder>
-bool FaceCoder<Coder>::zip(uint32_t node) {
-  const uint32_t other = front_[node].next;
-  if (front_[other].next != node || other == node || front_[node].free != 0 || front_[other].free != 0)
-    return false;
-  if constexpr (!encoding) surface_.glue(front_[node].edge, front_[other].edge);
-  front_.remove(node);
-  front_.remove(other);
-  return true;
 }
 
 /// The node with the fewest free edges near `from`, the nearest of them; dummies only when there is nothing
@@ -451,7 +443,7 @@ template <class Coder>
 Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
   while (pivot != none) {
     uint32_t first = none;
-    if (!zip(pivot)) MAILLE_CHECK(code_face(pivot, first));
+    MAILLE_CHECK(code_face(pivot, first));
     if (coder_.exhausted()) return corrupt("the stream ends early");
     if (first == none) {
       pivot = front_.take_pending();
@@ -491,6 +483,7 @@ Result<> FaceCoder<Coder>::code_component(uint32_t seed) {
     const int32_t valence =
         regular + models_.valence[0].code(coder_, static_cast<int32_t>(valence_at(h)) - regular);
     if (valence < 2) return corrupt("a vertex of fewer than two edges");
+    if (too_many_vertices()) return corrupt("more vertices than the patch may have");
     if (coder_.exhausted()) return corrupt("the stream ends early");
     const uint32_t vertex = number_vertex(h, false, static_cast<uint32_t>(valence));
     const uint32_t node = front_.create(vertex, newest == none ? none : surface_.previous(h),

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string>
 
+#include "entropy/integer_model.h"
+#include "entropy/rans.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
 
@@ -222,6 +224,33 @@ TEST(Connectivity, EveryTruncationIsAnError) {
       EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
     }
   }
+}
+
+/// What the decoder says about a first face with these valences and nothing behind it.
+std::string error_of_first_face(const std::vector<uint32_t>& valences, uint32_t most_half_edges) {
+  ConnectivityHeader header;
+  header.components = 1;
+  header.regular_degree = static_cast<uint32_t>(valences.size());
+  header.regular_valence = 3;
+  header.pivot_window = 4;
+  header.uniform_degree = true;
+  RansEncoder encoder;
+  OffsetModel model;
+  for (const uint32_t valence : valences) model.code(encoder, static_cast<int32_t>(valence) - 3);
+  const auto decoded = decode_connectivity(header, encoder.finish(), most_half_edges, most_half_edges);
+  return decoded ? std::string() : decoded.error().message;
+}
+
+TEST(Connectivity, FacesOfTwoEdgesAreRefused) {
+  EXPECT_EQ(error_of_first_face({2, 2, 2}, 100), "");  // two triangles back to back
+  // The second triangle leaves two vertices without free edges: between them is room for a face of two edges.
+  EXPECT_NE(error_of_first_face({3, 3, 2}, 100).find("does not fit its gate"), std::string::npos);
+}
+
+TEST(Connectivity, MoreVerticesThanAClosedSurfaceCanHaveAreRefused) {
+  const std::vector<uint32_t> valences(1000, 2);
+  EXPECT_EQ(error_of_first_face(valences, 2000), "");
+  EXPECT_NE(error_of_first_face(valences, 1998).find("more vertices"), std::string::npos);
 }
 
 /// Any bytes: a closed surface of at most so many half-edges, or corrupt.

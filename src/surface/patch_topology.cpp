@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <string_view>
 
 #include "base/bytes.h"
 #include "base/result.h"
@@ -20,6 +21,11 @@ tl::unexpected<Error> corrupt(const char* what) {
 
 CellType type_of(const CellBlock& block, uint64_t cell) {
   return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type;
+}
+
+/// May one cell have this type? Not "mixed", and none that name_of() does not know.
+bool is_type_of_cell(CellType type) {
+  return type != CellType::mixed && std::string_view(name_of(type)) != "unknown";
 }
 
 /// Calls visit(block, cell in block, cell in mesh, first corner in mesh) for every cell.
@@ -242,6 +248,7 @@ std::vector<std::byte> encode_labels(const PatchTopology& topology) {
 Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
+  if (!in.ok() || flags > (with_flips | with_blocks)) return corrupt("unknown labels of faces");
   RansDecoder decoder(in.get_bytes(in.remaining()));
   FaceLabels<RansDecoder> labels(decoder);
   const uint32_t faces = topology.surface.face_count;
@@ -290,6 +297,8 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
   for (uint32_t block = 0; block < blocks.size(); ++block) {
     for (uint64_t i = 0; i < left[block]; ++i) {
       const CellType type = coder.code_type(blocks[block].type, CellType::vertex);
+      if (blocks[block].type == CellType::mixed && !is_type_of_cell(type))
+        return corrupt("a cell of an unknown type");
       const uint32_t size = coder.code_size(type, 0);
       for (uint32_t k = 0; k < size; ++k) {
         const uint32_t node = coder.code_node(std::span(loose.nodes).last(k), 0);

@@ -284,7 +284,9 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
                                 static_cast<uint32_t>(description.cells())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
   }
-  MAILLE_CHECK(validate(mesh));
+  // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
+  if (auto valid = validate(mesh); !valid)
+    return failure(ErrorCode::corrupt, std::move(valid).error().message);
   return mesh;
 }
 
