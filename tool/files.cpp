@@ -26,10 +26,22 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-bool starts_with_magic(const Source& source) {
-  std::array<std::byte, magic.size()> start{};
-  if (source.size() < start.size() || !source.read_at(0, start)) return false;
-  return std::memcmp(start.data(), magic.data(), magic.size()) == 0;
+// RFC 1952: ID1, ID2 and the only method there is.
+constexpr std::array<unsigned char, 3> gzip_magic = {0x1f, 0x8b, 8};
+
+template <size_t size>
+bool starts_with(const Source& source, const std::array<unsigned char, size>& bytes) {
+  std::array<std::byte, size> start{};
+  if (source.size() < size || !source.read_at(0, start)) return false;
+  return std::memcmp(start.data(), bytes.data(), size) == 0;
+}
+
+// ".vtu" of "a.b/mesh.vtu", ".vtu.gz" of "mesh.vtu.gz"; empty where there is none.
+std::string extension_of(const std::string& path) {
+  const size_t name = path.rfind('/') + 1;  // npos + 1 is 0
+  const size_t end = ends_with(path, ".gz") ? path.size() - 3 : path.size();
+  const size_t dot = path.substr(0, end).rfind('.');
+  return dot == std::string::npos || dot <= name ? "" : path.substr(dot);
 }
 
 std::optional<struct stat> status_of(const std::string& path) {
@@ -72,7 +84,7 @@ Result<Input> open_input(const std::string& path, const std::string& format) {
   std::unique_ptr<Source> source = TOOL_TRY(open_source(path));
   Input input{path, format, std::move(source), false};
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
-  const bool looks_like_it = starts_with_magic(*input.source) || ends_with(path, ".maille");
+  const bool looks_like_it = starts_with(*input.source, magic) || ends_with(path, ".maille");
   input.is_maille = format == "maille" || (format.empty() && looks_like_it);
   return input;
 }
@@ -87,6 +99,10 @@ Result<Input> open_maille(const std::string& path) {
                                  "`maille convert` turns it into other formats",
                                  path, *format));
     }
+  }
+  if (starts_with(*input.source, gzip_magic)) {
+    return failure(ErrorCode::usage, fmt::format("{}: is packed with gzip; unpack it first, e.g. with gunzip",
+                                                 input_name(path)));
   }
   return input;
 }
@@ -181,6 +197,15 @@ Result<std::string> output_format(const std::string& path, const std::string& fo
   if (ends_with(lower(path), ".maille")) return std::string("maille");
   if (const auto known = foreign_format(path)) return *known;
   if (!fallback.empty()) return fallback;
+  if (const std::string extension = extension_of(path); path != "-" && !extension.empty()) {
+    std::string known;
+    for (const FormatInfo& info : formats()) known += (known.empty() ? "" : ", ") + info.name;
+    return failure(
+        ErrorCode::usage,
+        fmt::format("{}: {} files cannot be written; name another extension or --output-format: {}; "
+                    "`maille convert` writes maille, too",
+                    path, extension, known));
+  }
   return failure(ErrorCode::usage, fmt::format("{}: its name does not say which format to write; use "
                                                "--output-format",
                                                output_name(path)));

@@ -27,7 +27,9 @@ constexpr ExitCode exit_codes[] = {
     {"5", "needs a newer version of maille, or a feature that does not exist yet"},
     {"6", "the .maille file is damaged"},
     {"7", "cannot be done within the memory allowed"},
-    {"8", "the error bound cannot be met"},
+    {"8",
+     "the error bound cannot be met; not given by this version, which stores bit for bit what no "
+     "lattice brings within the bound"},
     {"9", "the output could not be written"},
     {"10", "a remote source failed"},
     {"130, 143", "stopped by a signal; nothing is left under the output's name"},

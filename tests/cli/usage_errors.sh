@@ -28,6 +28,10 @@ try maille compress --json cube.ply -
 try maille compress --progress loud cube.ply
 try maille convert cube.ply -
 try maille convert cube.ply cube.xyz
+try maille convert cube.ply cube.vtu
+try maille convert cube.ply cube.glb.gz
+try maille convert cube.ply no_extension
+try maille convert cube.ply folder.d/no_extension
 try maille diff - -
 try maille verify - --against -
 files_like '*.maille'
