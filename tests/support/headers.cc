@@ -1,0 +1,1 @@
+// Only so that the headers of the test libraries are compiled once (tests/CMakeLists.txt).
