@@ -281,6 +281,48 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
   }
 }
 
+namespace {
+
+/// Every number is `number_of` its code, rounded to the type.
+template <class Number, class NumberOf>
+void store_column(const std::byte* codes, std::byte* out, size_t stride, size_t count, NumberOf number_of) {
+  using Code = std::conditional_t<sizeof(Number) == 8, int64_t, int32_t>;
+  for (size_t i = 0; i < count; ++i) {
+    const auto code = static_cast<double>(load<Code>(codes + i * stride * sizeof(Code)));
+    store(out + i * stride * sizeof(Number), rounded_to<Number>(number_of(code)));
+  }
+}
+
+}  // namespace
+
+void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride,
+                              size_t count) const {
+  // What most files hold gets loops of its own.
+  const auto store_reals = [&](auto zero) {
+    using Number = decltype(zero);
+    if (kind == Kind::lattice) {
+      store_column<Number>(codes, out, stride, count, [*this](double c) { return origin + c * step; });
+    } else {
+      const double unit = kind == Kind::decimal ? powers_of_ten[exponent] : power_of_two(exponent);
+      if (kind == Kind::decimal) {
+        store_column<Number>(codes, out, stride, count, [unit](double c) { return c / unit; });
+      } else {
+        store_column<Number>(codes, out, stride, count, [unit](double c) { return c * unit; });
+      }
+    }
+  };
+  const bool real = kind != Kind::integer && kind != Kind::ordered;
+  if (real && type == Scalar::f32) return store_reals(0.0f);
+  if (real && type == Scalar::f64) return store_reals(0.0);
+  if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
+  for (size_t i = 0; i < count; ++i) {
+    const size_t code_bytes = size_of(type) == 8 ? 8 : 4;
+    const std::byte* code = codes + i * stride * code_bytes;
+    store_number(type, code_bytes == 8 ? load<int64_t>(code) : load<int32_t>(code),
+                 out + i * stride * size_of(type));
+  }
+}
+
 double NumberMap::ordered_value(Scalar type, int64_t code) {
   const double value = type == Scalar::f32 ? from_ordered(static_cast<int32_t>(code)) : from_ordered(code);
   return value == value ? value : 0;

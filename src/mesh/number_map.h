@@ -36,6 +36,9 @@ struct NumberMap {
   int64_t code_of(Scalar type, const std::byte* number) const;
   /// Writes the number of a code, size_of(type) bytes. Any code is fine.
   void store_number(Scalar type, int64_t code, std::byte* out) const;
+  /// The same for `count` codes of 8 bytes for types of 8 bytes, else of 4, taking one code in `stride` and
+  /// writing one number in `stride`. In place where both have the same size.
+  void store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride, size_t count) const;
 
   /// For predictions among ordered codes, which are not proportional to their numbers. NaN gives 0.
   static double ordered_value(Scalar type, int64_t code);

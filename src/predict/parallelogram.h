@@ -27,6 +27,21 @@ Code wrapped_difference(Code a, Code b) {
   return static_cast<Code>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
 }
 
+/// sum / count, rounded to the nearest, halves away from zero; count is 2 to 5. Sums of 32 bits need no
+/// division: the error of the inverse, 3 x 2^-33 at most, is too small to reach the next whole number.
+inline int32_t mean_of(int32_t sum, unsigned count) {
+  constexpr uint64_t inverse[] = {0, 0, uint64_t{1} << 32, 0xaaaaaaab, uint64_t{1} << 31, 0x66666667};
+  const uint64_t size =
+      (sum < 0 ? uint64_t{0} - static_cast<uint64_t>(int64_t{sum}) : static_cast<uint64_t>(sum)) + count / 2;
+  const auto mean = static_cast<int32_t>(size * inverse[count] >> 33);
+  return sum < 0 ? -mean : mean;
+}
+inline int64_t mean_of(int64_t sum, unsigned count) {
+  const uint64_t size = (sum < 0 ? -static_cast<uint64_t>(sum) : static_cast<uint64_t>(sum)) + count / 2;
+  const auto mean = static_cast<int64_t>(size / count);
+  return sum < 0 ? -mean : mean;
+}
+
 /// a + b - across: the fourth corner of the parallelogram on the edge ab (Touma and Gotsman 1998).
 template <class Code>
 Code parallelogram(Code a, Code b, Code across) {

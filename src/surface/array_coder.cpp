@@ -147,6 +147,11 @@ void with_components(size_t components, Function with) {
   return with(std::integral_constant<unsigned, 0>{});
 }
 
+/// Room for the codes of so many tuples, with the one more that TupleCoder wants.
+size_t codes_of(size_t tuples, const ArrayMaps& maps) {
+  return tuples * maps.maps.size() + 1;
+}
+
 template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
@@ -328,7 +333,7 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                  std::span<const uint32_t> source, Pace* pace) {
-  std::vector<Code> codes(source.size() * maps.maps.size());
+  std::vector<Code> codes(codes_of(source.size(), maps));
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
@@ -359,8 +364,9 @@ void store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<st
   std::vector<std::byte> separate;
   if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
   std::byte* const out = separate.empty() ? codes.data() : separate.data();
-  for (size_t i = 0, k = 0; i < count; ++i, k = k + 1 == maps.size() ? 0 : k + 1) {
-    maps[k].store_number(array.type, load<Code>(codes.data() + i * sizeof(Code)), out + i * number_bytes);
+  for (size_t k = 0; k < maps.size(); ++k) {
+    maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
+                          count / maps.size());
   }
   array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
 }
@@ -391,8 +397,8 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, con
     return failure(ErrorCode::corrupt,
                    "array \"" + array.name + "\" has more tuples than its stream can hold");
   }
-  std::vector<std::byte> storage(tuples * maps.maps.size() * sizeof(Code));
-  const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.maps.size());
+  std::vector<std::byte> storage(codes_of(tuples, maps) * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), codes_of(tuples, maps));
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
   RansDecoder decoder(bytes, lanes_for(maps.maps.size()));
   ElementWalk walk(elements, face_of);
@@ -407,8 +413,9 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, con
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
   if (maps.octahedral) {
-    store_vectors<Code>(array, *maps.octahedral, codes);
+    store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
   } else {
+    storage.resize(tuples * maps.maps.size() * sizeof(Code));
     store_numbers<Code>(array, maps.maps, std::move(storage));
   }
   return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);

@@ -10,24 +10,36 @@ bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks,
          topology.loose.size() == 0 && !with_places;
 }
 
+/// The points of half-edges, by way of their vertices where these differ.
+class PointsOfOrigins {
+ public:
+  explicit PointsOfOrigins(const PatchSurface& surface)
+      : origins_(surface.half_edges.origin.data()),
+        points_(surface.point_of.empty() ? nullptr : surface.point_of.data()) {}
+  uint32_t operator()(uint32_t h) const { return points_ == nullptr ? origins_[h] : points_[origins_[h]]; }
+
+ private:
+  const uint32_t* origins_;
+  const uint32_t* points_;
+};
+
 std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
   HalfEdges& edges = surface.half_edges;
-  std::vector<uint32_t> connectivity;
-  const auto add = [&](uint32_t h) { connectivity.push_back(surface.point(edges.origin[h])); };
-  if (!surface.faces.empty()) {
-    for (const uint32_t first : surface.faces) {
-      add(first);
-      add(edges.next(first));
-      add(edges.previous(first));
-    }
-    return connectivity;
-  }
   // In the simplest case the origins are the connectivity.
-  if (3 * surface.face_count == edges.size() && surface.point_of.empty()) return std::move(edges.origin);
-  connectivity.reserve(size_t{3} * surface.face_count);
+  if (surface.faces.empty() && 3 * surface.face_count == edges.size() && surface.point_of.empty())
+    return std::move(edges.origin);
+  const PointsOfOrigins point(surface);
+  std::vector<uint32_t> connectivity(size_t{3} * surface.face_count);
+  uint32_t* out = connectivity.data();
+  const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+    *out++ = point(a);
+    *out++ = point(b);
+    *out++ = point(c);
+  };
+  for (const uint32_t first : surface.faces) add(first, edges.next(first), edges.previous(first));
+  if (!surface.faces.empty()) return connectivity;
   for (uint32_t h = 0; h < edges.size(); h += 3) {
-    if (edges.is_border_triangle(h)) continue;
-    for (uint32_t k = 0; k < 3; ++k) add(h + k);
+    if (!edges.is_border_triangle(h)) add(h, h + 1, h + 2);
   }
   return connectivity;
 }

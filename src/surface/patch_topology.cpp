@@ -277,20 +277,36 @@ std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& m
   return encoder.finish();
 }
 
+/// Can a face of this degree be in the block?
+bool takes_face(const BlockShape& block, unsigned degree) {
+  return is_face(block.type) && (nodes_of(block.type) == 0 || nodes_of(block.type) == degree);
+}
+
+/// How many cells of each block the faces on the surface leave over.
+Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, const PatchTopology& topology) {
+  const PatchSurface& surface = topology.surface;
+  std::vector<uint64_t> left;
+  for (const BlockShape& block : blocks) left.push_back(block.cells);
+  if (surface.face_count == 0) return left;
+  if (topology.face_block.empty() && surface.half_edges.all_triangles()) {
+    if (!takes_face(blocks[0], 3)) return corrupt("a face in a block of another type");
+    if (surface.face_count > left[0]) return corrupt("more faces than a block has");
+    left[0] -= surface.face_count;
+    return left;
+  }
+  for (uint32_t face = 0; face < surface.face_count; ++face) {
+    const uint32_t block = topology.block_of_face(face);
+    if (left[block]-- == 0) return corrupt("more faces than a block has");
+    if (!takes_face(blocks[block], surface.half_edges.degree(surface.face(face))))
+      return corrupt("a face in a block of another type");
+  }
+  return left;
+}
+
 /// The cells of each block that its faces on the surface leave over.
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
                       PatchTopology& topology) {
-  std::vector<uint64_t> left;
-  for (const BlockShape& block : blocks) left.push_back(block.cells);
-  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
-    const uint32_t block = topology.block_of_face(face);
-    if (left[block]-- == 0) return corrupt("more faces than a block has");
-    const unsigned nodes = nodes_of(blocks[block].type);
-    if (!is_face(blocks[block].type) ||
-        (nodes != 0 && nodes != topology.surface.half_edges.degree(topology.surface.face(face)))) {
-      return corrupt("a face in a block of another type");
-    }
-  }
+  const std::vector<uint64_t> left = MAILLE_TRY(cells_left(blocks, topology));
   RansDecoder decoder(bytes);
   LooseCellCoder<RansDecoder> coder(decoder, topology.points);
   LooseCells& loose = topology.loose;

@@ -9,13 +9,61 @@
 namespace maille {
 namespace {
 
+/// Points and how often each was met. A point's slot is checked against the list, so that the slots need no
+/// clearing between vertices (Briggs and Torczon 1993).
+class Candidates {
+ public:
+  static constexpr size_t most = 64;
+
+  explicit Candidates(size_t points) : slot_of_(points) {}
+  void clear() { list_.clear(); }
+  void add(uint32_t point) {
+    if (Candidate* candidate = find(point)) {
+      ++candidate->count;
+    } else if (list_.size() < most) {
+      slot_of_[point] = static_cast<uint8_t>(list_.size());
+      list_.push_back({point, 1});
+    }
+  }
+  void exclude(uint32_t point) {
+    if (Candidate* candidate = find(point)) candidate->count = 0;
+  }
+  /// The first met of those with the highest count, which is then taken out; none when there is none left.
+  uint32_t take_most_frequent() {
+    Candidate* best = nullptr;
+    for (Candidate& candidate : list_) {
+      if (candidate.count > (best == nullptr ? 0 : best->count)) best = &candidate;
+    }
+    if (best == nullptr) return none;
+    best->count = 0;
+    return best->point;
+  }
+
+ private:
+  struct Candidate {
+    uint32_t point;
+    uint32_t count;
+  };
+  Candidate* find(uint32_t point) {
+    const size_t slot = slot_of_[point];
+    return slot < list_.size() && list_[slot].point == point ? &list_[slot] : nullptr;
+  }
+
+  std::vector<Candidate> list_;
+  std::vector<uint8_t> slot_of_;  // by point
+};
+
 /// A copy lies next to copies: where a known neighbour's point has other vertices, the points around those
 /// are candidates (where faces lie twice, the second sheet follows the first this way).
 template <class Coder>
 class IdentityCoder {
  public:
   IdentityCoder(Coder& coder, const HalfEdges& surface, const SurfaceVertices& vertices)
-      : coder_(coder), surface_(surface), vertices_(vertices), next_twin_(vertices.size(), none) {}
+      : coder_(coder),
+        surface_(surface),
+        vertices_(vertices),
+        next_twin_(vertices.size(), none),
+        candidates_(vertices.size()) {}
 
   /// Codes the point of the next vertex; `point` is it, or at least the count of points when it is new
   /// (encoder).
@@ -24,9 +72,10 @@ class IdentityCoder {
     if (!was_copy_) return add_point(vertex);
     find_candidates(vertex);
     uint32_t found = none;
-    for (unsigned i = 0; i < candidates_.size() && i < candidate_limit && found == none; ++i) {
-      if (hit_[std::min<unsigned>(i, 5)].code(coder_, candidates_[i].point == point))
-        found = candidates_[i].point;
+    for (unsigned i = 0; i < candidate_limit && found == none; ++i) {
+      const uint32_t candidate = candidates_.take_most_frequent();
+      if (candidate == none) break;
+      if (hit_[std::min<unsigned>(i, 5)].code(coder_, candidate == point)) found = candidate;
     }
     if (found == none) {
       found = coder_.code_raw(point, bit_length(point_count()));
@@ -40,15 +89,10 @@ class IdentityCoder {
   std::vector<uint32_t> take_points() { return std::move(point_of_); }
 
  private:
-  struct Candidate {
-    uint32_t point;
-    uint32_t count;
-  };
   static constexpr unsigned candidate_limit = 6;
   // Bounds the work at vertices of many edges and points of many vertices.
-  static constexpr unsigned most_twins = 6;
-  static constexpr unsigned most_turns = 24;
-  static constexpr size_t most_candidates = 64;
+  static constexpr unsigned most_twins = 2;
+  static constexpr unsigned most_turns = 8;
 
   uint32_t add_point(uint32_t vertex) {
     newest_vertex_.push_back(none);
@@ -75,6 +119,7 @@ class IdentityCoder {
     return 2 * (next + previous) + static_cast<unsigned>(was_copy_);
   }
 
+  /// Points that the vertex's faces have already are none.
   void find_candidates(uint32_t vertex) {
     candidates_.clear();
     known_.clear();
@@ -94,7 +139,7 @@ class IdentityCoder {
       h = surface_.turn(h);
       if (h == first) break;
     }
-    rank_candidates();
+    for (const uint32_t point_of_face : known_) candidates_.exclude(point_of_face);
   }
 
   void collect_around_twins(uint32_t neighbour, uint32_t point, uint32_t limit) {
@@ -106,30 +151,11 @@ class IdentityCoder {
       uint32_t h = first;
       for (unsigned turns = 0; turns < most_turns; ++turns) {
         const uint32_t candidate = known_point(surface_.origin[surface_.next(h)], limit);
-        if (candidate != none) add_candidate(candidate);
+        if (candidate != none) candidates_.add(candidate);
         h = surface_.turn(h);
         if (h == first) break;
       }
     }
-  }
-
-  void add_candidate(uint32_t point) {
-    for (Candidate& candidate : candidates_) {
-      if (candidate.point == point) {
-        ++candidate.count;
-        return;
-      }
-    }
-    if (candidates_.size() < most_candidates) candidates_.push_back({point, 1});
-  }
-
-  /// The most frequent first, the first met of equals; points that the vertex's faces have already are none.
-  void rank_candidates() {
-    std::erase_if(candidates_, [&](const Candidate& candidate) {
-      return std::find(known_.begin(), known_.end(), candidate.point) != known_.end();
-    });
-    std::stable_sort(candidates_.begin(), candidates_.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.count > b.count; });
   }
 
   Coder& coder_;
@@ -138,7 +164,7 @@ class IdentityCoder {
   std::vector<uint32_t> point_of_;       // by vertex
   std::vector<uint32_t> newest_vertex_;  // by point
   std::vector<uint32_t> next_twin_;      // by vertex
-  std::vector<Candidate> candidates_;
+  Candidates candidates_;
   std::vector<uint32_t> known_;
   bool was_copy_ = false;
   std::array<BitModel, 6> copy_;

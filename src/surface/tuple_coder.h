@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -22,10 +23,68 @@ struct TupleCoding {
   bool repeats = false;  ///< a flag per element says that its tuple is its neighbour's
 };
 
+/// Sizes of past residuals in half octaves. The three of a position share one word, so that those of up to
+/// fifteen tuples add up in one addition each: 15 x 64 fits 10 bits, 15 x 127 fits 20.
+template <class Code, unsigned Fixed>
+class ResidualSizes {
+ public:
+  using Sum = std::conditional_t<sizeof(Code) == 4, uint32_t, uint64_t>;
+
+  ResidualSizes(size_t elements, size_t) : words_(elements) {}
+  void clear(Sum& sum) const { sum = 0; }
+  /// Adds those of a gate's elements; returns the sum over all components.
+  [[gnu::always_inline]] unsigned add(const Gate& gate, Sum& sum) const {
+    const Sum word = words_[gate.a] + words_[gate.b] + words_[gate.across];
+    sum += word;
+    return component(word, 0) + component(word, 1) + component(word, 2);
+  }
+  static unsigned component(Sum sum, unsigned k) { return static_cast<unsigned>(sum >> (width * k)) & mask; }
+  unsigned at(uint32_t element, unsigned k) const { return component(words_[element], k); }
+  void set(uint32_t element, unsigned k, unsigned size) { words_[element] |= Sum{size} << (width * k); }
+  void copy(uint32_t to, uint32_t from) { words_[to] = words_[from]; }
+
+ private:
+  static constexpr unsigned width = sizeof(Code) == 4 ? 10 : 20;
+  static constexpr unsigned mask = (1u << width) - 1;
+  std::vector<Sum> words_;
+};
+
+/// The same for tuples of any number of components.
+template <class Code>
+class ResidualSizes<Code, 0> {
+ public:
+  using Sum = std::vector<unsigned>;
+
+  ResidualSizes(size_t elements, size_t components)
+      : components_(components), sizes_(elements * components) {}
+  void clear(Sum& sum) const { sum.assign(components_, 0); }
+  unsigned add(const Gate& gate, Sum& sum) const {
+    unsigned total = 0;
+    for (unsigned k = 0; k < components_; ++k) {
+      const unsigned added = at(gate.a, k) + at(gate.b, k) + at(gate.across, k);
+      sum[k] += added;
+      total += added;
+    }
+    return total;
+  }
+  static unsigned component(const Sum& sum, unsigned k) { return sum[k]; }
+  unsigned at(uint32_t element, unsigned k) const { return sizes_[element * components_ + k]; }
+  void set(uint32_t element, unsigned k, unsigned size) {
+    sizes_[element * components_ + k] = static_cast<uint8_t>(size);
+  }
+  void copy(uint32_t to, uint32_t from) {
+    std::memcpy(&sizes_[to * components_], &sizes_[from * components_], components_);
+  }
+
+ private:
+  size_t components_;
+  std::vector<uint8_t> sizes_;
+};
+
 /// Codes the tuples of one array, each predicted from those in its stencil. `Code` is int64_t for numbers of
 /// eight bytes, else int32_t. One class for both directions: the encoder finds the codes in `codes`, the
-/// decoder puts them there.
-/// `Fixed` is the number of components where it is known when compiling (positions), else 0.
+/// decoder puts them there; behind the last element is a tuple of zeros, for gates that are not there, and
+/// one more code. `Fixed` is the number of components where it is known when compiling (positions), else 0.
 template <class Coder, class Code, unsigned Fixed>
 class TupleCoder {
  public:
@@ -37,12 +96,13 @@ class TupleCoder {
         maps_(maps),
         codes_(codes),
         model_(coding.whole_values),
-        sizes_(codes.size()),
-        errors_(maps.empty() ? 0 : codes.size() / maps.size()),
+        sizes_((codes.size() - 1) / maps.size(), maps.size()),
         predictions_(maps.size()),
         spreads_(maps.size()),
         residuals_(maps.size()),
-        lengths_(maps.size()) {}
+        lengths_(maps.size()) {
+    for (const NumberMap& map : maps) any_ordered_ |= map.kind == NumberMap::Kind::ordered;
+  }
 
   /// Codes the tuple of `element`. Without a known neighbour the element coded before serves as one.
   void code(uint32_t element, const Stencil& stencil) {
@@ -50,15 +110,23 @@ class TupleCoder {
     newest_ = element;
     neighbour_ = stencil.neighbour == none ? before_ : stencil.neighbour;
     if (coding_.repeats && neighbour_ != none && code_repeat(element)) return;
-    choose_gates(stencil);
-    for (unsigned k = 0; k < components(); ++k) predict(stencil, k);
-    code_residuals(element, stencil);
+    if (stencil.gate_count > 0 && coding_.predictor >= Predictor::nearest_gate) {
+      choose_gates(stencil);
+      for (unsigned k = 0; k < components(); k += pack) predict_by_gates(stencil, k);
+      const unsigned weight = inverse_of_triple[stencil.gate_count];
+      code_lengths(element,
+                   [&](unsigned k) { return (Sizes::component(past_sizes_, k) * weight + 32768) >> 16; });
+    } else {
+      for (unsigned k = 0; k < components(); ++k) predict_by_neighbour(k);
+      code_lengths(element, [&](unsigned k) { return neighbour_ == none ? 0 : sizes_.at(neighbour_, k); });
+    }
+    code_values(element);
   }
 
  private:
+  using Sizes = ResidualSizes<Code, Fixed>;
   unsigned components() const { return Fixed != 0 ? Fixed : static_cast<unsigned>(maps_.size()); }
   size_t at(uint32_t element, unsigned component) const { return size_t{element} * components() + component; }
-  bool uses_gates() const { return coding_.predictor >= Predictor::nearest_gate; }
 
   bool code_repeat(uint32_t element) {
     bool same = true;
@@ -68,44 +136,51 @@ class TupleCoder {
     same = repeat_[repeated_].code(coder_, same);
     repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
     if (!same) return false;
-    for (unsigned k = 0; k < components(); ++k) {
-      codes_[at(element, k)] = codes_[at(neighbour_, k)];
-      sizes_[at(element, k)] = sizes_[at(neighbour_, k)];
-    }
-    errors_[element] = errors_[neighbour_];
+    for (unsigned k = 0; k < components(); ++k) codes_[at(element, k)] = codes_[at(neighbour_, k)];
+    sizes_.copy(element, neighbour_);
     return true;
   }
 
-  /// The two gates with the smallest past errors (the first of equals). Selections, not branches: the outcome
-  /// is random.
+  /// The two gates with the smallest past residuals (the first of equals). Selections, not branches: which is
+  /// best is as good as random.
   [[gnu::always_inline]] void choose_gates(const Stencil& stencil) {
-    best_ = second_ = none;
-    if (stencil.gate_count == 0 || !uses_gates()) return;
-    best_ = 0;
-    uint64_t best_error = past_error(stencil.gates[0]);
-    uint64_t second_error = ~uint64_t{0};
-    for (uint32_t i = 1; i < stencil.gate_count; ++i) {
-      const uint64_t error = past_error(stencil.gates[i]);
-      const bool better = error < best_error;
-      const bool runner_up = error < second_error;
+    sizes_.clear(past_sizes_);
+    best_ = second_ = 0;
+    unsigned smallest = sizes_.add(stencil.gates[0], past_sizes_);
+    unsigned second_smallest = ~0u;
+    for (unsigned i = 1; i < stencil.gate_count; ++i) {
+      const unsigned size = sizes_.add(stencil.gates[i], past_sizes_);
+      const bool better = size < smallest;
+      const bool runner_up = size < second_smallest;
       second_ = better ? best_ : runner_up ? i : second_;
-      second_error = better ? best_error : runner_up ? error : second_error;
+      second_smallest = better ? smallest : runner_up ? size : second_smallest;
       best_ = better ? i : best_;
-      best_error = better ? error : best_error;
+      smallest = better ? size : smallest;
     }
   }
-  uint64_t past_error(const Gate& gate) const {
-    return (uint64_t{1} << errors_[gate.a]) + (uint64_t{1} << errors_[gate.b]) +
-           (uint64_t{1} << errors_[gate.across]);
-  }
 
-  [[gnu::always_inline]] Code parallelogram_at(const Gate& gate, unsigned k) const {
-    const Code a = codes_[at(gate.a, k)];
-    const Code b = codes_[at(gate.b, k)];
-    const Code across = codes_[at(gate.across, k)];
-    if (maps_[k].kind == NumberMap::Kind::ordered) [[unlikely]]
-      return ordered_parallelogram(a, b, across);
-    return parallelogram(a, b, across);
+  /// Some components side by side, in one register: with three, the next code comes along as a fourth.
+  static constexpr unsigned pack = Fixed != 0 ? Fixed : 1;
+  using Pack[[gnu::vector_size(sizeof(Code) * (Fixed != 0 ? 4 : 1))]] = std::make_unsigned_t<Code>;
+
+  [[gnu::always_inline]] void load_codes(uint32_t element, unsigned first, Pack& result) const {
+    std::memcpy(&result, &codes_[at(element, first)], sizeof result);
+  }
+  [[gnu::always_inline]] void parallelogram_at(const Gate& gate, unsigned first, Pack& result) const {
+    Pack a, b, across;
+    load_codes(gate.a, first, a);
+    load_codes(gate.b, first, b);
+    load_codes(gate.across, first, across);
+    result = a + b - across;
+    if (any_ordered_) [[unlikely]] {
+      for (unsigned k = 0; k < pack; ++k) {
+        if (maps_[first + k].kind == NumberMap::Kind::ordered) {
+          const auto code = [k](const Pack& codes) { return static_cast<Code>(codes[k]); };
+          result[k] =
+              static_cast<std::make_unsigned_t<Code>>(ordered_parallelogram(code(a), code(b), code(across)));
+        }
+      }
+    }
   }
 
   /// Among numbers: their codes are not proportional to them.
@@ -115,66 +190,57 @@ class TupleCoder {
     return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
   }
 
-  [[gnu::always_inline]] void predict(const Stencil& stencil, unsigned k) {
+  /// Components from `first` on.
+  [[gnu::always_inline]] void predict_by_gates(const Stencil& stencil, unsigned first) {
+    Pack predictions[Stencil::most_gates] = {};
+    Pack sum = {};
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      parallelogram_at(stencil.gates[i], first, predictions[i]);
+      sum += predictions[i];
+    }
+    const Pack best = predictions[best_];
+    const bool alone = stencil.gate_count == 1;
+    const Pack apart = predictions[second_] - best;  // relative, so that nothing overflows
+    const Pack sum_apart = sum - best * stencil.gate_count;
+    for (unsigned k = 0; k < pack; ++k) {
+      const auto distance = static_cast<Code>(apart[k]);
+      const auto size = static_cast<uint64_t>(distance < 0 ? -static_cast<int64_t>(distance + 1) : distance);
+      const unsigned spread = std::min(bit_length(size | 1) - 1, one_prediction - 1);
+      spreads_[first + k] = alone ? one_prediction : spread;
+      Code step = 0;
+      if (coding_.predictor == Predictor::two_gates) step = static_cast<Code>(distance >> 1);
+      if (coding_.predictor == Predictor::all_gates)
+        step = mean_of(static_cast<Code>(sum_apart[k]), stencil.gate_count);
+      predictions_[first + k] = wrapped_sum(static_cast<Code>(best[k]), step);
+    }
+  }
+
+  void predict_by_neighbour(unsigned k) {
+    const uint32_t from = coding_.predictor == Predictor::previous ? before_ : neighbour_;
+    predictions_[k] = from == none ? Code{0} : codes_[at(from, k)];
     spreads_[k] = one_prediction;
-    if (best_ == none) {
-      const uint32_t from = coding_.predictor == Predictor::previous ? before_ : neighbour_;
-      predictions_[k] = from == none ? Code{0} : codes_[at(from, k)];
-      return;
-    }
-    const Code best = parallelogram_at(stencil.gates[best_], k);
-    predictions_[k] = best;
-    if (second_ == none) return;
-    const Code second = parallelogram_at(stencil.gates[second_], k);
-    // Relative to the best one, so that nothing overflows.
-    const Code apart = wrapped_difference(second, best);
-    const auto size = static_cast<uint64_t>(apart < 0 ? -static_cast<int64_t>(apart + 1) : apart);
-    spreads_[k] = std::min(half_octaves(size) / 2, one_prediction - 1);
-    if (coding_.predictor == Predictor::nearest_gate) return;
-    if (coding_.predictor == Predictor::two_gates || stencil.gate_count == 2) {
-      predictions_[k] = wrapped_sum(best, static_cast<Code>(apart >> 1));
-      return;
-    }
-    Sum sum = apart;
-    for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      if (i != best_ && i != second_) sum += wrapped_difference(parallelogram_at(stencil.gates[i], k), best);
-    }
-    const auto count = static_cast<int>(stencil.gate_count);
-    const Sum rounded = sum + (sum < 0 ? -(count / 2) : count / 2);
-    predictions_[k] = wrapped_sum(best, static_cast<Code>(rounded / count));
   }
 
-  /// Size of residual to expect in component k, in half octaves: the mean over the stencil.
-  [[gnu::always_inline]] unsigned expected_size(const Stencil& stencil, unsigned k) const {
-    if (best_ == none) return neighbour_ == none ? 0 : sizes_[at(neighbour_, k)];
-    unsigned sum = 0;
-    for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      const Gate& gate = stencil.gates[i];
-      sum += unsigned{sizes_[at(gate.a, k)]} + sizes_[at(gate.b, k)] + sizes_[at(gate.across, k)];
-    }
-    return (sum * inverse_of_triple[stencil.gate_count] + 32768) >> 16;
-  }
-
-  [[gnu::always_inline]] void code_residuals(uint32_t element, const Stencil& stencil) {
+  template <class ExpectedSize>
+  [[gnu::always_inline]] void code_lengths(uint32_t element, ExpectedSize expected_size) {
     for (unsigned k = 0; k < components(); ++k) {
       if constexpr (Coder::encoding)
         residuals_[k] = wrapped_difference(codes_[at(element, k)], predictions_[k]);
-      const ResidualContext context{expected_size(stencil, k), spreads_[k]};
+      const ResidualContext context{expected_size(k), spreads_[k]};
       lengths_[k] =
           model_.code_length(coder_, bit_length(size_of_residual(k)), model_of(k), context, lane_of(k));
     }
+  }
+
+  [[gnu::always_inline]] void code_values(uint32_t element) {
     for (unsigned k = 0; k < components(); ++k) {
       residuals_[k] =
           static_cast<Code>(model_.code_value(coder_, residuals_[k], lengths_[k], model_of(k), lane_of(k)));
     }
-    uint64_t error = 0;
     for (unsigned k = 0; k < components(); ++k) {
       if constexpr (!Coder::encoding) codes_[at(element, k)] = wrapped_sum(predictions_[k], residuals_[k]);
-      const unsigned size = half_octaves(size_of_residual(k));
-      sizes_[at(element, k)] = static_cast<uint8_t>(size);
-      error += uint64_t{1} << std::min(size, largest_error);
+      sizes_.set(element, k, half_octaves(size_of_residual(k)));
     }
-    errors_[element] = static_cast<uint8_t>(std::min(bit_length(error), largest_error));
   }
 
   uint64_t size_of_residual(unsigned k) const {
@@ -191,13 +257,10 @@ class TupleCoder {
   };
   template <class T>
   using PerComponent = std::conditional_t<Fixed != 0, Fixture<T>, std::vector<T>>;
-  using Sum = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
   /// 65536 / 3n.
   static constexpr std::array<unsigned, Stencil::most_gates + 1> inverse_of_triple = {0,    21845, 10923,
                                                                                       7282, 5461,  4369};
   static constexpr unsigned one_prediction = 11;
-  static constexpr unsigned largest_error = 60;  // sums of three still fit 64 bits
-
   Coder& coder_;
   TupleCoding coding_;
   Scalar type_;
@@ -205,15 +268,16 @@ class TupleCoder {
   std::span<Code> codes_;
   ResidualModel<8 * sizeof(Code)> model_;
   BitModel repeat_[4];
-  std::vector<uint8_t> sizes_;   // of residuals, by number, in half octaves
-  std::vector<uint8_t> errors_;  // by element: about twice the logarithm of the whole residual
+  Sizes sizes_;
+  bool any_ordered_ = false;
+  typename Sizes::Sum past_sizes_ = {};
   // By component, for the element at hand.
   PerComponent<Code> predictions_;
   PerComponent<unsigned> spreads_;
   PerComponent<Code> residuals_;
   PerComponent<unsigned> lengths_;
-  uint32_t best_ = none;
-  uint32_t second_ = none;
+  unsigned best_ = 0;  // gates
+  unsigned second_ = 0;
   uint32_t neighbour_ = none;
   uint32_t before_ = none;  // the element coded before this one
   uint32_t newest_ = none;
