@@ -72,7 +72,7 @@ struct EncodeReport {
 
 /// Compresses a mesh into `sink` as one .maille file and commits it. The mesh is checked first (validate()).
 /// The same mesh and options give the same bytes on every machine and for any executor.
-/// Errors: malformed_input (the mesh), usage (the options), error_bound, write_failed, cancelled.
+/// Errors: malformed_input (the mesh), usage (the options), unsupported, write_failed, cancelled.
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options = {});
 
 }  // namespace maille

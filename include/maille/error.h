@@ -16,7 +16,7 @@ enum class ErrorCode : int32_t {
   unsupported = 5,      ///< needs a newer maille, or a feature that does not exist
   corrupt = 6,          ///< a .maille file is damaged
   memory_bound = 7,     ///< cannot be done within the memory allowed
-  error_bound = 8,      ///< the asked error bound cannot be met
+  error_bound = 8,      ///< not given by this version: a bound finer than the type is kept lossless
   write_failed = 9,     ///< the output could not be written
   network = 10,         ///< a remote source failed
   cancelled = 130,      ///< the caller's progress function asked to stop
