@@ -35,21 +35,12 @@ void for_each_cell(const Mesh& mesh, Visit visit) {
   }
 }
 
-/// The faces that can be part of a surface, as one list.
-struct SimpleFaces {
-  std::vector<uint32_t> corners;
-  std::vector<uint32_t> offsets;  ///< empty: triangles
-  std::vector<uint32_t> cell;     ///< empty: face i is cell i
-  std::span<const uint32_t> all_corners;
-
-  Faces view(uint32_t points) const { return {all_corners, offsets, points}; }
-  uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
-};
-
 bool in_surface(const CellBlock& block, uint64_t cell) {
   // In blocks of mixed type a triangle and a polygon of three corners differ; they are coded as loose cells.
   return is_face(block.type) && is_simple(block.cell(cell));
 }
+
+}  // namespace
 
 SimpleFaces collect_faces(const Mesh& mesh) {
   SimpleFaces faces;
@@ -77,6 +68,8 @@ SimpleFaces collect_faces(const Mesh& mesh) {
   faces.all_corners = faces.corners;
   return faces;
 }
+
+namespace {
 
 /// First half-edges of real faces in coded order, in the numbering of `surface`. `order` lists all faces as
 /// coded.
@@ -256,6 +249,8 @@ Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
   return {};
 }
 
+}  // namespace
+
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh) {
   RansEncoder encoder;
   LooseCellCoder<RansEncoder> coder(encoder, topology.points);
@@ -270,20 +265,37 @@ std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& m
   return encoder.finish();
 }
 
-/// The cells of each block that its faces on the surface leave over.
+namespace {
+
+/// Takes the faces of the surface from the cells of their blocks.
+Result<> take_faces(const PatchTopology& topology, std::span<const BlockShape> blocks,
+                    std::vector<uint64_t>& left) {
+  const uint32_t faces = topology.surface.face_count;
+  const HalfEdges& edges = topology.surface.half_edges;
+  if (faces > 0 && topology.face_block.empty() && edges.all_triangles() && !blocks.empty() &&
+      blocks[0].type == CellType::triangle) {
+    if (left[0] < faces) return corrupt("more faces than a block has");
+    left[0] -= faces;
+    return {};
+  }
+  for (uint32_t face = 0; face < faces; ++face) {
+    const uint32_t block = topology.block_of_face(face);
+    if (block >= blocks.size() || left[block]-- == 0) return corrupt("more faces than a block has");
+    const unsigned nodes = nodes_of(blocks[block].type);
+    if (!is_face(blocks[block].type) || (nodes != 0 && nodes != edges.degree(topology.surface.face(face)))) {
+      return corrupt("a face in a block of another type");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
                       PatchTopology& topology) {
   std::vector<uint64_t> left;
   for (const BlockShape& block : blocks) left.push_back(block.cells);
-  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
-    const uint32_t block = topology.block_of_face(face);
-    if (left[block]-- == 0) return corrupt("more faces than a block has");
-    const unsigned nodes = nodes_of(blocks[block].type);
-    if (!is_face(blocks[block].type) ||
-        (nodes != 0 && nodes != topology.surface.half_edges.degree(topology.surface.face(face)))) {
-      return corrupt("a face in a block of another type");
-    }
-  }
+  MAILLE_CHECK(take_faces(topology, blocks, left));
   RansDecoder decoder(bytes);
   LooseCellCoder<RansDecoder> coder(decoder, topology.points);
   LooseCells& loose = topology.loose;
@@ -306,6 +318,8 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
   }
   return {};
 }
+
+namespace {
 
 /// Numbers the points: those of the surface as coded, then the others as they come in the mesh.
 void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopology& result) {
@@ -356,6 +370,8 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
   }
 }
 
+}  // namespace
+
 void collect_loose(const Mesh& mesh, EncodedTopology& result) {
   PatchTopology& topology = result.topology;
   std::vector<uint32_t> number;  // of points in coded order
@@ -374,8 +390,6 @@ void collect_loose(const Mesh& mesh, EncodedTopology& result) {
     result.sources.first_corner.push_back(corner);
   });
 }
-
-}  // namespace
 
 Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window) {
   // Border triangles can add three half-edges to each corner, and half-edges have 31 bits.
