@@ -1,5 +1,9 @@
 #include "surface/fan_connectivity.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <memory>
 #include <string>
 
@@ -147,14 +151,14 @@ class FanFinder {
     while (is_uncoded(edges_.opposite[x]) && edges_.opposite[x] / 3 != g / 3)
       x = previous_corner(edges_.opposite[x]);
     Place place = place_of_gate(x);
-    if (place.entry != none && machine_->vertex[place.entry] == number) return place;
+    if (place.entry != none && machine_->vertex(place.entry) == number) return place;
     x = back;
     while (is_uncoded(edges_.opposite[x]) && edges_.opposite[x] / 3 != g / 3)
       x = next_corner(edges_.opposite[x]);
     place = place_of_gate(x);
     if (place.entry == none) return {};
     place = following(place);
-    return machine_->vertex[place.entry] == number ? place : Place{};
+    return machine_->vertex(place.entry) == number ? place : Place{};
   }
 
   unsigned choose() {
@@ -173,7 +177,7 @@ class FanFinder {
       }
       const uint32_t back = previous_corner(g);
       const uint32_t apex = edges_.origin[back];
-      if (machine_->vertex[machine_->head + 1] != none && back == gate(machine_->head)) {
+      if (machine_->vertex(machine_->head + 1) != none && back == gate(machine_->head)) {
         fan_.push_back(g);
         symbol = i <= 3 ? fan_close + i : i <= most_closed ? fan_close_4 + i - 4 : fan_open_4;
         break;
@@ -214,7 +218,7 @@ class FanFinder {
       return fan_merge;
     }
     if (place.entry == ring.head + 2 && end >= ring.head + 4 && i <= 3 &&
-        ring.vertex[ring.head + 1] != none && is_uncoded(beyond) && beyond / 3 != g / 3 &&
+        ring.vertex(ring.head + 1) != none && is_uncoded(beyond) && beyond / 3 != g / 3 &&
         previous_corner(beyond) == gate(ring.head) && next_corner(beyond) == gate(ring.head + 1)) {
       fan_.push_back(g);
       fan_.push_back(beyond);
@@ -388,6 +392,152 @@ class FanReader {
   std::vector<StaticSlot> number_slots_;
 };
 
+/// Entries that the fast loop may write behind the ring before it looks for room again.
+constexpr uint32_t fast_room = 1 << 12;
+/// What it writes beyond what there is, harmlessly: vertices, and corners.
+constexpr size_t spare_vertices = 4;
+
+[[gnu::always_inline]] inline uint64_t pair_of(uint32_t low, uint32_t high) {
+  return low | uint64_t{high} << 32;
+}
+
+#ifdef __SSE2__
+[[gnu::always_inline]] inline __m128i words_of(uint64_t low, uint64_t high) {
+  return _mm_set_epi64x(static_cast<int64_t>(high), static_cast<int64_t>(low));
+}
+[[gnu::always_inline]] inline void store_references(VertexReferences& to, __m128i first, __m128i second) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()), first);
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()) + 1, second);
+}
+[[gnu::always_inline]] inline void store_fan(VertexReferences* to, uint32_t f, uint32_t n, uint32_t o,
+                                             uint64_t before_last, uint32_t v) {
+  const __m128i first = words_of(pair_of(f, n), pair_of(o, f));
+  const uint64_t ff = pair_of(f, f);
+  store_references(to[0], first, words_of(ff, before_last));
+  store_references(to[1], first, words_of(ff, pair_of(static_cast<uint32_t>(before_last >> 32), v)));
+  store_references(to[2], first, words_of(ff, pair_of(v, v + 1)));
+}
+#else
+inline void store_fan(VertexReferences* to, uint32_t f, uint32_t n, uint32_t o, uint64_t before_last,
+                      uint32_t v) {
+  const auto before = static_cast<uint32_t>(before_last);
+  const auto last = static_cast<uint32_t>(before_last >> 32);
+  to[0].at = {f, n, o, f, f, f, before, last};
+  to[1].at = {f, n, o, f, f, f, last, v};
+  to[2].at = {f, n, o, f, f, f, v, v + 1};
+}
+#endif
+
+/// Kinds of the three vertices of a fast symbol, one byte each, by the symbol and what the focus has seen.
+constexpr auto fast_kinds = [] {
+  std::array<std::array<uint32_t, most_seen + 1>, fast_fan_symbols> table{};
+  for (unsigned symbol = 0; symbol < fast_fan_symbols; ++symbol) {
+    const unsigned i = symbol & 3;
+    for (unsigned seen = 0; seen <= most_seen; ++seen) {
+      const unsigned then = std::min(seen + i + (symbol < fan_pocket ? 1 : 2), most_seen);
+      for (unsigned j = 1; j <= i; ++j) table[symbol][seen] |= fan_kind(true, i, j, then) << (8 * (j - 1));
+    }
+  }
+  return table;
+}();
+
+/// a where the mask is 0, b where it is all ones. Compilers make branches of conditions, and these would be
+/// unpredictable.
+[[gnu::always_inline]] inline uint32_t choose(uint32_t mask, uint32_t a, uint32_t b) {
+  return a ^ ((a ^ b) & mask);
+}
+
+/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten. What
+/// FanMachine::apply() does for them, without branches. False: a marker was taken for a vertex.
+bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
+  using Entry = FanMachine<FanReader>::Entry;
+  machine.make_room(fast_room);
+  uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
+  const StaticSlot* const slots = reader.event_slots.data();
+  const uint32_t* const table_at = reader.table_at.data();
+  VertexReferences* const references = out.references.data();
+  uint8_t* const kinds = out.kinds.data();
+  uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
+  const uint32_t nowhere = static_cast<uint32_t>(out.references.size()) - 1;
+  constexpr uint32_t seen_two = 2u << fan_point_bits;
+  constexpr uint32_t point_mask = most_fan_points - 1;
+
+  StaticRansDecoder rans = reader.rans;
+  Entry* head = machine.entries.data() + machine.head;
+  Entry* tail = machine.entries.data() + machine.tail;
+  uint32_t v = machine.vertices;
+  uint32_t f = head->vertex, f_rest = head->rest;
+  uint32_t p = tail[-1].vertex, p_rest = tail[-1].rest;
+  uint32_t markers = 0;
+  for (; steps > 0 && tail - head > 4; --steps) {
+    const uint32_t n = head[1].vertex, n_rest = head[1].rest;
+    const uint32_t f_seen = f_rest >> fan_point_bits;
+    const uint32_t context = f_seen | n_rest >> fan_point_bits << 4 | p_rest >> fan_point_bits << 8;
+    const StaticSlot slot = slots[table_at[context] + (rans.state & (slots_per_table - 1))];
+    const unsigned symbol = slot_symbol(slot);
+    if (symbol >= fast_fan_symbols) break;
+    rans.state = slot_frequency(slot) * (rans.state >> slot_bits) + slot_offset(slot);
+    rans.refill();
+    const uint32_t i = symbol & 3;
+    const uint32_t has_new = 0 - ((i + 3) >> 2);
+    const uint32_t pocket = symbol >> 2;
+    const uint32_t is_pocket = 0 - pocket;
+    const uint32_t m = head[2].vertex;
+    const uint32_t next = choose(is_pocket, n, m);
+    const uint32_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
+    markers |= n | next;
+
+    // A late triple for the vertex before, or for none.
+    const uint32_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint32_t>(next_opposite == p);
+    const uint32_t is_late = 0 - static_cast<uint32_t>(differs == 0);
+    const uint32_t late = choose(is_late, nowhere, p);
+    uint32_t* const triple = references[late].at.data() + VertexReferences::late;
+    store(triple, pair_of(f, next));
+    triple[2] = next_opposite;
+    kinds[late] |= 1;
+
+    store_fan(references + v, f, next, next_opposite, pair_of(p_rest & point_mask, p), v);
+    store(kinds + v, fast_kinds[symbol][f_seen]);
+    store(corner, pair_of(f, p));
+    store(corner + 2, pair_of(v, f));
+    store(corner + 4, pair_of(v, v + 1));
+    store(corner + 6, pair_of(f, v + 1));
+    corner[8] = v + 2;
+    corner += 3 * size_t{i};
+    const uint32_t last = choose(has_new, p, v + i - 1);
+    store(corner, pair_of(f, last));
+    corner[2] = next;
+    store(corner + 3, pair_of(f, m));
+    corner[5] = n;
+    corner += 3 + 3 * size_t{pocket};
+
+    // Entries have the focus beyond their gates now; the last one has seen a triangle more.
+    const uint32_t p_then = std::min((p_rest >> fan_point_bits) + 1, most_seen) << fan_point_bits;
+    store(tail - 1, pair_of(p, f | p_then));
+    const uint32_t rest = f | seen_two;
+    store(tail, pair_of(v, rest));
+    store(tail + 1, pair_of(v + 1, rest));
+    store(tail + 2, pair_of(v + 2, rest));
+    tail += i;
+    v += i;
+    p = last;
+    p_rest = f | choose(has_new, p_then, seen_two);
+    head += 1 + pocket;
+    f = next;
+    // One triangle more for a next vertex, two for one beyond.
+    f_rest = head->rest;
+    f_rest = (f_rest & point_mask) | std::min((f_rest >> fan_point_bits) + 1 + pocket, most_seen)
+                                         << fan_point_bits;
+  }
+  head->rest = f_rest;
+  reader.rans = rans;
+  machine.head = static_cast<uint32_t>(head - machine.entries.data());
+  machine.tail = static_cast<uint32_t>(tail - machine.entries.data());
+  machine.vertices = v;
+  machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
+  return (markers >> 31) == 0;
+}
+
 tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("topology: ") + what);
 }
@@ -407,7 +557,7 @@ Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_ve
   const Bytes tables = in.get_bytes(in.get_count());
   const Bytes events = in.get_bytes(in.remaining());
   // A symbol has 1/1024 bit at least, and vertices have six triangles on average.
-  if (!in.ok() || vertices > most_vertices || vertices > 3 * uint64_t{triangles} ||
+  if (!in.ok() || vertices > std::min(most_vertices, most_fan_points) || vertices > 3 * uint64_t{triangles} ||
       triangles / 16384 > bytes.size() + 16) {
     return corrupt("the fans are more than their bytes can hold");
   }
@@ -420,8 +570,8 @@ Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_ve
 
   FanSurface result;
   result.corners.resize(size_t{3} * triangles);
-  result.references.resize(vertices);
-  result.kinds.resize(vertices);
+  result.references.resize(vertices + spare_vertices);
+  result.kinds.resize(vertices + spare_vertices);
   const auto reader = std::make_unique<FanReader>(events, event_tables, number_tables);
   FanMachine<FanReader> machine(*reader, result, triangles, static_cast<uint32_t>(vertices));
   while (!machine.done()) {
@@ -430,14 +580,18 @@ Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_ve
       if (reader->rans.exhausted()) return corrupt("the fans end early");
       continue;
     }
-    const uint32_t table = reader->table_at[machine.seen[machine.head] | machine.seen[machine.head + 1] << 4 |
-                                            machine.seen[machine.tail - 1] << 8];
+    if (!run_fast(machine, *reader, result)) return corrupt("a fan that ends at a border");
+    if (machine.done() || !machine.prepare()) continue;
+    const uint32_t table = reader->table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                                            machine.seen(machine.tail - 1) << 8];
     const unsigned symbol = slot_symbol(reader->rans.get(&reader->event_slots[table], slot_bits));
     if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
     if (reader->rans.exhausted()) return corrupt("the fans end early");
   }
   if (machine.vertices != vertices) return corrupt("the fans have another number of vertices");
   result.vertices = machine.vertices;
+  result.references.resize(vertices);
+  result.kinds.resize(vertices);
   return result;
 }
 

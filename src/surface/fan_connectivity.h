@@ -63,8 +63,13 @@ struct EncodedFans {
   std::vector<std::byte> bytes;
 };
 
+/// Points have numbers of this many bits at most.
+inline constexpr unsigned fan_point_bits = 28;
+inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
+
 /// Codes the real triangles of a closed surface, see gluing.h: all faces are triangles, the first
-/// `real_half_edges` half-edges belong to real ones. Origins are points, several vertices may be one point.
+/// `real_half_edges` half-edges belong to real ones. Origins are points,
+/// at most most_fan_points; several vertices of the surface may be one point.
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
 
 /// Inverse. Safe on any bytes: `triangles` triangles over at most `most_vertices` vertices, or corrupt. Work

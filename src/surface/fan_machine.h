@@ -30,7 +30,7 @@ inline constexpr unsigned most_border = 3;
 inline constexpr unsigned most_split = 5;
 
 /// Triangles seen by an entry of the ring saturate here; markers have seen none.
-inline constexpr unsigned most_seen = 15;
+inline constexpr uint32_t most_seen = 15;
 inline constexpr unsigned fan_contexts = 120;
 
 /// The context of a symbol, from what the head, the next and the last vertex of the ring have seen.
@@ -58,16 +58,12 @@ inline unsigned fan_context(unsigned head, unsigned next, unsigned last) {
 /// Numbers beside the symbols.
 enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
 
-inline uint8_t add_seen(uint8_t seen, unsigned triangles) {
-  return static_cast<uint8_t>(std::min<unsigned>(seen + triangles, most_seen));
-}
-
 /// Kind of the j-th of i new vertices (from 1) at a focus that has then seen `seen` triangles.
-inline unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) {
+constexpr unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) {
   unsigned place = first_open_place + std::min(j, 3u) - 1;
   if (closed) {
-    static constexpr unsigned bases[] = {0, 0, 1, 3, 6};
-    place = i < 4 ? bases[i] + j - 1 : j == i ? 9 : 5 + std::min(j, 3u);
+    // 0 | 1 2 | 3 4 5 | 6 7 8 9 for i = 1 to 3 and more.
+    place = i < 4 ? i * (i - 1) / 2 + j - 1 : j == i ? 9 : 5 + std::min(j, 3u);
   }
   return (place * valence_classes + std::clamp(seen, 4u, 9u) - 4) * 2;
 }
@@ -84,22 +80,31 @@ class FanMachine {
       : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
     // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
     moves_left_ = 64 * uint64_t{triangles} + 4096;
-    reserve(4096);
+    entries.resize(4096);
   }
 
   struct Ring {
     uint32_t begin;
     uint32_t end;
   };
+  /// Eight bytes, which a fast loop loads and stores as one number.
+  struct Entry {
+    uint32_t vertex;
+    uint32_t rest;  ///< the vertex beyond the gate to the next entry, below 2^28; above it `seen`
+  };
 
   // What an encoder looks at.
   uint32_t head = 0, tail = 0;
-  std::vector<uint32_t> vertex, opposite;
-  std::vector<uint8_t> seen;
+  std::vector<Entry> entries;
   std::vector<Ring> waiting;
   uint32_t vertices = 0;
   uint32_t triangle_count = 0;
+  uint32_t vertex(uint32_t e) const { return entries[e].vertex; }
+  uint32_t opposite(uint32_t e) const { return entries[e].rest & (most_fan_points - 1); }
+  uint32_t seen(uint32_t e) const { return entries[e].rest >> fan_point_bits; }
   uint64_t moves_left() const { return moves_left_; }
+  uint32_t vertices_left() const { return most_vertices_ - vertices; }
+  uint32_t triangles_left() const { return triangles_ - triangle_count; }
 
   bool done() const { return triangle_count == triangles_; }
 
@@ -108,19 +113,19 @@ class FanMachine {
   bool prepare() {
     for (;;) {
       const uint32_t size = tail - head;
-      if (size <= 1 || (size == 2 && vertex[head] != none && vertex[head + 1] != none)) {
+      if (size <= 1 || (size == 2 && vertex(head) != none && vertex(head + 1) != none)) {
         if (waiting.empty()) return false;
         head = waiting.back().begin;
         tail = waiting.back().end;
         waiting.pop_back();
         continue;
       }
-      const bool open = vertex[tail - 1] == none;
-      if (vertex[head] == none) {
+      const bool open = vertex(tail - 1) == none;
+      if (vertex(head) == none) {
         if (!open) push_copy(head);
         ++head;
       } else if (open) {
-        if (vertex[head + 1] != none) push_copy(head);
+        if (vertex(head + 1) != none) push_copy(head);
         ++head;
       } else {
         return true;
@@ -153,7 +158,21 @@ class FanMachine {
     return true;
   }
 
-  unsigned context() const { return fan_context(seen[head], seen[head + 1], seen[tail - 1]); }
+  /// Room for `more` entries behind the ring.
+  void make_room(uint64_t more) {
+    const uint64_t capacity = entries.size();
+    if (tail + more <= capacity) return;
+    const uint32_t floor = waiting.empty() ? 0 : waiting.back().end;
+    const uint32_t size = tail - head;
+    if (head - floor >= size + more + capacity / 4) {
+      for (uint32_t i = 0; i < size; ++i) move_entry(floor + i, head + i);
+      head = floor;
+      tail = floor + size;
+      return;
+    }
+    entries.resize(std::max(2 * capacity, tail + more));
+  }
+  unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
 
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
   bool apply(unsigned symbol) {
@@ -171,36 +190,20 @@ class FanMachine {
   }
 
  private:
-  void reserve(uint32_t size) {
-    vertex.resize(size);
-    opposite.resize(size);
-    seen.resize(size);
+  void set_opposite(uint32_t e, uint32_t v) {
+    entries[e].rest = (entries[e].rest & ~(most_fan_points - 1)) | v;
   }
-  /// Room for `more` entries behind the ring.
-  void make_room(uint64_t more) {
-    const uint64_t capacity = vertex.size();
-    if (tail + more <= capacity) return;
-    const uint32_t floor = waiting.empty() ? 0 : waiting.back().end;
-    const uint32_t size = tail - head;
-    if (head - floor >= size + more + capacity / 4) {
-      for (uint32_t i = 0; i < size; ++i) move_entry(floor + i, head + i);
-      head = floor;
-      tail = floor + size;
-      return;
-    }
-    reserve(static_cast<uint32_t>(std::max(2 * capacity, tail + more)));
+  void see(uint32_t e, unsigned triangles) {
+    const uint32_t then = std::min(seen(e) + triangles, most_seen);
+    entries[e].rest = opposite(e) | then << fan_point_bits;
   }
   void move_entry(uint32_t to, uint32_t from) {
-    vertex[to] = vertex[from];
-    opposite[to] = opposite[from];
-    seen[to] = seen[from];
+    entries[to] = entries[from];
     if constexpr (Coder::encoding) coder_.moved(to, from);
   }
-  void push(uint32_t v, uint32_t across, uint8_t triangles) {
+  void push(uint32_t v, uint32_t across, uint32_t triangles) {
     make_room(1);
-    vertex[tail] = v;
-    opposite[tail] = across;
-    seen[tail] = triangles;
+    entries[tail] = {v, across | triangles << fan_point_bits};
     if constexpr (Coder::encoding) coder_.no_gate(tail);
     ++tail;
   }
@@ -246,93 +249,93 @@ class FanMachine {
   /// that will follow, towards n, with n_opposite beyond it.
   void fan(unsigned i, unsigned closing, uint32_t n, uint32_t n_opposite) {
     make_room(i + 2);
-    const uint32_t focus = vertex[head];
-    uint32_t last = vertex[tail - 1];
-    uint32_t before = opposite[tail - 1];
-    const unsigned seen_then = std::min<unsigned>(seen[head] + i + closing, most_seen);
+    const uint32_t focus = vertex(head);
+    uint32_t last = vertex(tail - 1);
+    uint32_t before = opposite(tail - 1);
+    const unsigned seen_then = std::min<unsigned>(seen(head) + i + closing, most_seen);
     for (unsigned j = 1; j <= i; ++j) {
       const uint32_t v = vertices;
       VertexReferences references;
       references.at = {focus, n, n_opposite, focus, focus, focus, before, last};
       add_vertex(references, fan_kind(closing > 0, i, j, seen_then));
       add_triangle(focus, last, v);
-      opposite[tail - 1] = focus;
-      seen[tail - 1] = add_seen(seen[tail - 1], 1);
+      set_opposite(tail - 1, focus);
+      see(tail - 1, 1);
       if constexpr (Coder::encoding) coder_.gate_along(tail - 1, j);
       push(v, focus, 1);
       before = last;
       last = v;
     }
-    seen[head] = add_seen(seen[head], i);
+    see(head, i);
   }
   /// The triangle on the last entry and on m, which is on the ring already.
   void add_closing(unsigned i, uint32_t m) {
-    add_triangle(vertex[head], vertex[tail - 1], m);
-    opposite[tail - 1] = vertex[head];
-    seen[tail - 1] = add_seen(seen[tail - 1], 1);
-    seen[head] = add_seen(seen[head], 1);
+    add_triangle(vertex(head), vertex(tail - 1), m);
+    set_opposite(tail - 1, vertex(head));
+    see(tail - 1, 1);
+    see(head, 1);
     if constexpr (Coder::encoding) coder_.gate_along(tail - 1, i + 1);
   }
   void note_late(uint32_t n, uint32_t n_opposite) {
-    const uint32_t v = vertex[tail - 1];
+    const uint32_t v = vertex(tail - 1);
     if (v + 1 != vertices || n_opposite == v) return;
     VertexReferences& references = out_.references[v];
-    references.at[VertexReferences::late] = vertex[head];
+    references.at[VertexReferences::late] = vertex(head);
     references.at[VertexReferences::late + 1] = n;
     references.at[VertexReferences::late + 2] = n_opposite;
     out_.kinds[v] |= 1;
   }
 
   bool close(unsigned i) {
-    const uint32_t n = vertex[head + 1];
+    const uint32_t n = vertex(head + 1);
     if (n == none || !has_room(i, i + 1)) return false;
-    const uint32_t n_opposite = opposite[head];
+    const uint32_t n_opposite = opposite(head);
     if (i == 0) note_late(n, n_opposite);
     fan(i, 1, n, n_opposite);
     add_closing(i, n);
     ++head;
-    seen[head] = add_seen(seen[head], 1);
+    see(head, 1);
     return true;
   }
 
   bool pocket(unsigned i) {
     if (tail + i < head + 4 || !has_room(i, i + 2)) return false;
-    const uint32_t n = vertex[head + 1];
-    const uint32_t m = vertex[head + 2];
+    const uint32_t n = vertex(head + 1);
+    const uint32_t m = vertex(head + 2);
     if (n == none || m == none) return false;
     if (i == 0) note_late(m, n);
     fan(i, 2, m, n);
     add_closing(i, m);
-    add_triangle(vertex[head], m, n);
+    add_triangle(vertex(head), m, n);
     head += 2;
-    seen[head] = add_seen(seen[head], 2);
+    see(head, 2);
     return true;
   }
 
   bool swallow() {
-    if (tail - head < 3 || vertex[tail - 2] == none || !has_room(0, 1)) return false;
-    add_triangle(vertex[head], vertex[tail - 1], vertex[tail - 2]);
+    if (tail - head < 3 || vertex(tail - 2) == none || !has_room(0, 1)) return false;
+    add_triangle(vertex(head), vertex(tail - 1), vertex(tail - 2));
     --tail;
-    opposite[tail - 1] = vertex[tail];
-    seen[tail - 1] = add_seen(seen[tail - 1], 1);
-    seen[head] = add_seen(seen[head], 1);
+    set_opposite(tail - 1, vertex(tail));
+    see(tail - 1, 1);
+    see(head, 1);
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
     return true;
   }
 
   bool open(unsigned i) {
     if (!has_room(i, i)) return false;
-    fan(i, 0, vertex[head], vertex[head]);
-    opposite[tail - 1] = vertex[tail - 2];
+    fan(i, 0, vertex(head), vertex(head));
+    set_opposite(tail - 1, vertex(tail - 2));
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, i);
     return true;
   }
 
   bool border(unsigned i) {
     if (!has_room(i, i)) return false;
-    fan(i, 0, vertex[head], vertex[head]);
+    fan(i, 0, vertex(head), vertex(head));
     if constexpr (Coder::encoding) coder_.no_gate(tail - 1);
-    if (vertex[head + 1] != none) {
+    if (vertex(head + 1) != none) {
       make_room(2);
       push(none, 0, 0);
       push_copy(head);
@@ -346,7 +349,7 @@ class FanMachine {
     uint32_t v;
     if (!take_known(v)) return false;
     make_room(1);
-    const uint32_t last = vertex[tail - 1];
+    const uint32_t last = vertex(tail - 1);
     add_closing(0, v);
     push(v, last, 1);
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
@@ -355,7 +358,7 @@ class FanMachine {
 
   bool split(unsigned i) {
     if (!has_room(i, i + 1)) return false;
-    fan(i, 0, vertex[head], vertex[head]);
+    fan(i, 0, vertex(head), vertex(head));
     // The places beside the head and the last entry are not meant: at least four entries.
     if (tail - head < 4) return false;
     const uint32_t most = tail - head - 4;
@@ -363,20 +366,20 @@ class FanMachine {
     const uint32_t offset = coder_.number(at_tail ? FanNumber::split_tail : FanNumber::split_head, 0);
     if (offset > most) return false;
     const uint32_t place = at_tail ? tail - 2 - offset : head + 2 + offset;
-    if (vertex[place] == none || !spend(offset + 3)) return false;
+    if (vertex(place) == none || !spend(offset + 3)) return false;
     return at_tail ? split_at_tail(i, place - head) : split_at_head(i, place - head);
   }
   /// The vertices from the head to m go on, a copy of them behind the others, which wait.
   bool split_at_head(unsigned i, uint32_t distance) {
     make_room(distance + 1);
     const uint32_t place = head + distance;
-    const uint32_t last = vertex[tail - 1];
-    add_closing(i, vertex[place]);
-    seen[place] = add_seen(seen[place], 1);
+    const uint32_t last = vertex(tail - 1);
+    add_closing(i, vertex(place));
+    see(place, 1);
     for (uint32_t k = 0; k <= distance; ++k) move_entry(tail + k, head + k);
     // Both have an entry for m; the gate beyond it is in the ring that waits.
     if constexpr (Coder::encoding) coder_.moved(place, tail + distance);
-    opposite[tail + distance] = last;
+    set_opposite(tail + distance, last);
     if constexpr (Coder::encoding) coder_.gate_back(tail + distance, i + 1);
     waiting.push_back({place, tail});
     head = tail;
@@ -387,12 +390,12 @@ class FanMachine {
   bool split_at_tail(unsigned i, uint32_t distance) {
     make_room(1);
     const uint32_t place = head + distance;
-    const uint32_t last = vertex[tail - 1];
-    add_closing(i, vertex[place]);
-    seen[place] = add_seen(seen[place], 1);
+    const uint32_t last = vertex(tail - 1);
+    add_closing(i, vertex(place));
+    see(place, 1);
     for (uint32_t k = tail; k > place; --k) move_entry(k, k - 1);
     ++tail;
-    opposite[place] = last;
+    set_opposite(place, last);
     if constexpr (Coder::encoding) coder_.gate_back(place, i + 1);
     waiting.push_back({head, place + 1});
     head = place + 1;
@@ -407,20 +410,19 @@ class FanMachine {
     const Ring ring = waiting[which];
     const uint32_t offset = coder_.number(FanNumber::place, 0);
     const uint32_t size = ring.end - ring.begin;
-    if (offset >= size || vertex[ring.begin + offset] == none) return false;
+    if (offset >= size || vertex(ring.begin + offset) == none) return false;
     if (!spend(uint64_t{size} + from_top + 1)) return false;
     // The ring that joins in is below the floor: making room does not move it.
     make_room(uint64_t{size} + 1);
     const uint32_t m = ring.begin + offset;
-    const uint32_t last = vertex[tail - 1];
-    add_closing(0, vertex[m]);
-    seen[m] = add_seen(seen[m], 1);
+    const uint32_t last = vertex(tail - 1);
+    add_closing(0, vertex(m));
+    see(m, 1);
     const uint32_t copy = tail;
     for (uint32_t k = m; k < ring.end; ++k) move_entry(tail++, k);
     for (uint32_t k = ring.begin; k < m; ++k) move_entry(tail++, k);
-    vertex[tail] = vertex[copy];
-    seen[tail] = seen[copy];
-    opposite[tail] = last;
+    entries[tail] = entries[copy];
+    set_opposite(tail, last);
     ++tail;
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
     waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(which));

@@ -179,7 +179,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
                    "a mesh of more than 2^29 corners does not fit one patch; split it");
   }
   const SimpleFaces faces = collect_faces(mesh);
-  if (!faces.offsets.empty()) return std::nullopt;
+  if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const UniqueFaces unique = without_copies(faces.all_corners, points);
   const GluedSurface glued = glue({unique.all_corners, {}, points});
