@@ -363,19 +363,14 @@ std::vector<std::byte> StaticRansEncoder::finish() {
   return out.take();
 }
 
-StaticRansDecoder::StaticRansDecoder(Bytes bytes) : next_(bytes.data()), end_(bytes.data() + bytes.size()) {
+StaticRansDecoder::StaticRansDecoder(Bytes bytes) : words{bytes.data(), bytes.data() + bytes.size()} {
   if (bytes.size() < 8) {
     exhausted_ = true;
     state = lowest_static_state;
     return;
   }
-  state = load<uint64_t>(next_);
-  next_ += 8;
-}
-
-uint32_t StaticRansDecoder::no_word() {
-  exhausted_ = true;
-  return 0;
+  state = load<uint64_t>(words.next);
+  words.next += 8;
 }
 
 std::vector<std::byte> GroupRansEncoder::finish() {

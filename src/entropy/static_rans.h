@@ -114,23 +114,25 @@ class StaticRansDecoder {
     if (state < lowest_static_state) state = state << 32 | next_word();
   }
 
-  // Open, so that a hot loop can keep it in a register.
+  // Open, so that a hot loop can keep them in registers.
   uint64_t state = 0;
+  struct Words {
+    const std::byte* next;
+    const std::byte* end;
+  } words;
 
-  [[gnu::always_inline]] uint32_t next_word() {
-    if (end_ - next_ < 4) [[unlikely]]
-      return no_word();
+ private:
+  uint32_t next_word() {
+    if (words.end - words.next < 4) [[unlikely]] {
+      exhausted_ = true;
+      return 0;
+    }
     uint32_t word;
-    __builtin_memcpy(&word, next_, 4);
-    next_ += 4;
+    __builtin_memcpy(&word, words.next, 4);
+    words.next += 4;
     return word;
   }
 
- private:
-  [[gnu::noinline]] uint32_t no_word();
-
-  const std::byte* next_;
-  const std::byte* end_;
   bool exhausted_ = false;
 };
 

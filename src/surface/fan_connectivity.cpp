@@ -397,36 +397,40 @@ constexpr uint32_t fast_room = 1 << 12;
 /// What it writes beyond what there is, harmlessly: vertices, and corners.
 constexpr size_t spare_vertices = 4;
 
-[[gnu::always_inline]] inline uint64_t pair_of(uint32_t low, uint32_t high) {
-  return low | uint64_t{high} << 32;
+// Numbers of 32 bits are kept in 64: GCC 12 spills the halves and reloads the whole, which stalls.
+[[gnu::always_inline]] inline uint64_t pair_of(uint64_t low, uint64_t high) {
+  return low | high << 32;
 }
 
 #ifdef __SSE2__
-[[gnu::always_inline]] inline __m128i words_of(uint64_t low, uint64_t high) {
-  return _mm_set_epi64x(static_cast<int64_t>(high), static_cast<int64_t>(low));
-}
-[[gnu::always_inline]] inline void store_references(VertexReferences& to, __m128i first, __m128i second) {
+[[gnu::always_inline]] inline void store_references(VertexReferences& to, __m128i first, uint64_t ff,
+                                                    uint64_t before_last) {
   _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()), first);
-  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()) + 1, second);
-}
-[[gnu::always_inline]] inline void store_fan(VertexReferences* to, uint32_t f, uint32_t n, uint32_t o,
-                                             uint64_t before_last, uint32_t v) {
-  const __m128i first = words_of(pair_of(f, n), pair_of(o, f));
-  const uint64_t ff = pair_of(f, f);
-  store_references(to[0], first, words_of(ff, before_last));
-  store_references(to[1], first, words_of(ff, pair_of(static_cast<uint32_t>(before_last >> 32), v)));
-  store_references(to[2], first, words_of(ff, pair_of(v, v + 1)));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()) + 1,
+                   _mm_set_epi64x(static_cast<int64_t>(before_last), static_cast<int64_t>(ff)));
 }
 #else
-inline void store_fan(VertexReferences* to, uint32_t f, uint32_t n, uint32_t o, uint64_t before_last,
-                      uint32_t v) {
-  const auto before = static_cast<uint32_t>(before_last);
-  const auto last = static_cast<uint32_t>(before_last >> 32);
-  to[0].at = {f, n, o, f, f, f, before, last};
-  to[1].at = {f, n, o, f, f, f, last, v};
-  to[2].at = {f, n, o, f, f, f, v, v + 1};
+inline void store_references(VertexReferences& to, std::array<uint64_t, 2> first, uint64_t ff,
+                             uint64_t before_last) {
+  store(to.at.data(), first);
+  store(to.at.data() + 4, ff);
+  store(to.at.data() + 6, before_last);
 }
 #endif
+/// References of three new vertices of a fan from v on.
+[[gnu::always_inline]] inline void store_fan(VertexReferences* to, uint64_t f, uint64_t n, uint64_t o,
+                                             uint64_t before, uint64_t last, uint64_t v) {
+#ifdef __SSE2__
+  const __m128i first =
+      _mm_set_epi64x(static_cast<int64_t>(pair_of(o, f)), static_cast<int64_t>(pair_of(f, n)));
+#else
+  const std::array<uint64_t, 2> first{pair_of(f, n), pair_of(o, f)};
+#endif
+  const uint64_t ff = pair_of(f, f);
+  store_references(to[0], first, ff, pair_of(before, last));
+  store_references(to[1], first, ff, pair_of(last, v));
+  store_references(to[2], first, ff, pair_of(v, v + 1));
+}
 
 /// Kinds of the three vertices of a fast symbol, one byte each, by the symbol and what the focus has seen.
 constexpr auto fast_kinds = [] {
@@ -443,14 +447,13 @@ constexpr auto fast_kinds = [] {
 
 /// a where the mask is 0, b where it is all ones. Compilers make branches of conditions, and these would be
 /// unpredictable.
-[[gnu::always_inline]] inline uint32_t choose(uint32_t mask, uint32_t a, uint32_t b) {
+[[gnu::always_inline]] inline uint64_t choose(uint64_t mask, uint64_t a, uint64_t b) {
   return a ^ ((a ^ b) & mask);
 }
 
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten. What
 /// FanMachine::apply() does for them, without branches. False: a marker was taken for a vertex.
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
-  using Entry = FanMachine<FanReader>::Entry;
   machine.make_room(fast_room);
   uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
   const StaticSlot* const slots = reader.event_slots.data();
@@ -458,82 +461,92 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   VertexReferences* const references = out.references.data();
   uint8_t* const kinds = out.kinds.data();
   uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
-  const uint32_t nowhere = static_cast<uint32_t>(out.references.size()) - 1;
-  constexpr uint32_t seen_two = 2u << fan_point_bits;
-  constexpr uint32_t point_mask = most_fan_points - 1;
+  const uint64_t nowhere = out.references.size() - 1;
+  constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
+  constexpr uint64_t point_mask = most_fan_points - 1;
+  // Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
+  const auto vertex_in = [](uint64_t entry) { return entry & none; };
+  const auto see = [](uint64_t rest, uint64_t triangles) {
+    const uint64_t then = rest + triangles * one_seen;
+    return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
+  };
 
-  StaticRansDecoder rans = reader.rans;
-  Entry* head = machine.entries.data() + machine.head;
-  Entry* tail = machine.entries.data() + machine.tail;
-  uint32_t v = machine.vertices;
-  uint32_t f = head->vertex, f_rest = head->rest;
-  uint32_t p = tail[-1].vertex, p_rest = tail[-1].rest;
-  uint32_t markers = 0;
-  for (; steps > 0 && tail - head > 4; --steps) {
-    const uint32_t n = head[1].vertex, n_rest = head[1].rest;
-    const uint32_t f_seen = f_rest >> fan_point_bits;
-    const uint32_t context = f_seen | n_rest >> fan_point_bits << 4 | p_rest >> fan_point_bits << 8;
-    const StaticSlot slot = slots[table_at[context] + (rans.state & (slots_per_table - 1))];
-    const unsigned symbol = slot_symbol(slot);
+  // In locals, so that they stay in registers.
+  uint64_t state = reader.rans.state;
+  StaticRansDecoder::Words words = reader.rans.words;
+  uint64_t* head = machine.entries.data() + machine.head;
+  uint64_t* tail = machine.entries.data() + machine.tail;
+  uint64_t v = machine.vertices;
+  uint64_t f = vertex_in(*head), f_rest = *head >> 32;
+  uint64_t p = vertex_in(tail[-1]), p_rest = tail[-1] >> 32;
+  uint64_t markers = 0;
+  for (; steps > 0 && tail - head > 4 && words.end - words.next >= 4; --steps) {
+    const uint64_t n_entry = head[1];
+    const uint64_t f_seen = f_rest >> fan_point_bits;
+    const uint64_t context = f_seen | n_entry >> (32 + fan_point_bits) << 4 | p_rest >> fan_point_bits << 8;
+    const StaticSlot slot = slots[table_at[context] + (state & (slots_per_table - 1))];
+    const uint64_t symbol = slot_symbol(slot);
     if (symbol >= fast_fan_symbols) break;
-    rans.state = slot_frequency(slot) * (rans.state >> slot_bits) + slot_offset(slot);
-    rans.refill();
-    const uint32_t i = symbol & 3;
-    const uint32_t has_new = 0 - ((i + 3) >> 2);
-    const uint32_t pocket = symbol >> 2;
-    const uint32_t is_pocket = 0 - pocket;
-    const uint32_t m = head[2].vertex;
-    const uint32_t next = choose(is_pocket, n, m);
-    const uint32_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
+    state = slot_frequency(slot) * (state >> slot_bits) + slot_offset(slot);
+    if (state < lowest_static_state) {
+      state = state << 32 | load<uint32_t>(words.next);
+      words.next += 4;
+    }
+    const uint64_t i = symbol & 3;
+    const uint64_t has_new = 0 - ((i + 3) >> 2);
+    const uint64_t pocket = symbol >> 2;
+    const uint64_t is_pocket = 0 - pocket;
+    const uint64_t n = vertex_in(n_entry);
+    const uint64_t m = vertex_in(head[2]);
+    const uint64_t next = choose(is_pocket, n, m);
+    const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
     markers |= n | next;
 
     // A late triple for the vertex before, or for none.
-    const uint32_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint32_t>(next_opposite == p);
-    const uint32_t is_late = 0 - static_cast<uint32_t>(differs == 0);
-    const uint32_t late = choose(is_late, nowhere, p);
+    const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p);
     uint32_t* const triple = references[late].at.data() + VertexReferences::late;
     store(triple, pair_of(f, next));
-    triple[2] = next_opposite;
+    store(triple + 2, static_cast<uint32_t>(next_opposite));
     kinds[late] |= 1;
 
-    store_fan(references + v, f, next, next_opposite, pair_of(p_rest & point_mask, p), v);
+    store_fan(references + v, f, next, next_opposite, p_rest & point_mask, p, v);
     store(kinds + v, fast_kinds[symbol][f_seen]);
     store(corner, pair_of(f, p));
     store(corner + 2, pair_of(v, f));
     store(corner + 4, pair_of(v, v + 1));
     store(corner + 6, pair_of(f, v + 1));
-    corner[8] = v + 2;
-    corner += 3 * size_t{i};
-    const uint32_t last = choose(has_new, p, v + i - 1);
+    store(corner + 8, static_cast<uint32_t>(v + 2));
+    corner += 3 * i;
+    const uint64_t last = choose(has_new, p, v + i - 1);
     store(corner, pair_of(f, last));
-    corner[2] = next;
+    store(corner + 2, static_cast<uint32_t>(next));
     store(corner + 3, pair_of(f, m));
-    corner[5] = n;
-    corner += 3 + 3 * size_t{pocket};
+    store(corner + 5, static_cast<uint32_t>(n));
+    corner += 3 + 3 * pocket;
 
     // Entries have the focus beyond their gates now; the last one has seen a triangle more.
-    const uint32_t p_then = std::min((p_rest >> fan_point_bits) + 1, most_seen) << fan_point_bits;
-    store(tail - 1, pair_of(p, f | p_then));
-    const uint32_t rest = f | seen_two;
-    store(tail, pair_of(v, rest));
-    store(tail + 1, pair_of(v + 1, rest));
-    store(tail + 2, pair_of(v + 2, rest));
+    const uint64_t p_then = (see(p_rest, 1) & ~point_mask) | f;
+    const uint64_t rest = f | 2 * one_seen;
+    tail[-1] = pair_of(p, p_then);
+    tail[0] = pair_of(v, rest);
+    tail[1] = pair_of(v + 1, rest);
+    tail[2] = pair_of(v + 2, rest);
     tail += i;
     v += i;
     p = last;
-    p_rest = f | choose(has_new, p_then, seen_two);
+    p_rest = choose(has_new, p_then, rest);
     head += 1 + pocket;
     f = next;
     // One triangle more for a next vertex, two for one beyond.
-    f_rest = head->rest;
-    f_rest = (f_rest & point_mask) | std::min((f_rest >> fan_point_bits) + 1 + pocket, most_seen)
-                                         << fan_point_bits;
+    f_rest = see(*head >> 32, 1 + pocket);
   }
-  head->rest = f_rest;
-  reader.rans = rans;
+  *head = pair_of(vertex_in(*head), f_rest);
+  reader.rans.state = state;
+  reader.rans.words = words;
   machine.head = static_cast<uint32_t>(head - machine.entries.data());
   machine.tail = static_cast<uint32_t>(tail - machine.entries.data());
-  machine.vertices = v;
+  machine.vertices = static_cast<uint32_t>(v);
   machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
   return (markers >> 31) == 0;
 }
@@ -572,6 +585,7 @@ Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_ve
   result.corners.resize(size_t{3} * triangles);
   result.references.resize(vertices + spare_vertices);
   result.kinds.resize(vertices + spare_vertices);
+  result.kinds.back() = 0;
   const auto reader = std::make_unique<FanReader>(events, event_tables, number_tables);
   FanMachine<FanReader> machine(*reader, result, triangles, static_cast<uint32_t>(vertices));
   while (!machine.done()) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/unfilled.h"
 #include "surface/half_edges.h"
 
 namespace maille {
@@ -50,8 +51,8 @@ inline constexpr bool kind_is_last(unsigned kind) {
 struct FanSurface {
   std::vector<uint32_t> corners;  ///< three for each triangle
   uint32_t vertices = 0;
-  std::vector<VertexReferences> references;  ///< by vertex
-  std::vector<uint8_t> kinds;                ///< by vertex
+  Unfilled<VertexReferences> references;  ///< by vertex
+  Unfilled<uint8_t> kinds;                ///< by vertex
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
 };

@@ -87,21 +87,19 @@ class FanMachine {
     uint32_t begin;
     uint32_t end;
   };
-  /// Eight bytes, which a fast loop loads and stores as one number.
-  struct Entry {
-    uint32_t vertex;
-    uint32_t rest;  ///< the vertex beyond the gate to the next entry, below 2^28; above it `seen`
-  };
-
   // What an encoder looks at.
   uint32_t head = 0, tail = 0;
-  std::vector<Entry> entries;
+  /// The vertex (32 bits); above it the vertex beyond the gate to the next entry (28), above that how many
+  /// triangles the entry has seen (4).
+  Unfilled<uint64_t> entries;
   std::vector<Ring> waiting;
   uint32_t vertices = 0;
   uint32_t triangle_count = 0;
-  uint32_t vertex(uint32_t e) const { return entries[e].vertex; }
-  uint32_t opposite(uint32_t e) const { return entries[e].rest & (most_fan_points - 1); }
-  uint32_t seen(uint32_t e) const { return entries[e].rest >> fan_point_bits; }
+  uint32_t vertex(uint32_t e) const { return static_cast<uint32_t>(entries[e]); }
+  uint32_t opposite(uint32_t e) const {
+    return static_cast<uint32_t>(entries[e] >> 32) & (most_fan_points - 1);
+  }
+  uint32_t seen(uint32_t e) const { return static_cast<uint32_t>(entries[e] >> (32 + fan_point_bits)); }
   uint64_t moves_left() const { return moves_left_; }
   uint32_t vertices_left() const { return most_vertices_ - vertices; }
   uint32_t triangles_left() const { return triangles_ - triangle_count; }
@@ -190,12 +188,12 @@ class FanMachine {
   }
 
  private:
-  void set_opposite(uint32_t e, uint32_t v) {
-    entries[e].rest = (entries[e].rest & ~(most_fan_points - 1)) | v;
+  static uint64_t entry_of(uint32_t v, uint32_t across, uint32_t triangles) {
+    return v | uint64_t{across} << 32 | uint64_t{triangles} << (32 + fan_point_bits);
   }
+  void set_opposite(uint32_t e, uint32_t across) { entries[e] = entry_of(vertex(e), across, seen(e)); }
   void see(uint32_t e, unsigned triangles) {
-    const uint32_t then = std::min(seen(e) + triangles, most_seen);
-    entries[e].rest = opposite(e) | then << fan_point_bits;
+    entries[e] = entry_of(vertex(e), opposite(e), std::min(seen(e) + triangles, most_seen));
   }
   void move_entry(uint32_t to, uint32_t from) {
     entries[to] = entries[from];
@@ -203,7 +201,7 @@ class FanMachine {
   }
   void push(uint32_t v, uint32_t across, uint32_t triangles) {
     make_room(1);
-    entries[tail] = {v, across | triangles << fan_point_bits};
+    entries[tail] = entry_of(v, across, triangles);
     if constexpr (Coder::encoding) coder_.no_gate(tail);
     ++tail;
   }

@@ -920,6 +920,12 @@ bool reconstruct(Points& points, const VertexReferences& references, const Rows&
   return true;
 }
 
+constexpr auto residual_masks = [] {
+  std::array<uint32_t, 64> masks{};
+  for (unsigned size = 0; size < 32; ++size) masks[size] = (1u << size) - 1;
+  return masks;
+}();
+
 #ifdef __SSE2__
 /// The same for many vertices with 16-bit codes. Returns how many were done: it stops near the end of the raw
 /// bits.
@@ -948,10 +954,11 @@ uint32_t reconstruct_many(NarrowPoints& points, const FanSurface& fans, const Ro
     const unsigned a = c & 63, b = c >> 6 & 63, d = c >> 12 & 63;
     bits.skip(a + b + d);
     const auto take = [&word](unsigned size) {
-      const auto value = static_cast<uint32_t>(word & ((1u << size) - 1));
+      const uint32_t mask = residual_masks[size];
+      const auto value = static_cast<uint32_t>(word) & mask;
       word >>= size;
-      const uint32_t range = 1u << size;
-      return value - (2 * value < range ? range - 1 : 0);
+      // Below half of the range (2 * value <= mask, but for size 0) a residual is negative.
+      return value - (mask & (0 - static_cast<uint32_t>(2 * value <= mask)));
     };
     const uint32_t x = take(a), y = take(b), z = take(d);
     const __m128i residuals = _mm_cvtsi64_si128(
@@ -973,32 +980,68 @@ uint32_t reconstruct_many(WidePoints&, const FanSurface&, const Rows&, const Cla
   return 0;
 }
 
-template <class Number, class Points, class Convert>
-void store_as(const Points& points, uint32_t begin, uint32_t end, unsigned k, Array& array, Convert convert) {
-  auto* out = reinterpret_cast<Number*>(array.bytes.data()) + size_t{3} * begin + k;
-  for (uint32_t v = begin; v < end; ++v, out += 3) *out = convert(points.code(v, k));
+// The largest finite f32.
+constexpr double most_f32 = 3.40282346638528859811704183484516925e+38;
+
+#ifdef __SSE2__
+[[gnu::always_inline]] inline __m128i codes_of(const NarrowPoints& points, __m128i bias, uint32_t v) {
+  const __m128i codes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(points.points.data() + v));
+  return _mm_add_epi32(_mm_srai_epi32(_mm_unpacklo_epi16(codes, codes), 16), bias);
+}
+/// The frequent kinds of maps, as NumberMap::store_number() does them. Each store writes a number too many:
+/// all but the last vertex. Returns how many were done.
+uint32_t store_many(const NarrowPoints& points, uint32_t begin, uint32_t end, std::span<const NumberMap> maps,
+                    Array& array) {
+  const auto all = [&maps](NumberMap::Kind kind) {
+    return maps[0].kind == kind && maps[1].kind == kind && maps[2].kind == kind;
+  };
+  if (end == begin) return 0;
+  const __m128i bias = _mm_set_epi32(0, points.bias[2], points.bias[1], points.bias[0]);
+  auto* out = reinterpret_cast<__m128i*>(array.bytes.data() + size_t{12} * begin);
+  const auto next = [](__m128i* at) {
+    return reinterpret_cast<__m128i*>(reinterpret_cast<std::byte*>(at) + 12);
+  };
+  if (all(NumberMap::Kind::integer) && size_of(array.type) == 4) {
+    for (uint32_t v = begin; v + 1 < end; ++v, out = next(out))
+      _mm_storeu_si128(out, codes_of(points, bias, v));
+    return end - begin - 1;
+  }
+  if (all(NumberMap::Kind::lattice) && array.type == Scalar::f32) {
+    const __m128d origin = _mm_set_pd(maps[1].origin, maps[0].origin),
+                  step = _mm_set_pd(maps[1].step, maps[0].step);
+    const __m128d origin_z = _mm_set1_pd(maps[2].origin), step_z = _mm_set1_pd(maps[2].step);
+    // With the limit in front NaN stays, as in std::clamp().
+    const auto rounded = [](__m128d value) {
+      value = _mm_max_pd(_mm_set1_pd(-most_f32), value);
+      return _mm_cvtpd_ps(_mm_min_pd(_mm_set1_pd(most_f32), value));
+    };
+    for (uint32_t v = begin; v + 1 < end; ++v, out = next(out)) {
+      const __m128i codes = codes_of(points, bias, v);
+      const __m128 xy = rounded(_mm_add_pd(origin, _mm_mul_pd(_mm_cvtepi32_pd(codes), step)));
+      const __m128i upper = _mm_shuffle_epi32(codes, 0xee);
+      const __m128 z = rounded(_mm_add_pd(origin_z, _mm_mul_pd(_mm_cvtepi32_pd(upper), step_z)));
+      _mm_storeu_si128(out, _mm_castps_si128(_mm_movelh_ps(xy, z)));
+    }
+    return end - begin - 1;
+  }
+  return 0;
+}
+#else
+uint32_t store_many(const NarrowPoints&, uint32_t, uint32_t, std::span<const NumberMap>, Array&) {
+  return 0;
+}
+#endif
+uint32_t store_many(const WidePoints&, uint32_t, uint32_t, std::span<const NumberMap>, Array&) {
+  return 0;
 }
 
-/// Codes as numbers. Kinds that are frequent have loops of their own, which must do what
-/// NumberMap::store_number() does.
 template <class Points>
 void store(const Points& points, uint32_t begin, uint32_t end, std::span<const NumberMap> maps,
            Array& array) {
-  for (unsigned k = 0; k < 3; ++k) {
-    const NumberMap& map = maps[k];
-    if (map.kind == NumberMap::Kind::integer && size_of(array.type) == 4) {
-      store_as<int32_t>(points, begin, end, k, array, [](int32_t code) { return code; });
-    } else if (map.kind == NumberMap::Kind::lattice && array.type == Scalar::f32) {
-      store_as<float>(points, begin, end, k, array, [&map](int32_t code) {
-        return static_cast<float>(std::clamp(map.origin + code * map.step,
-                                             -3.40282346638528859811704183484516925e+38,
-                                             3.40282346638528859811704183484516925e+38));
-      });
-    } else {
-      const size_t size = size_of(array.type);
-      for (uint32_t v = begin; v < end; ++v)
-        map.store_number(array.type, points.code(v, k), array.bytes.data() + (size_t{3} * v + k) * size);
-    }
+  const size_t size = size_of(array.type);
+  for (uint32_t v = begin + store_many(points, begin, end, maps, array); v < end; ++v) {
+    for (unsigned k = 0; k < 3; ++k)
+      maps[k].store_number(array.type, points.code(v, k), array.bytes.data() + (size_t{3} * v + k) * size);
   }
 }
 
