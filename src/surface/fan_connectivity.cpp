@@ -15,7 +15,7 @@
 namespace maille {
 namespace {
 
-constexpr unsigned slot_bits = 10;
+constexpr unsigned slot_bits = 9;
 constexpr uint32_t slots_per_table = 1 << slot_bits;
 constexpr unsigned most_event_tables = 16;
 constexpr auto number_contexts = static_cast<unsigned>(FanNumber::count);
