@@ -393,7 +393,9 @@ class FanReader {
 };
 
 /// Entries that the fast loop may write behind the ring before it looks for room again.
-constexpr uint32_t fast_room = 1 << 12;
+constexpr uint32_t fast_room = 1 << 10;
+/// Vertices that are decoded beyond those asked for, at most; a slow symbol has up to 11.
+constexpr uint32_t fast_vertices = fast_room + 16;
 /// What it writes beyond what there is, harmlessly: vertices, and corners.
 constexpr size_t spare_vertices = 4;
 
@@ -460,6 +462,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   const uint32_t* const table_at = reader.table_at.data();
   VertexReferences* const references = out.references.data();
   uint8_t* const kinds = out.kinds.data();
+  const uint64_t first = out.first;
   uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
   const uint64_t nowhere = out.references.size() - 1;
   constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
@@ -504,14 +507,14 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
 
     // A late triple for the vertex before, or for none.
     const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
-    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p);
+    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
     uint32_t* const triple = references[late].at.data() + VertexReferences::late;
     store(triple, pair_of(f, next));
     store(triple + 2, static_cast<uint32_t>(next_opposite));
     kinds[late] |= 1;
 
-    store_fan(references + v, f, next, next_opposite, p_rest & point_mask, p, v);
-    store(kinds + v, fast_kinds[symbol][f_seen]);
+    store_fan(references + (v - first), f, next, next_opposite, p_rest & point_mask, p, v);
+    store(kinds + (v - first), fast_kinds[symbol][f_seen]);
     store(corner, pair_of(f, p));
     store(corner + 2, pair_of(v, f));
     store(corner + 4, pair_of(v, v + 1));
@@ -564,48 +567,128 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
   return result;
 }
 
-Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+struct FanDecoder::State {
+  State(Bytes events, StaticTables event_tables, StaticTables numbers, uint32_t triangles, uint32_t vertices)
+      : number_tables(std::move(numbers)),
+        reader(events, event_tables, number_tables),
+        vertex_count(vertices),
+        machine(reader, surface, triangles, vertices) {
+    surface.corners.resize(size_t{3} * triangles);
+    surface.references.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.back() = 0;
+  }
+
+  Result<> step();
+
+  StaticTables number_tables;
+  FanReader reader;
+  uint32_t vertex_count;
+  FanSurface surface;
+  FanMachine<FanReader> machine;
+};
+
+/// As many symbols as the fast loop takes, and one more.
+Result<> FanDecoder::State::step() {
+  if (!machine.prepare()) {
+    if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+    return {};
+  }
+  if (!run_fast(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  if (machine.done() || !machine.prepare()) return {};
+  const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                                         machine.seen(machine.tail - 1) << 8];
+  const unsigned symbol = slot_symbol(reader.rans.get(&reader.event_slots[table], slot_bits));
+  if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
+  if (reader.rans.exhausted()) return corrupt("the fans end early");
+  return {};
+}
+
+FanDecoder::FanDecoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
+FanDecoder::FanDecoder(FanDecoder&&) noexcept = default;
+FanDecoder& FanDecoder::operator=(FanDecoder&&) noexcept = default;
+FanDecoder::~FanDecoder() = default;
+
+Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
   ByteReader in(bytes);
   const uint64_t vertices = in.get_count();
   const Bytes tables = in.get_bytes(in.get_count());
   const Bytes events = in.get_bytes(in.remaining());
-  // A symbol has 1/1024 bit at least, and vertices have six triangles on average.
+  // A symbol that is not alone in its table has 1/512 bit at least.
   if (!in.ok() || vertices > std::min(most_vertices, most_fan_points) || vertices > 3 * uint64_t{triangles} ||
       triangles / 16384 > bytes.size() + 16) {
     return corrupt("the fans are more than their bytes can hold");
   }
   RansDecoder side(tables);
-  const StaticTables event_tables =
-      read_tables(fan_contexts, fan_symbols, slot_bits, most_event_tables, side);
-  const StaticTables number_tables =
-      read_tables(number_contexts, number_symbols, slot_bits, number_contexts, side);
+  StaticTables event_tables = read_tables(fan_contexts, fan_symbols, slot_bits, most_event_tables, side);
+  StaticTables numbers = read_tables(number_contexts, number_symbols, slot_bits, number_contexts, side);
   if (side.exhausted()) return corrupt("the tables of the fans end early");
+  return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
+                                            static_cast<uint32_t>(vertices)));
+}
 
-  FanSurface result;
-  result.corners.resize(size_t{3} * triangles);
-  result.references.resize(vertices + spare_vertices);
-  result.kinds.resize(vertices + spare_vertices);
-  result.kinds.back() = 0;
-  const auto reader = std::make_unique<FanReader>(events, event_tables, number_tables);
-  FanMachine<FanReader> machine(*reader, result, triangles, static_cast<uint32_t>(vertices));
-  while (!machine.done()) {
-    if (!machine.prepare()) {
-      if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
-      if (reader->rans.exhausted()) return corrupt("the fans end early");
-      continue;
+uint32_t FanDecoder::vertices() const {
+  return state_->vertex_count;
+}
+
+Result<> FanDecoder::decode_until(uint32_t end) {
+  // The newest vertex may still get a late triple.
+  while (state_->machine.vertices <= end && !state_->machine.done()) MAILLE_CHECK(state_->step());
+  if (state_->machine.vertices < end) return corrupt("the fans have another number of vertices");
+  return {};
+}
+
+const VertexReferences* FanDecoder::references(uint32_t vertex) const {
+  return state_->surface.references.data() + (vertex - state_->surface.first);
+}
+const uint8_t* FanDecoder::kinds(uint32_t vertex) const {
+  return state_->surface.kinds.data() + (vertex - state_->surface.first);
+}
+
+void FanDecoder::release(uint32_t end) {
+  FanSurface& surface = state_->surface;
+  const uint32_t left = state_->machine.vertices - end;
+  std::copy_n(references(end), left, surface.references.data());
+  std::copy_n(kinds(end), left, surface.kinds.data());
+  surface.first = end;
+}
+
+Result<FanSurface> FanDecoder::finish() {
+  const uint32_t count = vertices();
+  while (!state_->machine.done()) {
+    MAILLE_CHECK(decode_until(std::min(count, state_->surface.first + window)));
+    // All vertices are known before the last triangles are.
+    release(std::max(state_->surface.first, std::min(count, state_->machine.vertices - 1)));
+    if (state_->machine.vertices == count) {
+      while (!state_->machine.done()) MAILLE_CHECK(state_->step());
     }
-    if (!run_fast(machine, *reader, result)) return corrupt("a fan that ends at a border");
-    if (machine.done() || !machine.prepare()) continue;
-    const uint32_t table = reader->table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                                            machine.seen(machine.tail - 1) << 8];
-    const unsigned symbol = slot_symbol(reader->rans.get(&reader->event_slots[table], slot_bits));
-    if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
-    if (reader->rans.exhausted()) return corrupt("the fans end early");
   }
-  if (machine.vertices != vertices) return corrupt("the fans have another number of vertices");
-  result.vertices = machine.vertices;
-  result.references.resize(vertices);
-  result.kinds.resize(vertices);
+  if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
+  FanSurface result = std::move(state_->surface);
+  result.vertices = count;
+  result.references = {};
+  result.kinds = {};
+  result.first = count;
+  return result;
+}
+
+Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices));
+  Unfilled<VertexReferences> references;
+  Unfilled<uint8_t> kinds;
+  for (uint32_t begin = 0; begin < decoder.vertices();) {
+    const uint32_t end = std::min(decoder.vertices(), begin + FanDecoder::window);
+    MAILLE_CHECK(decoder.decode_until(end));
+    references.insert(references.end(), decoder.references(begin), decoder.references(begin) + (end - begin));
+    kinds.insert(kinds.end(), decoder.kinds(begin), decoder.kinds(begin) + (end - begin));
+    decoder.release(end);
+    begin = end;
+  }
+  FanSurface result = MAILLE_TRY(decoder.finish());
+  result.first = 0;
+  result.references = std::move(references);
+  result.kinds = std::move(kinds);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/unfilled.h"
@@ -51,8 +52,10 @@ inline constexpr bool kind_is_last(unsigned kind) {
 struct FanSurface {
   std::vector<uint32_t> corners;  ///< three for each triangle
   uint32_t vertices = 0;
-  Unfilled<VertexReferences> references;  ///< by vertex
-  Unfilled<uint8_t> kinds;                ///< by vertex
+  /// The first vertex that has references and a kind here: a decoder lets go of those that are done with.
+  uint32_t first = 0;
+  Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
+  Unfilled<uint8_t> kinds;                ///< likewise
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
 };
@@ -73,8 +76,37 @@ inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 /// at most most_fan_points; several vertices of the surface may be one point.
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
 
-/// Inverse. Safe on any bytes: `triangles` triangles over at most `most_vertices` vertices, or corrupt. Work
-/// is bounded by the size of the bytes and by `triangles`.
+/// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
+/// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
+class FanDecoder {
+ public:
+  /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay.
+  static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
+  FanDecoder(FanDecoder&&) noexcept;
+  FanDecoder& operator=(FanDecoder&&) noexcept;
+  ~FanDecoder();
+
+  /// Vertices of all triangles: as claimed, until finish() has seen them.
+  uint32_t vertices() const;
+  /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
+  static constexpr uint32_t window = 1 << 12;
+  /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
+  Result<> decode_until(uint32_t end);
+  const VertexReferences* references(uint32_t vertex) const;
+  const uint8_t* kinds(uint32_t vertex) const;
+  /// Forgets the vertices below `end`.
+  void release(uint32_t end);
+
+  /// Decodes the rest, and gives the triangles, without references and kinds.
+  Result<FanSurface> finish();
+
+ private:
+  struct State;
+  explicit FanDecoder(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// All at once, with references and kinds.
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
 
 }  // namespace maille

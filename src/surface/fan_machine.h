@@ -225,8 +225,8 @@ class FanMachine {
     corner[2] = c;
   }
   void add_vertex(const VertexReferences& references, unsigned kind) {
-    out_.references[vertices] = references;
-    out_.kinds[vertices] = static_cast<uint8_t>(kind);
+    out_.references[vertices - out_.first] = references;
+    out_.kinds[vertices - out_.first] = static_cast<uint8_t>(kind);
     ++vertices;
   }
 
@@ -277,11 +277,11 @@ class FanMachine {
   void note_late(uint32_t n, uint32_t n_opposite) {
     const uint32_t v = vertex(tail - 1);
     if (v + 1 != vertices || n_opposite == v) return;
-    VertexReferences& references = out_.references[v];
+    VertexReferences& references = out_.references[v - out_.first];
     references.at[VertexReferences::late] = vertex(head);
     references.at[VertexReferences::late + 1] = n;
     references.at[VertexReferences::late + 2] = n_opposite;
-    out_.kinds[v] |= 1;
+    out_.kinds[v - out_.first] |= 1;
   }
 
   bool close(unsigned i) {

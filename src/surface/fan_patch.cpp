@@ -250,8 +250,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
   return result;
 }
 
-Result<FanPatch> decode_fan_patch(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
-                                  uint64_t corners) {
+Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners) {
   ByteReader in(bytes);
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
@@ -262,19 +261,24 @@ Result<FanPatch> decode_fan_patch(Bytes bytes, std::span<const BlockShape> block
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
   if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
   if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(fans, static_cast<uint32_t>(triangles), points));
+  return FanPatchDecoder{std::move(decoder), copies, turned,
+                         block_numbers,      loose,  static_cast<uint32_t>(triangles)};
+}
 
+Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,
+                                         uint64_t corners) {
   FanPatch patch;
   PatchTopology& topology = patch.topology;
   topology.points = points;
-  patch.fans = MAILLE_TRY(decode_fans(fans, static_cast<uint32_t>(triangles), points));
-  MAILLE_CHECK(
-      decode_runs(copies, static_cast<uint32_t>(triangles), [&](uint32_t begin, uint32_t end, uint32_t copy) {
-        if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
-        for (uint32_t face = begin; face < end; ++face) {
-          for (uint32_t i = 0; i < copy; ++i) append_copy(patch.fans, face);
-        }
-        return true;
-      }));
+  patch.fans = MAILLE_TRY(fans.finish());
+  MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+    if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
+    for (uint32_t face = begin; face < end; ++face) {
+      for (uint32_t i = 0; i < copy; ++i) append_copy(patch.fans, face);
+    }
+    return true;
+  }));
   const uint32_t count = patch.fans.triangles();
   topology.surface.face_count = count;
   topology.surface.point_count = patch.fans.vertices;

@@ -24,9 +24,21 @@ struct EncodedFanPatch {
 /// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh);
 
-/// Inverse. Safe on any bytes: the result fits `blocks` and `points`, or corrupt.
-Result<FanPatch> decode_fan_patch(Bytes bytes, std::span<const BlockShape> blocks, uint32_t points,
-                                  uint64_t corners);
+/// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
+struct FanPatchDecoder {
+  FanDecoder fans;
+
+  /// `bytes` must stay. Error: corrupt.
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
+  /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
+  Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
+
+  Bytes copies;         ///< runs: how often each triangle lies again
+  Bytes turned;         ///< runs: triangles that run the other way
+  Bytes block_numbers;  ///< runs
+  Bytes loose;
+  uint32_t triangles = 0;
+};
 
 /// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on
 /// both sides. Error: corrupt, for triangles with a vertex twice (decoded from damaged bytes).

@@ -40,7 +40,7 @@ constexpr unsigned selector_bits = 8;
 constexpr unsigned narrow_classes = 17;
 constexpr unsigned wide_classes = 33;
 /// Classes of a block are decoded before its positions: four lanes, a quarter of the block each.
-constexpr uint32_t block_vertices = 4096;
+constexpr uint32_t block_vertices = FanDecoder::window;
 
 constexpr uint8_t flag_wide = 1;
 constexpr uint8_t flag_selectors = 2;
@@ -270,17 +270,21 @@ struct WidePoints {
   }
 };
 
-/// Vertices of the fans, then the other points, each predicted by the one before.
+/// Points that are not vertices of fans are predicted by the one before.
+VertexReferences references_beside(uint32_t v) {
+  VertexReferences references;
+  references.at.fill(v == 0 ? 0 : v - 1);
+  return references;
+}
+
+/// Vertices of the fans, then the other points.
 struct Vertices {
   const FanSurface& fans;
   uint32_t count;
 
   unsigned kind(uint32_t v) const { return v < fans.vertices ? fans.kinds[v] : start_kind; }
   VertexReferences references(uint32_t v) const {
-    if (v < fans.vertices) return fans.references[v];
-    VertexReferences references;
-    references.at.fill(v == 0 ? 0 : v - 1);
-    return references;
+    return v < fans.vertices ? fans.references[v] : references_beside(v);
   }
 };
 
@@ -929,8 +933,9 @@ constexpr auto residual_masks = [] {
 #ifdef __SSE2__
 /// The same for many vertices with 16-bit codes. Returns how many were done: it stops near the end of the raw
 /// bits.
-uint32_t reconstruct_many(NarrowPoints& points, const FanSurface& fans, const Rows& rows,
-                          const Classes* classes, RawBits& raw, uint32_t begin, uint32_t end) {
+uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* reference, const uint8_t* kinds,
+                          const Rows& rows, const Classes* classes, RawBits& raw, uint32_t begin,
+                          uint32_t end) {
   auto* const out = points.points.data();
   const auto at = [out](uint32_t v) { return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(out + v)); };
   const __m128i half = _mm_set1_epi32(weight_sum / 2);
@@ -938,8 +943,8 @@ uint32_t reconstruct_many(NarrowPoints& points, const FanSurface& fans, const Ro
   uint32_t v = begin;
   for (; v < end && bits.has(48); ++v) {
     const Classes c = classes[v - begin];
-    const VertexReferences& references = fans.references[v];
-    const Row& row = rows[fans.kinds[v] * size_t{selectors} + (c >> 18)];
+    const VertexReferences& references = reference[v - begin];
+    const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 18)];
     const __m128i weights = _mm_load_si128(reinterpret_cast<const __m128i*>(row.data()));
     const auto pair = [&](unsigned k) {
       return _mm_unpacklo_epi16(at(references.at[k]), at(references.at[k + 1]));
@@ -970,13 +975,13 @@ uint32_t reconstruct_many(NarrowPoints& points, const FanSurface& fans, const Ro
   return v - begin;
 }
 #else
-uint32_t reconstruct_many(NarrowPoints&, const FanSurface&, const Rows&, const Classes*, RawBits&, uint32_t,
-                          uint32_t) {
+uint32_t reconstruct_many(NarrowPoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
+                          RawBits&, uint32_t, uint32_t) {
   return 0;
 }
 #endif
-uint32_t reconstruct_many(WidePoints&, const FanSurface&, const Rows&, const Classes*, RawBits&, uint32_t,
-                          uint32_t) {
+uint32_t reconstruct_many(WidePoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
+                          RawBits&, uint32_t, uint32_t) {
   return 0;
 }
 
@@ -1052,8 +1057,8 @@ struct Sections {
 };
 
 template <class Points>
-Result<> decode_with(const Vertices& vertices, const Sections& sections, bool with_selectors, Points& points,
-                     std::span<const NumberMap> maps, Array& array) {
+Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selectors, Points& points,
+                     uint32_t count, std::span<const NumberMap> maps, Array& array) {
   RansDecoder side(sections.side);
   std::array<uint8_t, wide_classes> group_of{};
   for (unsigned c = 1; c < Points::classes; ++c) {
@@ -1073,28 +1078,30 @@ Result<> decode_with(const Vertices& vertices, const Sections& sections, bool wi
 
   const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables, selector_tables, group_of);
   RawBits raw(sections.raw);
-  std::vector<Classes> classes(std::min(vertices.count, block_vertices));
-  std::vector<uint8_t> other_kinds;
-  for (uint32_t begin = 0; begin < vertices.count; begin += block_vertices) {
-    const uint32_t end = std::min(vertices.count, begin + block_vertices);
-    const uint8_t* kinds = vertices.fans.kinds.data() + begin;
-    if (end > vertices.fans.vertices) {
-      other_kinds.assign(end - begin, start_kind);
-      if (begin < vertices.fans.vertices)
-        std::copy(kinds, vertices.fans.kinds.data() + vertices.fans.vertices, other_kinds.begin());
-      kinds = other_kinds.data();
+  std::vector<Classes> classes(std::min(count, block_vertices));
+  std::vector<uint8_t> kinds;
+  for (uint32_t begin = 0; begin < count; begin += block_vertices) {
+    const uint32_t end = std::min(count, begin + block_vertices);
+    const uint32_t fan_end = std::max(begin, std::min(end, fans.vertices()));
+    if (fan_end > begin) MAILLE_CHECK(fans.decode_until(fan_end));
+    const uint8_t* kind = fan_end > begin ? fans.kinds(begin) : nullptr;
+    if (fan_end < end) {
+      kinds.assign(end - begin, start_kind);
+      std::copy(kind, kind + (fan_end - begin), kinds.begin());
+      kind = kinds.data();
     }
-    decoder->decode(kinds, end - begin, classes.data());
+    decoder->decode(kind, end - begin, classes.data());
     if (decoder->exhausted()) return corrupt("the classes end early");
+    const VertexReferences* references = fan_end > begin ? fans.references(begin) : nullptr;
     uint32_t v = begin;
-    if (begin < vertices.fans.vertices)
-      v += reconstruct_many(points, vertices.fans, *rows, classes.data(), raw, begin,
-                            std::min(end, vertices.fans.vertices));
+    v += reconstruct_many(points, references, kind, *rows, classes.data(), raw, begin, fan_end);
     for (; v < end; ++v) {
-      if (!reconstruct(points, vertices.references(v), *rows, kinds[v - begin], classes[v - begin], raw, v))
+      const VertexReferences one = v < fan_end ? references[v - begin] : references_beside(v);
+      if (!reconstruct(points, one, *rows, kind[v - begin], classes[v - begin], raw, v))
         return corrupt("the raw bits end early");
     }
     store(points, begin, end, maps, array);
+    if (fan_end > begin) fans.release(fan_end);
   }
   return {};
 }
@@ -1142,7 +1149,7 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   return out.take();
 }
 
-Result<> decode_fan_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array) {
+Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || flags > (flag_wide | flag_selectors)) return corrupt("coded in an unknown way");
@@ -1162,16 +1169,16 @@ Result<> decode_fan_positions(const FanSurface& fans, Bytes bytes, uint32_t poin
   if (points / 16384 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
 
   array.bytes.resize(size_t{points} * array.tuple_size());
-  const Vertices vertices{fans, points};
+  if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
     WidePoints wide_points(points);
     for (unsigned k = 0; k < 3; ++k) wide_points.ordered[k] = maps[k].kind == NumberMap::Kind::ordered;
-    return decode_with(vertices, sections, with_selectors, wide_points, maps, array);
+    return decode_with(fans, sections, with_selectors, wide_points, points, maps, array);
   }
   NarrowPoints narrow_points(points);
   narrow_points.bias = bias;
-  return decode_with(vertices, sections, with_selectors, narrow_points, maps, array);
+  return decode_with(fans, sections, with_selectors, narrow_points, points, maps, array);
 }
 
 }  // namespace maille

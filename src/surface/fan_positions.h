@@ -25,7 +25,8 @@ bool fits_fan_positions(const Array& array, const ArrayMaps& maps);
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
                                             std::span<const uint32_t> source);
 
-/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples. Safe on any bytes.
-Result<> decode_fan_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array);
+/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
+/// positions need them. Safe on any bytes.
+Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array);
 
 }  // namespace maille

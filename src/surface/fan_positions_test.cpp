@@ -38,6 +38,13 @@ Array positions(Scalar type, size_t points) {
   return array;
 }
 
+Result<> decode(const Patch& patch, Bytes bytes, uint32_t points, Array& array) {
+  const auto corners = 3 * uint64_t{patch.coded.patch.topology.surface.face_count};
+  auto decoder = FanPatchDecoder::begin(patch.coded.bytes, points, corners);
+  EXPECT_TRUE(decoder);
+  return decode_fan_positions(decoder->fans, bytes, points, array);
+}
+
 std::vector<std::byte> encode(const Patch& patch, const Array& array, const ArrayMaps& maps) {
   EXPECT_TRUE(fits_fan_positions(array, maps));
   return encode_fan_positions(patch.fans(), array, maps, patch.sources());
@@ -49,8 +56,7 @@ std::string round_trip(const Patch& patch, const Array& array, const Tolerance& 
   if (!maps) return maps.error().message;
   const auto bytes = encode(patch, array, *maps);
   Array decoded = positions(array.type, 0);
-  const auto ok =
-      decode_fan_positions(patch.fans(), bytes, static_cast<uint32_t>(patch.sources().size()), decoded);
+  const auto ok = decode(patch, bytes, static_cast<uint32_t>(patch.sources().size()), decoded);
   if (!ok) return ok.error().message;
   if (decoded.count() != array.count()) return "another number of points";
   for (size_t i = 0; i < patch.sources().size(); ++i) {
@@ -163,8 +169,8 @@ TEST(FanPositions, EveryTruncationIsAnError) {
   for (const Encoded& file : files()) {
     for (size_t size = 0; size < file.bytes.size(); ++size) {
       Array decoded = positions(Scalar::f32, 0);
-      const auto ok = decode_fan_positions(file.patch.fans(), Bytes(file.bytes).first(size),
-                                           static_cast<uint32_t>(file.array.count()), decoded);
+      const auto ok = decode(file.patch, Bytes(file.bytes).first(size),
+                             static_cast<uint32_t>(file.array.count()), decoded);
       ASSERT_FALSE(ok) << size << " of " << file.bytes.size();
       EXPECT_EQ(ok.error().code, ErrorCode::corrupt);
     }
@@ -178,7 +184,7 @@ TEST(FanPositions, DamageGivesTheRightNumberOfPointsOrAnError) {
     const Encoded& file = encoded[seed % encoded.size()];
     Array decoded = positions(Scalar::f32, 0);
     const auto points = static_cast<uint32_t>(file.array.count()) + random.below(2) * random.below(5000);
-    const auto ok = decode_fan_positions(file.patch.fans(), damaged(file.bytes, random), points, decoded);
+    const auto ok = decode(file.patch, damaged(file.bytes, random), points, decoded);
     if (ok) {
       EXPECT_EQ(decoded.count(), points);
     } else {

@@ -297,30 +297,36 @@ class PatchDecoder {
         shapes_(description.shapes()),
         with_places_(needs_places(description, options)) {}
 
-  Result<> decode_cells() {
-    const StreamKey key = topology_key(coding_of(topology_key));
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    if (key.number == fan_coding) {
-      FanPatch patch =
-          MAILLE_TRY(decode_fan_patch(bytes, shapes_, description_.points, description_.corners));
+  /// Cells, and positions, which are decoded along with fans.
+  Result<> decode_cells(Array& positions) {
+    const uint32_t coding = coding_of(topology_key);
+    const StreamKey positions_of = positions_key(coding_of(positions_key));
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(coding)));
+    if (coding == fan_coding) {
+      auto decoder = MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners));
+      if (positions_of.number == fan_coding)
+        positions = MAILLE_TRY(decode_positions(decoder.fans, positions_of));
+      FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
-      return {};
+    } else {
+      topology_ = MAILLE_TRY(
+          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
     }
-    topology_ =
-        MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
+    if (positions_of.number == front_coding) {
+      positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
+    } else if (coding != fan_coding) {
+      return failure(ErrorCode::corrupt, "positions of fans without fans");
+    }
     return {};
   }
 
-  Result<Array> decode_positions() {
-    const StreamKey key = positions_key(coding_of(positions_key));
-    if (key.number == front_coding) return decode_one(description_.positions, key);
-    if (!fans_) return failure(ErrorCode::corrupt, "positions of fans without fans");
-    Pace pace(options_.progress, "position", description_.points);
+  Result<Array> decode_positions(FanDecoder& fans, const StreamKey& key) {
+    Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    MAILLE_CHECK(decode_fan_positions(*fans_, bytes, description_.points, array));
+    MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
     return array;
   }
 
@@ -383,8 +389,7 @@ Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options
   mesh.metadata = description.metadata;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   PatchDecoder patch(reader, options, description);
-  MAILLE_CHECK(patch.decode_cells());
-  mesh.points = MAILLE_TRY(patch.decode_positions());
+  MAILLE_CHECK(patch.decode_cells(mesh.points));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     if (!is_wanted(options, description.arrays[i].name)) continue;
     mesh.arrays.push_back(MAILLE_TRY(patch.decode_one(description.arrays[i], array_key(i))));
