@@ -29,6 +29,16 @@ File file_of(const std::string& name, const Mesh& mesh, const EncodeOptions& opt
   return {name, decoded ? std::move(*decoded) : Mesh{}, encoded->bytes};
 }
 
+Mesh triangle_sphere(uint32_t around, uint32_t up) {
+  Surface surface = shapes::sphere(around, up);
+  std::vector<std::vector<uint32_t>> triangles;
+  for (const auto& face : surface.faces) {
+    for (size_t i = 2; i < face.size(); ++i) triangles.push_back({face[0], face[i - 1], face[i]});
+  }
+  surface.faces = triangles;
+  return to_mesh(surface);
+}
+
 /// Small files of all kinds: nothing, faces only, all arrays, order kept, lossy.
 std::vector<File> small_files() {
   std::vector<File> files;
@@ -39,7 +49,13 @@ std::vector<File> small_files() {
   files.push_back(file_of("torus at 10 bits", torus(9, 6), options));
   options.order = Order::keep;
   files.push_back(file_of("sphere in order", shuffled(sphere(9, 6), 1), options));
-  for (uint64_t seed = 0; seed < 200 && files.size() < 10; ++seed) {
+  EncodeOptions fast;
+  fast.effort = 2;
+  files.push_back(file_of("fast", triangle_sphere(9, 6), fast));
+  fast.positions = {Tolerance::Kind::bits, 10};
+  fast.order = Order::keep;
+  files.push_back(file_of("fast, at 10 bits, in order", shuffled(triangle_sphere(9, 7), 2), fast));
+  for (uint64_t seed = 0; seed < 200 && files.size() < 12; ++seed) {
     const Mesh mesh = random_surface(seed, {.faces = 30});
     if (mesh.arrays.size() < 3 || mesh.cell_count() < 5) continue;
     options.positions = {};

@@ -6,6 +6,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/rans.h"
+#include "surface/number_maps.h"
 #include "surface/tuple_coder.h"
 
 namespace maille {
@@ -196,48 +197,6 @@ TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   other.repeats = !best.repeats;
   consider(other);
   return best;
-}
-
-void write_map(ByteWriter& out, const NumberMap& map) {
-  out.put(map.kind);
-  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
-    out.put(static_cast<int16_t>(map.exponent));
-  }
-  if (map.kind == NumberMap::Kind::lattice) {
-    out.put(map.origin);
-    out.put(map.step);
-  }
-}
-
-/// Is this a map that choose_maps() can make for this type?
-bool is_sensible(const NumberMap& map, Scalar type) {
-  switch (map.kind) {
-    case NumberMap::Kind::integer:
-      return !is_float(type);
-    case NumberMap::Kind::ordered:
-      return is_float(type);
-    case NumberMap::Kind::decimal:
-      return is_float(type) && map.exponent >= 0 && map.exponent <= 15;
-    case NumberMap::Kind::binary:
-      return is_float(type) && map.exponent >= -1100 && map.exponent <= 1023;
-    case NumberMap::Kind::lattice:
-      return true;
-  }
-  return false;
-}
-
-Result<NumberMap> read_map(ByteReader& in, Scalar type) {
-  NumberMap map;
-  map.kind = static_cast<NumberMap::Kind>(in.get<uint8_t>());
-  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary)
-    map.exponent = in.get<int16_t>();
-  if (map.kind == NumberMap::Kind::lattice) {
-    map.origin = in.get<double>();
-    map.step = in.get<double>();
-  }
-  if (!in.ok() || !is_sensible(map, type))
-    return failure(ErrorCode::corrupt, "an array has an impossible number map");
-  return map;
 }
 
 Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {

@@ -41,21 +41,12 @@ void for_each_cell(const Mesh& mesh, Visit visit) {
   }
 }
 
-/// The faces that can be part of a surface, as one list.
-struct SimpleFaces {
-  std::vector<uint32_t> corners;
-  std::vector<uint32_t> offsets;  ///< empty: triangles
-  std::vector<uint32_t> cell;     ///< empty: face i is cell i
-  std::span<const uint32_t> all_corners;
-
-  Faces view(uint32_t points) const { return {all_corners, offsets, points}; }
-  uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
-};
-
 bool in_surface(const CellBlock& block, uint64_t cell) {
   // In blocks of mixed type a triangle and a polygon of three corners differ; they are coded as loose cells.
   return is_face(block.type) && is_simple(block.cell(cell));
 }
+
+}  // namespace
 
 SimpleFaces collect_faces(const Mesh& mesh) {
   SimpleFaces faces;
@@ -83,6 +74,8 @@ SimpleFaces collect_faces(const Mesh& mesh) {
   faces.all_corners = faces.corners;
   return faces;
 }
+
+namespace {
 
 /// First half-edges of real faces in coded order, in the numbering of `surface`. `order` lists all faces as
 /// coded.
@@ -263,6 +256,8 @@ Result<> decode_labels(Bytes bytes, size_t blocks, PatchTopology& topology) {
   return {};
 }
 
+}  // namespace
+
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh) {
   RansEncoder encoder;
   LooseCellCoder<RansEncoder> coder(encoder, topology.points);
@@ -277,6 +272,8 @@ std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& m
   return encoder.finish();
 }
 
+namespace {
+
 /// Can a face of this degree be in the block?
 bool takes_face(const BlockShape& block, unsigned degree) {
   return is_face(block.type) && (nodes_of(block.type) == 0 || nodes_of(block.type) == degree);
@@ -288,6 +285,7 @@ Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, con
   std::vector<uint64_t> left;
   for (const BlockShape& block : blocks) left.push_back(block.cells);
   if (surface.face_count == 0) return left;
+  if (blocks.empty()) return corrupt("faces without a block");
   if (topology.face_block.empty() && surface.half_edges.all_triangles()) {
     if (!takes_face(blocks[0], 3)) return corrupt("a face in a block of another type");
     if (surface.face_count > left[0]) return corrupt("more faces than a block has");
@@ -303,7 +301,8 @@ Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, con
   return left;
 }
 
-/// The cells of each block that its faces on the surface leave over.
+}  // namespace
+
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
                       PatchTopology& topology) {
   const std::vector<uint64_t> left = MAILLE_TRY(cells_left(blocks, topology));
@@ -331,6 +330,8 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
   }
   return {};
 }
+
+namespace {
 
 /// Numbers the points: those of the surface as coded, then the others as they come in the mesh.
 void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopology& result) {
@@ -381,6 +382,8 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
   }
 }
 
+}  // namespace
+
 void collect_loose(const Mesh& mesh, EncodedTopology& result) {
   PatchTopology& topology = result.topology;
   std::vector<uint32_t> number;  // of points in coded order
@@ -399,8 +402,6 @@ void collect_loose(const Mesh& mesh, EncodedTopology& result) {
     result.sources.first_corner.push_back(corner);
   });
 }
-
-}  // namespace
 
 Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window) {
   // Border triangles can add three half-edges to each corner, and half-edges have 31 bits.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "surface/array_coder.h"
+#include "surface/gluing.h"
 #include "surface/patch_surface.h"
 
 namespace maille {
@@ -55,6 +56,25 @@ struct EncodedTopology {
   PatchSources sources;
   std::vector<std::byte> bytes;
 };
+
+/// The faces of a mesh that can be part of a surface, as one list. The mesh must outlive it.
+struct SimpleFaces {
+  std::vector<uint32_t> corners;
+  std::vector<uint32_t> offsets;  ///< empty: triangles
+  std::vector<uint32_t> cell;     ///< empty: face i is cell i
+  std::span<const uint32_t> all_corners;
+
+  Faces view(uint32_t points) const { return {all_corners, offsets, points}; }
+  uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
+};
+SimpleFaces collect_faces(const Mesh& mesh);
+
+/// The other cells: appends them to `loose` and to the sources of cells, when those of points are there.
+void collect_loose(const Mesh& mesh, EncodedTopology& result);
+std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh);
+/// Inverse: the cells of each block that its faces on the surface leave over. Safe on any bytes.
+Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
+                      PatchTopology& topology);
 
 /// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
 Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window);

@@ -6,6 +6,7 @@
 #include <maille/version.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "base/result.h"
@@ -13,14 +14,23 @@
 #include "container/file_writer.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
+#include "surface/fan_patch.h"
+#include "surface/fan_positions.h"
 #include "surface/patch_topology.h"
 
 namespace maille {
 namespace {
 
+// The number of TOPO and POSI says how they are coded.
+constexpr uint32_t front_coding = 0;
+constexpr uint32_t fan_coding = 1;
 constexpr StreamKey description_key{"DESC"};
-constexpr StreamKey topology_key{"TOPO"};
-constexpr StreamKey positions_key{"POSI"};
+constexpr StreamKey topology_key(uint32_t coding) {
+  return {"TOPO", 0, coding};
+}
+constexpr StreamKey positions_key(uint32_t coding) {
+  return {"POSI", 0, coding};
+}
 constexpr StreamKey order_key{"ORDR"};
 StreamKey array_key(size_t i) {
   return {"ARRY", 0, static_cast<uint32_t>(i)};
@@ -143,14 +153,40 @@ uint32_t pivot_window(int effort) {
   return effort >= 7 ? 24 : 4;
 }
 
+// Efforts up to this one are for decoding near memory speed.
+constexpr int fast_effort = 3;
+
+/// The cells of a mesh in coded order. With fans the surface is not built yet.
+struct CodedCells {
+  EncodedTopology encoded;
+  std::optional<FanSurface> fans;
+  uint32_t coding() const { return fans ? fan_coding : front_coding; }
+};
+
+Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
+  CodedCells cells;
+  if (options.effort <= fast_effort) {
+    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
+    if (patch) {
+      cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
+      cells.fans = std::move(patch->patch.fans);
+      return cells;
+    }
+  }
+  cells.encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort)));
+  return cells;
+}
+
 }  // namespace
 
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  EncodedTopology encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort)));
-  const PatchElements elements = encoded.topology.elements();
+  CodedCells cells = MAILLE_TRY(encode_cells(mesh, options));
+  EncodedTopology& encoded = cells.encoded;
+  const ArrayMaps position_maps = MAILLE_TRY(choose_maps(mesh.points, options.positions, true));
+  const bool fan_positions = cells.fans && fits_fan_positions(mesh.points, position_maps);
 
   Description description = describe(mesh, options);
   EncodeReport report;
@@ -159,8 +195,15 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
                               ArrayReport& reported) -> Result<> {
     Pace pace(options.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
-    const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
-    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array), &pace));
+    const bool positions = &array == &mesh.points;
+    const ArrayMaps maps = positions ? position_maps : MAILLE_TRY(choose_maps(array, tolerance, false));
+    if (positions && fan_positions) {
+      streams.push_back(encode_fan_positions(*cells.fans, array, maps, encoded.sources.points));
+    } else {
+      if (cells.fans) MAILLE_CHECK(build_surface(*cells.fans, encoded.topology));
+      streams.push_back(
+          encode_array(encoded.topology.elements(), array, maps, sources_of(mesh, encoded, array), &pace));
+    }
     if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
@@ -175,8 +218,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
   FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
   MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
-  MAILLE_CHECK(writer.write_stream(topology_key, encoded.bytes));
-  MAILLE_CHECK(writer.write_stream(positions_key, streams[0]));
+  MAILLE_CHECK(writer.write_stream(topology_key(cells.coding()), encoded.bytes));
+  MAILLE_CHECK(writer.write_stream(positions_key(fan_positions ? fan_coding : front_coding), streams[0]));
   for (size_t i = 0; i < mesh.arrays.size(); ++i)
     MAILLE_CHECK(writer.write_stream(array_key(i), streams[i + 1]));
   if (options.order == Order::keep) {
@@ -244,46 +287,122 @@ bool needs_places(const Description& description, const DecodeOptions& options) 
                      });
 }
 
+/// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
+class PatchDecoder {
+ public:
+  PatchDecoder(const FileReader& reader, const DecodeOptions& options, const Description& description)
+      : reader_(reader),
+        options_(options),
+        description_(description),
+        shapes_(description.shapes()),
+        with_places_(needs_places(description, options)) {}
+
+  /// Cells, and positions, which are decoded along with fans.
+  Result<> decode_cells(Array& positions) {
+    const uint32_t coding = coding_of(topology_key);
+    const StreamKey positions_of = positions_key(coding_of(positions_key));
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(coding)));
+    if (coding == fan_coding) {
+      auto decoder = MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners));
+      if (positions_of.number == fan_coding)
+        positions = MAILLE_TRY(decode_positions(decoder.fans, positions_of));
+      FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
+      topology_ = std::move(patch.topology);
+      fans_ = std::move(patch.fans);
+    } else {
+      topology_ = MAILLE_TRY(
+          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
+    }
+    if (positions_of.number == front_coding) {
+      positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
+    } else if (coding != fan_coding) {
+      return failure(ErrorCode::corrupt, "positions of fans without fans");
+    }
+    return {};
+  }
+
+  Result<Array> decode_positions(FanDecoder& fans, const StreamKey& key) {
+    Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
+    if (!pace.report()) return cancelled();
+    Array array = array_of(description_.positions);
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
+    return array;
+  }
+
+  Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {
+    Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
+    if (!pace.report()) return cancelled();
+    if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
+    Array array = array_of(described);
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    MAILLE_CHECK(decode_array(topology_.elements(), bytes, described.mesh_tuples, array, &pace));
+    return array;
+  }
+
+  /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
+  /// positions are as many.
+  bool knows_validity() const {
+    return fans_ && shapes_.size() == 1 && shapes_[0].type == CellType::triangle &&
+           description_.order == Order::canonical;
+  }
+
+  /// Cells in their blocks, and arrays of cells and corners beside them.
+  Result<> assemble(Mesh& mesh) {
+    AssembledCells cells;
+    if (fans_ && !with_places_) {
+      cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
+    } else {
+      cells = assemble_cells(std::move(topology_), shapes_, with_places_);
+    }
+    mesh.blocks = std::move(cells.blocks);
+    for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description_.blocks[b].name;
+    if (mesh.corner_count() != description_.corners || mesh.cell_count() != description_.cells()) {
+      return failure(ErrorCode::corrupt, "the cells are not those of the description");
+    }
+    for (Array& array : mesh.arrays) {
+      if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
+      if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
+    }
+    return {};
+  }
+
+ private:
+  template <class KeyOf>
+  uint32_t coding_of(KeyOf key_of) const {
+    return reader_.has_stream(key_of(fan_coding)) ? fan_coding : front_coding;
+  }
+
+  const FileReader& reader_;
+  const DecodeOptions& options_;
+  const Description& description_;
+  std::vector<BlockShape> shapes_;
+  bool with_places_;
+  PatchTopology topology_;
+  std::optional<FanSurface> fans_;
+};
+
 Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options) {
   const Description description =
       MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
   Mesh mesh;
   mesh.metadata = description.metadata;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  const std::vector<BlockShape> shapes = description.shapes();
-  const bool with_places = needs_places(description, options);
-  PatchTopology topology = MAILLE_TRY(decode_topology(MAILLE_TRY(reader.read_stream(topology_key)), shapes,
-                                                      description.points, description.corners, with_places));
-  const PatchElements elements = topology.elements();
-  const auto decode_one = [&](const ArrayDescription& described, const StreamKey& key) -> Result<Array> {
-    Pace pace(options.progress, described.name.c_str(), description.tuples(described));
-    if (!pace.report()) return cancelled();
-    Array array = array_of(described);
-    MAILLE_CHECK(
-        decode_array(elements, MAILLE_TRY(reader.read_stream(key)), described.mesh_tuples, array, &pace));
-    return array;
-  };
-  mesh.points = MAILLE_TRY(decode_one(description.positions, positions_key));
+  PatchDecoder patch(reader, options, description);
+  MAILLE_CHECK(patch.decode_cells(mesh.points));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     if (!is_wanted(options, description.arrays[i].name)) continue;
-    mesh.arrays.push_back(MAILLE_TRY(decode_one(description.arrays[i], array_key(i))));
+    mesh.arrays.push_back(MAILLE_TRY(patch.decode_one(description.arrays[i], array_key(i))));
   }
-  AssembledCells cells = assemble_cells(std::move(topology), shapes, with_places);
-  mesh.blocks = std::move(cells.blocks);
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description.blocks[b].name;
-  if (mesh.corner_count() != description.corners || mesh.cell_count() != description.cells()) {
-    return failure(ErrorCode::corrupt, "the cells are not those of the description");
-  }
-  for (Array& array : mesh.arrays) {
-    if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
-    if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
-  }
+  MAILLE_CHECK(patch.assemble(mesh));
   if (description.order == Order::keep) {
     const ElementOrder order =
         MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)), description.points,
                                 static_cast<uint32_t>(description.cells())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
   }
+  // Of triangles alone the decoder knows that they are valid, and a look at every corner takes time.
+  if (patch.knows_validity() && mesh.arrays.empty()) return mesh;
   // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
   if (auto valid = validate(mesh); !valid)
     return failure(ErrorCode::corrupt, std::move(valid).error().message);
@@ -339,8 +458,11 @@ Result<FileInfo> inspect(const Source& source) {
   info.connectivity.domain = Domain::corner;
   info.connectivity.type = Scalar::u32;
   info.connectivity.count = description.corners;
-  info.connectivity.coded_bytes = reader.stream_bytes(topology_key);
-  info.positions = info_of(description, description.positions, reader.stream_bytes(positions_key));
+  info.connectivity.coded_bytes =
+      reader.stream_bytes(topology_key(front_coding)) + reader.stream_bytes(topology_key(fan_coding));
+  info.positions = info_of(
+      description, description.positions,
+      reader.stream_bytes(positions_key(front_coding)) + reader.stream_bytes(positions_key(fan_coding)));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     info.arrays.push_back(info_of(description, description.arrays[i], reader.stream_bytes(array_key(i))));
   }

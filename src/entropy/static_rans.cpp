@@ -1,0 +1,406 @@
+#include "entropy/static_rans.h"
+
+#include <algorithm>
+
+#include "base/bytes.h"
+#include "entropy/bit_model.h"
+#include "entropy/integer_model.h"
+
+namespace maille {
+namespace {
+
+// 2^(k/16) * 2^15.
+constexpr uint32_t sixteenths[16] = {32768, 34219, 35734, 37316, 38968, 40693, 42495, 44376,
+                                     46341, 48393, 50535, 52773, 55109, 57549, 60097, 62757};
+
+/// A distribution as a table stores it: for each symbol its level, 0 for one that does not occur, else 1 +
+/// the distance from the most frequent symbol in steps of 1/resolution octaves.
+using Levels = std::array<uint8_t, most_static_symbols>;
+constexpr unsigned deepest_level(unsigned resolution) {
+  return 10 * resolution + 1;
+}
+
+/// 2^(-(level - 1) / resolution) * 2^30.
+uint64_t weight_of(unsigned level, unsigned resolution) {
+  const unsigned below = (level - 1) * (16 / resolution);
+  const unsigned octaves = (below + 15) / 16;
+  return (uint64_t{sixteenths[octaves * 16 - below]} << 15) >> octaves;
+}
+
+Frequencies frequencies_of(const Levels& levels, unsigned symbols, unsigned resolution, unsigned bits) {
+  Frequencies result;
+  uint64_t sum = 0;
+  for (unsigned s = 0; s < symbols; ++s) sum += levels[s] == 0 ? 0 : weight_of(levels[s], resolution);
+  const uint32_t slots = 1u << bits;
+  if (sum == 0) {
+    result.frequency[0] = static_cast<uint16_t>(slots);
+    return result;
+  }
+  uint32_t given = 0;
+  for (unsigned s = 0; s < symbols; ++s) {
+    if (levels[s] == 0) continue;
+    const uint64_t share = weight_of(levels[s], resolution) * slots / sum;
+    result.frequency[s] = static_cast<uint16_t>(std::max<uint64_t>(share, 1));
+    given += result.frequency[s];
+  }
+  // What rounding left goes to the first of the most frequent symbols, what it took comes from these.
+  const auto most = [&] { return std::max_element(result.frequency.begin(), result.frequency.end()); };
+  for (; given > slots; --given) --*most();
+  *most() = static_cast<uint16_t>(*most() + slots - given);
+  uint32_t start = 0;
+  for (unsigned s = 0; s < symbols; ++s) {
+    result.start[s] = static_cast<uint16_t>(start);
+    start += result.frequency[s];
+  }
+  return result;
+}
+
+Levels levels_of(const Histogram& counts, unsigned symbols, unsigned resolution) {
+  Levels levels{};
+  const uint32_t most = *std::max_element(counts.begin(), counts.begin() + symbols);
+  for (unsigned s = 0; s < symbols; ++s) {
+    if (counts[s] == 0) continue;
+    const uint32_t below = log2_fixed(most) - log2_fixed(counts[s]);
+    const uint32_t steps = (below * resolution + (1 << 15)) >> 16;
+    levels[s] = static_cast<uint8_t>(1 + std::min(steps, deepest_level(resolution) - 1));
+  }
+  return levels;
+}
+
+/// Levels lie near those of the table before, or of the symbol before.
+class LevelCoder {
+ public:
+  LevelCoder(unsigned symbols, unsigned resolution) : symbols_(symbols), resolution_(resolution) {}
+
+  template <class Coder>
+  void code(Coder& coder, Levels& levels) {
+    unsigned last = 0;
+    bool first = true;
+    for (unsigned s = 0; s < symbols_; ++s) {
+      const unsigned seen = before_[s] != 0;
+      const unsigned neighbour = s > 0 && levels[s - 1] != 0;
+      const bool there = there_[2 * seen + neighbour].code(coder, levels[s] != 0);
+      if (!there) {
+        levels[s] = 0;
+        continue;
+      }
+      const unsigned expected = seen ? before_[s] : first ? resolution_ : last;
+      const int32_t step =
+          step_[seen].code(coder, static_cast<int32_t>(levels[s]) - static_cast<int32_t>(expected));
+      const int32_t level = static_cast<int32_t>(expected) + step;
+      levels[s] =
+          static_cast<uint8_t>(std::clamp(level, 1, static_cast<int32_t>(deepest_level(resolution_))));
+      last = levels[s];
+      first = false;
+    }
+    for (unsigned s = 0; s < symbols_; ++s) {
+      if (levels[s] != 0) before_[s] = levels[s];
+    }
+  }
+
+ private:
+  unsigned symbols_;
+  unsigned resolution_;
+  Levels before_{};
+  std::array<BitModel, 4> there_;
+  std::array<OffsetModel, 2> step_;
+};
+
+constexpr unsigned resolutions[] = {1, 2, 4, 8, 16};
+
+struct TableCoder {
+  uint32_t resolution = 2;  // index into resolutions
+  uint32_t count = 1;
+  std::vector<uint8_t> table_of;
+  std::vector<Levels> levels;
+
+  template <class Coder>
+  void code(Coder& coder, unsigned symbols, unsigned most_tables) {
+    resolution = coder.code_raw(resolution, 3);
+    if (resolution > 4) resolution = 4;
+    CountModel number;
+    count = std::min(number.code(coder, count - 1), most_tables - 1) + 1;
+    // Tables are numbered in the order of their first contexts.
+    std::array<SymbolModel, 4> kind;
+    CountModel which;
+    uint8_t before = 0;
+    uint32_t known = 0;
+    for (uint8_t& table : table_of) {
+      if (count == 1) {
+        table = 0;
+        continue;
+      }
+      // 0: the same as before; 1: a new one; else one of the others.
+      unsigned step = table == before && known > 0 ? 0 : table == known ? 1 : 2;
+      step = kind[std::min(known, 3u)].code(coder, step);
+      if (step == 0) {
+        table = before;
+      } else if (step == 1 && known < count) {
+        table = static_cast<uint8_t>(known);
+      } else {
+        table = static_cast<uint8_t>(std::min(which.code(coder, table), count - 1));
+      }
+      known = std::max<uint32_t>(known, table + 1u);
+      before = table;
+    }
+    levels.resize(count);
+    LevelCoder level_coder(symbols, resolutions[resolution]);
+    for (Levels& one : levels) level_coder.code(coder, one);
+  }
+};
+
+uint64_t entropy(const Histogram& counts, unsigned symbols) {
+  uint32_t sum = 0;
+  for (unsigned s = 0; s < symbols; ++s) sum += counts[s];
+  uint64_t bits = 0;
+  for (unsigned s = 0; s < symbols; ++s)
+    bits += uint64_t{counts[s]} * (log2_fixed(sum) - log2_fixed(counts[s]));
+  return bits;
+}
+
+/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs.
+uint64_t table_cost(const Histogram& counts, unsigned symbols) {
+  uint64_t used = 0;
+  for (unsigned s = 0; s < symbols; ++s) used += counts[s] != 0;
+  return (4 * used + 6) << 16;
+}
+
+/// Merges contexts greedily, those first that lose least by it.
+class Clustering {
+ public:
+  Clustering(std::span<const Histogram> counts, unsigned symbols) : symbols_(symbols) {
+    for (const Histogram& histogram : counts) {
+      nodes_.push_back({histogram, 0, true});
+      nodes_.back().cost = cost(histogram);
+      // Contexts that never occur join the first cluster for nothing.
+      nodes_.back().alive =
+          std::any_of(histogram.begin(), histogram.end(), [](uint32_t count) { return count != 0; });
+      cluster_.push_back(static_cast<uint32_t>(nodes_.size() - 1));
+    }
+    gains_.assign(nodes_.size() * nodes_.size(), 0);
+    for (size_t a = 0; a < nodes_.size(); ++a) {
+      for (size_t b = a + 1; b < nodes_.size(); ++b) update(a, b);
+    }
+  }
+
+  void run(unsigned most) {
+    for (;;) {
+      size_t alive = 0;
+      for (const Node& node : nodes_) alive += node.alive;
+      int64_t best = alive > most ? INT64_MIN : 0;
+      size_t best_a = 0, best_b = 0;
+      for (size_t a = 0; a < nodes_.size(); ++a) {
+        if (!nodes_[a].alive) continue;
+        for (size_t b = a + 1; b < nodes_.size(); ++b) {
+          if (!nodes_[b].alive || gain(a, b) <= best) continue;
+          best = gain(a, b);
+          best_a = a;
+          best_b = b;
+        }
+      }
+      if (best_a == best_b) return;
+      merge(best_a, best_b);
+    }
+  }
+
+  /// Clusters numbered by their first contexts; contexts that never occur go with the one before.
+  std::vector<Histogram> result(std::vector<uint8_t>& table_of) const {
+    std::vector<Histogram> merged;
+    std::vector<uint32_t> number(nodes_.size(), 0xffffffff);
+    uint8_t before = 0;
+    for (const uint32_t cluster : cluster_) {
+      if (nodes_[cluster].alive) {
+        if (number[cluster] == 0xffffffff) {
+          number[cluster] = static_cast<uint32_t>(merged.size());
+          merged.push_back(nodes_[cluster].counts);
+        }
+        before = static_cast<uint8_t>(number[cluster]);
+      }
+      table_of.push_back(before);
+    }
+    if (merged.empty()) merged.emplace_back();
+    return merged;
+  }
+
+ private:
+  struct Node {
+    Histogram counts;
+    uint64_t cost;
+    bool alive;
+  };
+
+  uint64_t cost(const Histogram& counts) const {
+    return entropy(counts, symbols_) + table_cost(counts, symbols_);
+  }
+  int64_t& gain(size_t a, size_t b) { return gains_[a * nodes_.size() + b]; }
+  Histogram sum(size_t a, size_t b) const {
+    Histogram result;
+    for (unsigned s = 0; s < most_static_symbols; ++s) result[s] = nodes_[a].counts[s] + nodes_[b].counts[s];
+    return result;
+  }
+  void update(size_t a, size_t b) {
+    if (!nodes_[a].alive || !nodes_[b].alive) return;
+    gain(a, b) =
+        static_cast<int64_t>(nodes_[a].cost + nodes_[b].cost) - static_cast<int64_t>(cost(sum(a, b)));
+  }
+  void merge(size_t a, size_t b) {
+    nodes_[a].counts = sum(a, b);
+    nodes_[a].cost = cost(nodes_[a].counts);
+    nodes_[b].alive = false;
+    for (uint32_t& cluster : cluster_) {
+      if (cluster == b) cluster = static_cast<uint32_t>(a);
+    }
+    for (size_t i = 0; i < nodes_.size(); ++i) {
+      if (i != a) update(std::min(i, a), std::max(i, a));
+    }
+  }
+
+  unsigned symbols_;
+  std::vector<Node> nodes_;
+  std::vector<uint32_t> cluster_;
+  std::vector<int64_t> gains_;
+};
+
+StaticTables tables_of(const TableCoder& coded, unsigned symbols, unsigned bits) {
+  StaticTables result{bits, symbols, coded.table_of, {}};
+  for (const Levels& levels : coded.levels) {
+    result.tables.push_back(frequencies_of(levels, symbols, resolutions[coded.resolution], bits));
+  }
+  return result;
+}
+
+}  // namespace
+
+uint32_t log2_fixed(uint32_t n) {
+  // The fraction of 12 leading bits, by squaring.
+  static const auto fractions = [] {
+    std::array<uint16_t, 4096> table{};
+    for (uint32_t i = 0; i < 4096; ++i) {
+      uint64_t x = uint64_t{4096 + i} << 19;  // 1.0 is 2^31
+      uint32_t bits = 0;
+      for (int b = 0; b < 16; ++b) {
+        x = (x * x) >> 31;
+        bits = bits << 1 | static_cast<uint32_t>(x >> 32);
+        if ((x >> 32) != 0) x >>= 1;
+      }
+      table[i] = static_cast<uint16_t>(bits);
+    }
+    return table;
+  }();
+  if (n == 0) return 0;
+  const unsigned exponent = bit_length(n) - 1;
+  const uint32_t mantissa = exponent >= 12 ? n >> (exponent - 12) : n << (12 - exponent);
+  return exponent << 16 | fractions[mantissa & 4095];
+}
+
+uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bits) {
+  uint64_t cost = 0;
+  for (unsigned s = 0; s < most_static_symbols; ++s) {
+    if (counts[s] != 0) cost += uint64_t{counts[s]} * ((bits << 16) - log2_fixed(table.frequency[s]));
+  }
+  return cost;
+}
+
+StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
+                         unsigned most_tables, RansEncoder& coder) {
+  Clustering clustering(counts, symbols);
+  clustering.run(most_tables);
+  TableCoder coded;
+  const std::vector<Histogram> merged = clustering.result(coded.table_of);
+  coded.count = static_cast<uint32_t>(merged.size());
+  uint64_t best_cost = UINT64_MAX;
+  TableCoder best;
+  for (coded.resolution = 0; coded.resolution < 5; ++coded.resolution) {
+    coded.levels.clear();
+    for (const Histogram& histogram : merged)
+      coded.levels.push_back(levels_of(histogram, symbols, resolutions[coded.resolution]));
+    RansEncoder trial;
+    TableCoder written = coded;
+    written.code(trial, symbols, most_tables);
+    uint64_t cost = uint64_t{trial.finish().size()} << 19;
+    const StaticTables tables = tables_of(written, symbols, bits);
+    for (size_t i = 0; i < merged.size(); ++i) cost += cost_of(merged[i], tables.tables[i], bits);
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = coded;
+  }
+  best.code(coder, symbols, most_tables);
+  return tables_of(best, symbols, bits);
+}
+
+StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,
+                         RansDecoder& coder) {
+  TableCoder coded;
+  coded.table_of.resize(contexts);
+  coded.code(coder, symbols, most_tables);
+  return tables_of(coded, symbols, bits);
+}
+
+void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t> mark_of_symbol,
+                StaticSlot* slots) {
+  uint32_t at = 0;
+  for (unsigned s = 0; s < most_static_symbols && at < 1u << bits; ++s) {
+    const uint32_t mark = s < mark_of_symbol.size() ? mark_of_symbol[s] : 0;
+    const uint32_t common = s | mark << 6 | uint32_t{table.frequency[s]} << 9;
+    for (uint32_t i = 0; i < table.frequency[s]; ++i) slots[at++] = common | i << 20;
+  }
+}
+
+std::vector<std::byte> StaticRansEncoder::finish() {
+  uint64_t state = lowest_static_state;
+  std::vector<uint32_t> words;
+  for (size_t i = operations_.size(); i-- > 0;) {
+    const auto [start, frequency, bits] = operations_[i];
+    if (state >> (63 - bits) >= frequency) {
+      words.push_back(static_cast<uint32_t>(state));
+      state >>= 32;
+    }
+    state = (state / frequency << bits) + state % frequency + start;
+  }
+  ByteWriter out;
+  out.put(state);
+  for (size_t i = words.size(); i-- > 0;) out.put(words[i]);
+  return out.take();
+}
+
+StaticRansDecoder::StaticRansDecoder(Bytes bytes) : words{bytes.data(), bytes.data() + bytes.size()} {
+  if (bytes.size() < 8) {
+    exhausted_ = true;
+    state = lowest_static_state;
+    return;
+  }
+  state = load<uint64_t>(words.next);
+  words.next += 8;
+}
+
+std::vector<std::byte> GroupRansEncoder::finish() {
+  std::array<uint64_t, group_lanes> states;
+  states.fill(lowest_group_state);
+  std::vector<uint16_t> words;
+  uint32_t end = static_cast<uint32_t>(operations_.size());
+  for (size_t g = groups_.size(); g-- > 0;) {
+    const uint32_t begin = g == 0 ? 0 : groups_[g - 1].end;
+    uint64_t product = 1;
+    unsigned bits = 0;
+    for (uint32_t i = begin; i < end; ++i) {
+      product *= operations_[i].frequency;
+      bits += operations_[i].bits;
+    }
+    uint64_t& state = states[groups_[g].lane];
+    while (state >= ((uint64_t{1} << 62) >> bits) * product) {
+      words.push_back(static_cast<uint16_t>(state));
+      state >>= 16;
+    }
+    for (uint32_t i = end; i-- > begin;) {
+      const auto [start, frequency, width] = operations_[i];
+      state = (state / frequency << width) + state % frequency + start;
+    }
+    end = begin;
+  }
+  ByteWriter out;
+  for (const uint64_t state : states) out.put(state);
+  for (size_t i = words.size(); i-- > 0;) out.put(words[i]);
+  return out.take();
+}
+
+}  // namespace maille

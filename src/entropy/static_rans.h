@@ -1,0 +1,167 @@
+#pragma once
+
+#include <maille/source.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "entropy/rans.h"
+
+namespace maille {
+
+/// Asymmetric numeral systems with distributions that are known before the first symbol: fast to decode, as
+/// nothing is learnt on the way. The encoder counts first, makes tables, and writes these beside the symbols.
+inline constexpr unsigned most_static_symbols = 64;
+inline constexpr unsigned most_static_tables = 256;
+
+using Histogram = std::array<uint32_t, most_static_symbols>;
+
+/// A distribution over 2^bits slots. A frequency of 0 is a symbol that does not occur.
+struct Frequencies {
+  std::array<uint16_t, most_static_symbols> frequency{};
+  std::array<uint16_t, most_static_symbols> start{};
+};
+
+/// Contexts and the table each of them uses: similar contexts share one.
+struct StaticTables {
+  unsigned bits = 10;             ///< slots are 2^bits, at most 2^10
+  unsigned symbols = 0;           ///< of the alphabet
+  std::vector<uint8_t> table_of;  ///< by context
+  std::vector<Frequencies> tables;
+
+  const Frequencies& of(unsigned context) const { return tables[table_of[context]]; }
+};
+
+/// Tables for these counts, by context, such that tables and symbols together are small. Writes them to
+/// `coder`.
+StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
+                         unsigned most_tables, RansEncoder& coder);
+/// Inverse. Any bytes give valid tables; the caller looks at coder.exhausted().
+StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,
+                         RansDecoder& coder);
+
+/// What symbols cost with these tables, in 1/65536 bits.
+uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bits);
+/// log2(n) * 65536, rounded down to about 16 bits; 0 for 0.
+uint32_t log2_fixed(uint32_t n);
+
+/// One slot of a table as decoders want it:
+///   6 bits symbol | 3 bits mark, the caller's | 11 bits frequency | 10 bits slot - start of the symbol
+using StaticSlot = uint32_t;
+inline constexpr unsigned slot_symbol(StaticSlot slot) {
+  return slot & 63;
+}
+inline constexpr unsigned slot_mark(StaticSlot slot) {
+  return (slot >> 6) & 7;
+}
+inline constexpr uint32_t slot_frequency(StaticSlot slot) {
+  return (slot >> 9) & 2047;
+}
+inline constexpr uint32_t slot_offset(StaticSlot slot) {
+  return slot >> 20;
+}
+/// Writes the 2^bits slots of a table.
+void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t> mark_of_symbol,
+                StaticSlot* slots);
+
+/// One state of 64 bits, words of 32: for symbols that are decoded one after the other. The state is in
+/// [2^31, 2^63) between operations.
+inline constexpr uint64_t lowest_static_state = uint64_t{1} << 31;
+
+class StaticRansEncoder {
+ public:
+  void put(const Frequencies& table, unsigned bits, unsigned symbol) {
+    operations_.push_back({table.start[symbol], table.frequency[symbol], static_cast<uint8_t>(bits)});
+  }
+  /// At most 16 bits at equal odds.
+  void put_raw(uint32_t value, unsigned count) {
+    operations_.push_back({static_cast<uint16_t>(value), 1, static_cast<uint8_t>(count)});
+  }
+  std::vector<std::byte> finish();
+
+ private:
+  struct Operation {
+    uint16_t start;
+    uint16_t frequency;
+    uint8_t bits;
+  };
+  std::vector<Operation> operations_;
+};
+
+/// Safe on any bytes: past their end it reads zeros and is exhausted().
+class StaticRansDecoder {
+ public:
+  explicit StaticRansDecoder(Bytes bytes);
+
+  uint32_t get_raw(unsigned count) {
+    const auto value = static_cast<uint32_t>(state & ((uint64_t{1} << count) - 1));
+    state >>= count;
+    refill();
+    return value;
+  }
+  /// `slots`: those of one table of 2^bits.
+  StaticSlot get(const StaticSlot* slots, unsigned bits) {
+    const StaticSlot slot = slots[state & ((uint64_t{1} << bits) - 1)];
+    state = slot_frequency(slot) * (state >> bits) + slot_offset(slot);
+    refill();
+    return slot;
+  }
+  bool exhausted() const { return exhausted_; }
+  [[gnu::always_inline]] void refill() {
+    if (state < lowest_static_state) state = state << 32 | next_word();
+  }
+
+  // Open, so that a hot loop can keep them in registers.
+  uint64_t state = 0;
+  struct Words {
+    const std::byte* next;
+    const std::byte* end;
+  } words;
+
+ private:
+  uint32_t next_word() {
+    if (words.end - words.next < 4) [[unlikely]] {
+      exhausted_ = true;
+      return 0;
+    }
+    uint32_t word;
+    __builtin_memcpy(&word, words.next, 4);
+    words.next += 4;
+    return word;
+  }
+
+  bool exhausted_ = false;
+};
+
+/// Four states side by side, words of 16, for groups of symbols: each lane takes a group in turn, so that a
+/// processor works on four at once. A group has at most 40 bits; a state is in [2^46, 2^62) between groups.
+inline constexpr unsigned group_lanes = 4;
+inline constexpr uint64_t lowest_group_state = uint64_t{1} << 46;
+
+class GroupRansEncoder {
+ public:
+  void put(const Frequencies& table, unsigned bits, unsigned symbol) {
+    operations_.push_back({table.start[symbol], table.frequency[symbol], static_cast<uint8_t>(bits)});
+  }
+  void end_group(unsigned lane) { groups_.push_back({static_cast<uint32_t>(operations_.size()), lane}); }
+  /// Four states of eight bytes, then the words.
+  std::vector<std::byte> finish();
+
+ private:
+  struct Operation {
+    uint16_t start;
+    uint16_t frequency;
+    uint8_t bits;
+  };
+  struct Group {
+    uint32_t end;
+    uint32_t lane;
+  };
+  std::vector<Operation> operations_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace maille

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <maille/error.h>
+#include <maille/source.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/unfilled.h"
+#include "surface/half_edges.h"
+
+namespace maille {
+
+/// Connectivity of triangles for decoding near memory speed: a ring of vertices grows around the coded
+/// triangles, and one symbol tells how the fan around the vertex at its head is completed.
+/// docs/format.md, "Fans".
+
+/// Vertices whose positions predict that of another one, in coded order. See fan_positions.h.
+///
+///            A ---- vertex          closed fans end at N; O2 is beyond the edge from focus to N.
+///           / \    /  |             The late triple is a parallelogram that became known
+///          B   focus  |             after the vertex: late[0] + late[1] - late[2].
+///               | \   |
+///               |   \ |
+///               O2 --- N
+struct VertexReferences {
+  enum : unsigned { focus, next, next_opposite, late, before = 6, last = 7, count = 8 };
+  std::array<uint32_t, count> at;
+};
+
+/// Where in its fan a vertex stands, the valence of the focus, and whether there is a late triple.
+inline constexpr unsigned fan_places = 14;
+inline constexpr unsigned first_open_place = 10;
+inline constexpr unsigned start_place = 13;
+inline constexpr unsigned valence_classes = 6;
+inline constexpr unsigned vertex_kinds = fan_places * valence_classes * 2;
+inline constexpr unsigned place_of_kind(unsigned kind) {
+  return kind / (2 * valence_classes);
+}
+inline constexpr bool kind_has_late(unsigned kind) {
+  return (kind & 1) != 0;
+}
+/// Is it the last vertex of a closed fan, so that the next triangle is known on both sides?
+inline constexpr bool kind_is_last(unsigned kind) {
+  const unsigned place = place_of_kind(kind);
+  return place == 0 || place == 2 || place == 5 || place == 9;
+}
+
+/// Triangles in coded order. Vertices are numbered by their first corners.
+struct FanSurface {
+  std::vector<uint32_t> corners;  ///< three for each triangle
+  uint32_t vertices = 0;
+  /// The first vertex that has references and a kind here: a decoder lets go of those that are done with.
+  uint32_t first = 0;
+  Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
+  Unfilled<uint8_t> kinds;                ///< likewise
+
+  uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
+};
+
+struct EncodedFans {
+  FanSurface surface;
+  std::vector<uint32_t> points;      ///< by vertex: its number in `origin` of what was encoded
+  std::vector<uint32_t> half_edges;  ///< by triangle: the half-edge at its first corner
+  std::vector<std::byte> bytes;
+};
+
+/// Points have numbers of this many bits at most.
+inline constexpr unsigned fan_point_bits = 28;
+inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
+
+/// Codes the real triangles of a closed surface, see gluing.h: all faces are triangles, the first
+/// `real_half_edges` half-edges belong to real ones. Origins are points,
+/// at most most_fan_points; several vertices of the surface may be one point.
+EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
+
+/// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
+/// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
+class FanDecoder {
+ public:
+  /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay.
+  static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
+  FanDecoder(FanDecoder&&) noexcept;
+  FanDecoder& operator=(FanDecoder&&) noexcept;
+  ~FanDecoder();
+
+  /// Vertices of all triangles: as claimed, until finish() has seen them.
+  uint32_t vertices() const;
+  /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
+  static constexpr uint32_t window = 1 << 12;
+  /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
+  Result<> decode_until(uint32_t end);
+  const VertexReferences* references(uint32_t vertex) const;
+  const uint8_t* kinds(uint32_t vertex) const;
+  /// Forgets the vertices below `end`.
+  void release(uint32_t end);
+
+  /// Decodes the rest, and gives the triangles, without references and kinds.
+  Result<FanSurface> finish();
+
+ private:
+  struct State;
+  explicit FanDecoder(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// All at once, with references and kinds.
+Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
+
+}  // namespace maille

@@ -1,0 +1,365 @@
+#include "surface/fan_patch.h"
+
+#include <algorithm>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/integer_model.h"
+#include "entropy/rans.h"
+#include "surface/gluing.h"
+
+namespace maille {
+namespace {
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("topology: ") + what);
+}
+
+/// Small numbers, one for each of many things, as runs of equal ones.
+class RunModel {
+ public:
+  template <class Coder>
+  void code(Coder& coder, uint32_t& value, uint32_t& length) {
+    value = value_[std::min(before_, 3u)].code(coder, value);
+    length = length_[std::min(value, 3u)].code(coder, length - 1) + 1;
+    before_ = value;
+  }
+
+ private:
+  std::array<CountModel, 4> value_;
+  std::array<CountModel, 4> length_;
+  uint32_t before_ = 0;
+};
+
+/// Bytes are none where all numbers are 0.
+template <class Get>
+std::vector<std::byte> encode_runs(uint32_t count, Get get) {
+  bool any = false;
+  for (uint32_t i = 0; i < count && !any; ++i) any = get(i) != 0;
+  if (!any) return {};
+  RansEncoder encoder;
+  RunModel model;
+  for (uint32_t i = 0; i < count;) {
+    uint32_t value = get(i);
+    uint32_t length = 1;
+    while (i + length < count && get(i + length) == value) ++length;
+    model.code(encoder, value, length);
+    i += length;
+  }
+  return encoder.finish();
+}
+
+/// Calls visit(begin, end, value) for each run of numbers that are not 0; a false from it ends all.
+template <class Visit>
+Result<> decode_runs(Bytes bytes, uint32_t count, Visit visit) {
+  if (bytes.empty()) return {};
+  RansDecoder decoder(bytes);
+  RunModel model;
+  for (uint32_t i = 0; i < count;) {
+    uint32_t value = 0, length = 0;
+    model.code(decoder, value, length);
+    if (decoder.exhausted() || length == 0 || length > count - i) return corrupt("runs that do not fit");
+    if (value != 0 && !visit(i, i + length, value)) return corrupt("a run of a number that is not allowed");
+    i += length;
+  }
+  return {};
+}
+
+/// Faces that are copies of others, whichever way round: by face the first one with the same corners.
+std::vector<uint32_t> find_first_copies(std::span<const uint32_t> corners, uint32_t points) {
+  const auto faces = static_cast<uint32_t>(corners.size() / 3);
+  const auto sorted = [&](uint32_t face) {
+    std::array<uint32_t, 3> key{corners[3 * size_t{face}], corners[3 * size_t{face} + 1],
+                                corners[3 * size_t{face} + 2]};
+    std::sort(key.begin(), key.end());
+    return key;
+  };
+  std::vector<uint32_t> begin(size_t{points} + 1), by_lowest(faces);
+  for (uint32_t face = 0; face < faces; ++face) ++begin[sorted(face)[0]];
+  uint32_t sum = 0;
+  for (uint32_t& place : begin) sum += std::exchange(place, sum);
+  std::vector<uint32_t> end = begin;
+  for (uint32_t face = 0; face < faces; ++face) by_lowest[end[sorted(face)[0]]++] = face;
+  std::vector<uint32_t> first(faces);
+  for (uint32_t point = 0; point < points; ++point) {
+    std::sort(by_lowest.begin() + begin[point], by_lowest.begin() + end[point],
+              [&](uint32_t a, uint32_t b) { return std::pair(sorted(a), a) < std::pair(sorted(b), b); });
+    for (uint32_t i = begin[point]; i < end[point]; ++i) {
+      const bool copy = i > begin[point] && sorted(by_lowest[i]) == sorted(by_lowest[i - 1]);
+      first[by_lowest[i]] = copy ? first[by_lowest[i - 1]] : by_lowest[i];
+    }
+  }
+  return first;
+}
+
+/// The face without its copies, and where they went.
+struct UniqueFaces {
+  std::vector<uint32_t> corners;
+  std::vector<uint32_t> face;                         ///< by unique face: its number among all
+  std::vector<std::pair<uint32_t, uint32_t>> copies;  ///< unique face and copy, in order
+  std::span<const uint32_t> all_corners;
+};
+
+UniqueFaces without_copies(std::span<const uint32_t> corners, uint32_t points) {
+  UniqueFaces result;
+  const std::vector<uint32_t> first = find_first_copies(corners, points);
+  const auto faces = static_cast<uint32_t>(first.size());
+  std::vector<uint32_t> number(faces);
+  for (uint32_t face = 0; face < faces; ++face) {
+    if (first[face] != face) {
+      result.copies.push_back({number[first[face]], face});
+      continue;
+    }
+    number[face] = static_cast<uint32_t>(result.face.size());
+    result.face.push_back(face);
+  }
+  result.all_corners = corners;
+  if (result.copies.empty()) return result;
+  for (const uint32_t face : result.face)
+    result.corners.insert(result.corners.end(), corners.begin() + 3 * size_t{face},
+                          corners.begin() + 3 * size_t{face} + 3);
+  result.all_corners = result.corners;
+  return result;
+}
+
+/// What a face of the patch is in the mesh.
+struct FaceSource {
+  uint32_t face;   ///< among the simple faces
+  uint32_t first;  ///< its corner that is the first of the coded face
+  bool turned;     ///< runs the other way
+};
+
+/// Writes corners, blocks and sources of a patch whose faces come from `faces`.
+class PatchTracer {
+ public:
+  PatchTracer(const Mesh& mesh, const SimpleFaces& faces, EncodedFanPatch& result)
+      : mesh_(mesh), faces_(faces), result_(result) {
+    uint32_t corner = 0;
+    for (uint32_t b = 0; b < mesh.blocks.size(); ++b) {
+      if (faces.cell.empty()) break;
+      for (uint64_t i = 0; i < mesh.blocks[b].size(); ++i) {
+        block_.push_back(b);
+        corner_.push_back(corner);
+        corner += static_cast<uint32_t>(mesh.blocks[b].cell(i).size());
+      }
+    }
+  }
+  void add(const FaceSource& source) {
+    const uint32_t cell = faces_.cell_of(source.face);
+    const uint32_t corner = corner_.empty() ? 3 * source.face : corner_[cell];
+    result_.sources.cells.push_back(cell);
+    result_.sources.first_corner.push_back(corner + source.first);
+    if (mesh_.blocks.size() > 1) result_.patch.topology.face_block.push_back(block_[cell]);
+    turned.push_back(source.turned);
+  }
+  std::vector<bool> turned;
+
+ private:
+  const Mesh& mesh_;
+  const SimpleFaces& faces_;
+  EncodedFanPatch& result_;
+  std::vector<uint32_t> block_;
+  std::vector<uint32_t> corner_;
+};
+
+void turn_over(FanSurface& fans, uint32_t face) {
+  std::swap(fans.corners[size_t{3} * face + 1], fans.corners[size_t{3} * face + 2]);
+}
+
+void append_copy(FanSurface& fans, uint32_t face) {
+  for (unsigned k = 0; k < 3; ++k) fans.corners.push_back(fans.corners[size_t{3} * face + k]);
+}
+
+}  // namespace
+
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
+  if (mesh.corner_count() >= uint64_t{1} << 29) {
+    return failure(ErrorCode::unsupported,
+                   "a mesh of more than 2^29 corners does not fit one patch; split it");
+  }
+  const SimpleFaces faces = collect_faces(mesh);
+  if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  const UniqueFaces unique = without_copies(faces.all_corners, points);
+  const GluedSurface glued = glue({unique.all_corners, {}, points});
+  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points);
+
+  std::optional<EncodedFanPatch> result(std::in_place);
+  PatchTopology& topology = result->patch.topology;
+  topology.points = points;
+  const auto is_flipped = [&](uint32_t face) { return !glued.flipped.empty() && glued.flipped[face]; };
+  PatchTracer tracer(mesh, faces, *result);
+  std::vector<uint32_t> coded_as(unique.face.size());
+  for (uint32_t i = 0; i < coded.half_edges.size(); ++i) {
+    const uint32_t h = coded.half_edges[i];
+    coded_as[h / 3] = i;
+    // Flipped faces keep their first corner, the others change places.
+    const bool flipped = is_flipped(h / 3);
+    tracer.add({unique.face[h / 3], flipped ? (3 - h % 3) % 3 : h % 3, flipped});
+  }
+  // Copies in the order of the coded faces.
+  std::vector<std::pair<uint32_t, uint32_t>> copies;
+  for (const auto& [face, copy] : unique.copies) copies.push_back({coded_as[face], copy});
+  std::sort(copies.begin(), copies.end());
+  std::vector<uint32_t> copy_count(copies.empty() ? 0 : coded.half_edges.size());
+  FanSurface& fans = coded.surface;
+  for (const auto& [face, copy] : copies) {
+    ++copy_count[face];
+    append_copy(fans, face);
+    const uint32_t* corner = faces.all_corners.data() + 3 * size_t{copy};
+    const uint32_t first = coded.points[fans.corners[size_t{3} * face]];
+    const auto at = static_cast<uint32_t>(std::find(corner, corner + 3, first) - corner);
+    const bool turned = corner[(at + 1) % 3] != coded.points[fans.corners[size_t{3} * face + 1]];
+    tracer.add({copy, at, turned});
+  }
+  const uint32_t count = fans.triangles();
+  topology.surface.face_count = count;
+  topology.surface.point_count = fans.vertices;
+  result->sources.points = coded.points;
+  std::vector<bool> used(points);
+  for (const uint32_t point : coded.points) used[point] = true;
+  for (uint32_t point = 0; point < points; ++point) {
+    if (!used[point]) result->sources.points.push_back(point);
+  }
+
+  // collect_loose() works on the parts of an EncodedTopology.
+  EncodedTopology rest{std::move(topology), std::move(result->sources), {}};
+  collect_loose(mesh, rest);
+  topology = std::move(rest.topology);
+  result->sources = std::move(rest.sources);
+
+  ByteWriter out;
+  const auto put_section = [&out](Bytes bytes) {
+    out.put_count(bytes.size());
+    out.put_bytes(bytes);
+  };
+  out.put_count(coded.half_edges.size());
+  put_section(coded.bytes);
+  put_section(
+      encode_runs(static_cast<uint32_t>(copy_count.size()), [&](uint32_t i) { return copy_count[i]; }));
+  put_section(encode_runs(count, [&](uint32_t i) { return uint32_t{tracer.turned[i]}; }));
+  put_section(encode_runs(static_cast<uint32_t>(topology.face_block.size()),
+                          [&](uint32_t i) { return topology.face_block[i]; }));
+  put_section(encode_loose(topology, mesh));
+  result->bytes = out.take();
+  for (uint32_t i = 0; i < count; ++i) {
+    if (tracer.turned[i]) turn_over(fans, i);
+  }
+  result->patch.fans = std::move(fans);
+  return result;
+}
+
+Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners) {
+  ByteReader in(bytes);
+  const uint64_t triangles = in.get_count();
+  const Bytes fans = in.get_bytes(in.get_count());
+  const Bytes copies = in.get_bytes(in.get_count());
+  const Bytes turned = in.get_bytes(in.get_count());
+  const Bytes block_numbers = in.get_bytes(in.get_count());
+  const Bytes loose = in.get_bytes(in.get_count());
+  if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
+  if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
+  if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(fans, static_cast<uint32_t>(triangles), points));
+  return FanPatchDecoder{std::move(decoder), copies, turned,
+                         block_numbers,      loose,  static_cast<uint32_t>(triangles)};
+}
+
+Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,
+                                         uint64_t corners) {
+  FanPatch patch;
+  PatchTopology& topology = patch.topology;
+  topology.points = points;
+  patch.fans = MAILLE_TRY(fans.finish());
+  MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+    if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
+    for (uint32_t face = begin; face < end; ++face) {
+      for (uint32_t i = 0; i < copy; ++i) append_copy(patch.fans, face);
+    }
+    return true;
+  }));
+  const uint32_t count = patch.fans.triangles();
+  topology.surface.face_count = count;
+  topology.surface.point_count = patch.fans.vertices;
+  MAILLE_CHECK(decode_runs(turned, count, [&](uint32_t begin, uint32_t end, uint32_t value) {
+    for (uint32_t face = begin; face < end; ++face) turn_over(patch.fans, face);
+    return value == 1;
+  }));
+  if (!block_numbers.empty()) topology.face_block.resize(count);
+  MAILLE_CHECK(decode_runs(block_numbers, count, [&](uint32_t begin, uint32_t end, uint32_t block) {
+    std::fill(topology.face_block.begin() + begin, topology.face_block.begin() + end, block);
+    return block < blocks.size();
+  }));
+  MAILLE_CHECK(decode_loose(loose, blocks, corners, topology));
+  return patch;
+}
+
+Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
+  PatchSurface& surface = topology.surface;
+  const std::vector<uint32_t>& corners = fans.corners;
+  if (surface.half_edges.size() != 0) return {};
+  for (size_t i = 0; i < corners.size(); i += 3) {
+    if (!is_simple(std::span(corners).subspan(i, 3))) return corrupt("a triangle has a vertex twice");
+  }
+  GluedSurface glued = glue({corners, {}, fans.vertices});
+  topology.flipped = std::move(glued.flipped);
+  surface.half_edges = std::move(glued.half_edges);
+  HalfEdges& edges = surface.half_edges;
+  // Vertices by their points; those of one point in the order of their half-edges.
+  std::vector<uint32_t> by_point(glued.real_half_edges), place(size_t{fans.vertices} + 1);
+  for (uint32_t h = 0; h < glued.real_half_edges; ++h) ++place[edges.origin[h] + 1];
+  for (uint32_t p = 0; p < fans.vertices; ++p) place[p + 1] += place[p];
+  for (uint32_t h = 0; h < glued.real_half_edges; ++h) by_point[place[edges.origin[h]]++] = h;
+  const std::vector<uint32_t> point_at = edges.origin;
+  std::vector<bool> done(edges.size());
+  for (const uint32_t first : by_point) {
+    if (done[first]) continue;
+    const auto vertex = static_cast<uint32_t>(surface.vertices.corner.size());
+    surface.vertices.corner.push_back(first);
+    surface.point_of.push_back(point_at[first]);
+    uint32_t h = first;
+    do {
+      edges.origin[h] = vertex;
+      done[h] = true;
+      h = edges.turn(h);
+    } while (h != first);
+  }
+  for (uint32_t h = 0; h < edges.size(); ++h) {
+    if (!done[h]) edges.origin[h] = first_dummy + (point_at[h] - fans.vertices);
+  }
+  if (surface.vertices.size() == fans.vertices) surface.point_of.clear();
+  return {};
+}
+
+std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topology,
+                                     std::span<const BlockShape> blocks) {
+  const LooseCells& loose = topology.loose;
+  std::vector<CellBlock> result(blocks.size());
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    result[b].type = blocks[b].type;
+    if (nodes_of(blocks[b].type) == 0 && blocks[b].cells > 0) result[b].offsets.push_back(0);
+  }
+  if (blocks.size() == 1 && blocks[0].type == CellType::triangle && loose.size() == 0) {
+    result[0].connectivity = std::move(fans.corners);
+    return result;
+  }
+  const auto end_cell = [](CellBlock& block) {
+    if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
+  };
+  for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
+    CellBlock& block = result[topology.block_of_face(face)];
+    for (unsigned k = 0; k < 3; ++k) block.connectivity.push_back(fans.corners[size_t{3} * face + k]);
+    end_cell(block);
+  }
+  for (uint32_t i = 0; i < loose.size(); ++i) {
+    CellBlock& block = result[loose.block[i]];
+    if (block.type == CellType::mixed) block.types.push_back(loose.type[i]);
+    block.connectivity.insert(block.connectivity.end(), loose.nodes.begin() + loose.offsets[i],
+                              loose.nodes.begin() + loose.offsets[i + 1]);
+    end_cell(block);
+  }
+  return result;
+}
+
+}  // namespace maille

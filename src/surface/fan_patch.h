@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+
+#include "surface/fan_connectivity.h"
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+/// A patch of triangles at the fast levels: TOPO with coding `fans`, docs/format.md.
+struct FanPatch {
+  /// In the mesh's orientation; faces that lie more than once follow behind all others.
+  FanSurface fans;
+  /// Blocks of faces, loose cells and number of points. The surface in it is not built, only counted.
+  PatchTopology topology;
+};
+
+struct EncodedFanPatch {
+  FanPatch patch;
+  PatchSources sources;
+  std::vector<std::byte> bytes;
+};
+
+/// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh);
+
+/// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
+struct FanPatchDecoder {
+  FanDecoder fans;
+
+  /// `bytes` must stay. Error: corrupt.
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
+  /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
+  Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
+
+  Bytes copies;         ///< runs: how often each triangle lies again
+  Bytes turned;         ///< runs: triangles that run the other way
+  Bytes block_numbers;  ///< runs
+  Bytes loose;
+  uint32_t triangles = 0;
+};
+
+/// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on
+/// both sides. Error: corrupt, for triangles with a vertex twice (decoded from damaged bytes).
+Result<> build_surface(const FanSurface& fans, PatchTopology& topology);
+
+/// Blocks of cells without names, faces of each block in coded order, then its loose cells.
+std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topology,
+                                     std::span<const BlockShape> blocks);
+
+}  // namespace maille

@@ -1,0 +1,161 @@
+// Levels 1 to 3: triangles as fans.
+#include "support/codec.h"
+#include "support/random.h"
+#include "support/random_mesh.h"
+#include "support/shapes.h"
+
+#include <gtest/gtest.h>
+#include <maille/file.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace maille::testing {
+namespace {
+
+/// The cells of a mesh as triangles where they have more corners, with numbers on cells and corners to follow
+/// them; arrays of points and of the mesh stay.
+Mesh in_triangles(const Mesh& mesh, bool with_numbers) {
+  Mesh result = mesh;
+  result.arrays.clear();
+  for (CellBlock& block : result.blocks) {
+    if (!is_face(block.type)) continue;
+    CellBlock triangles;
+    triangles.name = block.name;
+    triangles.type = block.type == CellType::triangle ? CellType::triangle : CellType::polygon;
+    if (block.size() > 0 && triangles.type == CellType::polygon) triangles.offsets.push_back(0);
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      const auto cell = block.cell(i);
+      if (cell.size() < 3) {
+        triangles.connectivity.insert(triangles.connectivity.end(), cell.begin(), cell.end());
+        triangles.offsets.push_back(triangles.connectivity.size());
+      }
+      for (size_t k = 2; k < cell.size(); ++k) {
+        for (const size_t corner : {size_t{0}, k - 1, k}) triangles.connectivity.push_back(cell[corner]);
+        if (triangles.type == CellType::polygon) triangles.offsets.push_back(triangles.connectivity.size());
+      }
+    }
+    // A block of nothing but triangles is of that type most of the time.
+    const bool uniform = triangles.type == CellType::polygon && block.size() % 4 != 0 &&
+                         triangles.connectivity.size() == 3 * triangles.size();
+    if (uniform) {
+      bool all = true;
+      for (uint64_t i = 0; i < triangles.size(); ++i) all = all && triangles.cell(i).size() == 3;
+      if (all) {
+        triangles.type = CellType::triangle;
+        triangles.offsets.clear();
+      }
+    }
+    block = std::move(triangles);
+  }
+  for (const Array& array : mesh.arrays) {
+    if (with_numbers && (array.domain == Domain::point || array.domain == Domain::mesh))
+      result.arrays.push_back(array);
+  }
+  for (const Domain domain : {Domain::cell, Domain::corner}) {
+    if (!with_numbers) break;
+    Array numbers = make_array(std::string("number of ") + name_of(domain), domain, Scalar::u32, 1);
+    numbers.resize(result.count_of(domain));
+    std::iota(numbers.values<uint32_t>().begin(), numbers.values<uint32_t>().end(), 0);
+    result.arrays.push_back(numbers);
+  }
+  return result;
+}
+
+std::string round_trip(const Mesh& mesh, const EncodeOptions& options) {
+  const auto encoded = encode_bytes(mesh, options);
+  if (!encoded) return "encode: " + encoded.error().message;
+  const auto decoded = decode_bytes(encoded->bytes);
+  if (!decoded) return "decode: " + decoded.error().message;
+  const auto valid = validate(*decoded);
+  if (!valid) return "decoded: " + valid.error().message;
+  return differences_between(mesh, *decoded, options.order == Order::keep);
+}
+
+EncodeOptions fast() {
+  EncodeOptions options;
+  options.effort = 2;
+  return options;
+}
+
+bool is_fan_coded(const std::vector<std::byte>& bytes, const std::string& type) {
+  const auto info = inspect(*memory_source(bytes));
+  EXPECT_TRUE(info);
+  return info && std::any_of(info->chunks.begin(), info->chunks.end(),
+                             [&](const ChunkInfo& chunk) { return chunk.type == type && chunk.id == 1; });
+}
+
+class FastLevel : public ::testing::TestWithParam<int> {
+ protected:
+  static constexpr uint64_t seeds = 600;
+  uint64_t first() const { return 7000000 + static_cast<uint64_t>(GetParam()) * 100000; }
+};
+INSTANTIATE_TEST_SUITE_P(Shard, FastLevel, ::testing::Range(0, 4));
+
+TEST_P(FastLevel, TrianglesOfAnyTopologyComeBack) {
+  const auto property = [](const Mesh& mesh) { return round_trip(in_triangles(mesh, false), fast()); };
+  EXPECT_EQ(check_random_surfaces(first(), seeds, {}, property), "");
+  RandomMeshOptions options;
+  options.several_blocks = options.degenerate_faces = options.special_values = false;
+  options.faces = 300;
+  EXPECT_EQ(check_random_surfaces(first() + 10000, seeds, options, property), "");
+}
+
+TEST_P(FastLevel, ArraysFollowTheirElements) {
+  const auto property = [](const Mesh& mesh) { return round_trip(in_triangles(mesh, true), fast()); };
+  EXPECT_EQ(check_random_surfaces(first() + 20000, seeds, {}, property), "");
+}
+
+TEST_P(FastLevel, OrderIsKeptOnRequest) {
+  const auto property = [](const Mesh& mesh) {
+    EncodeOptions options = fast();
+    options.order = Order::keep;
+    return round_trip(in_triangles(mesh, mesh.point_count() % 2 == 0), options);
+  };
+  EXPECT_EQ(check_random_surfaces(first() + 30000, seeds, {}, property), "");
+}
+
+TEST_P(FastLevel, AnyMeshComesBack) {
+  RandomMeshOptions options;
+  options.other_cells = true;
+  const auto property = [](const Mesh& mesh) { return round_trip(mesh, fast()); };
+  EXPECT_EQ(check_random_surfaces(first() + 40000, seeds, options, property), "");
+}
+
+TEST(FastLevels, CodeTrianglesAsFansAndLeaveTheRest) {
+  for (const int effort : {1, 2, 3}) {
+    EncodeOptions options;
+    options.effort = effort;
+    const auto triangles = encode_bytes(in_triangles(sphere(9, 6), false), options);
+    ASSERT_TRUE(triangles);
+    EXPECT_TRUE(is_fan_coded(triangles->bytes, "TOPO"));
+    EXPECT_TRUE(is_fan_coded(triangles->bytes, "POSI"));
+    const auto quads = encode_bytes(cube(), options);
+    ASSERT_TRUE(quads);
+    EXPECT_FALSE(is_fan_coded(quads->bytes, "TOPO"));
+  }
+  const auto slower = encode_bytes(in_triangles(sphere(9, 6), false), {});
+  ASSERT_TRUE(slower);
+  EXPECT_FALSE(is_fan_coded(slower->bytes, "TOPO"));
+}
+
+TEST(FastLevels, FacesThatLieTwiceCostLittle) {
+  Mesh once = in_triangles(torus(40, 30), false);
+  Mesh twice = once;
+  std::vector<uint32_t>& corners = twice.blocks[0].connectivity;
+  for (size_t i = 0, count = corners.size(); i < count; i += 3) {
+    for (const size_t k : {i + 1, i, i + 2}) corners.push_back(corners[k]);
+  }
+  if (twice.blocks[0].type == CellType::polygon) {
+    twice.blocks[0].offsets.clear();
+    for (size_t i = 0; i <= corners.size(); i += 3) twice.blocks[0].offsets.push_back(i);
+  }
+  ASSERT_TRUE(validate(twice));
+  EXPECT_EQ(round_trip(twice, fast()), "");
+  const auto a = encode_bytes(once, fast()), b = encode_bytes(twice, fast());
+  ASSERT_TRUE(a && b);
+  EXPECT_LT(b->bytes.size(), a->bytes.size() + 60);
+}
+
+}  // namespace
+}  // namespace maille::testing
