@@ -160,7 +160,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     Pace pace(options.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
     const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
-    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array), &pace));
+    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array),
+                                   options.effort, &pace));
     if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());

@@ -1,0 +1,143 @@
+#include "surface/mixed_array.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/mixing.h"
+#include "surface/mixed_position_coder.h"
+
+namespace maille {
+namespace {
+
+// Points that settings are tried on.
+constexpr uint32_t trial_points = 16384;
+constexpr unsigned most_table_bits = 22;
+
+/// Codes all points, the first `most` of them, or those until the stream ends.
+template <class Coder, class Code>
+void code_points(MixedPositionCoder<Coder, Code>& mixed, Coder& coder, const PatchElements& elements,
+                 uint32_t most, Pace* pace) {
+  const PatchSurface& surface = *elements.surface;
+  most = std::min(most, elements.points);
+  const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
+  uint32_t next = 0;
+  for (uint32_t vertex = 0; vertex < surface.vertices.size() && next < most; ++vertex) {
+    if (surface.point(vertex) != next) continue;  // another fan of a point before
+    mixed.code(vertex, next++);
+    if (!go_on()) return;
+  }
+  while (next < most) {
+    mixed.code_other(next++);
+    if (!go_on()) return;
+  }
+}
+
+template <class Code>
+std::vector<std::byte> try_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                  const MixedCoding& coding, std::span<Code> codes, uint32_t most,
+                                  Pace* pace) {
+  RangeEncoder encoder;
+  MixedPositionCoder<RangeEncoder, Code> mixed(encoder, coding, type, maps, *elements.surface,
+                                               elements.points, codes);
+  code_points(mixed, encoder, elements, most, pace);
+  return encoder.finish();
+}
+
+/// A unit near the smallest difference of numbers: the smallest step of any map; for floats in order, that of
+/// the largest of them.
+template <class Code>
+double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
+  double unit = INFINITY;
+  for (const NumberMap& map : maps) {
+    if (map.kind != NumberMap::Kind::ordered)
+      unit = std::min(unit, MixedPositionCoder<RangeEncoder, Code>::step_of(map));
+  }
+  if (unit < INFINITY) return unit;
+  double largest = 0;
+  for (const Code code : codes) {
+    const double value = std::fabs(NumberMap::ordered_value(type, code));
+    if (value < 1e30) largest = std::max(largest, value);
+  }
+  int exponent = 0;
+  (void)std::frexp(largest, &exponent);
+  return std::ldexp(1.0, std::clamp(exponent, -90, 100) - (type == Scalar::f32 ? 24 : 53));
+}
+
+/// Are steps and unit near enough that all arithmetic stays finite?
+bool is_sane(std::span<const NumberMap> maps, double unit) {
+  if (!(unit > 1e-60 && unit < 1e60)) return false;
+  for (const NumberMap& map : maps) {
+    if (map.kind == NumberMap::Kind::ordered) continue;
+    const double ratio = MixedPositionCoder<RangeEncoder, int32_t>::step_of(map) / unit;
+    if (!(ratio > 1e-12 && ratio < 1e12)) return false;
+  }
+  return true;
+}
+
+uint8_t table_bits_for(uint32_t points, unsigned contexts) {
+  unsigned bits = 12;
+  while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * contexts) ++bits;
+  return static_cast<uint8_t>(bits);
+}
+
+}  // namespace
+
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int,
+                                    Pace* pace) {
+  MixedCoding best;
+  best.unit = choose_unit<Code>(type, maps, codes);
+  best.table_bits = table_bits_for(elements.points, best.contexts);
+  size_t smallest = SIZE_MAX;
+  MixedCoding trial = best;
+  for (unsigned centre = 0; centre < MixedCoding::centre_count; ++centre) {
+    trial.centre = static_cast<MixedCoding::Centre>(centre);
+    const size_t size = try_coding(elements, type, maps, trial, codes, trial_points, nullptr).size();
+    if (size < smallest) best.centre = trial.centre;
+    smallest = std::min(size, smallest);
+  }
+  ByteWriter out;
+  out.put(best.centre);
+  out.put(best.contexts);
+  out.put(best.table_bits);
+  out.put(best.unit);
+  out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
+  return out.take();
+}
+
+template <class Code>
+Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                      Bytes bytes, std::span<Code> codes, Pace* pace) {
+  ByteReader in(bytes);
+  MixedCoding coding;
+  const auto centre = in.get<uint8_t>();
+  coding.centre = static_cast<MixedCoding::Centre>(centre);
+  coding.contexts = in.get<uint8_t>();
+  coding.table_bits = in.get<uint8_t>();
+  coding.unit = in.get<double>();
+  if (!in.ok() || centre >= MixedCoding::centre_count || coding.contexts > MixedCoding::most_contexts ||
+      coding.table_bits < 4 || coding.table_bits > most_table_bits || !is_sane(maps, coding.unit)) {
+    return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
+  }
+  RangeDecoder decoder(in.get_bytes(in.remaining()));
+  MixedPositionCoder<RangeDecoder, Code> mixed(decoder, coding, type, maps, *elements.surface,
+                                               elements.points, codes);
+  code_points(mixed, decoder, elements, none, pace);
+  if (pace && pace->stopped()) return cancelled();
+  if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");
+  return {};
+}
+
+template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>,
+                                                      std::span<int32_t>, int, Pace*);
+template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>,
+                                                      std::span<int64_t>, int, Pace*);
+template Result<> decode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int32_t>, Pace*);
+template Result<> decode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int64_t>, Pace*);
+
+}  // namespace maille
