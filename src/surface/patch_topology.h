@@ -57,7 +57,7 @@ struct EncodedTopology {
 };
 
 /// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
-Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window);
+Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed = false);
 
 /// Fills sources.corners.
 void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded);

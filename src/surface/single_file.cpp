@@ -13,6 +13,7 @@
 #include "container/file_writer.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
+#include "surface/mixed_array.h"
 #include "surface/patch_topology.h"
 
 namespace maille {
@@ -149,7 +150,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  EncodedTopology encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort)));
+  EncodedTopology encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort),
+                                                      options.effort >= least_mixed_effort));
   const PatchElements elements = encoded.topology.elements();
 
   Description description = describe(mesh, options);
