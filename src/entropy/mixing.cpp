@@ -58,15 +58,6 @@ constexpr auto make_logit_table = [] {
 };
 constexpr std::array<int16_t, 4096> logit_table = make_logit_table();
 
-constexpr auto make_logarithm_table = [] {
-  std::array<uint16_t, 1024> table{};
-  for (int i = 0; i < 1024; ++i) {
-    table[static_cast<size_t>(i)] = static_cast<uint16_t>(rounded(natural_logarithm(1 + i / 1024.0) * 16384));
-  }
-  return table;
-};
-constexpr std::array<uint16_t, 1024> logarithm_table = make_logarithm_table();
-
 constexpr auto make_distribution_table = [] {
   std::array<uint32_t, 2 * 20 * 64 + 2> table{};
   for (int i = 0; i < 2 * 20 * 64 + 2; ++i) {

@@ -19,7 +19,6 @@ inline constexpr uint32_t least_probability = 24;
 
 extern const std::array<uint16_t, 4096> logistic_table;   ///< probability of each logit, from -2048
 extern const std::array<int16_t, 4096> logit_table;       ///< logit of each sixteenth probability
-extern const std::array<uint16_t, 1024> logarithm_table;  ///< of 1 + i / 1024, in 1/256 x 1/64
 
 constexpr int32_t clamp_logit(int32_t logit) {
   return logit < -largest_logit ? -largest_logit : logit > largest_logit ? largest_logit : logit;
@@ -31,21 +30,40 @@ inline int32_t logit_of(uint32_t probability) {
   return logit_table[probability >> 4];
 }
 
-/// Natural logarithm of a number from 1 to 2^32 - 1, in 1/256 (rounded down).
-inline int32_t logarithm(uint32_t number) {
-  const auto zeros = static_cast<unsigned>(__builtin_clz(number));
-  const uint32_t fraction = (number << zeros) >> 21 & 1023;
-  return static_cast<int32_t>(((31 - zeros) * 11357 + logarithm_table[fraction]) >> 6);
+/// Four numbers that a processor works on at once. Sums of integers wrap around.
+using Lanes = uint32_t __attribute__((vector_size(16)));
+using SignedLanes = int32_t __attribute__((vector_size(16)));
+using FloatLanes = float __attribute__((vector_size(16)));
+
+template <class Vector>
+[[gnu::always_inline]] inline Vector clamp_lanes(Vector x, Vector low, Vector high) {
+  const Vector raised = x > low ? x : low;
+  return raised < high ? raised : high;
 }
 
 /// The distribution function of the logistic distribution, in 1/2^30, for arguments in 1/4096 from -81920 to
 /// 81920.
 inline constexpr int32_t largest_deviation = 20 * 4096;
 extern const std::array<uint32_t, 2 * 20 * 64 + 2> distribution_table;
-inline uint32_t distribution(int32_t deviation) {
+inline int32_t distribution(int32_t deviation) {
   const auto place = static_cast<uint32_t>(deviation + largest_deviation);
   const uint32_t low = distribution_table[place >> 6];
-  return low + ((distribution_table[(place >> 6) + 1] - low) * (place & 63) >> 6);
+  return static_cast<int32_t>(low + ((distribution_table[(place >> 6) + 1] - low) * (place & 63) >> 6));
+}
+
+/// ln(above / below) as a logit, of numbers from 1 to 2^30, to 1/10 of its unit: the quotient's exponent,
+/// and of its fraction y the polynomial y + y (1 - y) q(y), which is log2(1 + y).
+[[gnu::always_inline]] inline SignedLanes logit_of_ratio(SignedLanes above, SignedLanes below) {
+  const FloatLanes ratio = __builtin_convertvector(above, FloatLanes) / __builtin_convertvector(below, FloatLanes);
+  SignedLanes bits;
+  static_assert(sizeof bits == sizeof ratio);
+  __builtin_memcpy(&bits, &ratio, sizeof bits);
+  const SignedLanes exponent = (bits >> 23) - 127;
+  const FloatLanes y = __builtin_convertvector(bits & 0x7fffff, FloatLanes) * (1.0F / 8388608.0F);
+  const FloatLanes q = 0.44078080F + y * (-0.24266946F + y * 0.08161574F);
+  const FloatLanes logarithm = __builtin_convertvector(exponent, FloatLanes) + y + y * (1.0F - y) * q;
+  const SignedLanes logit = __builtin_convertvector(logarithm * 177.44568F, SignedLanes);
+  return clamp_lanes(logit, SignedLanes{} - largest_logit, SignedLanes{} + largest_logit);
 }
 
 /// A range coder for decisions, 64 bits wide, that writes words of 32 bits (after Martin 1979). It offers the
@@ -234,20 +252,17 @@ class Mixer {
  public:
   static_assert(N % 4 == 0, "for the processor's vectors");
   Mixer(unsigned first_rows, unsigned second_rows, unsigned maps, const std::array<int32_t, N>& initial)
-      : rows_{std::vector<std::array<int32_t, N>>(first_rows, initial),
-              std::vector<std::array<int32_t, N>>(second_rows, initial)},
+      : rows_{std::vector<Weights>(first_rows, weights_of(initial)),
+              std::vector<Weights>(second_rows, weights_of(initial))},
         maps_(maps, initial_map()) {}
 
-  alignas(16) std::array<int32_t, N> inputs = {};
+  using Inputs = std::array<SignedLanes, N / 4>;
 
-  [[gnu::always_inline]] uint32_t predict(unsigned first, unsigned second, unsigned map) {
-    row_ = {rows_[0][first].data(), rows_[1][second].data()};
-    int32_t sum = 0;
-    for (unsigned i = 0; i < 2; ++i) {
-      logit_[i] = clamp_logit(dot(row_[i]));
-      sum += logit_[i];
-    }
-    const int32_t mean = sum >> 1;
+  [[gnu::always_inline]] uint32_t predict(const Inputs& inputs, unsigned first, unsigned second, unsigned map) {
+    for (unsigned i = 0; i < N / 4; ++i) inputs_[i] = reinterpret_cast<Lanes>(inputs[i]);
+    row_ = {&rows_[0][first], &rows_[1][second]};
+    for (unsigned i = 0; i < 2; ++i) logit_[i] = clamp_logit(dot(*row_[i]));
+    const int32_t mean = (logit_[0] + logit_[1]) >> 1;
     const auto place = static_cast<uint32_t>(mean + 2048);
     map_ = &maps_[map][place >> 7];
     const uint32_t within = place & 127;
@@ -260,15 +275,23 @@ class Mixer {
 
   [[gnu::always_inline]] void update(bool bit) {
     for (unsigned i = 0; i < 2; ++i) {
-      const int32_t error = (bit ? 65536 : 0) - static_cast<int32_t>(probability_of(logit_[i]));
-      learn(row_[i], error * rate_ >> 10);
+      const int32_t error = (bit ? 65536 : 0) - static_cast<int32_t>(logistic_table[static_cast<size_t>(logit_[i] + 2048)]);
+      learn(*row_[i], error * rate_ >> 10);
     }
     *map_ = static_cast<uint16_t>(*map_ + (((bit ? 65535 : 0) - *map_) >> 6));
     if (++decisions_ % 256 == 0) slow_down();
   }
 
  private:
+  /// In 1/65536. They wrap around, which only damaged or contrived data can bring about.
+  using Weights = std::array<Lanes, N / 4>;
   using Map = std::array<uint16_t, 34>;
+
+  static Weights weights_of(const std::array<int32_t, N>& initial) {
+    Weights weights{};
+    for (unsigned i = 0; i < N; ++i) weights[i / 4][i % 4] = static_cast<uint32_t>(initial[i]);
+    return weights;
+  }
   static Map initial_map() {
     Map map{};
     for (size_t i = 0; i < 34; ++i) {
@@ -278,17 +301,18 @@ class Mixer {
     return map;
   }
 
-  // Products of weights below 2^19 and logits below 2^11 fit, and so do the sums of a few dozen of them.
-  [[gnu::always_inline]] int32_t dot(const int32_t* weights) const {
-    int32_t sum = 0;
-    for (unsigned i = 0; i < N; ++i) sum += weights[i] * inputs[i] >> 8;
-    return sum >> 8;
+  [[gnu::always_inline]] int32_t dot(const Weights& weights) const {
+    SignedLanes sum = {};
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < N / 4; ++i) sum += reinterpret_cast<SignedLanes>(weights[i] * inputs_[i]) >> 8;
+    return (sum[0] + sum[1] + sum[2] + sum[3]) >> 8;
   }
-  [[gnu::always_inline]] void learn(int32_t* weights, int32_t step) const {
-    for (unsigned i = 0; i < N; ++i) {
-      const int32_t moved = weights[i] + ((step * inputs[i] + (1 << 13)) >> 14);
-      const int32_t bounded = moved < -largest_weight ? -largest_weight : moved;
-      weights[i] = bounded > largest_weight ? largest_weight : bounded;
+  [[gnu::always_inline]] void learn(Weights& weights, int32_t step) const {
+    const auto unsigned_step = static_cast<uint32_t>(step);
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < N / 4; ++i) {
+      const Lanes product = inputs_[i] * unsigned_step + (1u << 13);
+      weights[i] += reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(product) >> 14);
     }
   }
   /// The rate of learning, in 1/65536: .03 at first, falling to .002.
@@ -297,10 +321,10 @@ class Mixer {
     rate_ = 131 + static_cast<int32_t>(1835 * uint64_t{300000} / (300000 + count));
   }
 
-  static constexpr int32_t largest_weight = (1 << 19) - 1;  // 8, in 1/65536
-  std::array<std::vector<std::array<int32_t, N>>, 2> rows_;
+  std::array<Lanes, N / 4> inputs_ = {};
+  std::array<std::vector<Weights>, 2> rows_;
   std::vector<Map> maps_;
-  std::array<int32_t*, 2> row_ = {};
+  std::array<Weights*, 2> row_ = {};
   std::array<int32_t, 2> logit_ = {};
   uint16_t* map_ = nullptr;
   uint64_t decisions_ = 0;

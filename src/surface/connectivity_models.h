@@ -89,12 +89,17 @@ class MixedConnectivityModels : public PlainConnectivityModels {
   template <class Coder>
   bool code_decision(Coder& coder, bool bit, unsigned node) {
     std::array<WideCell*, contexts> cells;
+    std::array<int32_t, 12> logits;
     for (unsigned i = 0; i < contexts; ++i) {
       cells[i] = &tables_[i][hashed(hashes_[i], node) >> (32 - table_bits)];
-      mixer_.inputs[i] = cells[i]->logit();
+      logits[i] = cells[i]->logit();
     }
-    mixer_.inputs[contexts] = 77;
-    bit = coder.code(bit, mixer_.predict(node, free_class_ * 4 + (node < 3 ? node : 3), node));
+    logits[contexts] = 77;
+    logits[contexts + 1] = 0;
+    Mixer<12>::Inputs inputs;
+    for (unsigned i = 0; i < 3; ++i)
+      inputs[i] = SignedLanes{logits[4 * i], logits[4 * i + 1], logits[4 * i + 2], logits[4 * i + 3]};
+    bit = coder.code(bit, mixer_.predict(inputs, node, free_class_ * 4 + (node < 3 ? node : 3), node));
     mixer_.update(bit);
     for (WideCell* cell : cells) cell->update(bit);
     return bit;

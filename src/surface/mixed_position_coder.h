@@ -198,11 +198,11 @@ class MixedPositionCoder {
     for (unsigned j = 0; j < experts; ++j) {
       const double ratio = static_cast<double>(scales_[j][scale_place(j)]);
       const double scale = 0.55 * deviation_ * ratio;
-      inverse_scale_[j] = 4096 / (scale > 0.01 ? scale : 0.01);
-      low_[j] = 0;
-      high_[j] = 1u << 30;
+      inverse_scale_[j] = static_cast<float>(4096 / (scale > 0.01 ? scale : 0.01));
+      if (j == experts - 1) scale_ = scale > 0.01 ? scale : 0.01;
     }
-    scale_ = 4096 / inverse_scale_[experts - 1];
+    low_ = SignedLanes{};
+    high_ = SignedLanes{} + (1 << 30);
   }
   unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
 
@@ -270,6 +270,8 @@ class MixedPositionCoder {
     set_up_contexts();
     Code& code = codes_[at(point_, axis_)];
     const Wide centre = this->centre();
+    base_ = value(centre, axis_);
+    for (unsigned j = 0; j < experts; ++j) relative_mean_[j] = static_cast<float>(mean_[j] - base_);
     Wide low = lowest;
     Wide high = highest;
     if constexpr (Coder::encoding) target_ = code;
@@ -370,9 +372,12 @@ class MixedPositionCoder {
   void begin_buckets(unsigned bucket) {
     if (bucket == bucket_) return;
     bucket_ = bucket;
+    std::array<uint32_t, MixedCoding::most_contexts> hashes;
     for (unsigned i = 0; i < coding_.contexts; ++i) {
-      buckets_[i] = &table_.find(bucket == 0 ? hash_[i] : hashed(hash_[i], bucket * 0x85ebca6bu));
+      hashes[i] = bucket == 0 ? hash_[i] : hashed(hash_[i], bucket * 0x85ebca6bu);
+      table_.prefetch(hashes[i]);
     }
+    for (unsigned i = 0; i < coding_.contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
   }
 
   /// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
@@ -380,31 +385,33 @@ class MixedPositionCoder {
            bool hashed_too = true) {
     if (at_least <= low) return true;
     if (at_least > high) return false;
-    const double where = boundary(at_least, axis_);
-    std::array<uint32_t, experts> between;
-    for (unsigned j = 0; j < experts; ++j) {
-      double deviation = (where - mean_[j]) * inverse_scale_[j];
-      deviation = deviation > -largest_deviation ? deviation : -largest_deviation;
-      deviation = deviation < largest_deviation ? deviation : largest_deviation;
-      const uint32_t mass = distribution(static_cast<int32_t>(deviation));
-      between[j] = mass;
-      const uint32_t above = high_[j] > mass ? high_[j] - mass : 1;
-      const uint32_t below = mass > low_[j] ? mass - low_[j] : 1;
-      mixer_.inputs[j] = clamp_logit(logarithm(above) - logarithm(below));
-    }
-    mixer_.inputs[bias_input] = 77;
-    std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
-    for (unsigned i = 0; i < 2; ++i) mixer_.inputs[few_input + i] = wide[i]->logit();
-    std::array<NarrowCell*, MixedCoding::most_contexts> narrow;
+    const auto where = static_cast<float>(boundary(at_least, axis_) - base_);
+    constexpr auto most = static_cast<float>(largest_deviation);
+    const FloatLanes deviation =
+        clamp_lanes((where - relative_mean_) * inverse_scale_, FloatLanes{} - most, FloatLanes{} + most);
+    const SignedLanes place = __builtin_convertvector(deviation, SignedLanes);
+    const SignedLanes between = {distribution(place[0]), distribution(place[1]), distribution(place[2]),
+                                 distribution(place[3])};
+    const SignedLanes above = high_ - between;
+    const SignedLanes below = between - low_;
+    typename Mixer<inputs>::Inputs logits;
+    logits[0] = logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
     if (!hashed_too) slot = 0;
+    std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
+    std::array<NarrowCell*, MixedCoding::most_contexts> narrow;
+    std::array<int32_t, MixedCoding::most_contexts> learnt = {};
     for (unsigned i = 0; i < coding_.contexts; ++i) {
       narrow[i] = &buckets_[i]->cells[slot];
-      mixer_.inputs[hashed_input + i] = hashed_too ? narrow[i]->logit() : 0;
+      learnt[i] = hashed_too ? narrow[i]->logit() : 0;
     }
+    logits[1] = SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]};
+    logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
-        (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) * node_types + type;
-    const uint32_t probability = mixer_.predict(first, second, type);
+        (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) *
+            node_types +
+        type;
+    const uint32_t probability = mixer_.predict(logits, first, second, type);
     bool bit = false;
     if constexpr (Coder::encoding) bit = target_ >= at_least;
     bit = coder_.code(bit, probability);
@@ -468,9 +475,11 @@ class MixedPositionCoder {
   unsigned edge_bin_ = 0;
   std::array<unsigned, experts> kind_;
   std::array<double, experts> mean_;
-  std::array<double, experts> inverse_scale_;
-  std::array<uint32_t, experts> low_;
-  std::array<uint32_t, experts> high_;
+  double base_ = 0;             // experts' means are kept relative to this, in floats
+  FloatLanes relative_mean_;
+  FloatLanes inverse_scale_;
+  SignedLanes low_;             // distribution functions at the ends of the interval
+  SignedLanes high_;
   std::array<WideCell*, 2> few_base_;
   std::array<uint32_t, MixedCoding::most_contexts> hash_;
   unsigned bucket_ = 0;
