@@ -16,10 +16,11 @@ constexpr uint32_t trial_points = 16384;
 constexpr unsigned most_table_bits = 22;
 
 /// Codes all points, the first `most` of them, or those until the stream ends.
-template <class Coder, class Code>
-void code_points(MixedPositionCoder<Coder, Code>& mixed, Coder& coder, const PatchElements& elements,
-                 uint32_t most, Pace* pace) {
+template <class Coder, class Code, MixedCoding::Models models>
+void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                 const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
   const PatchSurface& surface = *elements.surface;
+  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, elements.points, codes);
   most = std::min(most, elements.points);
   const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
   uint32_t next = 0;
@@ -34,14 +35,23 @@ void code_points(MixedPositionCoder<Coder, Code>& mixed, Coder& coder, const Pat
   }
 }
 
+/// The same with as many models as the coding says.
+template <class Coder, class Code>
+void code_with(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+               const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  using Models = MixedCoding::Models;
+  const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
+                    : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
+                                                        : code_points<Coder, Code, Models::matches>;
+  code(coder, elements, type, maps, coding, codes, most, pace);
+}
+
 template <class Code>
 std::vector<std::byte> try_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
                                   const MixedCoding& coding, std::span<Code> codes, uint32_t most,
                                   Pace* pace) {
   RangeEncoder encoder;
-  MixedPositionCoder<RangeEncoder, Code> mixed(encoder, coding, type, maps, *elements.surface,
-                                               elements.points, codes);
-  code_points(mixed, encoder, elements, most, pace);
+  code_with(encoder, elements, type, maps, coding, codes, most, pace);
   return encoder.finish();
 }
 
@@ -52,7 +62,7 @@ double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const
   double unit = INFINITY;
   for (const NumberMap& map : maps) {
     if (map.kind != NumberMap::Kind::ordered)
-      unit = std::min(unit, MixedPositionCoder<RangeEncoder, Code>::step_of(map));
+      unit = std::min(unit, step_of(map));
   }
   if (unit < INFINITY) return unit;
   double largest = 0;
@@ -70,15 +80,15 @@ bool is_sane(std::span<const NumberMap> maps, double unit) {
   if (!(unit > 1e-60 && unit < 1e60)) return false;
   for (const NumberMap& map : maps) {
     if (map.kind == NumberMap::Kind::ordered) continue;
-    const double ratio = MixedPositionCoder<RangeEncoder, int32_t>::step_of(map) / unit;
+    const double ratio = step_of(map) / unit;
     if (!(ratio > 1e-12 && ratio < 1e12)) return false;
   }
   return true;
 }
 
-uint8_t table_bits_for(uint32_t points, unsigned contexts) {
+uint8_t table_bits_for(uint32_t points) {
   unsigned bits = 12;
-  while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * contexts) ++bits;
+  while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
   return static_cast<uint8_t>(bits);
 }
 
@@ -90,9 +100,10 @@ std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
                                     Pace* pace) {
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
-  best.table_bits = table_bits_for(elements.points, best.contexts);
+  best.table_bits = table_bits_for(elements.points);
   size_t smallest = SIZE_MAX;
   MixedCoding trial = best;
+  if (getenv("MODELS")) best.models = trial.models = static_cast<MixedCoding::Models>(atoi(getenv("MODELS")));
   for (unsigned centre = 0; centre < MixedCoding::centre_count; ++centre) {
     trial.centre = static_cast<MixedCoding::Centre>(centre);
     const size_t size = try_coding(elements, type, maps, trial, codes, trial_points, nullptr).size();
@@ -101,7 +112,7 @@ std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
   }
   ByteWriter out;
   out.put(best.centre);
-  out.put(best.contexts);
+  out.put(best.models);
   out.put(best.table_bits);
   out.put(best.unit);
   out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
@@ -115,17 +126,16 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   MixedCoding coding;
   const auto centre = in.get<uint8_t>();
   coding.centre = static_cast<MixedCoding::Centre>(centre);
-  coding.contexts = in.get<uint8_t>();
+  const auto models = in.get<uint8_t>();
+  coding.models = static_cast<MixedCoding::Models>(models);
   coding.table_bits = in.get<uint8_t>();
   coding.unit = in.get<double>();
-  if (!in.ok() || centre >= MixedCoding::centre_count || coding.contexts > MixedCoding::most_contexts ||
+  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count ||
       coding.table_bits < 4 || coding.table_bits > most_table_bits || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
-  MixedPositionCoder<RangeDecoder, Code> mixed(decoder, coding, type, maps, *elements.surface,
-                                               elements.points, codes);
-  code_points(mixed, decoder, elements, none, pace);
+  code_with(decoder, elements, type, maps, coding, codes, none, pace);
   if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");
   return {};

@@ -21,10 +21,12 @@ struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
   enum class Centre : uint8_t { expected, all_gates, best_gate };
   static constexpr unsigned centre_count = 3;
-  static constexpr unsigned most_contexts = 5;
+  /// How much is mixed.
+  enum class Models : uint8_t { experts, contexts, matches };
+  static constexpr unsigned models_count = 3;
 
   Centre centre = Centre::best_gate;
-  uint8_t contexts = most_contexts;  ///< hashed contexts in use
+  Models models = Models::matches;
   uint8_t table_bits = 18;           ///< buckets of hashed contexts
   double unit = 1;                   ///< of positions: about the smallest difference of numbers
 };
@@ -39,10 +41,28 @@ inline int half_octave(double x) {
   return 2 * exponent + static_cast<int>((bits & 0xfffffffffffff) >= 0x6a09e667f3bcc);
 }
 
+/// The size of a code of this map in the numbers' own unit; 1 for floats in order, where it varies.
+inline double step_of(const NumberMap& map) {
+  switch (map.kind) {
+    case NumberMap::Kind::lattice:
+      return map.step;
+    case NumberMap::Kind::decimal: {
+      double step = 1;
+      for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
+      return step;
+    }
+    case NumberMap::Kind::binary:
+      return std::ldexp(1.0, map.exponent);
+    default:
+      return 1;
+  }
+}
+
 /// Codes the numbers of positions one decision after the other, each of the kind "is the code at least this
 /// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
-/// scale; contexts say what happened before where things looked the same.
-template <class Coder, class Code>
+/// scale; contexts say what happened before where things looked the same; matches are whole codes that may come
+/// again.
+template <class Coder, class Code, MixedCoding::Models models>
 class MixedPositionCoder {
  public:
   MixedPositionCoder(Coder& coder, const MixedCoding& coding, Scalar type, std::span<const NumberMap> maps,
@@ -55,7 +75,9 @@ class MixedPositionCoder {
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
-        table_(coding.table_bits) {
+        table_(with_contexts ? coding.table_bits : 1),
+        match_cells_(matches * 8 * 8 * node_types),
+        followers_(with_matches ? size_t{2} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
       ordered_[k] = maps[k].kind == NumberMap::Kind::ordered;
       step_[k] = step_of(maps[k]) / coding.unit;
@@ -68,32 +90,20 @@ class MixedPositionCoder {
   void code(uint32_t vertex, uint32_t point) { code_point(point, predictor_.predict(vertex)); }
   void code_other(uint32_t point) { code_point(point, predictor_.predict_other()); }
 
-  /// The size of a code of this map in the numbers' own unit; 1 for floats in order, where it varies.
-  static double step_of(const NumberMap& map) {
-    switch (map.kind) {
-      case NumberMap::Kind::lattice:
-        return map.step;
-      case NumberMap::Kind::decimal: {
-        double step = 1;
-        for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
-        return step;
-      }
-      case NumberMap::Kind::binary:
-        return std::ldexp(1.0, map.exponent);
-      default:
-        return 1;
-    }
-  }
-
  private:
   using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
   static constexpr Wide lowest = std::numeric_limits<Code>::min();
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = PositionPrediction::experts;
-  static constexpr unsigned inputs = 12;
+  static constexpr bool with_contexts = models >= MixedCoding::Models::contexts;
+  static constexpr bool with_matches = models >= MixedCoding::Models::matches;
+  static constexpr unsigned contexts = with_contexts ? 5 : 0;
+  static constexpr unsigned matches = with_matches ? 6 : 0;
+  static constexpr unsigned match_input = experts + 3 + contexts;
+  static constexpr unsigned inputs = (match_input + matches + 3) / 4 * 4;
   static constexpr unsigned bias_input = experts;
-  static constexpr unsigned few_input = experts + 1;
-  static constexpr unsigned hashed_input = experts + 3;
+  static constexpr unsigned follower_bits = 16;
+  static constexpr unsigned most_contexts = 5;
   static constexpr unsigned node_types = 16;
   static constexpr unsigned scale_bins = 48;
   static constexpr unsigned scale_kinds = 16;
@@ -105,6 +115,7 @@ class MixedPositionCoder {
     weights.fill(65536 / 25);
     for (unsigned i = 0; i < experts; ++i) weights[i] = 65536 / 5;
     weights[bias_input] = 0;
+    for (unsigned i = match_input; i < inputs; ++i) weights[i] = 65536 * 35 / 100;
     return weights;
   }
 
@@ -240,7 +251,7 @@ class MixedPositionCoder {
                                residual_code(p.best_b, axis_)),
                         residual_code(p.best_across, axis_));
     }
-    for (unsigned i = 0; i < coding_.contexts; ++i) table_.prefetch(hash_[i]);
+    for (unsigned i = 0; i < contexts; ++i) table_.prefetch(hash_[i]);
   }
   uint32_t residual_code(uint32_t point, unsigned axis) const {
     return static_cast<uint32_t>(residuals_[at(point, axis)]);
@@ -275,6 +286,7 @@ class MixedPositionCoder {
     Wide low = lowest;
     Wide high = highest;
     if constexpr (Coder::encoding) target_ = code;
+    if constexpr (with_matches) set_up_matches(centre);
 
     bucket_ = ~0u;
     begin_buckets(0);
@@ -306,6 +318,7 @@ class MixedPositionCoder {
     residuals_[at(point_, axis_)] = static_cast<int32_t>(low - centre);
     coded_residuals_ = coded_residuals_ * 0x9e3779b1u + static_cast<uint32_t>(low - centre) + 1;
     learn_scales();
+    if constexpr (with_matches) learn_matches(low, centre);
   }
 
   /// The class of distance that is most likely, so that few decisions find the true one.
@@ -337,7 +350,7 @@ class MixedPositionCoder {
     unsigned prefix = 1;
     for (unsigned i = 0; low < high; ++i) {
       const Wide size = high - low + 1;
-      if (i >= 2 && is_flat(low, high)) return code_raw_rest(low, high);
+      if (i >= 2 && is_flat(low, high) && !is_matched()) return code_raw_rest(low, high);
       const Wide half = low + (size >> 1);
       if (i % 3 == 0 && i < 12) begin_buckets(0x100 + (((c * 2 + side_) << 12) | (prefix & 0xfff)) * 2);
       const unsigned within = (1u << i % 3) | (prefix & ((1u << i % 3) - 1));
@@ -372,12 +385,12 @@ class MixedPositionCoder {
   void begin_buckets(unsigned bucket) {
     if (bucket == bucket_) return;
     bucket_ = bucket;
-    std::array<uint32_t, MixedCoding::most_contexts> hashes;
-    for (unsigned i = 0; i < coding_.contexts; ++i) {
+    std::array<uint32_t, most_contexts> hashes;
+    for (unsigned i = 0; i < contexts; ++i) {
       hashes[i] = bucket == 0 ? hash_[i] : hashed(hash_[i], bucket * 0x85ebca6bu);
       table_.prefetch(hashes[i]);
     }
-    for (unsigned i = 0; i < coding_.contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
+    for (unsigned i = 0; i < contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
   }
 
   /// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
@@ -398,14 +411,26 @@ class MixedPositionCoder {
     logits[0] = logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
     if (!hashed_too) slot = 0;
     std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
-    std::array<NarrowCell*, MixedCoding::most_contexts> narrow;
-    std::array<int32_t, MixedCoding::most_contexts> learnt = {};
-    for (unsigned i = 0; i < coding_.contexts; ++i) {
+    std::array<NarrowCell*, most_contexts> narrow;
+    std::array<int32_t, most_contexts> learnt = {};
+    for (unsigned i = 0; i < contexts; ++i) {
       narrow[i] = &buckets_[i]->cells[slot];
       learnt[i] = hashed_too ? narrow[i]->logit() : 0;
     }
     logits[1] = SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]};
-    logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
+    if constexpr (with_contexts) logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
+    std::array<WideCell*, 6> match_cell;
+    if constexpr (with_matches) {
+      std::array<int32_t, 8> match_logits = {};
+      for (unsigned i = 0; i < matches; ++i) {
+        match_cell[i] = &match_cells_[match_[i].cells + type];
+        if (!match_[i].live) continue;
+        const int32_t logit = match_cell[i]->logit();
+        match_logits[i] = match_[i].code >= at_least ? logit : -logit;
+      }
+      logits[3] = SignedLanes{match_logits[0], match_logits[1], match_logits[2], match_logits[3]};
+      logits[4] = SignedLanes{match_logits[4], match_logits[5], 0, 0};
+    }
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
         (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) *
@@ -420,7 +445,14 @@ class MixedPositionCoder {
       for (WideCell* cell : wide) cell->update(bit);
     }
     if (hashed_too) {
-      for (unsigned i = 0; i < coding_.contexts; ++i) narrow[i]->update(bit);
+      for (unsigned i = 0; i < contexts; ++i) narrow[i]->update(bit);
+    }
+    if constexpr (with_matches) {
+      for (unsigned i = 0; i < matches; ++i) {
+        if (!match_[i].live) continue;
+        match_[i].live = (match_[i].code >= at_least) == bit;
+        match_cell[i]->update(match_[i].live);
+      }
     }
     if (bit) {
       low = at_least;
@@ -430,6 +462,51 @@ class MixedPositionCoder {
       high_ = between;
     }
     return bit;
+  }
+
+  /// Codes that may come again as they are.
+  void set_up_matches(Wide centre) {
+    const PositionPrediction& p = *prediction_;
+    const Neighbourhood& around = predictor_.neighbourhood();
+    uint32_t neighbour = newest_;
+    for (unsigned i = 0; i < around.ring_count; ++i) {
+      if (i == 0 || around.ring[i] > neighbour) neighbour = around.ring[i];
+    }
+    for (Match& match : match_) match.live = false;
+    const auto place = [&](uint32_t hash) { return hash >> (32 - follower_bits); };
+    const uint32_t near = neighbour == none ? 0 : static_cast<uint32_t>(codes_[at(neighbour, axis_)]);
+    follower_[0] = &followers_[place(hashed(hashed(axis_, near), 0x3c6ef372u))];
+    follower_[1] = &followers_[(size_t{1} << follower_bits) + place(hash_[0])];
+    add_match(0, *follower_[0]);
+    if (p.best_a != none) {
+      add_match(1, codes_[at(p.best_a, axis_)]);
+      add_match(2, codes_[at(p.best_b, axis_)]);
+      add_match(3, codes_[at(p.best_across, axis_)]);
+    }
+    add_match(4, nearest_code(static_cast<double>(relative_mean_[1]) + base_, axis_));
+    add_match(5, centre + *follower_[1]);
+  }
+  void add_match(unsigned kind, Wide code) {
+    for (unsigned i = 0; i < kind; ++i) {
+      if (match_[i].live && match_[i].code == code) return;
+    }
+    if (code < lowest || code > highest) return;
+    const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
+    const unsigned distance = clamp_bin(half_octave(far), -3, 8);
+    match_[kind] = {code, true, ((kind * 8 + hits_[kind]) * 8 + distance) * node_types};
+  }
+  bool is_matched() const {
+    if constexpr (with_matches) {
+      for (const Match& match : match_) {
+        if (match.live) return true;
+      }
+    }
+    return false;
+  }
+  void learn_matches(Wide code, Wide centre) {
+    for (unsigned i = 0; i < matches; ++i) hits_[i] = (hits_[i] << 1 | (match_[i].code == code ? 1u : 0u)) & 7;
+    *follower_[0] = static_cast<Code>(code);
+    *follower_[1] = static_cast<Code>(code - centre);
   }
 
   void learn_scales() {
@@ -455,6 +532,9 @@ class MixedPositionCoder {
   Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
   BucketTable table_;
+  std::vector<WideCell> match_cells_;
+  std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
+  std::array<unsigned, 6> hits_ = {};
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
 
   // Of the point at hand.
@@ -481,9 +561,16 @@ class MixedPositionCoder {
   SignedLanes low_;             // distribution functions at the ends of the interval
   SignedLanes high_;
   std::array<WideCell*, 2> few_base_;
-  std::array<uint32_t, MixedCoding::most_contexts> hash_;
+  std::array<uint32_t, most_contexts> hash_;
   unsigned bucket_ = 0;
-  std::array<CellBucket*, MixedCoding::most_contexts> buckets_;
+  std::array<CellBucket*, most_contexts> buckets_;
+  struct Match {
+    Wide code = 0;
+    bool live = false;
+    unsigned cells = 0;
+  };
+  std::array<Match, 6> match_;
+  std::array<Code*, 2> follower_;
 };
 
 }  // namespace maille
