@@ -342,13 +342,14 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
 
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 std::span<const uint32_t> source, int effort, Pace* pace) {
+                                 std::span<const uint32_t> source, bool mixed, int effort,
+                                 Pace* pace) {
   std::vector<Code> codes(source.size() * maps.maps.size());
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  if (effort >= least_mixed_effort && is_mixable(array, maps)) {
+  if (mixed) {
     ByteWriter out;
     out.put(mixed_coding);
     out.put(uint8_t{0});
@@ -457,8 +458,10 @@ uint32_t PatchElements::count(Domain domain) const {
 
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, int effort, Pace* pace) {
-  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source, effort, pace);
-  return encode_as<int32_t>(elements, array, maps, source, effort, pace);
+  const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
+  const ArrayMaps used = mixed ? maps_for_mixing(array, maps) : maps;
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
+  return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,

@@ -12,7 +12,7 @@ namespace maille {
 namespace {
 
 // Points that settings are tried on.
-constexpr uint32_t trial_points = 16384;
+constexpr uint32_t trial_points = 6144;
 constexpr unsigned most_table_bits = 22;
 
 /// Codes all points, the first `most` of them, or those until the stream ends.
@@ -42,7 +42,8 @@ void code_with(Coder& coder, const PatchElements& elements, Scalar type, std::sp
   using Models = MixedCoding::Models;
   const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
                     : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
-                                                        : code_points<Coder, Code, Models::matches>;
+                    : coding.models == Models::matches  ? code_points<Coder, Code, Models::matches>
+                                                        : code_points<Coder, Code, Models::dictionary>;
   code(coder, elements, type, maps, coding, codes, most, pace);
 }
 
@@ -92,24 +93,65 @@ uint8_t table_bits_for(uint32_t points) {
   return static_cast<uint8_t>(bits);
 }
 
-}  // namespace
-
+/// The coding whose trial is smallest, where what takes longer must save something. Dictionaries pay where
+/// the same floats come again, but not where a lattice has made all codes short.
 template <class Code>
-std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
-                                    std::span<const NumberMap> maps, std::span<Code> codes, int,
-                                    Pace* pace) {
+MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                          std::span<Code> codes, int effort) {
+  using Models = MixedCoding::Models;
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
   best.table_bits = table_bits_for(elements.points);
-  size_t smallest = SIZE_MAX;
-  MixedCoding trial = best;
-  if (getenv("MODELS")) best.models = trial.models = static_cast<MixedCoding::Models>(atoi(getenv("MODELS")));
-  for (unsigned centre = 0; centre < MixedCoding::centre_count; ++centre) {
-    trial.centre = static_cast<MixedCoding::Centre>(centre);
-    const size_t size = try_coding(elements, type, maps, trial, codes, trial_points, nullptr).size();
-    if (size < smallest) best.centre = trial.centre;
-    smallest = std::min(size, smallest);
+  best.models = Models::contexts;
+  double smallest = INFINITY;
+  const auto consider = [&](MixedCoding::Centre centre, Models models, double factor) {
+    MixedCoding trial = best;
+    trial.centre = centre;
+    trial.models = models;
+    const auto bytes = try_coding(elements, type, maps, trial, codes, trial_points, nullptr);
+    const double size = static_cast<double>(bytes.size()) * factor;
+    if (!(size < smallest)) return;
+    smallest = size;
+    best = trial;
+  };
+  consider(MixedCoding::Centre::best_gate, Models::contexts, 1);
+  consider(MixedCoding::Centre::expected, Models::contexts, 1);
+  if (best.centre == MixedCoding::Centre::expected) consider(best.centre, Models::experts, 0.997);
+  if (effort >= 8 && best.models != Models::experts) consider(best.centre, Models::matches, 1.003);
+  const bool floats = std::any_of(maps.begin(), maps.end(), [&](const NumberMap& map) {
+    return is_float(type) && map.kind != NumberMap::Kind::lattice;
+  });
+  if (effort >= 9 && floats && best.models == Models::matches) consider(best.centre, Models::dictionary, 1.005);
+  return best;
+}
+
+}  // namespace
+
+ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps) {
+  if (!maps.lossless || !is_float(array.type)) return maps;
+  const int digits = array.type == Scalar::f32 ? 24 : 53;
+  for (uint32_t k = 0; k < array.components; ++k) {
+    if (maps.maps[k].kind == NumberMap::Kind::ordered) continue;
+    int step_exponent = 0;
+    (void)std::frexp(step_of(maps.maps[k]), &step_exponent);
+    // Sum of the numbers of bits that a step lies below the last bit of a number, or above.
+    int64_t finer = 0;
+    for (size_t i = 0; i < array.count(); ++i) {
+      const double number = number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
+      int exponent = 0;
+      (void)std::frexp(number, &exponent);
+      if (number != 0) finer += exponent - digits - (step_exponent - 1);
+    }
+    if (finer > 0) maps.maps[k] = {.kind = NumberMap::Kind::ordered};
   }
+  return maps;
+}
+
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
+                                    Pace* pace) {
+  const MixedCoding best = choose_coding<Code>(elements, type, maps, codes, effort);
   ByteWriter out;
   out.put(best.centre);
   out.put(best.models);

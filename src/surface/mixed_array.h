@@ -16,6 +16,10 @@ namespace maille {
 inline constexpr uint8_t mixed_coding = 16;
 inline constexpr int least_mixed_effort = 7;
 
+/// Lossless maps for an array that is mixed: floats in order instead of a step that is finer than most floats
+/// are, since codes between them would never be met.
+ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps);
+
 /// Codes the points' numbers, three each, by MixedPositionCoder: its settings and what it writes.
 template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,

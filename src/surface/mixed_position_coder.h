@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -19,11 +20,11 @@ namespace maille {
 /// How positions are coded at the best effort levels. docs/format.md, "Mixed positions".
 struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
-  enum class Centre : uint8_t { expected, all_gates, best_gate };
-  static constexpr unsigned centre_count = 3;
+  enum class Centre : uint8_t { expected, best_gate };
+  static constexpr unsigned centre_count = 2;
   /// How much is mixed.
-  enum class Models : uint8_t { experts, contexts, matches };
-  static constexpr unsigned models_count = 3;
+  enum class Models : uint8_t { experts, contexts, matches, dictionary };
+  static constexpr unsigned models_count = 4;
 
   Centre centre = Centre::best_gate;
   Models models = Models::matches;
@@ -98,7 +99,8 @@ class MixedPositionCoder {
   static constexpr bool with_contexts = models >= MixedCoding::Models::contexts;
   static constexpr bool with_matches = models >= MixedCoding::Models::matches;
   static constexpr unsigned contexts = with_contexts ? 5 : 0;
-  static constexpr unsigned matches = with_matches ? 6 : 0;
+  static constexpr bool with_dictionary = models >= MixedCoding::Models::dictionary;
+  static constexpr unsigned matches = with_dictionary ? 8 : with_matches ? 6 : 0;
   static constexpr unsigned match_input = experts + 3 + contexts;
   static constexpr unsigned inputs = (match_input + matches + 3) / 4 * 4;
   static constexpr unsigned bias_input = experts;
@@ -266,14 +268,8 @@ class MixedPositionCoder {
   }
 
   Wide centre() const {
-    switch (coding_.centre) {
-      case MixedCoding::Centre::expected:
-        return nearest_code(mean_[experts - 1], axis_);
-      case MixedCoding::Centre::all_gates:
-        return nearest_code(prediction_->all_gates[axis_], axis_);
-      default:
-        return nearest_code(prediction_->best_gate[axis_], axis_);
-    }
+    const bool expected = coding_.centre == MixedCoding::Centre::expected;
+    return nearest_code(expected ? mean_[experts - 1] : prediction_->best_gate[axis_], axis_);
   }
 
   void code_number() {
@@ -419,7 +415,7 @@ class MixedPositionCoder {
     }
     logits[1] = SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]};
     if constexpr (with_contexts) logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
-    std::array<WideCell*, 6> match_cell;
+    std::array<WideCell*, 8> match_cell;
     if constexpr (with_matches) {
       std::array<int32_t, 8> match_logits = {};
       for (unsigned i = 0; i < matches; ++i) {
@@ -429,7 +425,7 @@ class MixedPositionCoder {
         match_logits[i] = match_[i].code >= at_least ? logit : -logit;
       }
       logits[3] = SignedLanes{match_logits[0], match_logits[1], match_logits[2], match_logits[3]};
-      logits[4] = SignedLanes{match_logits[4], match_logits[5], 0, 0};
+      logits[4] = SignedLanes{match_logits[4], match_logits[5], match_logits[6], match_logits[7]};
     }
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
@@ -485,6 +481,12 @@ class MixedPositionCoder {
     }
     add_match(4, nearest_code(static_cast<double>(relative_mean_[1]) + base_, axis_));
     add_match(5, centre + *follower_[1]);
+    if constexpr (with_dictionary) {
+      const auto expected = static_cast<Code>(nearest_code(mean_[experts - 1], axis_));
+      auto above = seen_[axis_].lower_bound(expected);
+      if (above != seen_[axis_].end()) add_match(6, *above);
+      if (above != seen_[axis_].begin()) add_match(7, *--above);
+    }
   }
   void add_match(unsigned kind, Wide code) {
     for (unsigned i = 0; i < kind; ++i) {
@@ -505,6 +507,7 @@ class MixedPositionCoder {
   }
   void learn_matches(Wide code, Wide centre) {
     for (unsigned i = 0; i < matches; ++i) hits_[i] = (hits_[i] << 1 | (match_[i].code == code ? 1u : 0u)) & 7;
+    if constexpr (with_dictionary) seen_[axis_].insert(static_cast<Code>(code));
     *follower_[0] = static_cast<Code>(code);
     *follower_[1] = static_cast<Code>(code - centre);
   }
@@ -533,8 +536,9 @@ class MixedPositionCoder {
   std::array<std::vector<WideCell>, 2> few_;
   BucketTable table_;
   std::vector<WideCell> match_cells_;
+  std::array<std::set<Code>, 3> seen_;  // all codes of each axis
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
-  std::array<unsigned, 6> hits_ = {};
+  std::array<unsigned, 8> hits_ = {};
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
 
   // Of the point at hand.
@@ -569,7 +573,7 @@ class MixedPositionCoder {
     bool live = false;
     unsigned cells = 0;
   };
-  std::array<Match, 6> match_;
+  std::array<Match, 8> match_;
   std::array<Code*, 2> follower_;
 };
 
