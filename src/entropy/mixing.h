@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/lanes.h"
+
 namespace maille {
 
 // Context mixing (after Mahoney's PAQ, 2002 to 2009): each binary decision is predicted by many models, whose
@@ -23,29 +25,18 @@ extern const std::array<int16_t, 4096> logit_table;       ///< logit of each six
 constexpr int32_t clamp_logit(int32_t logit) {
   return logit < -largest_logit ? -largest_logit : logit > largest_logit ? largest_logit : logit;
 }
-inline uint32_t probability_of(int32_t logit) {
+[[gnu::always_inline]] inline uint32_t probability_of(int32_t logit) {
   return logistic_table[static_cast<size_t>(clamp_logit(logit) + 2048)];
 }
-inline int32_t logit_of(uint32_t probability) {
+[[gnu::always_inline]] inline int32_t logit_of(uint32_t probability) {
   return logit_table[probability >> 4];
-}
-
-/// Four numbers that a processor works on at once. Sums of integers wrap around.
-using Lanes = uint32_t __attribute__((vector_size(16)));
-using SignedLanes = int32_t __attribute__((vector_size(16)));
-using FloatLanes = float __attribute__((vector_size(16)));
-
-template <class Vector>
-[[gnu::always_inline]] inline Vector clamp_lanes(Vector x, Vector low, Vector high) {
-  const Vector raised = x > low ? x : low;
-  return raised < high ? raised : high;
 }
 
 /// The distribution function of the logistic distribution, in 1/2^30, for arguments in 1/4096 from -81920 to
 /// 81920.
 inline constexpr int32_t largest_deviation = 20 * 4096;
 extern const std::array<uint32_t, 2 * 20 * 64 + 2> distribution_table;
-inline int32_t distribution(int32_t deviation) {
+[[gnu::always_inline]] inline int32_t distribution(int32_t deviation) {
   const auto place = static_cast<uint32_t>(deviation + largest_deviation);
   const uint32_t low = distribution_table[place >> 6];
   return static_cast<int32_t>(low + ((distribution_table[(place >> 6) + 1] - low) * (place & 63) >> 6));
@@ -186,8 +177,8 @@ struct WideCell {
   uint16_t probability = 32768;
   uint8_t visits = 0;
 
-  int32_t logit() const { return logit_of(probability) * cell_confidences[visits] >> 8; }
-  void update(bool bit) {
+  [[gnu::always_inline]] int32_t logit() const { return logit_of(probability) * cell_confidences[visits] >> 8; }
+  [[gnu::always_inline]] void update(bool bit) {
     const int32_t error = (bit ? 65535 : 0) - probability;
     probability = static_cast<uint16_t>(probability + (error * cell_rates[visits] >> 16));
     visits = static_cast<uint8_t>(visits + (visits < limit));
@@ -199,8 +190,8 @@ struct NarrowCell {
   uint16_t bits = 0x8000;
 
   unsigned visits() const { return bits & 15; }
-  int32_t logit() const { return logit_table[bits >> 4] * cell_confidences[visits()] >> 8; }
-  void update(bool bit) {
+  [[gnu::always_inline]] int32_t logit() const { return logit_table[bits >> 4] * cell_confidences[visits()] >> 8; }
+  [[gnu::always_inline]] void update(bool bit) {
     const auto probability = static_cast<int32_t>(bits & 0xfff0);
     const int32_t target = bit ? 65535 : 0;
     const int32_t moved = probability + ((target - probability) * cell_rates[visits()] >> 16);
@@ -222,7 +213,7 @@ class BucketTable {
   explicit BucketTable(unsigned size_bits) : shift_(32 - size_bits), buckets_(size_t{1} << size_bits) {}
 
   void prefetch(uint32_t hash) const { __builtin_prefetch(&buckets_[hash >> shift_]); }
-  CellBucket& find(uint32_t hash) {
+  [[gnu::always_inline]] CellBucket& find(uint32_t hash) {
     const auto check = static_cast<uint16_t>(hash * 0x2545f491u >> 16);
     CellBucket& first = buckets_[hash >> shift_];
     if (first.check == check) return first;

@@ -417,15 +417,12 @@ class MixedPositionCoder {
     if constexpr (with_contexts) logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
     std::array<WideCell*, 8> match_cell;
     if constexpr (with_matches) {
-      std::array<int32_t, 8> match_logits = {};
-      for (unsigned i = 0; i < matches; ++i) {
+      logits[3] = logits[4] = SignedLanes{};
+      for (unsigned i = 0; i < live_; ++i) {
         match_cell[i] = &match_cells_[match_[i].cells + type];
-        if (!match_[i].live) continue;
         const int32_t logit = match_cell[i]->logit();
-        match_logits[i] = match_[i].code >= at_least ? logit : -logit;
+        logits[3 + match_[i].kind / 4][match_[i].kind % 4] = match_[i].code >= at_least ? logit : -logit;
       }
-      logits[3] = SignedLanes{match_logits[0], match_logits[1], match_logits[2], match_logits[3]};
-      logits[4] = SignedLanes{match_logits[4], match_logits[5], match_logits[6], match_logits[7]};
     }
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
@@ -444,11 +441,13 @@ class MixedPositionCoder {
       for (unsigned i = 0; i < contexts; ++i) narrow[i]->update(bit);
     }
     if constexpr (with_matches) {
-      for (unsigned i = 0; i < matches; ++i) {
-        if (!match_[i].live) continue;
-        match_[i].live = (match_[i].code >= at_least) == bit;
-        match_cell[i]->update(match_[i].live);
+      unsigned still = 0;
+      for (unsigned i = 0; i < live_; ++i) {
+        const bool right = (match_[i].code >= at_least) == bit;
+        match_cell[i]->update(right);
+        if (right) match_[still++] = match_[i];
       }
+      live_ = still;
     }
     if (bit) {
       low = at_least;
@@ -468,7 +467,8 @@ class MixedPositionCoder {
     for (unsigned i = 0; i < around.ring_count; ++i) {
       if (i == 0 || around.ring[i] > neighbour) neighbour = around.ring[i];
     }
-    for (Match& match : match_) match.live = false;
+    live_ = 0;
+    candidate_.fill(highest + 1);
     const auto place = [&](uint32_t hash) { return hash >> (32 - follower_bits); };
     const uint32_t near = neighbour == none ? 0 : static_cast<uint32_t>(codes_[at(neighbour, axis_)]);
     follower_[0] = &followers_[place(hashed(hashed(axis_, near), 0x3c6ef372u))];
@@ -489,24 +489,18 @@ class MixedPositionCoder {
     }
   }
   void add_match(unsigned kind, Wide code) {
-    for (unsigned i = 0; i < kind; ++i) {
-      if (match_[i].live && match_[i].code == code) return;
+    for (unsigned i = 0; i < live_; ++i) {
+      if (match_[i].code == code) return;
     }
     if (code < lowest || code > highest) return;
     const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
     const unsigned distance = clamp_bin(half_octave(far), -3, 8);
-    match_[kind] = {code, true, ((kind * 8 + hits_[kind]) * 8 + distance) * node_types};
+    candidate_[kind] = code;
+    match_[live_++] = {code, kind, ((kind * 8 + hits_[kind]) * 8 + distance) * node_types};
   }
-  bool is_matched() const {
-    if constexpr (with_matches) {
-      for (const Match& match : match_) {
-        if (match.live) return true;
-      }
-    }
-    return false;
-  }
+  bool is_matched() const { return with_matches && live_ > 0; }
   void learn_matches(Wide code, Wide centre) {
-    for (unsigned i = 0; i < matches; ++i) hits_[i] = (hits_[i] << 1 | (match_[i].code == code ? 1u : 0u)) & 7;
+    for (unsigned i = 0; i < matches; ++i) hits_[i] = (hits_[i] << 1 | (candidate_[i] == code ? 1u : 0u)) & 7;
     if constexpr (with_dictionary) seen_[axis_].insert(static_cast<Code>(code));
     *follower_[0] = static_cast<Code>(code);
     *follower_[1] = static_cast<Code>(code - centre);
@@ -569,11 +563,13 @@ class MixedPositionCoder {
   unsigned bucket_ = 0;
   std::array<CellBucket*, most_contexts> buckets_;
   struct Match {
-    Wide code = 0;
-    bool live = false;
-    unsigned cells = 0;
+    Wide code;
+    unsigned kind;
+    unsigned cells;  ///< where those of its kind, history and distance are
   };
-  std::array<Match, 8> match_;
+  std::array<Match, 8> match_;  // those that still may be right
+  unsigned live_ = 0;
+  std::array<Wide, 8> candidate_;  // by kind
   std::array<Code*, 2> follower_;
 };
 
