@@ -6,6 +6,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/rans.h"
+#include "surface/mixed_array.h"
 #include "surface/number_maps.h"
 #include "surface/tuple_coder.h"
 
@@ -289,14 +290,38 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
   }
 }
 
+void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                    const Array& array, const ArrayMaps& maps, std::span<const uint32_t> source) {
+  ByteWriter exceptions;
+  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
+                   [&](uint32_t element) { return uint64_t{source[element]}; });
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions.bytes());
+}
+
+/// Three numbers for each point are predicted as a place in space.
+bool is_mixable(const Array& array, const ArrayMaps& maps) {
+  return array.domain == Domain::point && maps.maps.size() == 3;
+}
+
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 std::span<const uint32_t> source, Pace* pace) {
+                                 std::span<const uint32_t> source, bool mixed, int effort, Pace* pace) {
   std::vector<Code> codes(codes_of(source.size(), maps));
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  if (mixed) {
+    ByteWriter out;
+    out.put(mixed_coding);
+    out.put(uint8_t{0});
+    for (const NumberMap& map : maps.maps) write_map(out, map);
+    put_exceptions(out, elements, face_of, array, maps, source);
+    out.put_bytes(encode_mixed<Code>(elements, array.type, maps.maps,
+                                     std::span(codes).first(codes.size() - 1), effort, pace));
+    return out.take();
+  }
   const TupleCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
   ByteWriter out;
   out.put(coding.predictor);
@@ -306,11 +331,7 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
   } else {
     for (const NumberMap& map : maps.maps) write_map(out, map);
   }
-  ByteWriter exceptions;
-  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
-                   [&](uint32_t element) { return uint64_t{source[element]}; });
-  out.put_count(exceptions.size());
-  out.put_bytes(exceptions.bytes());
+  put_exceptions(out, elements, face_of, array, maps, source);
   out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
   return out.take();
 }
@@ -349,8 +370,9 @@ void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code>
 }
 
 template <class Code>
-Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, const ArrayMaps& maps,
-                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array, Pace* pace) {
+Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding& coding,
+                   const ArrayMaps& maps, Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array,
+                   Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,
@@ -359,6 +381,13 @@ Result<> decode_as(const PatchElements& elements, const TupleCoding& coding, con
   std::vector<std::byte> storage(codes_of(tuples, maps) * sizeof(Code));
   const std::span codes(reinterpret_cast<Code*>(storage.data()), codes_of(tuples, maps));
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  if (mixed) {
+    MAILLE_CHECK(
+        decode_mixed<Code>(elements, array.type, maps.maps, bytes, codes.first(codes.size() - 1), pace));
+    storage.resize(storage.size() - sizeof(Code));
+    store_numbers<Code>(array, maps.maps, std::move(storage));
+    return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+  }
   RansDecoder decoder(bytes, lanes_for(maps.maps.size()));
   ElementWalk walk(elements, face_of);
   with_components(maps.maps.size(), [&](auto fixed) {
@@ -397,20 +426,24 @@ uint32_t PatchElements::count(Domain domain) const {
 }
 
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                    std::span<const uint32_t> source, Pace* pace) {
-  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source, pace);
-  return encode_as<int32_t>(elements, array, maps, source, pace);
+                                    std::span<const uint32_t> source, int effort, Pace* pace) {
+  const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
+  const ArrayMaps used = mixed ? maps_for_mixing(array, maps) : maps;
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
+  return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
                       Pace* pace) {
   ByteReader in(bytes);
   TupleCoding coding;
-  coding.predictor = static_cast<Predictor>(in.get<uint8_t>());
+  const auto kind = in.get<uint8_t>();
+  const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
+  coding.predictor = mixed ? Predictor::previous : static_cast<Predictor>(kind);
   const auto flags = in.get<uint8_t>();
   coding.whole_values = (flags & 1) != 0;
   coding.repeats = (flags & 2) != 0;
-  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > 7) {
+  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > (mixed ? 0 : 7)) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
   const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
@@ -419,9 +452,9 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
   const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
   if (size_of(array.type) == 8) {
-    return decode_as<int64_t>(elements, coding, maps, coded, exceptions, tuples, array, pace);
+    return decode_as<int64_t>(elements, mixed, coding, maps, coded, exceptions, tuples, array, pace);
   }
-  return decode_as<int32_t>(elements, coding, maps, coded, exceptions, tuples, array, pace);
+  return decode_as<int32_t>(elements, mixed, coding, maps, coded, exceptions, tuples, array, pace);
 }
 
 }  // namespace maille

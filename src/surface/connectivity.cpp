@@ -10,9 +10,9 @@
 #include <string>
 
 #include "base/result.h"
-#include "entropy/bit_model.h"
-#include "entropy/integer_model.h"
+#include "entropy/mixing.h"
 #include "entropy/rans.h"
+#include "surface/connectivity_models.h"
 #include "surface/front.h"
 
 namespace maille {
@@ -27,23 +27,7 @@ T clamped(T value, T low, T high) {
   return value < low ? low : value > high ? high : value;
 }
 
-/// The adaptive models, with what selects among them.
-struct ConnectivityModels {
-  static constexpr unsigned degree_contexts = 12 * 4;
-  static constexpr unsigned valence_contexts = 15 * 3 * 4;
-
-  std::array<OffsetModel, degree_contexts> degree;
-  std::array<BitModel, 64> on_front;
-  std::array<BitModel, 16> dummy;
-  std::array<OffsetModel, valence_contexts> valence;
-  CountModel dummy_valence;
-  BitModel near;
-  BitModel backward;
-  std::array<CountModel, 2> steps;
-  std::array<CountModel, 4> share;
-};
-
-template <class Coder>
+template <class Coder, class Models>
 class FaceCoder {
  public:
   FaceCoder(Coder& coder, const ConnectivityHeader& header, HalfEdges& surface, SurfaceVertices& vertices)
@@ -78,8 +62,10 @@ class FaceCoder {
   Result<> code_face(uint32_t pivot, uint32_t& first);
   Result<> code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left);
   Result<uint32_t> code_degree(uint32_t first, uint32_t known, uint32_t h);
+  bool code_on_front(uint32_t first, uint32_t end, bool on_front);
+  int32_t code_valence(uint32_t first, uint32_t end, int32_t offset);
   Result<uint32_t> begin_face(uint32_t h, uint32_t degree);
-  Result<uint32_t> code_new_vertex(uint32_t first, uint32_t h);
+  Result<uint32_t> code_new_vertex(uint32_t first, uint32_t end, uint32_t h);
   Result<uint32_t> code_front_node(uint32_t first, Target target);
   Result<bool> split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share);
   Result<uint32_t> follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left);
@@ -91,6 +77,7 @@ class FaceCoder {
   uint32_t number_vertex(uint32_t h, bool dummy, uint32_t valence);
   uint32_t valence_at(uint32_t h) const;
   unsigned valence_context(uint32_t first) const;
+  FrontView view(uint32_t first, uint32_t end) const;
   Target find_on_front(uint32_t first, uint32_t h);
   uint32_t node_behind(uint32_t edge);
   void set_edge(uint32_t node, uint32_t edge) {
@@ -107,7 +94,7 @@ class FaceCoder {
   HalfEdges& surface_;
   SurfaceVertices& vertices_;
   Front front_;
-  ConnectivityModels models_;
+  Models models_;
   std::vector<uint32_t> valences_;  // by vertex
   // Encoder: the node of each edge of the front, once searches have cost too much; see node_behind().
   std::vector<uint32_t> node_of_edge_;
@@ -118,8 +105,8 @@ class FaceCoder {
 };
 
 /// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
-template <class Coder>
-uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
+template <class Coder, class Models>
+uint32_t FaceCoder<Coder, Models>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
   const uint32_t vertex = dummy ? first_dummy + dummies_++ : vertices_.size();
   if (!dummy) {
     vertices_.corner.push_back(h);
@@ -139,8 +126,8 @@ uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valenc
 }
 
 /// Encoder: the next face to be coded starts at h. Decoder: makes room for it, returns its first half-edge.
-template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
+template <class Coder, class Models>
+Result<uint32_t> FaceCoder<Coder, Models>::begin_face(uint32_t h, uint32_t degree) {
   if constexpr (encoding) {
     first_half_edges.push_back(h);
     for (uint32_t e = h, i = 0; i < degree; ++i, e = surface_.next(e)) coded[e] = true;
@@ -159,8 +146,8 @@ Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
   }
 }
 
-template <class Coder>
-void FaceCoder<Coder>::make_room() {
+template <class Coder, class Models>
+void FaceCoder<Coder, Models>::make_room() {
   // Grows with what has been decoded; the first room was reserved.
   const size_t room =
       std::max<size_t>({half_edges_, surface_.origin.size() * 3 / 2, surface_.origin.capacity()});
@@ -169,16 +156,16 @@ void FaceCoder<Coder>::make_room() {
 }
 
 /// Degree of the face at the gate behind `first`, of which `known` edges are on the front.
-template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
+template <class Coder, class Models>
+Result<uint32_t> FaceCoder<Coder, Models>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
   if (header_.uniform_degree && header_.regular_degree == 3) return 3u;
   if (header_.uniform_degree && !header_.has_border) return header_.regular_degree;
   // A face with a dummy vertex is a border triangle.
   bool dummy = is_dummy(first);
-  uint32_t node = first;
+  uint32_t last = first;
   for (uint32_t i = 0; i < known; ++i) {
-    node = front_[node].next;
-    dummy |= is_dummy(node);
+    last = front_[last].next;
+    dummy |= is_dummy(last);
   }
   if (dummy) return 3u;
   const unsigned behind = surface_.degree_up_to(11, front_[first].edge);
@@ -186,14 +173,58 @@ Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, u
   const auto regular = static_cast<int32_t>(header_.regular_degree);
   int32_t offset = 0;
   if constexpr (encoding) offset = static_cast<int32_t>(surface_.degree(h)) - regular;
-  const int32_t degree = regular + models_.degree[context].code(coder_, offset);
+  if constexpr (Models::mixed) {
+    models_.look(view(first, last));
+    offset = models_.code_degree(coder_, offset);
+  } else {
+    offset = models_.degree[context].code(coder_, offset);
+  }
+  const int32_t degree = regular + offset;
   if (degree < 3) return corrupt("a face of fewer than three edges");
   return static_cast<uint32_t>(degree);
 }
 
+/// Is the next vertex of the face, between `first` and `end`, on the front?
+template <class Coder, class Models>
+bool FaceCoder<Coder, Models>::code_on_front(uint32_t first, uint32_t end, bool on_front) {
+  if constexpr (Models::mixed) {
+    models_.look(view(first, end));
+    return models_.code_on_front(coder_, on_front);
+  } else {
+    const unsigned context = clamped<unsigned>(front_[first].free, 0, 3) * 4 +
+                             clamped<unsigned>(front_[end].free, 0, 3) +
+                             (is_dummy(first) || is_dummy(end) ? 16 : 0);
+    return models_.on_front[context].code(coder_, on_front);
+  }
+}
+
+template <class Coder, class Models>
+int32_t FaceCoder<Coder, Models>::code_valence(uint32_t first, uint32_t, int32_t offset) {
+  if constexpr (Models::mixed) {
+    return models_.code_valence(coder_, offset);
+  } else {
+    return models_.valence[valence_context(first)].code(coder_, offset);
+  }
+}
+
+template <class Coder, class Models>
+FrontView FaceCoder<Coder, Models>::view(uint32_t first, uint32_t end) const {
+  const auto regular = static_cast<int32_t>(header_.regular_valence);
+  const auto relative = [&](uint32_t vertex) {
+    if (vertex >= first_dummy) return FrontView::dummy;
+    return clamped(static_cast<int32_t>(std::min(valences_[vertex], 1000u)) - regular, -20, 40);
+  };
+  const auto look_at = [&](uint32_t node) {
+    return FrontView::Node{relative(front_[node].vertex), std::min(front_[node].free, 15u)};
+  };
+  const uint32_t across = surface_.origin[surface_.previous(front_[first].edge)] & ~numbered;
+  return {look_at(front_[first].previous), look_at(first), look_at(end), look_at(front_[end].next),
+          FrontView::Node{relative(across), 0}};
+}
+
 /// Sum of the valences of the new vertex's neighbours-to-be, relative to the regular one.
-template <class Coder>
-unsigned FaceCoder<Coder>::valence_context(uint32_t first) const {
+template <class Coder, class Models>
+unsigned FaceCoder<Coder, Models>::valence_context(uint32_t first) const {
   int sum = 0;
   unsigned dummies = 0;
   unsigned neighbours = 0;
@@ -217,8 +248,8 @@ unsigned FaceCoder<Coder>::valence_context(uint32_t first) const {
 }
 
 /// A vertex the front has not met: is it a dummy, and how many edges has it? Returns its node.
-template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
+template <class Coder, class Models>
+Result<uint32_t> FaceCoder<Coder, Models>::code_new_vertex(uint32_t first, uint32_t end, uint32_t h) {
   bool dummy = false;
   uint32_t valence = valence_at(h);
   if constexpr (encoding) dummy = surface_.origin[h] >= point_count;
@@ -233,7 +264,7 @@ Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
   } else {
     const auto regular = static_cast<int32_t>(header_.regular_valence);
     const int32_t offset = static_cast<int32_t>(valence) - regular;
-    const int32_t coded_valence = regular + models_.valence[valence_context(first)].code(coder_, offset);
+    const int32_t coded_valence = regular + code_valence(first, end, offset);
     if (coded_valence < 2) return corrupt("a vertex of fewer than two edges");
     if (too_many_vertices()) return corrupt("more vertices than the patch may have");
     valence = static_cast<uint32_t>(coded_valence);
@@ -243,8 +274,8 @@ Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
 }
 
 /// Encoder: the node whose gap the corner h lies in, and how the face divides its free edges.
-template <class Coder>
-auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
+template <class Coder, class Models>
+auto FaceCoder<Coder, Models>::find_on_front(uint32_t first, uint32_t h) -> Target {
   Target target;
   uint32_t crossed = 0;
   uint32_t e = h;
@@ -266,8 +297,8 @@ auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
 }
 
 /// Encoder: the node of an edge of the front, wherever it is. Rare: handles, and splits far from their gate.
-template <class Coder>
-uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
+template <class Coder, class Models>
+uint32_t FaceCoder<Coder, Models>::node_behind(uint32_t edge) {
   if (node_of_edge_.empty()) {
     uint32_t node = 0;
     while (!front_.alive(node) || front_[node].edge != edge) ++node;
@@ -284,8 +315,8 @@ uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
 
 /// A vertex that is on the front: which of its nodes? By steps along the front where it is near, else by
 /// number.
-template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_front_node(uint32_t first, Target target) {
+template <class Coder, class Models>
+Result<uint32_t> FaceCoder<Coder, Models>::code_front_node(uint32_t first, Target target) {
   uint32_t node = target.node;
   if (models_.near.code(coder_, target.steps != none)) {
     const bool backward = models_.backward.code(coder_, target.backward);
@@ -306,8 +337,8 @@ Result<uint32_t> FaceCoder<Coder>::code_front_node(uint32_t first, Target target
 /// Splits the gap of `node`, which the chain has just reached over `edge`: its part before the face goes to a
 /// new node, which closes the list behind the chain; `node` keeps the part behind. Returns whether the face
 /// goes on along the front.
-template <class Coder>
-Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
+template <class Coder, class Models>
+Result<bool> FaceCoder<Coder, Models>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
   const unsigned context = (is_dummy(node) ? 2u : 0u) + (front_[node].free > 2 ? 1u : 0u);
   share = models_.share[context].code(coder_, share);
   if (share >= front_[node].free) return corrupt("a split with more edges than the vertex has");
@@ -326,8 +357,9 @@ Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edg
 /// The face goes on along the front behind `node`, whose half-edge in the face is h: takes edges of the front
 /// into the face as long as the vertices between them are finished. h and `left` (vertices still to come)
 /// move along. Returns the node where the face leaves the front.
-template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
+template <class Coder, class Models>
+Result<uint32_t> FaceCoder<Coder, Models>::follow_front(uint32_t first, uint32_t node, uint32_t& h,
+                                                        uint32_t& left) {
   do {
     const uint32_t next = front_[node].next;
     if (left == 0 || next == first) return corrupt("a face with more edges than its degree");
@@ -345,18 +377,15 @@ Result<uint32_t> FaceCoder<Coder>::follow_front(uint32_t first, uint32_t node, u
 
 /// The vertices of the face that the gate does not show: `left` of them, from `end` round to `first`. h is
 /// the half-edge of the face that leaves `end`.
-template <class Coder>
-Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
+template <class Coder, class Models>
+Result<> FaceCoder<Coder, Models>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
   while (left > 0) {
     --left;
     const uint32_t edge = h;
     h = surface_.next(h);
     bool on_front = false;
     if constexpr (encoding) on_front = (surface_.origin[h] & numbered) != 0;
-    const unsigned context = clamped<unsigned>(front_[first].free, 0, 3) * 4 +
-                             clamped<unsigned>(front_[end].free, 0, 3) +
-                             (is_dummy(first) || is_dummy(end) ? 16 : 0);
-    if (models_.on_front[context].code(coder_, on_front)) {
+    if (code_on_front(first, end, on_front)) {
       Target target;
       if constexpr (encoding) target = find_on_front(first, h);
       const uint32_t node = MAILLE_TRY(code_front_node(first, target));
@@ -364,7 +393,7 @@ Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, 
       const bool along = MAILLE_TRY(split(first, node, edge, target.share));
       end = along ? MAILLE_TRY(follow_front(first, node, h, left)) : node;
     } else {
-      const uint32_t node = MAILLE_TRY(code_new_vertex(first, h));
+      const uint32_t node = MAILLE_TRY(code_new_vertex(first, end, h));
       set_edge(node, edge);
       front_.link(first, node);
       front_.link(node, end);
@@ -378,8 +407,8 @@ Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, 
 
 /// One face at the gate from `pivot` to its next node. `first` becomes the node where the face leaves the
 /// front, none when it was the last of its list.
-template <class Coder>
-Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
+template <class Coder, class Models>
+Result<> FaceCoder<Coder, Models>::code_face(uint32_t pivot, uint32_t& first) {
   // Around a vertex with no free edges the face goes on along the front.
   first = pivot;
   uint32_t last = front_[pivot].next;
@@ -418,8 +447,8 @@ Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
 
 /// The node with the fewest free edges near `from`, the nearest of them; dummies only when there is nothing
 /// else.
-template <class Coder>
-uint32_t FaceCoder<Coder>::choose_pivot(uint32_t from) const {
+template <class Coder, class Models>
+uint32_t FaceCoder<Coder, Models>::choose_pivot(uint32_t from) const {
   uint32_t best = from;
   uint32_t fewest = is_dummy(from) ? none : front_[from].free;
   uint32_t ahead = from;
@@ -439,8 +468,8 @@ uint32_t FaceCoder<Coder>::choose_pivot(uint32_t from) const {
 }
 
 /// Codes faces until the list of `pivot` and what splits off it are used up.
-template <class Coder>
-Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
+template <class Coder, class Models>
+Result<> FaceCoder<Coder, Models>::code_list(uint32_t pivot) {
   while (pivot != none) {
     uint32_t first = none;
     MAILLE_CHECK(code_face(pivot, first));
@@ -454,8 +483,8 @@ Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
   return {};
 }
 
-template <class Coder>
-uint32_t FaceCoder<Coder>::valence_at(uint32_t h) const {
+template <class Coder, class Models>
+uint32_t FaceCoder<Coder, Models>::valence_at(uint32_t h) const {
   uint32_t valence = 0;
   if constexpr (encoding) {
     for (uint32_t e = h; valence == 0 || e != h; e = surface_.turn(e)) ++valence;
@@ -464,8 +493,8 @@ uint32_t FaceCoder<Coder>::valence_at(uint32_t h) const {
 }
 
 /// Codes one component, whose first face starts at half-edge `seed` (encoder) and has only new vertices.
-template <class Coder>
-Result<> FaceCoder<Coder>::code_component(uint32_t seed) {
+template <class Coder, class Models>
+Result<> FaceCoder<Coder, Models>::code_component(uint32_t seed) {
   auto degree = static_cast<int32_t>(header_.regular_degree);
   if (!header_.uniform_degree) {
     int32_t offset = 0;
@@ -525,13 +554,13 @@ ConnectivityHeader describe(const HalfEdges& surface, uint32_t real_half_edges, 
 
 }  // namespace
 
-CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                                      uint32_t pivot_window) {
-  CodedConnectivity result;
-  result.header = describe(surface, real_half_edges, point_count);
-  result.header.pivot_window = pivot_window;
-  RansEncoder encoder;
-  FaceCoder<RansEncoder> coder(encoder, result.header, surface, result.vertices);
+namespace {
+
+template <class Coder, class Models>
+void encode_components(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                       CodedConnectivity& result) {
+  Coder encoder;
+  FaceCoder<Coder, Models> coder(encoder, result.header, surface, result.vertices);
   coder.coded.resize(surface.size());
   coder.point_count = point_count;
   for (uint32_t h = 0; h < real_half_edges; h += surface.degree(h)) {
@@ -540,10 +569,35 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
     // Only the decoder finds errors.
     (void)coder.code_component(h);
   }
-  for (uint32_t& origin : surface.origin) origin &= ~numbered;
   result.points = std::move(coder.points);
   result.first_half_edges = std::move(coder.first_half_edges);
   result.bytes = encoder.finish();
+}
+
+template <class Coder, class Models>
+Result<> decode_components(const ConnectivityHeader& header, Bytes bytes, uint32_t max_half_edges,
+                           DecodedConnectivity& result) {
+  Coder decoder(bytes);
+  FaceCoder<Coder, Models> coder(decoder, header, result.surface, result.vertices);
+  coder.max_half_edges = std::min(max_half_edges, numbered - 1);
+  for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
+  result.surface.origin.resize(coder.half_edges());
+  result.surface.opposite.resize(coder.half_edges());
+  return {};
+}
+
+}  // namespace
+
+CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                                      uint32_t pivot_window, bool mixed) {
+  CodedConnectivity result;
+  result.header = describe(surface, real_half_edges, point_count);
+  result.header.pivot_window = pivot_window;
+  result.header.mixed = mixed;
+  const auto encode = mixed ? encode_components<RangeEncoder, MixedConnectivityModels>
+                            : encode_components<RansEncoder, PlainConnectivityModels>;
+  encode(surface, real_half_edges, point_count, result);
+  for (uint32_t& origin : surface.origin) origin &= ~numbered;
   return result;
 }
 
@@ -555,12 +609,9 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   result.surface.origin.reserve(room);
   result.surface.opposite.reserve(room);
   result.vertices.corner.reserve(room / 6);
-  RansDecoder decoder(bytes);
-  FaceCoder<RansDecoder> coder(decoder, header, result.surface, result.vertices);
-  coder.max_half_edges = std::min(max_half_edges, numbered - 1);
-  for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
-  result.surface.origin.resize(coder.half_edges());
-  result.surface.opposite.resize(coder.half_edges());
+  const auto decode = header.mixed ? decode_components<RangeDecoder, MixedConnectivityModels>
+                                   : decode_components<RansDecoder, PlainConnectivityModels>;
+  MAILLE_CHECK(decode(header, bytes, max_half_edges, result));
   return result;
 }
 

@@ -194,7 +194,8 @@ void visit_header(Visitor&& visit, ConnectivityHeader& header) {
 
 void write_header(ByteWriter& out, ConnectivityHeader header, bool chosen) {
   visit_header([&](uint32_t value, uint32_t) { out.put_count(value); }, header);
-  out.put(static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2));
+  out.put(
+      static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2 | header.mixed << 3));
 }
 
 Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
@@ -211,7 +212,8 @@ Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
   header.uniform_degree = (flags & 1) != 0;
   header.has_border = (flags & 2) != 0;
   chosen = (flags & 4) != 0;
-  if (!in.ok() || !fits || flags > 7 || header.regular_degree < 3) return corrupt("impossible header");
+  header.mixed = (flags & 8) != 0;
+  if (!in.ok() || !fits || flags > 15 || header.regular_degree < 3) return corrupt("impossible header");
   return header;
 }
 
@@ -403,7 +405,7 @@ void collect_loose(const Mesh& mesh, EncodedTopology& result) {
   });
 }
 
-Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window) {
+Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed) {
   // Border triangles can add three half-edges to each corner, and half-edges have 31 bits.
   if (mesh.corner_count() >= uint64_t{1} << 29) {
     return failure(ErrorCode::unsupported,
@@ -417,7 +419,7 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window)
   topology.points = points;
   GluedSurface glued = glue(view);
   CodedConnectivity coded =
-      encode_connectivity(glued.half_edges, glued.real_half_edges, points, pivot_window);
+      encode_connectivity(glued.half_edges, glued.real_half_edges, points, pivot_window, mixed);
 
   PatchSurface& surface = topology.surface;
   surface.half_edges = std::move(glued.half_edges);

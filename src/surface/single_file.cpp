@@ -16,6 +16,7 @@
 #include "surface/element_order.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
+#include "surface/mixed_array.h"
 #include "surface/patch_topology.h"
 
 namespace maille {
@@ -173,7 +174,8 @@ Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) 
       return cells;
     }
   }
-  cells.encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort)));
+  cells.encoded =
+      MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort), options.effort >= least_mixed_effort));
   return cells;
 }
 
@@ -201,8 +203,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
       streams.push_back(encode_fan_positions(*cells.fans, array, maps, encoded.sources.points));
     } else {
       if (cells.fans) MAILLE_CHECK(build_surface(*cells.fans, encoded.topology));
-      streams.push_back(
-          encode_array(encoded.topology.elements(), array, maps, sources_of(mesh, encoded, array), &pace));
+      streams.push_back(encode_array(encoded.topology.elements(), array, maps,
+                                     sources_of(mesh, encoded, array), options.effort, &pace));
     }
     if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+
+namespace maille {
+
+/// Four numbers that a processor works on at once. Sums of integers wrap around.
+using Lanes = uint32_t __attribute__((vector_size(16)));
+using SignedLanes = int32_t __attribute__((vector_size(16)));
+using FloatLanes = float __attribute__((vector_size(16)));
+
+template <class Vector>
+[[gnu::always_inline]] inline Vector clamp_lanes(Vector x, Vector low, Vector high) {
+  const Vector raised = x > low ? x : low;
+  return raised < high ? raised : high;
+}
+
+}  // namespace maille

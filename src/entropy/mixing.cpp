@@ -1,0 +1,106 @@
+#include "entropy/mixing.h"
+
+namespace maille {
+namespace {
+
+/// e^x by its series, for constants: |x| up to 20, to 1e-14 of its value.
+constexpr double exponential(double x) {
+  const double part = x / 64;
+  double term = 1;
+  double sum = 1;
+  for (int i = 1; i < 14; ++i) {
+    term = term * part / i;
+    sum += term;
+  }
+  for (int i = 0; i < 6; ++i) sum *= sum;
+  return sum;
+}
+
+/// ln(x) by Newton's method on the series above, for x from 1/65536 to 65536.
+constexpr double natural_logarithm(double x) {
+  double halvings = 0;
+  for (; x > 1.5; x /= 2) halvings += 1;
+  for (; x < 0.75; x *= 2) halvings -= 1;
+  const double z = (x - 1) / (x + 1);
+  double power = z;
+  double sum = 0;
+  for (int i = 1; i < 30; i += 2) {
+    sum += power / i;
+    power *= z * z;
+  }
+  return 2 * sum + halvings * 0.69314718055994530942;
+}
+
+constexpr int32_t rounded(double x) {
+  return x < 0 ? -static_cast<int32_t>(0.5 - x) : static_cast<int32_t>(x + 0.5);
+}
+
+}  // namespace
+
+constexpr auto make_logistic_table = [] {
+  std::array<uint16_t, 4096> table{};
+  for (int i = 0; i < 4096; ++i) {
+    const double p = 1 / (1 + exponential(-(i - 2048) / 256.0));
+    table[static_cast<size_t>(i)] = static_cast<uint16_t>(rounded(p * 65536));
+  }
+  return table;
+};
+constexpr std::array<uint16_t, 4096> logistic_table = make_logistic_table();
+
+constexpr auto make_logit_table = [] {
+  std::array<int16_t, 4096> table{};
+  for (int i = 0; i < 4096; ++i) {
+    const double p = (i + 0.5) / 4096;
+    const int32_t logit = rounded(natural_logarithm(p / (1 - p)) * 256);
+    table[static_cast<size_t>(i)] = static_cast<int16_t>(clamp_logit(logit));
+  }
+  return table;
+};
+constexpr std::array<int16_t, 4096> logit_table = make_logit_table();
+
+constexpr auto make_distribution_table = [] {
+  std::array<uint32_t, 2 * 20 * 64 + 2> table{};
+  for (int i = 0; i < 2 * 20 * 64 + 2; ++i) {
+    const double p = 1 / (1 + exponential(-(i - 20 * 64) / 64.0));
+    table[static_cast<size_t>(i)] = static_cast<uint32_t>(p * 1073741824.0 + 0.5);
+  }
+  return table;
+};
+constexpr std::array<uint32_t, 2 * 20 * 64 + 2> distribution_table = make_distribution_table();
+
+void RangeEncoder::carry() {
+  for (size_t i = bytes_.size(); i-- > 0;) {
+    bytes_[i] = static_cast<std::byte>(static_cast<uint8_t>(bytes_[i]) + 1);
+    if (bytes_[i] != std::byte{0}) return;
+  }
+}
+
+void RangeEncoder::flush_word() {
+  for (int shift = 56; shift >= 32; shift -= 8)
+    bytes_.push_back(static_cast<std::byte>(low_ >> shift & 0xff));
+  low_ <<= 32;
+  range_ <<= 32;
+}
+
+std::vector<std::byte> RangeEncoder::finish() {
+  // The number in the last interval with the most zeros at its end, which are left away.
+  uint64_t mask = ~uint64_t{0};
+  while (mask > 0 && ((low_ + mask) & ~mask) - low_ >= range_) mask >>= 1;
+  const uint64_t last = (low_ + mask) & ~mask;
+  if (last < low_) carry();
+  for (uint64_t left = last; left != 0; left <<= 8) bytes_.push_back(static_cast<std::byte>(left >> 56));
+  return std::move(bytes_);
+}
+
+uint32_t RangeDecoder::get_last_word() {
+  uint32_t word = 0;
+  for (int i = 0; i < 4; ++i) {
+    const bool there = next_ < end_;
+    word = word << 8 | (there ? static_cast<uint32_t>(*next_) : 0);
+    next_ += there;
+    missing_ += !there;
+  }
+  return word;
+}
+
+}  // namespace maille

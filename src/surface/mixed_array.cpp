@@ -1,0 +1,198 @@
+#include "surface/mixed_array.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/mixing.h"
+#include "surface/mixed_position_coder.h"
+
+namespace maille {
+namespace {
+
+// Points that settings are tried on.
+constexpr uint32_t trial_points = 6144;
+constexpr unsigned most_table_bits = 22;
+
+/// Codes all points, the first `most` of them, or those until the stream ends.
+template <class Coder, class Code, MixedCoding::Models models>
+void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                 const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  const PatchSurface& surface = *elements.surface;
+  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, elements.points, codes);
+  most = std::min(most, elements.points);
+  const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
+  uint32_t next = 0;
+  for (uint32_t vertex = 0; vertex < surface.vertices.size() && next < most; ++vertex) {
+    if (surface.point(vertex) != next) continue;  // another fan of a point before
+    mixed.code(vertex, next++);
+    if (!go_on()) return;
+  }
+  while (next < most) {
+    mixed.code_other(next++);
+    if (!go_on()) return;
+  }
+}
+
+/// The same with as many models as the coding says.
+template <class Coder, class Code>
+void code_with(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+               const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  using Models = MixedCoding::Models;
+  const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
+                    : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
+                    : coding.models == Models::matches  ? code_points<Coder, Code, Models::matches>
+                                                        : code_points<Coder, Code, Models::dictionary>;
+  code(coder, elements, type, maps, coding, codes, most, pace);
+}
+
+template <class Code>
+std::vector<std::byte> try_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                  const MixedCoding& coding, std::span<Code> codes, uint32_t most,
+                                  Pace* pace) {
+  RangeEncoder encoder;
+  code_with(encoder, elements, type, maps, coding, codes, most, pace);
+  return encoder.finish();
+}
+
+/// A unit near the smallest difference of numbers: the smallest step of any map; for floats in order, that of
+/// the largest of them.
+template <class Code>
+double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
+  double unit = INFINITY;
+  for (const NumberMap& map : maps) {
+    if (map.kind != NumberMap::Kind::ordered) unit = std::min(unit, step_of(map));
+  }
+  if (unit < INFINITY) return unit;
+  double largest = 0;
+  for (const Code code : codes) {
+    const double value = std::fabs(NumberMap::ordered_value(type, code));
+    if (value < 1e30) largest = std::max(largest, value);
+  }
+  int exponent = 0;
+  (void)std::frexp(largest, &exponent);
+  return std::ldexp(1.0, std::clamp(exponent, -90, 100) - (type == Scalar::f32 ? 24 : 53));
+}
+
+/// Are steps and unit near enough that all arithmetic stays finite?
+bool is_sane(std::span<const NumberMap> maps, double unit) {
+  if (!(unit > 1e-60 && unit < 1e60)) return false;
+  for (const NumberMap& map : maps) {
+    if (map.kind == NumberMap::Kind::ordered) continue;
+    const double ratio = step_of(map) / unit;
+    if (!(ratio > 1e-12 && ratio < 1e12)) return false;
+  }
+  return true;
+}
+
+uint8_t table_bits_for(uint32_t points) {
+  unsigned bits = 12;
+  while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
+  return static_cast<uint8_t>(bits);
+}
+
+/// The coding whose trial is smallest, where what takes longer must save something. Dictionaries pay where
+/// the same floats come again, but not where a lattice has made all codes short.
+template <class Code>
+MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                          std::span<Code> codes, int effort) {
+  using Models = MixedCoding::Models;
+  MixedCoding best;
+  best.unit = choose_unit<Code>(type, maps, codes);
+  best.table_bits = table_bits_for(elements.points);
+  best.models = Models::contexts;
+  double smallest = INFINITY;
+  const auto consider = [&](MixedCoding::Centre centre, Models models, double factor) {
+    MixedCoding trial = best;
+    trial.centre = centre;
+    trial.models = models;
+    const auto bytes = try_coding(elements, type, maps, trial, codes, trial_points, nullptr);
+    const double size = static_cast<double>(bytes.size()) * factor;
+    if (!(size < smallest)) return;
+    smallest = size;
+    best = trial;
+  };
+  consider(MixedCoding::Centre::best_gate, Models::contexts, 1);
+  consider(MixedCoding::Centre::expected, Models::contexts, 1);
+  if (best.centre == MixedCoding::Centre::expected) consider(best.centre, Models::experts, 0.997);
+  if (effort >= 8 && best.models != Models::experts) consider(best.centre, Models::matches, 1.003);
+  const bool floats = std::any_of(maps.begin(), maps.end(), [&](const NumberMap& map) {
+    return is_float(type) && map.kind != NumberMap::Kind::lattice;
+  });
+  if (effort >= 9 && floats && best.models == Models::matches)
+    consider(best.centre, Models::dictionary, 1.005);
+  return best;
+}
+
+}  // namespace
+
+ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps) {
+  if (!maps.lossless || !is_float(array.type)) return maps;
+  const int digits = array.type == Scalar::f32 ? 24 : 53;
+  for (uint32_t k = 0; k < array.components; ++k) {
+    if (maps.maps[k].kind == NumberMap::Kind::ordered) continue;
+    int step_exponent = 0;
+    (void)std::frexp(step_of(maps.maps[k]), &step_exponent);
+    // Sum of the numbers of bits that a step lies below the last bit of a number, or above.
+    int64_t finer = 0;
+    for (size_t i = 0; i < array.count(); ++i) {
+      const double number =
+          number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
+      int exponent = 0;
+      (void)std::frexp(number, &exponent);
+      if (number != 0) finer += exponent - digits - (step_exponent - 1);
+    }
+    if (finer > 0) maps.maps[k] = {.kind = NumberMap::Kind::ordered};
+  }
+  return maps;
+}
+
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
+                                    Pace* pace) {
+  const MixedCoding best = choose_coding<Code>(elements, type, maps, codes, effort);
+  ByteWriter out;
+  out.put(best.centre);
+  out.put(best.models);
+  out.put(best.table_bits);
+  out.put(best.unit);
+  out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
+  return out.take();
+}
+
+template <class Code>
+Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                      Bytes bytes, std::span<Code> codes, Pace* pace) {
+  ByteReader in(bytes);
+  MixedCoding coding;
+  const auto centre = in.get<uint8_t>();
+  coding.centre = static_cast<MixedCoding::Centre>(centre);
+  const auto models = in.get<uint8_t>();
+  coding.models = static_cast<MixedCoding::Models>(models);
+  coding.table_bits = in.get<uint8_t>();
+  coding.unit = in.get<double>();
+  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count ||
+      coding.table_bits < 4 || coding.table_bits > most_table_bits || !is_sane(maps, coding.unit)) {
+    return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
+  }
+  RangeDecoder decoder(in.get_bytes(in.remaining()));
+  code_with(decoder, elements, type, maps, coding, codes, none, pace);
+  if (pace && pace->stopped()) return cancelled();
+  if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");
+  return {};
+}
+
+template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int32_t>, int,
+                                                      Pace*);
+template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int64_t>, int,
+                                                      Pace*);
+template Result<> decode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int32_t>, Pace*);
+template Result<> decode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int64_t>, Pace*);
+
+}  // namespace maille

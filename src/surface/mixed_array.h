@@ -1,0 +1,34 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/pace.h"
+#include "mesh/number_map.h"
+#include "surface/array_coder.h"
+
+namespace maille {
+
+/// Stands where other arrays have their predictor.
+inline constexpr uint8_t mixed_coding = 16;
+inline constexpr int least_mixed_effort = 7;
+
+/// Lossless maps for an array that is mixed: floats in order instead of a step that is finer than most floats
+/// are, since codes between them would never be met.
+ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps);
+
+/// Codes the points' numbers, three each, by MixedPositionCoder: its settings and what it writes.
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
+                                    Pace* pace);
+
+/// Inverse. Safe on any bytes.
+template <class Code>
+Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                      Bytes bytes, std::span<Code> codes, Pace* pace);
+
+}  // namespace maille

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "surface/patch_surface.h"
+
+namespace maille {
+
+/// A gate with what lies beyond its two other edges: in triangles, the known points across a-w and b-w.
+struct WideGate {
+  uint32_t a;
+  uint32_t b;
+  uint32_t across;
+  uint32_t tip_a = 0xffffffff;
+  uint32_t tip_b = 0xffffffff;
+};
+
+/// What the best effort levels know around a vertex before its position, by points; see Stencil for the
+/// narrow form.
+struct Neighbourhood {
+  static constexpr unsigned most_gates = 8;
+  static constexpr unsigned most_ring = 16;
+
+  std::array<WideGate, most_gates> gates;
+  std::array<uint32_t, most_ring> ring;  ///< known neighbours
+  /// Does the arc of known neighbours end here?
+  std::array<bool, most_ring> arc_end;
+  unsigned gate_count = 0;
+  unsigned ring_count = 0;
+  unsigned valence = 0;
+  bool border = false;
+};
+
+void find_neighbourhood(const PatchSurface& surface, uint32_t vertex, Neighbourhood& found);
+
+}  // namespace maille

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "base/lanes.h"
+
+namespace maille {
+
+/// Weights that would have predicted the numbers of the past best from N features each: normal equations
+/// whose samples fade away, solved again now and then. Doubles and floats with + - * / and square roots in a
+/// fixed order, so both sides have the same weights. What is out of all range is not learnt, so that damaged
+/// data cannot bring infinities in.
+template <unsigned N>
+class OnlineLeastSquares {
+ public:
+  using Features = std::array<float, N>;
+
+  double predict(const Features& features) const {
+    float sum = 0;
+    for (unsigned i = 0; i < N; ++i) sum += weights_[i] * features[i];
+    return sum;
+  }
+
+  /// `certainty` weighs the sample: 1 / its expected error.
+  void learn(const Features& features, float target, float certainty) {
+    // Newer samples weigh more instead of older ones less.
+    const float weight = certainty * gain_;
+    const float scaled_target = target * weight;
+    bool sane = scaled_target < largest && -scaled_target < largest;
+    std::array<FloatLanes, blocks> scaled;
+    for (unsigned j = 0; j < blocks; ++j) {
+      scaled[j] =
+          FloatLanes{features[4 * j], features[4 * j + 1], features[4 * j + 2], features[4 * j + 3]} * weight;
+      for (unsigned i = 0; i < 4; ++i) sane = sane && scaled[j][i] < largest && -scaled[j][i] < largest;
+    }
+    if (!sane) return;
+#pragma GCC unroll 16
+    for (unsigned i = 0; i < N; ++i) {
+      const float factor = scaled[i / 4][i % 4];
+      for (unsigned j = 0; j <= i / 4; ++j) products_[i][j] += scaled[j] * factor;
+    }
+    for (unsigned j = 0; j < blocks; ++j) targets_[j] += scaled[j] * scaled_target;
+    gain_ *= growth;
+    if (gain_ > 1024) fade();
+    if (++samples_ % interval == 0) solve();
+  }
+
+ private:
+  static_assert(N % 4 == 0, "for the processor's vectors");
+  static constexpr unsigned blocks = N / 4;
+  static constexpr float largest = 1e6F;
+  static constexpr float growth = 1.0002F;  // of the root: samples fade by .9996
+  static constexpr unsigned interval = 32;
+
+  void fade() {
+    constexpr float factor = 1.0F / (1024.0F * 1024.0F);
+    for (unsigned i = 0; i < N; ++i) {
+      for (FloatLanes& block : products_[i]) block *= factor;
+    }
+    for (FloatLanes& block : targets_) block *= factor;
+    gain_ *= 1.0F / 1024.0F;
+  }
+
+  /// Cholesky's factorisation, with a little added to the diagonal.
+  void solve() {
+    std::array<std::array<double, N>, N> lower;
+    std::array<double, N> inverse;
+    std::array<double, N> x;
+    for (unsigned i = 0; i < N; ++i) {
+      for (unsigned j = 0; j <= i; ++j) {
+        double sum = products_[i][j / 4][j % 4];
+        if (i == j) sum += 1e-4 * sum + 1e-3 * static_cast<double>(gain_) * static_cast<double>(gain_);
+        for (unsigned k = 0; k < j; ++k) sum -= lower[i][k] * lower[j][k];
+        if (i > j) {
+          lower[i][j] = sum * inverse[j];
+        } else {
+          if (!(sum > 1e-12)) return;
+          inverse[i] = 1 / std::sqrt(sum);
+        }
+      }
+    }
+    for (unsigned i = 0; i < N; ++i) {
+      double sum = targets_[i / 4][i % 4];
+      for (unsigned k = 0; k < i; ++k) sum -= lower[i][k] * x[k];
+      x[i] = sum * inverse[i];
+    }
+    for (unsigned i = N; i-- > 0;) {
+      double sum = x[i];
+      for (unsigned k = i + 1; k < N; ++k) sum -= lower[k][i] * x[k];
+      x[i] = sum * inverse[i];
+    }
+    for (unsigned i = 0; i < N; ++i) {
+      if (!(x[i] < 1e4 && x[i] > -1e4)) return;
+    }
+    for (unsigned i = 0; i < N; ++i) weights_[i] = static_cast<float>(x[i]);
+  }
+
+  std::array<std::array<FloatLanes, blocks>, N> products_ = {};  // up to the block of the diagonal
+  std::array<FloatLanes, blocks> targets_ = {};
+  Features weights_ = {};
+  float gain_ = 1;
+  unsigned samples_ = 0;
+};
+
+}  // namespace maille
