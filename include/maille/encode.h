@@ -38,6 +38,9 @@ struct EncodeOptions {
   Tolerance positions;
   /// By array name; an array not named here is lossless. A name no array has is an error (usage).
   std::map<std::string, Tolerance> arrays;
+  /// A mesh of more cells is cut into parts of at most so many, which are coded, and decoded, at once where
+  /// an executor allows it. Smaller parts make larger files. At least 1.
+  uint64_t most_cells_per_part = 400'000;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
   /// Recorded in the file for `info`; empty for files that must be equal byte for byte.

@@ -44,7 +44,7 @@ ArrayMaps maps_of(const Array& array, const Tolerance& tolerance = {}) {
 }
 
 std::vector<std::byte> encode(const Patch& patch, const Array& array, const ArrayMaps& maps) {
-  return encode_array(patch.elements(), array, maps, patch.sources(array));
+  return encode_array(patch.elements(), array, maps, patch.sources(array), 5);
 }
 
 Result<Array> decode(const Patch& patch, const Array& like, Bytes bytes) {

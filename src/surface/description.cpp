@@ -95,6 +95,13 @@ void visit_block(Visitor& v, Block& block) {
   v.count(block.shape.cells, none - 1);
 }
 
+template <class Visitor, class Part>
+void visit_part(Visitor& v, Part& part) {
+  v.count(part.points, max_points);
+  v.count(part.corners, none - 1);
+  v.list(part.cells, [&](auto& cells) { v.count(cells, none - 1); });
+}
+
 template <class Visitor, class Whole>
 void visit(Visitor& v, Whole& description) {
   v.byte(description.effort, 10);
@@ -102,6 +109,7 @@ void visit(Visitor& v, Whole& description) {
   v.count(description.points, max_points);
   v.count(description.corners, none - 1);
   v.list(description.blocks, [&](auto& block) { visit_block(v, block); });
+  v.list(description.parts, [&](auto& part) { visit_part(v, part); });
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
   v.list(description.metadata, [&](auto& entry) {
@@ -109,6 +117,26 @@ void visit(Visitor& v, Whole& description) {
     v.text(entry.second);
   });
   v.text(description.provenance);
+}
+
+/// Do the parts make up the whole? Each point of a part is a corner of its cells, or belongs to no cell at
+/// all.
+bool parts_fit(const Description& description) {
+  if (description.parts.empty()) return true;
+  uint64_t corners = 0;
+  uint64_t points = 0;
+  std::vector<uint64_t> cells(description.blocks.size());
+  for (const PartDescription& part : description.parts) {
+    if (part.points > description.points || part.cells.size() != cells.size()) return false;
+    points += part.points;
+    corners += part.corners;
+    for (size_t b = 0; b < cells.size(); ++b) cells[b] += part.cells[b];
+    if (points > description.points + description.corners || corners > description.corners) return false;
+  }
+  for (size_t b = 0; b < cells.size(); ++b) {
+    if (cells[b] != description.blocks[b].shape.cells) return false;
+  }
+  return corners == description.corners && points >= description.points;
 }
 
 Result<> check_size(const Description& description, const Limits& limits) {
@@ -156,6 +184,18 @@ std::vector<BlockShape> Description::shapes() const {
   return shapes;
 }
 
+Description Description::of_part(size_t part) const {
+  Description description = *this;
+  description.parts.clear();
+  description.order = Order::canonical;
+  description.points = parts[part].points;
+  description.corners = parts[part].corners;
+  for (size_t b = 0; b < blocks.size(); ++b) description.blocks[b].shape.cells = parts[part].cells[b];
+  if (part == 0) return description;
+  for (ArrayDescription& array : description.arrays) array.mesh_tuples = 0;
+  return description;
+}
+
 Result<std::vector<std::byte>> encode_description(const Description& description) {
   Writer writer;
   visit(writer, description);
@@ -182,7 +222,7 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   visit(reader, description);
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
-                  description.cells() < none;
+                  description.cells() < none && parts_fit(description);
   for (const BlockDescription& block : description.blocks) {
     sensible = sensible && std::string_view(name_of(block.shape.type)) != "unknown";
   }

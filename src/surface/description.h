@@ -32,6 +32,13 @@ struct BlockDescription {
   BlockShape shape;
 };
 
+/// What one part of a mesh holds, for meshes of several parts.
+struct PartDescription {
+  uint32_t points = 0;
+  uint64_t corners = 0;
+  std::vector<uint64_t> cells;  ///< by block
+};
+
 /// Everything about a mesh that can be known without decoding it. docs/format.md, "Description".
 struct Description {
   uint8_t effort = 5;
@@ -39,6 +46,7 @@ struct Description {
   uint32_t points = 0;
   uint64_t corners = 0;
   std::vector<BlockDescription> blocks;
+  std::vector<PartDescription> parts;  ///< empty: the mesh is one
   ArrayDescription positions;
   std::vector<ArrayDescription> arrays;
   std::vector<std::pair<std::string, std::string>> metadata;
@@ -47,6 +55,8 @@ struct Description {
   uint64_t cells() const;
   uint64_t tuples(const ArrayDescription& array) const;
   std::vector<BlockShape> shapes() const;
+  /// Of a part as a mesh of its own. Arrays that belong to the mesh as a whole are those of part 0.
+  Description of_part(size_t part) const;
 };
 
 /// Error: unsupported, for more than 16 MiB of names, labels and metadata.

@@ -217,11 +217,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
   topology.surface.face_count = count;
   topology.surface.point_count = fans.vertices;
   result->sources.points = coded.points;
-  std::vector<bool> used(points);
-  for (const uint32_t point : coded.points) used[point] = true;
-  for (uint32_t point = 0; point < points; ++point) {
-    if (!used[point]) result->sources.points.push_back(point);
-  }
+  append_other_points(mesh, result->sources.points);
 
   // collect_loose() works on the parts of an EncodedTopology.
   EncodedTopology rest{std::move(topology), std::move(result->sources), {}};

@@ -144,37 +144,61 @@ Result<std::pair<Bytes, Bytes>> sections_of(Bytes bytes) {
   return std::pair(shared, groups);
 }
 
-/// Numbers for all points. The first of the points that are one is in the lowest part, so it has its number.
+/// A point that is not new, and the member that is the same in an earlier part.
+struct Joined {
+  uint32_t point;
+  size_t first;
+};
+
+/// The number of a point in a part before.
+uint32_t number_of(const JoinedPart& part, uint32_t point) {
+  const auto place = std::lower_bound(part.joined.begin(), part.joined.end(), point);
+  const auto before = static_cast<size_t>(place - part.joined.begin());
+  if (place != part.joined.end() && *place == point) return part.numbers[before];
+  return part.first_new + point - static_cast<uint32_t>(before);
+}
+
 Result<JoinedPoints> number_points(std::span<const uint32_t> part_points,
                                    const std::vector<Member>& members) {
-  std::vector<std::vector<std::pair<uint32_t, size_t>>> joined(part_points.size());
-  for (const Member& member : members) {
-    const Member& first = members[member.first];
-    if (first.part == member.part && first.point == member.point) continue;
-    if (first.part >= member.part) return corrupt("two points of one part are one");
-    joined[member.part].emplace_back(member.point, member.first);
+  std::vector<std::vector<Joined>> joined(part_points.size());
+  for (size_t i = 0; i < members.size(); ++i) {
+    if (members[i].first == i) continue;
+    // Members of one place are sorted by part, so the first is in the lowest.
+    if (members[members[i].first].part >= members[i].part) return corrupt("two points of one part are one");
+    joined[members[i].part].push_back({members[i].point, members[i].first});
   }
   JoinedPoints result;
   uint64_t count = 0;
-  for (uint32_t part = 0; part < part_points.size(); ++part) {
-    std::sort(joined[part].begin(), joined[part].end());
-    std::vector<uint32_t>& numbers = result.numbers.emplace_back();
-    auto next = joined[part].begin();
-    for (uint32_t point = 0; point < part_points[part]; ++point) {
-      if (next != joined[part].end() && next->first == point) {
-        const Member& first = members[next++->second];
-        numbers.push_back(result.numbers[first.part][first.point]);
-      } else {
-        numbers.push_back(static_cast<uint32_t>(count++));
-      }
+  for (size_t p = 0; p < part_points.size(); ++p) {
+    std::sort(joined[p].begin(), joined[p].end(),
+              [](const Joined& a, const Joined& b) { return a.point < b.point; });
+    JoinedPart part{part_points[p], static_cast<uint32_t>(count), {}, {}};
+    for (const Joined& point : joined[p]) {
+      part.joined.push_back(point.point);
+      const Member& first = members[point.first];
+      part.numbers.push_back(number_of(result.parts[first.part], first.point));
     }
+    count += part_points[p] - part.joined.size();
     if (count >= none) return corrupt("more points than a mesh may have");
+    result.parts.push_back(std::move(part));
   }
   result.count = static_cast<uint32_t>(count);
   return result;
 }
 
 }  // namespace
+
+std::vector<uint32_t> JoinedPart::all_numbers() const {
+  std::vector<uint32_t> all(points);
+  uint32_t next = first_new;
+  uint32_t point = 0;
+  for (size_t i = 0; i < joined.size(); ++i) {
+    while (point < joined[i]) all[point++] = next++;
+    all[point++] = numbers[i];
+  }
+  while (point < points) all[point++] = next++;
+  return all;
+}
 
 SharedPoints find_shared_points(std::span<const std::vector<uint32_t>> whole, uint32_t points) {
   std::vector<bool> seen(points);

@@ -33,12 +33,23 @@ std::vector<std::byte> encode_joins(const SharedPoints& shared, const SharedPlac
 /// The first section. Safe on any bytes: as many lists as parts, of numbers below `part_points`.
 Result<SharedPoints> decode_shared_points(Bytes bytes, std::span<const uint32_t> part_points);
 
-/// The second section: numbers for the points of all parts, by part and point, so that joined points have
-/// one. Numbers rise from part to part, each new point taking the next. Safe on any bytes.
+/// The numbers of a part's points in the mesh. Its new points follow one another from `first_new` on; the
+/// others have the numbers that earlier parts gave them.
+struct JoinedPart {
+  uint32_t points = 0;
+  uint32_t first_new = 0;
+  std::vector<uint32_t> joined;   ///< points of the part that are not new, ascending
+  std::vector<uint32_t> numbers;  ///< theirs in the mesh
+
+  /// Of all points.
+  std::vector<uint32_t> all_numbers() const;
+};
 struct JoinedPoints {
-  std::vector<std::vector<uint32_t>> numbers;
+  std::vector<JoinedPart> parts;
   uint32_t count = 0;
 };
+
+/// The second section. Safe on any bytes: numbers below `count`, which is below 2^32 - 1.
 Result<JoinedPoints> decode_joins(Bytes bytes, std::span<const uint32_t> part_points,
                                   const SharedPoints& shared, const SharedPlaces& places);
 

@@ -119,31 +119,33 @@ void number_points(const Mesh& mesh, std::span<const uint32_t> part_of, std::vec
     for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
       for (const uint32_t point : block.cell(i)) {
         used[point] = true;
-        parts[part_of[cell]].points.push_back(point);
+        parts[part_of[cell]].numbers.points.push_back(point);
       }
     }
   }
   for (MeshPart& part : parts) {
-    std::sort(part.points.begin(), part.points.end());
-    part.points.erase(std::unique(part.points.begin(), part.points.end()), part.points.end());
+    std::sort(part.numbers.points.begin(), part.numbers.points.end());
+    part.numbers.points.erase(std::unique(part.numbers.points.begin(), part.numbers.points.end()),
+                              part.numbers.points.end());
   }
   std::vector<uint32_t> unused;
   for (uint32_t point = 0; point < points; ++point) {
     if (!used[point]) unused.push_back(point);
   }
   if (unused.empty()) return;
-  std::vector<uint32_t> merged(parts[0].points.size() + unused.size());
-  std::merge(parts[0].points.begin(), parts[0].points.end(), unused.begin(), unused.end(), merged.begin());
-  parts[0].points = std::move(merged);
+  std::vector<uint32_t> merged(parts[0].numbers.points.size() + unused.size());
+  std::merge(parts[0].numbers.points.begin(), parts[0].numbers.points.end(), unused.begin(), unused.end(),
+             merged.begin());
+  parts[0].numbers.points = std::move(merged);
 }
 
 void copy_positions(const Array& from, MeshPart& part) {
   Array& to = part.mesh.points;
   to = make_array(from.name, from.domain, from.type, from.components, from.role);
-  to.resize(part.points.size());
+  to.resize(part.numbers.points.size());
   const size_t size = from.tuple_size();
-  for (size_t i = 0; i < part.points.size(); ++i) {
-    std::copy_n(from.bytes.begin() + static_cast<ptrdiff_t>(part.points[i] * size), size,
+  for (size_t i = 0; i < part.numbers.points.size(); ++i) {
+    std::copy_n(from.bytes.begin() + static_cast<ptrdiff_t>(part.numbers.points[i] * size), size,
                 to.bytes.begin() + static_cast<ptrdiff_t>(i * size));
   }
 }
@@ -155,11 +157,11 @@ void copy_cells(const Mesh& mesh, const std::vector<uint32_t>& number, MeshPart&
   for (const CellBlock& block : mesh.blocks) {
     CellBlock& taken = part.mesh.blocks.emplace_back();
     taken.type = block.type;
-    for (; next < part.cells.size() && part.cells[next] < block_cell + block.size(); ++next) {
-      const uint64_t i = part.cells[next] - block_cell;
+    for (; next < part.numbers.cells.size() && part.numbers.cells[next] < block_cell + block.size(); ++next) {
+      const uint64_t i = part.numbers.cells[next] - block_cell;
       const auto nodes = block.cell(i);
       const uint64_t corner = block.offsets.empty() ? i * nodes.size() : block.offsets[i];
-      part.first_corner.push_back(static_cast<uint32_t>(block_corner + corner));
+      part.numbers.first_corner.push_back(static_cast<uint32_t>(block_corner + corner));
       for (const uint32_t node : nodes) taken.connectivity.push_back(number[node]);
       if (!block.types.empty()) taken.types.push_back(block.types[i]);
       if (block.offsets.empty()) continue;
@@ -183,11 +185,11 @@ std::vector<MeshPart> take_parts(const Mesh& mesh, std::span<const uint32_t> par
   for (const uint32_t part : part_of) count = std::max(count, part + 1);
   std::vector<MeshPart> parts(count);
   number_points(mesh, part_of, parts);
-  for (uint32_t cell = 0; cell < part_of.size(); ++cell) parts[part_of[cell]].cells.push_back(cell);
+  for (uint32_t cell = 0; cell < part_of.size(); ++cell) parts[part_of[cell]].numbers.cells.push_back(cell);
   std::vector<uint32_t> number(mesh.point_count());  // of the points of the part at hand
   for (MeshPart& part : parts) {
     copy_positions(mesh.points, part);
-    for (uint32_t i = 0; i < part.points.size(); ++i) number[part.points[i]] = i;
+    for (uint32_t i = 0; i < part.numbers.points.size(); ++i) number[part.numbers.points[i]] = i;
     copy_cells(mesh, number, part);
   }
   return parts;

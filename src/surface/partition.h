@@ -8,13 +8,18 @@
 
 namespace maille {
 
+/// Where the elements of a part are in the whole mesh.
+struct PartNumbers {
+  std::vector<uint32_t> points;        ///< by point
+  std::vector<uint32_t> cells;         ///< by cell, counted over all blocks
+  std::vector<uint32_t> first_corner;  ///< by cell: its first corner
+};
+
 /// A part of a mesh that is coded by itself: its cells in the order of the whole, its points numbered anew in
 /// that order. Points on the cut are in every part that meets there.
 struct MeshPart {
-  Mesh mesh;                     ///< the blocks of the whole, some of them empty; positions; no other arrays
-  std::vector<uint32_t> points;  ///< by point: its number in the whole
-  std::vector<uint32_t> cells;   ///< by cell: its number in the whole, counted over all blocks
-  std::vector<uint32_t> first_corner;  ///< by cell: the number of its first corner in the whole
+  Mesh mesh;  ///< the blocks of the whole, some of them empty; positions; no other arrays
+  PartNumbers numbers;
 };
 
 /// Cuts a mesh of more than `most_cells` cells along planes until no part has more: each cut halves the cells

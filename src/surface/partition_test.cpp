@@ -85,18 +85,18 @@ TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
     for (uint32_t p = 0; p < parts.size(); ++p) {
       const MeshPart& part = parts[p];
       ASSERT_TRUE(validate(part.mesh));
-      ASSERT_EQ(part.cells.size(), part.mesh.cell_count());
+      ASSERT_EQ(part.numbers.cells.size(), part.mesh.cell_count());
       uint32_t next = 0;
       for (size_t b = 0; b < mesh.blocks.size(); ++b) {
         for (uint64_t i = 0; i < part.mesh.blocks[b].size(); ++i, ++next) {
-          const uint32_t cell = part.cells[next];
+          const uint32_t cell = part.numbers.cells[next];
           EXPECT_EQ(part_of[cell], p);
           ++met[cell];
-          uint32_t corner = part.first_corner[next];
+          uint32_t corner = part.numbers.first_corner[next];
           uint64_t before = 0;
           for (size_t k = 0; k < b; ++k) before += mesh.blocks[k].connectivity.size();
           for (const uint32_t point : part.mesh.blocks[b].cell(i)) {
-            EXPECT_EQ(part.points[point], mesh.blocks[b].connectivity[corner++ - before]);
+            EXPECT_EQ(part.numbers.points[point], mesh.blocks[b].connectivity[corner++ - before]);
           }
         }
       }
@@ -114,8 +114,8 @@ struct Parts {
     std::vector<uint32_t> part_of(mesh.cell_count());
     for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 4);
     for (MeshPart& part : take_parts(mesh, part_of)) {
-      sizes.push_back(static_cast<uint32_t>(part.points.size()));
-      whole.push_back(std::move(part.points));
+      sizes.push_back(static_cast<uint32_t>(part.numbers.points.size()));
+      whole.push_back(std::move(part.numbers.points));
     }
     shared = find_shared_points(whole, points);
     const uint32_t places_there_are = seed % 4 == 0 ? 3 : points + 1;
@@ -144,11 +144,12 @@ TEST(Joins, TellWhichPointsAreOne) {
     EXPECT_EQ(joined->count, parts.points);
     std::vector<uint32_t> number_of(parts.points, ~0u);
     for (size_t p = 0; p < parts.whole.size(); ++p) {
-      ASSERT_EQ(joined->numbers[p].size(), parts.whole[p].size());
+      const std::vector<uint32_t> numbers = joined->parts[p].all_numbers();
+      ASSERT_EQ(numbers.size(), parts.whole[p].size());
       for (size_t i = 0; i < parts.whole[p].size(); ++i) {
         uint32_t& number = number_of[parts.whole[p][i]];
-        if (number == ~0u) number = joined->numbers[p][i];
-        EXPECT_EQ(number, joined->numbers[p][i]);
+        if (number == ~0u) number = numbers[i];
+        EXPECT_EQ(number, numbers[i]);
       }
     }
     std::sort(number_of.begin(), number_of.end());
@@ -177,8 +178,8 @@ TEST(Joins, DamageGivesAnErrorOrNumbersThatExist) {
         ++errors;
         continue;
       }
-      for (const auto& numbers : joined->numbers) {
-        for (const uint32_t number : numbers) ASSERT_LT(number, joined->count);
+      for (const JoinedPart& part : joined->parts) {
+        for (const uint32_t number : part.all_numbers()) ASSERT_LT(number, joined->count);
       }
     }
   }

@@ -335,18 +335,13 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
 
 namespace {
 
-/// Numbers the points: those of the surface as coded, then the others as they come in the mesh.
-void number_points(const CodedConnectivity& coded, uint32_t points, EncodedTopology& result) {
+/// Numbers the points of the surface as coded.
+void number_points(const CodedConnectivity& coded, EncodedTopology& result) {
   const PatchSurface& surface = result.topology.surface;
   std::vector<uint32_t>& sources = result.sources.points;
   sources.assign(surface.point_count, none);
-  std::vector<bool> used(points);
   for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
     sources[surface.point(vertex)] = coded.points[vertex];
-    used[coded.points[vertex]] = true;
-  }
-  for (uint32_t point = 0; point < points; ++point) {
-    if (!used[point]) sources.push_back(point);
   }
 }
 
@@ -385,6 +380,20 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
 }
 
 }  // namespace
+
+void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources) {
+  std::vector<bool> used(mesh.point_count());
+  for (const uint32_t point : sources) used[point] = true;
+  const auto append = [&](uint32_t point) {
+    if (!used[point]) sources.push_back(point);
+    used[point] = true;
+  };
+  for_each_cell(mesh, [&](uint32_t b, uint64_t i, uint32_t, uint32_t) {
+    if (in_surface(mesh.blocks[b], i)) return;
+    for (const uint32_t point : mesh.blocks[b].cell(i)) append(point);
+  });
+  for (uint32_t point = 0; point < used.size(); ++point) append(point);
+}
 
 void collect_loose(const Mesh& mesh, EncodedTopology& result) {
   PatchTopology& topology = result.topology;
@@ -428,7 +437,8 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window,
                                               surface.point_of, surface.point_count);
   surface.faces = order_faces(surface, coded.first_half_edges, glued.chosen);
   surface.face_count = static_cast<uint32_t>(surface.faces.size());
-  number_points(coded, points, result);
+  number_points(coded, result);
+  append_other_points(mesh, result.sources.points);
 
   trace_faces(mesh, faces, glued, result);
   collect_loose(mesh, result);

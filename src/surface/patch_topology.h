@@ -69,6 +69,10 @@ struct SimpleFaces {
 };
 SimpleFaces collect_faces(const Mesh& mesh);
 
+/// Appends the points that are not on the surface: those of other cells in the order of their first use, then
+/// those of none. (Not as they come in the mesh: a part of a mesh that is cut again would have them
+/// otherwise.)
+void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources);
 /// The other cells: appends them to `loose` and to the sources of cells, when those of points are there.
 void collect_loose(const Mesh& mesh, EncodedTopology& result);
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh);

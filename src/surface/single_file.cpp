@@ -1,12 +1,13 @@
-// encode(), decode() and inspect() for files of mode `single`: a description, the topology, positions,
-// arrays, one stream each.
+// encode(), decode() and inspect() for files of mode `single`: a description, the patches, and what joins
+// them.
 #include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/file.h>
 #include <maille/version.h>
 
 #include <algorithm>
-#include <optional>
+#include <atomic>
+#include <cstring>
 #include <string>
 
 #include "base/result.h"
@@ -14,29 +15,18 @@
 #include "container/file_writer.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
-#include "surface/fan_patch.h"
-#include "surface/fan_positions.h"
-#include "surface/mixed_array.h"
-#include "surface/patch_topology.h"
+#include "surface/joins.h"
+#include "surface/merge_parts.h"
+#include "surface/partition.h"
+#include "surface/patch_streams.h"
 
 namespace maille {
 namespace {
 
-// The number of TOPO and POSI says how they are coded.
-constexpr uint32_t front_coding = 0;
-constexpr uint32_t fan_coding = 1;
 constexpr StreamKey description_key{"DESC"};
-constexpr StreamKey topology_key(uint32_t coding) {
-  return {"TOPO", 0, coding};
-}
-constexpr StreamKey positions_key(uint32_t coding) {
-  return {"POSI", 0, coding};
-}
+constexpr StreamKey joins_key{"JOIN"};
 constexpr StreamKey order_key{"ORDR"};
-StreamKey array_key(size_t i) {
-  return {"ARRY", 0, static_cast<uint32_t>(i)};
-}
-constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ORDR", "ARRY"};
+constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ARRY", "JOIN", "ORDR"};
 
 ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_bytes) {
   ArrayReport report;
@@ -88,6 +78,7 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
   }
   if (options.effort < 1 || options.effort > 9)
     return failure(ErrorCode::usage, "the effort must be from 1 to 9");
+  if (options.most_cells_per_part == 0) return failure(ErrorCode::usage, "parts must have a cell at least");
   for (const auto& [name, tolerance] : options.arrays) {
     const auto same_name = [&name = name](const Array& array) { return array.name == name; };
     if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
@@ -103,25 +94,14 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
   return {};
 }
 
-/// The elements of `domain` in coded order, by their tuples in the mesh.
-std::vector<uint32_t> sources_of(const Mesh& mesh, EncodedTopology& encoded, const Array& array) {
-  if (array.domain == Domain::point) return encoded.sources.points;
-  if (array.domain == Domain::cell) return encoded.sources.cells;
-  if (array.domain == Domain::corner) {
-    if (encoded.sources.corners.empty()) find_corner_sources(mesh, encoded);
-    return encoded.sources.corners;
-  }
-  std::vector<uint32_t> all(array.count());
-  for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-  return all;
-}
-
-/// Cells of the decoded mesh in its order, as numbers of coded cells; the same for the corners they start
-/// with.
-ElementOrder original_order(const Mesh& mesh, const EncodedTopology& encoded) {
-  ElementOrder order;
-  order.points = encoded.sources.points;
-  std::vector<uint64_t> block_of;
+/// How the elements of the decoded mesh stood in `mesh`.
+ElementOrder original_order(const Mesh& mesh, std::span<const EncodedPatch> patches,
+                            const JoinedPoints& joined) {
+  struct CodedCell {
+    uint32_t cell;
+    uint32_t first_corner;
+  };
+  std::vector<uint32_t> block_of;
   std::vector<uint64_t> corner_of;
   uint64_t corner = 0;
   for (uint32_t b = 0; b < mesh.blocks.size(); ++b) {
@@ -131,16 +111,23 @@ ElementOrder original_order(const Mesh& mesh, const EncodedTopology& encoded) {
       corner += mesh.blocks[b].cell(i).size();
     }
   }
-  // The decoder writes block after block, each in coded order.
-  std::vector<uint32_t> coded(encoded.sources.cells.size());
-  for (uint32_t i = 0; i < coded.size(); ++i) coded[i] = i;
-  std::stable_sort(coded.begin(), coded.end(), [&](uint32_t a, uint32_t b) {
-    return block_of[encoded.sources.cells[a]] < block_of[encoded.sources.cells[b]];
+  ElementOrder order;
+  order.points.resize(joined.count);
+  std::vector<CodedCell> coded;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    const PatchSources& sources = patches[p].sources;
+    const std::vector<uint32_t> numbers = joined.parts[p].all_numbers();
+    for (size_t i = 0; i < numbers.size(); ++i) order.points[numbers[i]] = sources.points[i];
+    for (size_t i = 0; i < sources.cells.size(); ++i)
+      coded.push_back({sources.cells[i], sources.first_corner[i]});
+  }
+  // The decoder writes block after block, in each of them patch after patch, each in coded order.
+  std::stable_sort(coded.begin(), coded.end(), [&](const CodedCell& a, const CodedCell& b) {
+    return block_of[a.cell] < block_of[b.cell];
   });
-  for (const uint32_t i : coded) {
-    const uint32_t cell = encoded.sources.cells[i];
-    order.cells.push_back(cell);
-    order.rotation.push_back(static_cast<uint32_t>(encoded.sources.first_corner[i] - corner_of[cell]));
+  for (const CodedCell& c : coded) {
+    order.cells.push_back(c.cell);
+    order.rotation.push_back(static_cast<uint32_t>(c.first_corner - corner_of[c.cell]));
   }
   return order;
 }
@@ -150,88 +137,183 @@ Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
   return found == options.arrays.end() ? Tolerance{} : found->second;
 }
 
-uint32_t pivot_window(int effort) {
-  return effort >= 7 ? 24 : 4;
+/// One position as the decoder will have it.
+std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_t point) {
+  const Array& array = *positions.array;
+  const size_t size = size_of(array.type);
+  std::array<std::byte, 24> decoded{};
+  for (size_t k = 0; k < 3; ++k) {
+    const uint64_t place = 3 * point + k;
+    const std::byte* number = array.bytes.data() + place * size;
+    const std::vector<uint64_t>& exceptions = positions.maps.exceptions;
+    if (positions.maps.lossless || std::binary_search(exceptions.begin(), exceptions.end(), place)) {
+      std::copy_n(number, size, decoded.begin() + static_cast<ptrdiff_t>(k * size));
+    } else {
+      const NumberMap& map = positions.maps.maps[k];
+      map.store_number(array.type, map.code_of(array.type, number), decoded.data() + k * size);
+    }
+  }
+  return decoded;
 }
 
-// Efforts up to this one are for decoding near memory speed.
-constexpr int fast_effort = 3;
+/// For cutting: what is not finite lies at 0, and what is beyond floats at their ends.
+std::vector<float> decoded_floats(const ArrayToCode& positions) {
+  const Scalar type = positions.array->type;
+  constexpr double most = 3e38;
+  std::vector<float> floats;
+  floats.reserve(positions.array->count() * 3);
+  for (uint64_t point = 0; point < positions.array->count(); ++point) {
+    const auto position = decoded_position(positions, point);
+    for (size_t k = 0; k < 3; ++k) {
+      const double number = number_as_double(type, position.data() + k * size_of(type));
+      floats.push_back(number - number == 0 ? static_cast<float>(std::clamp(number, -most, most)) : 0.0f);
+    }
+  }
+  return floats;
+}
 
-/// The cells of a mesh in coded order. With fans the surface is not built yet.
-struct CodedCells {
-  EncodedTopology encoded;
-  std::optional<FanSurface> fans;
-  uint32_t coding() const { return fans ? fan_coding : front_coding; }
+Place place_of(const std::byte* position, Scalar type) {
+  Place place{};
+  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
+  return place;
+}
+
+/// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
+/// at a time.
+class PatchProgress {
+ public:
+  PatchProgress(const Progress& progress, size_t patches) : progress_(progress), patches_(patches) {}
+
+  Progress of_patch() {
+    return [this](const ProgressReport&) { return report(); };
+  }
+  void finish_patch() {
+    ++done_;
+    report();
+  }
+
+ private:
+  bool report() {
+    if (progress_ && !busy_.test_and_set()) {
+      const double fraction = static_cast<double>(done_) / static_cast<double>(patches_);
+      if (!progress_({"patches", fraction})) stopped_ = true;
+      busy_.clear();
+    }
+    return !stopped_;
+  }
+
+  const Progress& progress_;
+  size_t patches_;
+  std::atomic<size_t> done_ = 0;
+  std::atomic<bool> stopped_ = false;
+  std::atomic_flag busy_ = ATOMIC_FLAG_INIT;
 };
 
-Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
-  CodedCells cells;
-  if (options.effort <= fast_effort) {
-    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
-    if (patch) {
-      cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
-      cells.fans = std::move(patch->patch.fans);
-      return cells;
-    }
-  }
-  cells.encoded =
-      MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort), options.effort >= least_mixed_effort));
-  return cells;
+template <class Options>
+Executor& executor_of(const Options& options) {
+  return options.executor != nullptr ? *options.executor : serial_executor();
 }
 
-}  // namespace
+/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or
+/// the error of the first patch that has one.
+template <class Value, class Options, class Work>
+Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
+  std::vector<Result<Value>> results(count);
+  PatchProgress progress(options.progress, count);
+  Options of_patch = options;
+  of_patch.executor = nullptr;
+  if (count > 1) of_patch.progress = progress.of_patch();
+  executor_of(options).parallel_for(count, [&](size_t i) {
+    results[i] = work(static_cast<uint32_t>(i), of_patch);
+    if (count > 1) progress.finish_patch();
+  });
+  std::vector<Value> values;
+  for (Result<Value>& result : results) {
+    if (!result) return tl::unexpected(std::move(result).error());
+    values.push_back(std::move(*result));
+  }
+  return values;
+}
 
-Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
-  MAILLE_CHECK(validate(mesh));
-  MAILLE_CHECK(check_options(mesh, options));
-  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  CodedCells cells = MAILLE_TRY(encode_cells(mesh, options));
-  EncodedTopology& encoded = cells.encoded;
-  const ArrayMaps position_maps = MAILLE_TRY(choose_maps(mesh.points, options.positions, true));
-  const bool fan_positions = cells.fans && fits_fan_positions(mesh.points, position_maps);
-
-  Description description = describe(mesh, options);
-  EncodeReport report;
-  std::vector<std::vector<std::byte>> streams;
-  const auto encode_one = [&](const Array& array, const Tolerance& tolerance, ArrayDescription& described,
-                              ArrayReport& reported) -> Result<> {
-    Pace pace(options.progress, array.name.c_str(), array.count());
-    if (!pace.report()) return cancelled();
-    const bool positions = &array == &mesh.points;
-    const ArrayMaps maps = positions ? position_maps : MAILLE_TRY(choose_maps(array, tolerance, false));
-    if (positions && fan_positions) {
-      streams.push_back(encode_fan_positions(*cells.fans, array, maps, encoded.sources.points));
-    } else {
-      if (cells.fans) MAILLE_CHECK(build_surface(*cells.fans, encoded.topology));
-      streams.push_back(encode_array(encoded.topology.elements(), array, maps,
-                                     sources_of(mesh, encoded, array), options.effort, &pace));
-    }
-    if (pace.stopped()) return cancelled();
-    described = describe(array, maps, tolerance);
-    reported = report_of(array, maps, streams.back().size());
-    return {};
-  };
-  MAILLE_CHECK(encode_one(mesh.points, options.positions, description.positions, report.positions));
+Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOptions& options) {
+  std::vector<ArrayToCode> arrays;
+  arrays.push_back({&mesh.points, MAILLE_TRY(choose_maps(mesh.points, options.positions, true))});
   for (const Array& array : mesh.arrays) {
-    MAILLE_CHECK(encode_one(array, tolerance_of(options, array.name), description.arrays.emplace_back(),
-                            report.arrays.emplace_back()));
+    arrays.push_back({&array, MAILLE_TRY(choose_maps(array, tolerance_of(options, array.name), false))});
   }
+  return arrays;
+}
 
-  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
-  FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
-  MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
-  MAILLE_CHECK(writer.write_stream(topology_key(cells.coding()), encoded.bytes));
-  MAILLE_CHECK(writer.write_stream(positions_key(fan_positions ? fan_coding : front_coding), streams[0]));
-  for (size_t i = 0; i < mesh.arrays.size(); ++i)
-    MAILLE_CHECK(writer.write_stream(array_key(i), streams[i + 1]));
-  if (options.order == Order::keep) {
-    const std::vector<std::byte> order = encode_order(original_order(mesh, encoded));
-    report.order_bytes = order.size();
-    MAILLE_CHECK(writer.write_stream(order_key, order));
+PartDescription describe(const Mesh& part) {
+  PartDescription description;
+  description.points = static_cast<uint32_t>(part.point_count());
+  description.corners = part.corner_count();
+  for (const CellBlock& block : part.blocks) description.cells.push_back(block.size());
+  return description;
+}
+
+struct EncodedParts {
+  std::vector<PartDescription> descriptions;  ///< empty: the mesh is one patch
+  std::vector<EncodedPatch> patches;
+  std::vector<std::byte> joins;
+  JoinedPoints joined;
+};
+
+/// What joins the parts, and the numbers that the decoder will give their points.
+Result<> join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts) {
+  std::vector<std::vector<uint32_t>> whole;
+  std::vector<uint32_t> sizes;
+  for (const EncodedPatch& patch : parts.patches) {
+    whole.push_back(patch.sources.points);
+    sizes.push_back(static_cast<uint32_t>(patch.sources.points.size()));
   }
-  report.file_bytes = MAILLE_TRY(writer.finish());
-  MAILLE_CHECK(sink.commit());
+  const SharedPoints shared = find_shared_points(whole, points);
+  SharedPlaces places(shared.size());
+  for (size_t p = 0; p < shared.size(); ++p) {
+    for (const uint32_t i : shared[p]) {
+      places[p].push_back(place_of(decoded_position(positions, whole[p][i]).data(), positions.array->type));
+    }
+  }
+  parts.joins = encode_joins(shared, places, whole);
+  parts.joined = MAILLE_TRY(decode_joins(parts.joins, sizes, shared, places));
+  return {};
+}
 
+Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
+                                  const EncodeOptions& options) {
+  EncodedParts encoded;
+  std::vector<MeshPart> parts;
+  if (mesh.cell_count() > options.most_cells_per_part) {
+    parts = take_parts(mesh, partition_cells(mesh, decoded_floats(arrays[0]), options.most_cells_per_part));
+  }
+  if (parts.size() < 2) {
+    encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));
+    const auto points = static_cast<uint32_t>(mesh.point_count());
+    encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
+    return encoded;
+  }
+  for (const MeshPart& part : parts) encoded.descriptions.push_back(describe(part.mesh));
+  encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
+      parts.size(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
+        const MeshPart part = std::move(parts[i]);
+        return encode_patch(part.mesh, &part.numbers, i, arrays, of_patch);
+      })));
+  MAILLE_CHECK(join(arrays[0], static_cast<uint32_t>(mesh.point_count()), encoded));
+  return encoded;
+}
+
+Description describe(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodeOptions& options) {
+  Description description = describe(mesh, options);
+  description.positions = describe(mesh.points, arrays[0].maps, options.positions);
+  for (const ArrayToCode& coded : arrays.subspan(1)) {
+    description.arrays.push_back(
+        describe(*coded.array, coded.maps, tolerance_of(options, coded.array->name)));
+  }
+  return description;
+}
+
+EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodedParts& encoded) {
+  EncodeReport report;
   report.points = mesh.point_count();
   report.cells = mesh.cell_count();
   report.connectivity.name = "connectivity";
@@ -242,9 +324,55 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     report.connectivity.raw_bytes +=
         block.connectivity.size() * 4 + block.offsets.size() * 8 + block.types.size();
   }
-  report.connectivity.coded_bytes = encoded.bytes.size();
-  report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.order_bytes;
-  for (const auto& stream : streams) report.other_bytes -= stream.size();
+  report.connectivity.coded_bytes = encoded.joins.size();
+  std::vector<size_t> bytes(arrays.size());
+  for (const EncodedPatch& patch : encoded.patches) {
+    report.connectivity.coded_bytes += patch.topology.bytes.size();
+    for (size_t i = 0; i < arrays.size(); ++i) bytes[i] += patch.arrays[i].bytes.size();
+  }
+  report.positions = report_of(*arrays[0].array, arrays[0].maps, bytes[0]);
+  for (size_t i = 1; i < arrays.size(); ++i) {
+    report.arrays.push_back(report_of(*arrays[i].array, arrays[i].maps, bytes[i]));
+  }
+  return report;
+}
+
+Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
+  MAILLE_CHECK(writer.write_stream(patch.topology.key, patch.topology.bytes));
+  for (const CodedStream& stream : patch.arrays) {
+    // Arrays of the mesh as a whole are in one patch only.
+    const bool elsewhere = stream.bytes.empty() && std::string_view(stream.key.type) == "ARRY";
+    if (!elsewhere) MAILLE_CHECK(writer.write_stream(stream.key, stream.bytes));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+  MAILLE_CHECK(validate(mesh));
+  MAILLE_CHECK(check_options(mesh, options));
+  const std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
+  const EncodedParts encoded = MAILLE_TRY(encode_parts(mesh, arrays, options));
+  Description description = describe(mesh, arrays, options);
+  description.parts = encoded.descriptions;
+  EncodeReport report = report_of(mesh, arrays, encoded);
+
+  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
+  FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
+  MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
+  for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
+  if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
+  if (options.order == Order::keep) {
+    const std::vector<std::byte> order = encode_order(original_order(mesh, encoded.patches, encoded.joined));
+    report.order_bytes = order.size();
+    MAILLE_CHECK(writer.write_stream(order_key, order));
+  }
+  report.file_bytes = MAILLE_TRY(writer.finish());
+  MAILLE_CHECK(sink.commit());
+  report.other_bytes =
+      report.file_bytes - report.connectivity.coded_bytes - report.order_bytes - report.positions.coded_bytes;
+  for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
   return report;
 }
 
@@ -268,143 +396,54 @@ Error with_name(Error error, const Source& source) {
   return error;
 }
 
-Array array_of(const ArrayDescription& description) {
-  Array array = make_array(description.name, description.domain, description.type, description.components,
-                           description.role);
-  array.labels = description.labels;
-  return array;
+Result<Mesh> decode_parts(const FileReader& reader, const Description& description,
+                          const DecodeOptions& options, bool& known_valid) {
+  std::vector<DecodedPatch> patches = MAILLE_TRY((for_each_patch<DecodedPatch>(
+      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
+        return decode_patch(reader, description.of_part(i), i, of_patch);
+      })));
+  std::vector<uint32_t> sizes;
+  for (const PartDescription& part : description.parts) sizes.push_back(part.points);
+  const std::vector<std::byte> bytes = MAILLE_TRY(reader.read_stream(joins_key));
+  const SharedPoints shared = MAILLE_TRY(decode_shared_points(bytes, sizes));
+  SharedPlaces places(shared.size());
+  std::vector<Mesh> parts;
+  known_valid = true;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    known_valid = known_valid && patches[p].known_valid;
+    const Array& positions = parts.emplace_back(std::move(patches[p].mesh)).points;
+    for (const uint32_t i : shared[p]) {
+      places[p].push_back(place_of(positions.bytes.data() + i * positions.tuple_size(), positions.type));
+    }
+  }
+  const JoinedPoints joined = MAILLE_TRY(decode_joins(bytes, sizes, shared, places));
+  if (joined.count != description.points)
+    return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
+  return merge_parts(std::move(parts), joined, executor_of(options));
 }
 
-bool is_wanted(const DecodeOptions& options, const std::string& name) {
-  return !options.arrays ||
-         std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
-}
-
-/// Is an array wanted whose tuples follow cells or corners?
-bool needs_places(const Description& description, const DecodeOptions& options) {
-  return std::any_of(description.arrays.begin(), description.arrays.end(),
-                     [&](const ArrayDescription& array) {
-                       return (array.domain == Domain::cell || array.domain == Domain::corner) &&
-                              is_wanted(options, array.name);
-                     });
-}
-
-/// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
-class PatchDecoder {
- public:
-  PatchDecoder(const FileReader& reader, const DecodeOptions& options, const Description& description)
-      : reader_(reader),
-        options_(options),
-        description_(description),
-        shapes_(description.shapes()),
-        with_places_(needs_places(description, options)) {}
-
-  /// Cells, and positions, which are decoded along with fans.
-  Result<> decode_cells(Array& positions) {
-    const uint32_t coding = coding_of(topology_key);
-    const StreamKey positions_of = positions_key(coding_of(positions_key));
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(coding)));
-    if (coding == fan_coding) {
-      auto decoder = MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners));
-      if (positions_of.number == fan_coding)
-        positions = MAILLE_TRY(decode_positions(decoder.fans, positions_of));
-      FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
-      topology_ = std::move(patch.topology);
-      fans_ = std::move(patch.fans);
-    } else {
-      topology_ = MAILLE_TRY(
-          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
-    }
-    if (positions_of.number == front_coding) {
-      positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
-    } else if (coding != fan_coding) {
-      return failure(ErrorCode::corrupt, "positions of fans without fans");
-    }
-    return {};
-  }
-
-  Result<Array> decode_positions(FanDecoder& fans, const StreamKey& key) {
-    Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
-    if (!pace.report()) return cancelled();
-    Array array = array_of(description_.positions);
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
-    return array;
-  }
-
-  Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {
-    Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
-    if (!pace.report()) return cancelled();
-    if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
-    Array array = array_of(described);
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    MAILLE_CHECK(decode_array(topology_.elements(), bytes, described.mesh_tuples, array, &pace));
-    return array;
-  }
-
-  /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
-  /// positions are as many.
-  bool knows_validity() const {
-    return fans_ && shapes_.size() == 1 && shapes_[0].type == CellType::triangle &&
-           description_.order == Order::canonical;
-  }
-
-  /// Cells in their blocks, and arrays of cells and corners beside them.
-  Result<> assemble(Mesh& mesh) {
-    AssembledCells cells;
-    if (fans_ && !with_places_) {
-      cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
-    } else {
-      cells = assemble_cells(std::move(topology_), shapes_, with_places_);
-    }
-    mesh.blocks = std::move(cells.blocks);
-    for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description_.blocks[b].name;
-    if (mesh.corner_count() != description_.corners || mesh.cell_count() != description_.cells()) {
-      return failure(ErrorCode::corrupt, "the cells are not those of the description");
-    }
-    for (Array& array : mesh.arrays) {
-      if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
-      if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
-    }
-    return {};
-  }
-
- private:
-  template <class KeyOf>
-  uint32_t coding_of(KeyOf key_of) const {
-    return reader_.has_stream(key_of(fan_coding)) ? fan_coding : front_coding;
-  }
-
-  const FileReader& reader_;
-  const DecodeOptions& options_;
-  const Description& description_;
-  std::vector<BlockShape> shapes_;
-  bool with_places_;
-  PatchTopology topology_;
-  std::optional<FanSurface> fans_;
-};
-
-Result<Mesh> decode_patch(const FileReader& reader, const DecodeOptions& options) {
+Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options) {
   const Description description =
       MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
   Mesh mesh;
-  mesh.metadata = description.metadata;
-  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchDecoder patch(reader, options, description);
-  MAILLE_CHECK(patch.decode_cells(mesh.points));
-  for (size_t i = 0; i < description.arrays.size(); ++i) {
-    if (!is_wanted(options, description.arrays[i].name)) continue;
-    mesh.arrays.push_back(MAILLE_TRY(patch.decode_one(description.arrays[i], array_key(i))));
+  bool known_valid = false;
+  if (description.parts.empty()) {
+    DecodedPatch patch = MAILLE_TRY(decode_patch(reader, description, 0, options));
+    mesh = std::move(patch.mesh);
+    known_valid = patch.known_valid;
+  } else {
+    mesh = MAILLE_TRY(decode_parts(reader, description, options, known_valid));
   }
-  MAILLE_CHECK(patch.assemble(mesh));
+  mesh.metadata = description.metadata;
   if (description.order == Order::keep) {
     const ElementOrder order =
         MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)), description.points,
                                 static_cast<uint32_t>(description.cells())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
+    known_valid = false;
   }
-  // Of triangles alone the decoder knows that they are valid, and a look at every corner takes time.
-  if (patch.knows_validity() && mesh.arrays.empty()) return mesh;
+  // A look at every corner takes time.
+  if (known_valid) return mesh;
   // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
   if (auto valid = validate(mesh); !valid)
     return failure(ErrorCode::corrupt, std::move(valid).error().message);
@@ -432,7 +471,7 @@ ArrayInfo info_of(const Description& description, const ArrayDescription& array,
 Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   const FileReader reader = MAILLE_TRY(open_file(source));
   MAILLE_CHECK(reader.check_complete());
-  Result<Mesh> mesh = decode_patch(reader, options);
+  Result<Mesh> mesh = decode_mesh(reader, options);
   if (!mesh) return tl::unexpected(with_name(std::move(mesh).error(), source));
   return mesh;
 }
@@ -460,13 +499,16 @@ Result<FileInfo> inspect(const Source& source) {
   info.connectivity.domain = Domain::corner;
   info.connectivity.type = Scalar::u32;
   info.connectivity.count = description.corners;
-  info.connectivity.coded_bytes =
-      reader.stream_bytes(topology_key(front_coding)) + reader.stream_bytes(topology_key(fan_coding));
-  info.positions = info_of(
-      description, description.positions,
-      reader.stream_bytes(positions_key(front_coding)) + reader.stream_bytes(positions_key(fan_coding)));
+  info.connectivity.coded_bytes = reader.stream_bytes(joins_key);
+  std::vector<uint64_t> coded(description.arrays.size() + 1);
+  for (uint32_t patch = 0; patch < std::max<size_t>(description.parts.size(), 1); ++patch) {
+    const PatchSizes sizes = sizes_of_patch(reader, patch, description.arrays.size());
+    info.connectivity.coded_bytes += sizes.topology;
+    for (size_t i = 0; i < coded.size(); ++i) coded[i] += sizes.arrays[i];
+  }
+  info.positions = info_of(description, description.positions, coded[0]);
   for (size_t i = 0; i < description.arrays.size(); ++i) {
-    info.arrays.push_back(info_of(description, description.arrays[i], reader.stream_bytes(array_key(i))));
+    info.arrays.push_back(info_of(description, description.arrays[i], coded[i + 1]));
   }
   info.metadata = description.metadata;
   info.provenance = description.provenance;

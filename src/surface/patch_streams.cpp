@@ -1,0 +1,338 @@
+#include "surface/patch_streams.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "surface/element_order.h"
+#include "surface/fan_patch.h"
+#include "surface/fan_positions.h"
+#include "surface/mixed_array.h"
+
+namespace maille {
+namespace {
+
+// The number of TOPO and POSI says how they are coded.
+constexpr uint32_t front_coding = 0;
+constexpr uint32_t fan_coding = 1;
+
+StreamKey topology_key(uint32_t patch, uint32_t coding) {
+  return {"TOPO", patch, coding};
+}
+StreamKey positions_key(uint32_t patch, uint32_t coding) {
+  return {"POSI", patch, coding};
+}
+StreamKey array_key(uint32_t patch, size_t i) {
+  return {"ARRY", patch, static_cast<uint32_t>(i)};
+}
+using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
+
+uint32_t pivot_window(int effort) {
+  return effort >= 7 ? 24 : 4;
+}
+
+// Efforts up to this one are for decoding near memory speed.
+constexpr int fast_effort = 3;
+
+/// The cells of a mesh in coded order. With fans the surface is not built yet.
+struct CodedCells {
+  EncodedTopology encoded;
+  std::optional<FanSurface> fans;
+  uint32_t coding() const { return fans ? fan_coding : front_coding; }
+};
+
+Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
+  CodedCells cells;
+  if (options.effort <= fast_effort) {
+    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
+    if (patch) {
+      cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
+      cells.fans = std::move(patch->patch.fans);
+      return cells;
+    }
+  }
+  cells.encoded =
+      MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort), options.effort >= least_mixed_effort));
+  return cells;
+}
+
+/// The sources of a part's elements, in the whole mesh.
+PatchSources in_whole(PatchSources sources, const Mesh& part, const PartNumbers& numbers) {
+  std::vector<uint32_t> corner_of;  // of the part, by cell
+  uint32_t corner = 0;
+  for (const CellBlock& block : part.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      corner_of.push_back(corner);
+      corner += static_cast<uint32_t>(block.cell(i).size());
+    }
+  }
+  for (size_t i = 0; i < sources.cells.size(); ++i) {
+    uint32_t& cell = sources.cells[i];
+    sources.first_corner[i] += numbers.first_corner[cell] - corner_of[cell];
+    cell = numbers.cells[cell];
+  }
+  for (uint32_t& point : sources.points) point = numbers.points[point];
+  if (sources.corners.empty()) return sources;
+  std::vector<uint32_t> whole(corner);
+  for (size_t cell = 0; cell < corner_of.size(); ++cell) {
+    const uint32_t end = cell + 1 < corner_of.size() ? corner_of[cell + 1] : corner;
+    for (uint32_t c = corner_of[cell]; c < end; ++c)
+      whole[c] = numbers.first_corner[cell] + c - corner_of[cell];
+  }
+  for (uint32_t& source : sources.corners) {
+    if (source != none) source = whole[source];
+  }
+  return sources;
+}
+
+/// The elements of an array's domain in coded order, by their tuples; `all` is filled for those of the mesh
+/// as a whole.
+std::span<const uint32_t> sources_of(const PatchSources& sources, const Array& array,
+                                     std::vector<uint32_t>& all) {
+  switch (array.domain) {
+    case Domain::point:
+      return sources.points;
+    case Domain::cell:
+      return sources.cells;
+    case Domain::corner:
+      return sources.corners;
+    case Domain::mesh:
+      break;
+  }
+  all.resize(array.count());
+  for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+/// The streams of a patch while they are made.
+class PatchEncoder {
+ public:
+  PatchEncoder(CodedCells cells, uint32_t patch, const EncodeOptions& options)
+      : cells_(std::move(cells)), patch_(patch), options_(options) {}
+
+  Result<> find_sources(const Mesh& mesh, const PartNumbers* numbers, std::span<const ArrayToCode> arrays) {
+    const bool with_corners = std::any_of(arrays.begin(), arrays.end(), [](const ArrayToCode& coded) {
+      return coded.array->domain == Domain::corner;
+    });
+    if (with_corners) {
+      MAILLE_CHECK(build());
+      find_corner_sources(mesh, cells_.encoded);
+    }
+    PatchSources& sources = cells_.encoded.sources;
+    if (numbers != nullptr) sources = in_whole(std::move(sources), mesh, *numbers);
+    return {};
+  }
+
+  Result<CodedStream> encode_positions(const ArrayToCode& positions) {
+    if (!cells_.fans || !fits_fan_positions(*positions.array, positions.maps)) {
+      return encode_array(positions, positions_key(patch_, front_coding));
+    }
+    Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
+    if (!pace.report()) return cancelled();
+    return CodedStream{
+        positions_key(patch_, fan_coding),
+        encode_fan_positions(*cells_.fans, *positions.array, positions.maps, cells_.encoded.sources.points)};
+  }
+
+  Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
+    const Array& array = *coded.array;
+    Pace pace(options_.progress, array.name.c_str(), array.count());
+    if (!pace.report()) return cancelled();
+    MAILLE_CHECK(build());
+    std::vector<uint32_t> all;
+    const auto sources = sources_of(cells_.encoded.sources, array, all);
+    CodedStream stream{key, maille::encode_array(cells_.encoded.topology.elements(), array, coded.maps,
+                                                 sources, options_.effort, &pace)};
+    if (pace.stopped()) return cancelled();
+    return stream;
+  }
+
+  Result<EncodedPatch> finish(std::vector<CodedStream> arrays) {
+    PatchSources sources = std::move(cells_.encoded.sources);
+    std::vector<uint32_t>().swap(sources.corners);
+    CodedStream topology{topology_key(patch_, cells_.coding()), std::move(cells_.encoded.bytes)};
+    return EncodedPatch{std::move(topology), std::move(arrays), std::move(sources)};
+  }
+
+ private:
+  Result<> build() {
+    if (cells_.fans) MAILLE_CHECK(build_surface(*cells_.fans, cells_.encoded.topology));
+    return {};
+  }
+
+  CodedCells cells_;
+  uint32_t patch_;
+  const EncodeOptions& options_;
+};
+
+Array array_of(const ArrayDescription& description) {
+  Array array = make_array(description.name, description.domain, description.type, description.components,
+                           description.role);
+  array.labels = description.labels;
+  return array;
+}
+
+/// Is an array wanted whose tuples follow cells or corners?
+bool needs_places(const Description& description, const DecodeOptions& options) {
+  return std::any_of(description.arrays.begin(), description.arrays.end(),
+                     [&](const ArrayDescription& array) {
+                       return (array.domain == Domain::cell || array.domain == Domain::corner) &&
+                              is_wanted(options, array.name);
+                     });
+}
+
+/// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
+class PatchDecoder {
+ public:
+  PatchDecoder(const FileReader& reader, const Description& description, uint32_t patch,
+               const DecodeOptions& options)
+      : reader_(reader),
+        description_(description),
+        patch_(patch),
+        options_(options),
+        shapes_(description.shapes()),
+        with_places_(needs_places(description, options)) {}
+
+  /// Cells, and positions, which are decoded along with fans.
+  Result<> decode_cells(Array& positions) {
+    const uint32_t coding = coding_of(topology_key);
+    const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(patch_, coding)));
+    if (coding == fan_coding) {
+      auto decoder = MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners));
+      if (positions_of.number == fan_coding)
+        positions = MAILLE_TRY(decode_positions(decoder.fans, positions_of));
+      FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
+      topology_ = std::move(patch.topology);
+      fans_ = std::move(patch.fans);
+    } else {
+      topology_ = MAILLE_TRY(
+          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
+    }
+    if (positions_of.number == front_coding) {
+      positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
+    } else if (coding != fan_coding) {
+      return failure(ErrorCode::corrupt, "positions of fans without fans");
+    }
+    return {};
+  }
+
+  Result<Array> decode_positions(FanDecoder& fans, const StreamKey& key) {
+    Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
+    if (!pace.report()) return cancelled();
+    Array array = array_of(description_.positions);
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
+    return array;
+  }
+
+  Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {
+    Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
+    if (!pace.report()) return cancelled();
+    if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
+    Array array = array_of(described);
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    MAILLE_CHECK(decode_array(topology_.elements(), bytes, described.mesh_tuples, array, &pace));
+    return array;
+  }
+
+  /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
+  /// positions are as many.
+  bool knows_validity() const {
+    return fans_ && shapes_.size() == 1 && shapes_[0].type == CellType::triangle &&
+           description_.arrays.empty();
+  }
+
+  /// Cells in their blocks, and arrays of cells and corners beside them.
+  Result<> assemble(Mesh& mesh) {
+    AssembledCells cells;
+    if (fans_ && !with_places_) {
+      cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
+    } else {
+      cells = assemble_cells(std::move(topology_), shapes_, with_places_);
+    }
+    mesh.blocks = std::move(cells.blocks);
+    for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description_.blocks[b].name;
+    if (mesh.corner_count() != description_.corners || mesh.cell_count() != description_.cells()) {
+      return failure(ErrorCode::corrupt, "the cells are not those of the description");
+    }
+    for (Array& array : mesh.arrays) {
+      if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
+      if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
+    }
+    return {};
+  }
+
+ private:
+  uint32_t coding_of(KeyOfCoding key) const {
+    return reader_.has_stream(key(patch_, fan_coding)) ? fan_coding : front_coding;
+  }
+
+  const FileReader& reader_;
+  const Description& description_;
+  uint32_t patch_;
+  const DecodeOptions& options_;
+  std::vector<BlockShape> shapes_;
+  bool with_places_;
+  PatchTopology topology_;
+  std::optional<FanSurface> fans_;
+};
+
+}  // namespace
+
+Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options) {
+  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
+  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options)), patch, options);
+  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
+  std::vector<CodedStream> streams;
+  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
+  for (size_t i = 1; i < arrays.size(); ++i) {
+    if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
+      streams.push_back({array_key(patch, i - 1), {}});
+    } else {
+      streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
+    }
+  }
+  return encoder.finish(std::move(streams));
+}
+
+bool is_wanted(const DecodeOptions& options, const std::string& name) {
+  return !options.arrays ||
+         std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
+}
+
+Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& description, uint32_t patch,
+                                  const DecodeOptions& options) {
+  DecodedPatch decoded;
+  Mesh& mesh = decoded.mesh;
+  if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
+  PatchDecoder decoder(reader, description, patch, options);
+  MAILLE_CHECK(decoder.decode_cells(mesh.points));
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    const ArrayDescription& array = description.arrays[i];
+    if (!is_wanted(options, array.name)) continue;
+    if (patch > 0 && array.domain == Domain::mesh) {
+      mesh.arrays.push_back(array_of(array));
+    } else {
+      mesh.arrays.push_back(MAILLE_TRY(decoder.decode_one(array, array_key(patch, i))));
+    }
+  }
+  decoded.known_valid = decoder.knows_validity();
+  MAILLE_CHECK(decoder.assemble(mesh));
+  return decoded;
+}
+
+PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays) {
+  PatchSizes sizes;
+  const auto of_both = [&](KeyOfCoding key) {
+    return reader.stream_bytes(key(patch, front_coding)) + reader.stream_bytes(key(patch, fan_coding));
+  };
+  sizes.topology = of_both(topology_key);
+  sizes.arrays.push_back(of_both(positions_key));
+  for (size_t i = 0; i < arrays; ++i) sizes.arrays.push_back(reader.stream_bytes(array_key(patch, i)));
+  return sizes;
+}
+
+}  // namespace maille

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+
+#include <string_view>
+#include <vector>
+
+#include "container/file_reader.h"
+#include "container/file_writer.h"
+#include "mesh/number_map.h"
+#include "surface/description.h"
+#include "surface/partition.h"
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+/// The streams of one patch: TOPO, POSI, and an ARRY for each array. A file has one patch, or one for each
+/// part of its mesh. docs/format.md, "Mode single".
+
+/// An array of the whole mesh and how its numbers become codes. Positions come first.
+struct ArrayToCode {
+  const Array* array;
+  ArrayMaps maps;
+};
+
+struct CodedStream {
+  StreamKey key;
+  std::vector<std::byte> bytes;
+};
+
+struct EncodedPatch {
+  CodedStream topology;
+  std::vector<CodedStream> arrays;  ///< as given; without those of the mesh as a whole but in patch 0
+  /// Where the coded elements are in the whole mesh; without corners.
+  PatchSources sources;
+};
+
+/// Codes a mesh, or a part of one (`numbers`, else nullptr), as patch number `patch`. Only the cells and the
+/// number of points are taken from `mesh`, tuples from `arrays`. Errors: unsupported, cancelled.
+Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options);
+
+struct DecodedPatch {
+  Mesh mesh;
+  bool known_valid = false;  ///< validate() would only find what the decoder has seen already
+};
+
+/// Inverse. `description` is that of the part. Safe on any bytes. Errors: corrupt, cancelled.
+Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& description, uint32_t patch,
+                                  const DecodeOptions& options);
+
+bool is_wanted(const DecodeOptions& options, const std::string& array);
+
+/// Bytes of these streams in a file.
+struct PatchSizes {
+  uint64_t topology = 0;
+  std::vector<uint64_t> arrays;  ///< positions first
+};
+PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays);
+
+}  // namespace maille
