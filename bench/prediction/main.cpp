@@ -24,6 +24,7 @@ struct Options {
   std::vector<unsigned> bits = {12, 14};
   bool apart = false;
   bool fans = false;
+  bool covariance = false;
   bool json = false;
   bool histograms = false;
 };
@@ -174,12 +175,25 @@ void run_fans(const Triangles& mesh, const Options& options, Report& report) {
   }
 }
 
+void print_covariance(const Triangles& mesh, const Options& options) {
+  const SecondDerivatives found = second_derivatives(find_stars(mesh, options.apart), mesh.positions);
+  if (found.stars < fewest) return skip(mesh, found.stars);
+  const double ratio = found.laplacian / found.saddle;
+  if (options.json) {
+    fmt::print("{}\n", Json{{"mesh", mesh.name}, {"vertices", found.stars}, {"ratio", ratio}}.dump());
+  } else {
+    fmt::print("{}: {} rings of six, var(f_uu + f_vv) / var(f_uv) = {:.2f}\n", mesh.name, found.stars, ratio);
+  }
+}
+
 void run(const Options& options) {
   Report report(options);
   for (const std::string& path : files_of(options.paths)) {
     const auto mesh = load_triangles(path);
     if (!mesh) {
       fmt::print(stderr, "{}: skipped: {}\n", path, mesh.error().message);
+    } else if (options.covariance) {
+      print_covariance(*mesh, options);
     } else if (options.fans) {
       run_fans(*mesh, options, report);
     } else {
@@ -201,6 +215,8 @@ int main(int argc, char** argv) {
   app.add_flag("--apart", options.apart, "Only vertices that could be decoded together from all others");
   app.add_flag("--fans", options.fans,
                "Last vertices of fans, as a region-growing coder meets them, instead of K-stars");
+  app.add_flag("--covariance", options.covariance,
+               "Variances of second derivatives, as rings of six show them");
   app.add_flag("--json", options.json, "One JSON object per mesh, lattice and predictor");
   app.add_flag("--histograms", options.histograms, "With --json: counts of residuals -32 to 32");
   CLI11_PARSE(app, argc, argv);

@@ -128,6 +128,28 @@ StarPredictor fitted_star_predictor(const std::vector<StarSample>& samples) {
   return predictor;
 }
 
+SecondDerivatives second_derivatives(const std::vector<Star>& stars,
+                                     const std::vector<std::array<double, 3>>& positions) {
+  SecondDerivatives result;
+  for (const Star& star : stars) {
+    if (star.ring.size() != 6) continue;
+    ++result.stars;
+    for (size_t k = 0; k < 3; ++k) {
+      double sum = 0, cosine = 0, sine = 0;
+      for (size_t i = 0; i < 6; ++i) {
+        const double difference = positions[star.ring[i]][k] - positions[star.centre][k];
+        const double angle = 2 * std::acos(-1.0) * static_cast<double>(i) / 3;  // twice that of the vertex
+        sum += difference;
+        cosine += difference * std::cos(angle);
+        sine += difference * std::sin(angle);
+      }
+      result.laplacian += 4.0 / 9 * sum * sum;
+      result.saddle += 2.0 / 9 * (cosine * cosine + sine * sine);
+    }
+  }
+  return result;
+}
+
 std::vector<Point> residuals(const std::vector<StarSample>& samples, const StarPredictor& predictor) {
   std::vector<Point> result;
   for (const StarSample& s : samples) {

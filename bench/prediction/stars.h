@@ -41,6 +41,15 @@ std::vector<StarPredictor> table_star_predictors();
 /// The alpha of smallest squared error for each valence of this mesh.
 StarPredictor fitted_star_predictor(const std::vector<StarSample>& samples);
 
+/// Second derivatives as rings of six show them, all three coordinates together (the thesis's Table 2.4).
+struct SecondDerivatives {
+  size_t stars = 0;
+  double laplacian = 0;  ///< variance of f_uu + f_vv
+  double saddle = 0;     ///< variance of f_uv, and of (f_uu - f_vv) / 2, their mean
+};
+SecondDerivatives second_derivatives(const std::vector<Star>& stars,
+                                     const std::vector<std::array<double, 3>>& positions);
+
 std::vector<Point> residuals(const std::vector<StarSample>& samples, const StarPredictor& predictor);
 
 }  // namespace maille::bench

@@ -206,6 +206,31 @@ TEST(StencilWeights, LatticesByTaylorAndSpectrumAreTheSame) {
   }
 }
 
+/// The 3 x 3 lattice with this target; the other places are known where bits of `mask` are set.
+std::string picture_of(unsigned target, unsigned mask) {
+  std::string picture = "grid:";
+  for (unsigned place = 0; place < 9; ++place) {
+    if (place == 3 || place == 6) picture += '/';
+    const unsigned bit = place < target ? place : place - 1;
+    picture += place == target ? 'x' : (mask >> bit & 1) != 0 ? '#' : '.';
+  }
+  return picture;
+}
+
+TEST(StencilWeights, On3x3LatticesTaylorAndSpectrumAgreeWheneverDegree2IsReached) {
+  unsigned reached = 0;
+  for (unsigned target = 0; target < 9; ++target) {
+    for (unsigned mask = 1; mask < 256; ++mask) {
+      const std::string name = picture_of(target, mask);
+      const Prediction taylor = usual_prediction(name);
+      if (taylor.exactness < 2) continue;
+      ++reached;
+      expect_weights(taylor.weights, weights_of(name, spectral_rule()), 1e-10);
+    }
+  }
+  EXPECT_EQ(reached, 357u);
+}
+
 TEST(StencilWeights, CubesHaveTheWeightsOfTheirSpectrum) {
   expect_weights(weights_of("cube:0xfe"), {1, 1, -1, 1, -1, -1, 1});  // Lorenzo predictor
   const double t = 1.0 / 3;
