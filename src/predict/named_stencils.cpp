@@ -243,7 +243,7 @@ Stencil sqrt3_stencil(unsigned points) {
   // Beside each tip, across the two outer edges of its triangle.
   for (unsigned i = 0; i < 3; ++i) {
     const unsigned j = (i + 1) % 3;
-    const Point& tip = stencil.known[3 + i].position;
+    const Point tip = stencil.known[3 + i].position;
     add(stencil, numbered("c", 2 * i), reflected(corners[j], corners[i], tip));
     add(stencil, numbered("c", 2 * i + 1), reflected(corners[i], corners[j], tip));
   }
