@@ -17,7 +17,7 @@ struct Stencil {
     std::vector<double> position;  ///< `dimension` numbers
   };
   std::string name;
-  unsigned dimension = 2;
+  unsigned dimension = 2;      ///< 1 to 3
   std::vector<double> target;  ///< `dimension` numbers
   std::vector<Sample> known;
   /// Values that are neither known nor wanted. Only the spectral rule looks at them.

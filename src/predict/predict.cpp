@@ -39,9 +39,9 @@ Result<> check_samples(const Stencil& stencil, const std::vector<Stencil::Sample
 }
 
 Result<> check(const Stencil& stencil) {
-  if (stencil.dimension < 1 || stencil.dimension > 4) {
+  if (stencil.dimension < 1 || stencil.dimension > 3) {
     return failure(ErrorCode::usage,
-                   "a stencil has 1 to 4 dimensions, not " + std::to_string(stencil.dimension));
+                   "a stencil has 1 to 3 dimensions, not " + std::to_string(stencil.dimension));
   }
   const size_t samples = stencil.known.size() + 1 + stencil.hidden.size();
   if (samples > most_samples) {

@@ -156,7 +156,7 @@ TEST(Predict, SaysWhatIsWrongWithAStencil) {
   stencil.known.resize(100, stencil.known[0]);
   EXPECT_THAT(complaint(stencil), HasSubstr("at most 64 samples"));
   stencil.dimension = 0;
-  EXPECT_THAT(complaint(stencil), HasSubstr("1 to 4 dimensions"));
+  EXPECT_THAT(complaint(stencil), HasSubstr("1 to 3 dimensions"));
 }
 
 TEST(NamedStencils, AllFamiliesHaveAnExampleThatCanBePredicted) {

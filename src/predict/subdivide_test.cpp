@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "predict/butterfly_block.h"
 #include "predict/subdivision_point.h"
 #include "predict/testing.h"
 #include "support/shapes.h"
@@ -171,6 +172,42 @@ TEST(Subdivide, BordersDependOnThemselvesOnly) {
     }
     EXPECT_GT(moved, 0u);
   }
+}
+
+/// Corners of the small triangles of one block, in order.
+std::vector<Position> corners_of_block(const TriangleSurface& surface, uint32_t first, uint32_t end) {
+  RingWeights weights(butterfly_ring_weights);
+  ButterflyBlock block = BlockCutter(surface).cut(first, end, 2);
+  for (const unsigned rings : {2u, 2u, 0u}) block = refined(block, weights, rings);
+  EXPECT_EQ(block.inner, 64 * (end - first));
+  std::vector<Position> corners;
+  for (uint32_t h = 0; h < 3 * block.inner; ++h)
+    corners.push_back(block.surface.points[block.surface.corners[h]]);
+  return corners;
+}
+
+TEST(Subdivide, BlocksCutOutOfASurfaceAreSubdividedAsInTheWhole) {
+  for (const Shape& shape : all_shapes()) {
+    SCOPED_TRACE(shape.name);
+    const TriangleSurface surface = *triangle_surface(mesh_of(shape.surface));
+    const std::vector<Position> whole = corners_of_block(surface, 0, surface.triangles());
+    for (uint32_t first = 0; first < surface.triangles(); first += 2) {
+      const uint32_t end = std::min(first + 2, surface.triangles());
+      const std::vector<Position> part = corners_of_block(surface, first, end);
+      for (size_t i = 0; i < part.size(); ++i) {
+        for (size_t k = 0; k < 3; ++k) ASSERT_NEAR(part[i][k], whole[size_t{192} * first + i][k], 1e-13);
+      }
+    }
+  }
+}
+
+TEST(Subdivide, TwoTrianglesBackToBackAreASurfaceToo) {
+  const Surface pillow{{{0, 0, 0}, {3, 0, 0}, {0, 3, 0}}, {{0, 1, 2}, {0, 2, 1}}};
+  Collected out;
+  ASSERT_TRUE(subdivide(to_mesh(pillow), {SubdivisionScheme::butterfly, 3}, out));
+  EXPECT_EQ(out.surface.triangles(), 128u);
+  for (const Position& p : out.surface.points)
+    EXPECT_LT(std::fabs(p[0]) + std::fabs(p[1]) + std::fabs(p[2]), 10);
 }
 
 TEST(Subdivide, RingWeightsAreTaylorPredictionsOfOrder2) {

@@ -46,7 +46,8 @@ std::vector<double> sqrt3_ring_weights(unsigned valence) {
   return ring_weights(valence, std::sqrt(1.0 / 3), pi / valence);
 }
 
-PointPredictor::PointPredictor(const TriangleSurface& surface) : surface_(surface) {
+PointPredictor::PointPredictor(const TriangleSurface& surface, RingWeights& weights)
+    : surface_(surface), weights_(weights) {
   for (uint32_t h = 0; h < surface.half_edges(); ++h) {
     if (surface.opposite[h] != TriangleSurface::border) continue;
     if (border_after_.empty()) {
@@ -70,11 +71,9 @@ bool PointPredictor::find_ring(uint32_t h) {
   return true;
 }
 
-Position PointPredictor::from_ring(uint32_t h, std::vector<Weights>& cache, Weights (*make)(unsigned)) {
+Position PointPredictor::from_ring(uint32_t h) {
   const size_t valence = ring_.size();
-  if (cache.size() <= valence) cache.resize(valence + 1);
-  if (cache[valence].empty()) cache[valence] = make(static_cast<unsigned>(valence));
-  const Weights& weights = cache[valence];
+  const std::vector<double>& weights = weights_.of(valence);
   Position sum{};
   add(sum, weights[0], at(surface_.origin(h)));
   for (size_t j = 0; j < valence; ++j) add(sum, weights[1 + j], at(ring_[j]));
@@ -115,11 +114,11 @@ Position PointPredictor::edge_middle(uint32_t h) {
   // Four points of a line (Dyn, Gregory and Levin 1987): Taylor in one dimension.
   if (other == TriangleSurface::border) return along_border(h, {-1.0 / 16, 9.0 / 16, 9.0 / 16, -1.0 / 16});
   const bool first = find_ring(h) && ring_.size() != 6;
-  const Position from_first = first ? from_ring(h, butterfly_weights_, butterfly_ring_weights) : Position{};
+  const Position from_first = first ? from_ring(h) : Position{};
   const bool second = find_ring(other) && ring_.size() != 6;
   if (!first && !second) return butterfly(h);
   if (!second) return from_first;
-  const Position from_second = from_ring(other, butterfly_weights_, butterfly_ring_weights);
+  const Position from_second = from_ring(other);
   return first ? mean(from_first, from_second) : from_second;
 }
 
@@ -149,7 +148,7 @@ Position PointPredictor::triangle_middle(uint32_t triangle) {
   unsigned count = 0;
   for (uint32_t h = 3 * triangle; h < 3 * triangle + 3; ++h) {
     if (!find_ring(h) || ring_.size() == 6) continue;
-    add(sum, 1, from_ring(h, sqrt3_weights_, sqrt3_ring_weights));
+    add(sum, 1, from_ring(h));
     ++count;
   }
   if (count == 0) return twelve_points(3 * triangle);

@@ -13,11 +13,27 @@ namespace maille {
 std::vector<double> butterfly_ring_weights(unsigned valence);
 std::vector<double> sqrt3_ring_weights(unsigned valence);
 
+/// Weights of rings by valence, made when first asked for.
+class RingWeights {
+ public:
+  explicit RingWeights(std::vector<double> (*make)(unsigned)) : make_(make) {}
+  const std::vector<double>& of(size_t valence) {
+    if (weights_.size() <= valence) weights_.resize(valence + 1);
+    if (weights_[valence].empty()) weights_[valence] = make_(static_cast<unsigned>(valence));
+    return weights_[valence];
+  }
+
+ private:
+  std::vector<double> (*make_)(unsigned);
+  std::vector<std::vector<double>> weights_;
+};
+
 /// Predicts new points of one surface. What a stencil misses beyond a border is reflected from this side of
 /// it.
 class PointPredictor {
  public:
-  explicit PointPredictor(const TriangleSurface& surface);
+  /// `weights`: those of the scheme that is asked for, butterfly or sqrt3.
+  PointPredictor(const TriangleSurface& surface, RingWeights& weights);
 
   /// The middle of the edge of h.
   Position edge_middle(uint32_t h);
@@ -29,11 +45,9 @@ class PointPredictor {
   Position border_two_thirds(uint32_t h) const;
 
  private:
-  using Weights = std::vector<double>;
-
   const Position& at(uint32_t point) const { return surface_.points[point]; }
   bool find_ring(uint32_t h);
-  Position from_ring(uint32_t h, std::vector<Weights>& cache, Weights (*make)(unsigned));
+  Position from_ring(uint32_t h);
   Position across(uint32_t h) const;
   Position butterfly(uint32_t h) const;
   Position twelve_points(uint32_t h) const;
@@ -41,11 +55,10 @@ class PointPredictor {
   Position along_border(uint32_t h, const std::array<double, 4>& weights) const;
 
   const TriangleSurface& surface_;
+  RingWeights& weights_;
   std::vector<uint32_t> ring_;
   std::vector<uint32_t> border_before_;  // by point: where the border comes from; empty without a border
   std::vector<uint32_t> border_after_;
-  std::vector<Weights> butterfly_weights_;  // by valence
-  std::vector<Weights> sqrt3_weights_;
 };
 
 }  // namespace maille
