@@ -7,6 +7,8 @@
 #include "predict/butterfly_block.h"
 #include "predict/subdivision_point.h"
 #include "predict/testing.h"
+#include "support/pathologies.h"
+#include "support/random.h"
 #include "support/shapes.h"
 
 namespace maille::testing {
@@ -281,6 +283,32 @@ TEST(Subdivide, SaysWhyAMeshCannotBeSubdivided) {
               HasSubstr("take fewer"));
   EXPECT_THAT(complaint(to_mesh(shapes::tetrahedron()), {SubdivisionScheme::butterfly, 16}),
               HasSubstr("take fewer"));
+}
+
+TEST(Subdivide, TakesOrRefusesWhateverTrianglesThereAre) {
+  unsigned taken = 0, refused = 0;
+  for (uint64_t seed = 0; seed < 600; ++seed) {
+    Random random(seed);
+    Surface surface = random_shape(random, 40);
+    if (seed % 2 == 0) mutilate(surface, random, true);
+    const Mesh mesh = mesh_of(surface);
+    const SubdivisionOptions options{both[seed / 2 % 2], static_cast<unsigned>(1 + seed % 3)};
+    Collected out;
+    if (const auto result = subdivide(mesh, options, out); !result) {
+      EXPECT_EQ(result.error().code, ErrorCode::malformed_input) << result.error().message;
+      ++refused;
+      continue;
+    }
+    ++taken;
+    EXPECT_EQ(out.surface.points.size(), out.point_count);
+    EXPECT_EQ(out.surface.triangles(), out.triangle_count);
+    for (const uint32_t corner : out.surface.corners) ASSERT_LT(corner, out.point_count);
+    for (const Position& p : out.surface.points) {
+      ASSERT_TRUE(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) << seed;
+    }
+  }
+  EXPECT_GT(taken, 150u);
+  EXPECT_GT(refused, 100u);
 }
 
 TEST(Subdivide, AnErrorOfTheOutputEndsIt) {

@@ -25,7 +25,8 @@ using Weights = std::vector<double>;
 using Row = std::vector<int32_t>;
 
 int32_t rounded(double weight) {
-  return static_cast<int32_t>(std::floor(weight * (1 << bits) + 0.5));
+  // Ties must not depend on the last digit of a cosine.
+  return static_cast<int32_t>(std::floor(weight * (1 << bits) + 0.5 + 1e-6));
 }
 
 /// Constants must come back exactly: the first weight takes what rounding leaves.
