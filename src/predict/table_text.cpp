@@ -164,8 +164,7 @@ std::vector<Row> modified_butterfly_rows() {
   std::vector<Row> rows;
   for (unsigned k = least_degree; k <= most_degree; ++k) {
     PredictionRule rule;
-    // With three neighbours order 2 leaves a conflict, which the higher ones settle.
-    if (k > 3) rule.order = 2;
+    rule.order = 2;
     rows.push_back(rounded(taylor_weights(modified_butterfly_stencil(k), rule)));
   }
   return rows;
