@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "fans.h"
+#include "polygons.h"
+#include "predict/stencil_tables.h"
 #include "rate.h"
 #include "stars.h"
 
@@ -24,6 +26,7 @@ struct Options {
   std::vector<unsigned> bits = {12, 14};
   bool apart = false;
   bool fans = false;
+  bool polygons = false;
   bool covariance = false;
   bool json = false;
   bool histograms = false;
@@ -175,6 +178,30 @@ void run_fans(const Triangles& mesh, const Options& options, Report& report) {
   }
 }
 
+void run_polygons(const Triangles& mesh, const Options& options, Report& report) {
+  for (const unsigned bits : options.bits) {
+    const auto samples = find_corners(mesh.polygons, mesh.on_lattice(bits));
+    if (samples.size() < fewest) return skip(mesh, samples.size());
+    std::vector<Rate> rates;
+    const auto add = [&](const char* name, std::vector<Point> found) {
+      const double rate = bits_per_vertex(found);
+      rates.push_back({name, rate, std::move(found)});
+    };
+    add("parallelograms", residuals(samples, CornerRule::parallelogram, 0));
+    add("Taylor, the face alone", residuals(samples, CornerRule::alone, 0));
+    add("Taylor with the face beside", residuals(samples, CornerRule::beside, 0));
+    add("least squares", fitted_residuals(samples));
+    Rate best{"Taylor, noise", 1e9, {}};
+    for (unsigned level = 0; level < tables::noise_levels; ++level) {
+      auto found = residuals(samples, CornerRule::beside, level);
+      const double rate = bits_per_vertex(found) + 8.0 / static_cast<double>(samples.size());
+      if (rate < best.bits) best = {best.predictor, rate, std::move(found)};
+    }
+    rates.push_back(std::move(best));
+    report.add(mesh, bits, samples.size(), rates);
+  }
+}
+
 void print_covariance(const Triangles& mesh, const Options& options) {
   const SecondDerivatives found = second_derivatives(find_stars(mesh, options.apart), mesh.positions);
   if (found.stars < fewest) return skip(mesh, found.stars);
@@ -194,6 +221,8 @@ void run(const Options& options) {
       fmt::print(stderr, "{}: skipped: {}\n", path, mesh.error().message);
     } else if (options.covariance) {
       print_covariance(*mesh, options);
+    } else if (options.polygons) {
+      run_polygons(*mesh, options, report);
     } else if (options.fans) {
       run_fans(*mesh, options, report);
     } else {
@@ -215,6 +244,7 @@ int main(int argc, char** argv) {
   app.add_flag("--apart", options.apart, "Only vertices that could be decoded together from all others");
   app.add_flag("--fans", options.fans,
                "Last vertices of fans, as a region-growing coder meets them, instead of K-stars");
+  app.add_flag("--polygons", options.polygons, "Corners of faces beside known faces, degrees 3 to 6");
   app.add_flag("--covariance", options.covariance,
                "Variances of second derivatives, as rings of six show them");
   app.add_flag("--json", options.json, "One JSON object per mesh, lattice and predictor");

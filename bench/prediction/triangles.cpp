@@ -27,6 +27,7 @@ Result<Triangles> load_triangles(const std::string& path) {
   for (const CellBlock& block : read.mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i) {
       const auto cell = block.cell(i);
+      if (cell.size() > 2) result.polygons.emplace_back(cell.begin(), cell.end());
       for (size_t k = 2; k < cell.size(); ++k) result.faces.push_back({cell[0], cell[k - 1], cell[k]});
     }
   }

@@ -16,7 +16,8 @@ using Triangle = std::array<uint32_t, 3>;
 struct Triangles {
   std::string name;
   std::vector<std::array<double, 3>> positions;
-  std::vector<Triangle> faces;  ///< polygons cut into fans
+  std::vector<Triangle> faces;                  ///< polygons cut into fans
+  std::vector<std::vector<uint32_t>> polygons;  ///< the same as they were
 
   /// Positions on a lattice of 2^bits values along the longest side of the bounding box.
   std::vector<Point> on_lattice(unsigned bits) const;
