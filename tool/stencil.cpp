@@ -35,7 +35,8 @@ Result<NamedStencil> read_stencil(const std::string& path) {
     return failure(ErrorCode::malformed_input, fmt::format("{}: is no stencil", input_name(path)));
   std::string text(size, '\0');
   TOOL_CHECK(input.source->read_at(0, std::as_writable_bytes(std::span(text))));
-  return NamedStencil{TOOL_TRY(stencil_from_json(text, input_name(path))), {}};
+  Stencil stencil = TOOL_TRY(stencil_from_json(text, input_name(path)));
+  return NamedStencil{std::move(stencil), {}};
 }
 
 Result<NamedStencil> find_stencil(const StencilOptions& options) {

@@ -22,12 +22,6 @@ Point reflected(const Point& point, const Point& a, const Point& b) {
   return {a[0] + b[0] - point[0], a[1] + b[1] - point[1]};
 }
 
-/// The tip of the equilateral triangle on the edge ab, to the right of it.
-Point equilateral_tip(const Point& a, const Point& b) {
-  return {(a[0] + b[0]) / 2 + (b[1] - a[1]) * triangle_height,
-          (a[1] + b[1]) / 2 - (b[0] - a[0]) * triangle_height};
-}
-
 void add(Stencil& stencil, std::string label, Point position) {
   stencil.known.push_back({std::move(label), std::move(position)});
 }
@@ -123,17 +117,18 @@ Stencil dual_parallelogram_stencil(unsigned valence) {
   return stencil;
 }
 
-Stencil k_star_stencil(unsigned valence, Tips tips) {
+double tip_distance(unsigned valence, Tips tips) {
+  const double half_angle = pi / valence;
+  if (tips == Tips::reflected) return 2 * std::cos(half_angle);
+  return std::cos(half_angle) + std::sqrt(3.0) * std::sin(half_angle);
+}
+
+Stencil k_star_stencil(unsigned valence, double tips) {
   Stencil stencil{"k-star:" + std::to_string(valence), 2, {0, 0}, {}, {}, {}};
-  stencil.name += tips == Tips::reflected ? ":reflected" : ":equilateral";
-  std::vector<Point> ring;
-  for (unsigned i = 0; i < valence; ++i) ring.push_back(on_circle(1, 2 * pi * i / valence));
-  for (unsigned i = 0; i < valence; ++i) add(stencil, numbered("r", i), ring[i]);
+  for (unsigned i = 0; i < valence; ++i) add(stencil, numbered("r", i), on_circle(1, 2 * pi * i / valence));
   for (uint32_t i = 0; i < valence; ++i) {
     const uint32_t j = (i + 1) % valence;
-    const Point tip = tips == Tips::reflected ? reflected(stencil.target, ring[i], ring[j])
-                                              : equilateral_tip(ring[i], ring[j]);
-    add(stencil, numbered("t", i), tip);
+    add(stencil, numbered("t", i), on_circle(tips, pi * (2 * i + 1) / valence));
     stencil.edges.insert(stencil.edges.end(), {{i, 2 * valence}, {i, j}, {i, valence + i}, {j, valence + i}});
   }
   return stencil;

@@ -7,21 +7,23 @@
 // Stencils by name. Edges have length 1.
 namespace maille {
 
-/// Where the tips of a K-star lie: the vertices across the edges of a vertex's ring.
+/// How far the tips of a K-star, the vertices across the edges of a vertex's ring, lie from its centre, the
+/// ring's radius being 1.
 enum class Tips : uint8_t {
   reflected,    ///< each is the centre, reflected in the middle of its edge: parallelograms
   equilateral,  ///< each makes an equilateral triangle with its edge
 };
+double tip_distance(unsigned valence, Tips tips);
 
 /// a, b, across: the triangle on the edge ab, whose other triangle's tip is wanted.
 Stencil parallelogram_stencil();
 /// Three corners of a quad, in order; the fourth is wanted.
 Stencil quad_stencil();
-/// A vertex of a fan of `valence` triangles (3 to 16): its centre, its two neighbours in the fan, and those
+/// A vertex of a fan of `valence` triangles (3 or more): its centre, its two neighbours in the fan, and those
 /// next to them, as far as there are any.
 Stencil dual_parallelogram_stencil(unsigned valence);
 /// The centre of a ring of `valence` vertices (3 to 16), from the ring and its tips.
-Stencil k_star_stencil(unsigned valence, Tips tips);
+Stencil k_star_stencil(unsigned valence, double tips);
 /// Corner `known` of a regular polygon of `degree` corners (3 to 16), from those before it.
 Stencil polygon_stencil(unsigned degree, unsigned known);
 /// Across the edge 0-1 of a known polygon: the new corner number `known` of one with `degree` corners,

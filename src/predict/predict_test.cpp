@@ -179,10 +179,13 @@ std::string name_complaint(const std::string& name) {
 
 TEST(NamedStencils, SayWhatIsWrongWithAName) {
   EXPECT_THAT(name_complaint("buterfly"), HasSubstr("no stencil 'buterfly'; known are parallelogram, "));
-  EXPECT_THAT(name_complaint("k-star"), HasSubstr("k-star:K[:reflected|equilateral]"));
+  EXPECT_THAT(name_complaint("k-star"), HasSubstr("k-star:K[:reflected|equilateral|DISTANCE]"));
   EXPECT_THAT(name_complaint("butterfly:8"), HasSubstr("does not have the parameters"));
   EXPECT_THAT(name_complaint("k-star:17"), HasSubstr("K is a number from 3 to 16, not '17'"));
-  EXPECT_THAT(name_complaint("k-star:6:far"), HasSubstr("reflected or equilateral"));
+  EXPECT_THAT(name_complaint("k-star:6:far"), HasSubstr("reflected, equilateral or a distance"));
+  for (const char* tips : {"11", "0.01", "1.7x", "1..7", ".", "-1", "nan", "1e1", ""}) {
+    EXPECT_THAT(name_complaint(std::string("k-star:6:") + tips), HasSubstr("or a distance")) << tips;
+  }
   EXPECT_THAT(name_complaint("polygon:5:5"), HasSubstr("from 1 to 4"));
   EXPECT_THAT(name_complaint("cube:0x03"), HasSubstr("bit 0"));
   EXPECT_THAT(name_complaint("cube:0x"), HasSubstr("not '0x'"));

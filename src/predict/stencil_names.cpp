@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <functional>
 
 #include "base/result.h"
@@ -60,21 +62,47 @@ Family plain(std::string name, std::string description, Stencil (*make)(), Predi
           }};
 }
 
-/// Stencils of a valence from 3 to 16.
+/// Stencils of a valence.
 Family by_valence(std::string name, std::string description, Stencil (*make)(unsigned), PredictionRule rule) {
   return {{name, name + ":K", std::move(description)}, [=](const Words& words) -> Result<NamedStencil> {
-            const unsigned valence = MAILLE_TRY(number(words[0], "K", 3, 16));
+            const unsigned valence = MAILLE_TRY(number(words[0], "K", 3, 60));
             return NamedStencil{make(valence), rule};
           }};
 }
 
+/// Digits with a point between them; strtod would ask the user's language about the point. NaN: something
+/// else.
+double decimal(const std::string& word) {
+  const size_t point = std::min(word.find('.'), word.size());
+  const std::string digits = word.substr(0, point) + (point < word.size() ? word.substr(point + 1) : "");
+  if (digits.empty() || digits.size() > 9) return NAN;
+  double value = 0;
+  for (const char digit : digits) {
+    if (digit < '0' || digit > '9') return NAN;
+    value = 10 * value + (digit - '0');
+  }
+  for (size_t i = point + 1; i < word.size(); ++i) value /= 10;
+  return value;
+}
+
+/// How far the tips are: by the model's name, or as a number.
+Result<double> tips_from(const std::string& word, unsigned valence) {
+  if (word == "reflected") return tip_distance(valence, Tips::reflected);
+  if (word == "equilateral") return tip_distance(valence, Tips::equilateral);
+  const double distance = decimal(word);
+  if (distance >= 0.1 && distance <= 10) return distance;
+  return failure(
+      ErrorCode::usage,
+      "the tips of a K-star are reflected, equilateral or a distance from 0.1 to 10, not '" + word + "'");
+}
+
 Result<NamedStencil> make_k_star(const Words& words) {
   const unsigned valence = MAILLE_TRY(number(words[0], "K", 3, 16));
-  if (words.size() < 2 || words[1] == "reflected")
-    return NamedStencil{k_star_stencil(valence, Tips::reflected), taylor()};
-  if (words[1] == "equilateral") return NamedStencil{k_star_stencil(valence, Tips::equilateral), taylor()};
-  return failure(ErrorCode::usage,
-                 "the tips of a K-star are reflected or equilateral, not '" + words[1] + "'");
+  const std::string tips = words.size() < 2 ? "reflected" : words[1];
+  const double distance = MAILLE_TRY(tips_from(tips, valence));
+  NamedStencil named{k_star_stencil(valence, distance), taylor()};
+  named.stencil.name += ":" + tips;
+  return named;
 }
 
 Result<NamedStencil> make_polygon(const Words& words) {
@@ -92,7 +120,8 @@ Result<NamedStencil> make_polygon_beside(const Words& words) {
 }
 
 Result<NamedStencil> make_grid(const Words& words) {
-  return NamedStencil{MAILLE_TRY(grid_stencil(words[0])), taylor()};
+  Stencil stencil = MAILLE_TRY(grid_stencil(words[0]));
+  return NamedStencil{std::move(stencil), taylor()};
 }
 
 Result<NamedStencil> make_cube(const Words& words) {
@@ -103,8 +132,8 @@ Result<NamedStencil> make_cube(const Words& words) {
 }
 
 Result<NamedStencil> make_hexahedron(const Words& words) {
-  return NamedStencil{
-      hexahedron_stencil(MAILLE_TRY(number(words[0], "the number of known new corners", 0, 3))), taylor()};
+  const unsigned known = MAILLE_TRY(number(words[0], "the number of known new corners", 0, 3));
+  return NamedStencil{hexahedron_stencil(known), taylor()};
 }
 
 const std::vector<Family>& families() {
@@ -115,7 +144,7 @@ const std::vector<Family>& families() {
       by_valence("dual-parallelogram",
                  "a vertex of a fan of K triangles, from the fan's centre and four of its vertices",
                  dual_parallelogram_stencil, taylor()),
-      {{"k-star", "k-star:K[:reflected|equilateral]",
+      {{"k-star", "k-star:K[:reflected|equilateral|DISTANCE]",
         "a vertex, from its ring of K and the K vertices across the ring's edges"},
        make_k_star},
       {{"polygon", "polygon:N:KNOWN",

@@ -73,7 +73,7 @@ std::vector<Row> k_star_rows(double noise) {
   for (unsigned k = least_degree; k <= most_degree; ++k) {
     Row row;
     for (const Tips tips : {Tips::reflected, Tips::equilateral}) {
-      const Weights weights = weights_at(k_star_stencil(k, tips), noise);
+      const Weights weights = weights_at(k_star_stencil(k, tip_distance(k, tips)), noise);
       double ring = 0;
       for (unsigned i = 0; i < k; ++i) ring += weights[i];
       row.push_back(rounded(ring));
