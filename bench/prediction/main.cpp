@@ -36,6 +36,7 @@ struct Rate {
   std::string predictor;
   double bits;  ///< per vertex
   std::vector<Point> residuals;
+  size_t table = 0;  ///< which of several was best
 };
 
 std::vector<std::string> files_of(const std::vector<std::string>& paths) {
@@ -67,8 +68,9 @@ std::vector<Rate> measure(const std::vector<Sample>& samples, std::vector<Predic
   predictors.push_back(fitted);
   for (const Predictor& predictor : predictors) rates.push_back(rate_of(samples, predictor));
   Rate best = rate_of(samples, tables[0]);
-  for (const Predictor& table : tables) {
-    Rate rate = rate_of(samples, table);
+  for (size_t i = 1; i < tables.size(); ++i) {
+    Rate rate = rate_of(samples, tables[i]);
+    rate.table = i;
     if (rate.bits < best.bits) best = std::move(rate);
   }
   best.bits += 8.0 / static_cast<double>(samples.size());
@@ -138,7 +140,8 @@ class Report {
                  {"vertices", stars},
                  {"predictor", rate.predictor},
                  {"bits_per_vertex", rate.bits},
-                 {"mean_residual", mean_size(rate.residuals)}};
+                 {"mean_residual", mean_size(rate.residuals)},
+                 {"table", rate.table}};
     if (options_.histograms) json["histogram"] = histogram(rate.residuals);
     return json;
   }
@@ -195,7 +198,7 @@ void run_polygons(const Triangles& mesh, const Options& options, Report& report)
     for (unsigned level = 0; level < tables::noise_levels; ++level) {
       auto found = residuals(samples, CornerRule::beside, level);
       const double rate = bits_per_vertex(found) + 8.0 / static_cast<double>(samples.size());
-      if (rate < best.bits) best = {best.predictor, rate, std::move(found)};
+      if (rate < best.bits) best = {best.predictor, rate, std::move(found), level};
     }
     rates.push_back(std::move(best));
     report.add(mesh, bits, samples.size(), rates);
