@@ -25,6 +25,8 @@ namespace {
 constexpr const char* files_group = "Input and output";
 constexpr const char* quality_group = "Quality";
 constexpr const char* answer_group = "Answer";
+constexpr const char* prediction_group = "Prediction";
+constexpr const char* scheme_group = "Scheme";
 constexpr const char* speed_group = "Speed and memory";
 constexpr const char* message_group = "Messages";
 
@@ -40,6 +42,8 @@ struct Raw {
   std::string memory;
   std::string progress = "auto";
   std::string shell;
+  std::string covariance;
+  std::string scheme = "butterfly";
 };
 
 struct Parser {
@@ -52,6 +56,8 @@ struct Parser {
   VerifyOptions verify;
   DiffOptions diff;
   ConvertOptions convert;
+  StencilOptions stencil;
+  SubdivideOptions subdivide;
 
   Parser();
   CLI::App* verb(const std::string& name, const std::string& description, const std::string& examples);
@@ -62,6 +68,8 @@ struct Parser {
   void add_verify();
   void add_diff();
   void add_convert();
+  void add_stencil();
+  void add_subdivide();
   void add_completion();
   Result<Command> command(const std::string& verb) const;
 };
@@ -285,6 +293,80 @@ void Parser::add_convert() {
   add_common(c, convert.common, true);
 }
 
+void Parser::add_stencil() {
+  CLI::App* s = verb(
+      "stencil",
+      "Derive the weights of a prediction from the smoothness of surfaces.\n"
+      "Without NAME and --file, lists the stencils known by name. A file holds JSON: \"target\": [0, 0], "
+      "\"known\": [[1, 0], ...] or [{\"label\": \"a\", \"position\": [1, 0]}, ...], and for the spectral "
+      "rule "
+      "\"hidden\" (samples neither known nor wanted) and \"edges\": [[0, 1], ...], which count known "
+      "samples, the "
+      "target, hidden ones. docs/prediction.md explains the rules.",
+      "maille stencil\n"
+      "maille stencil butterfly\n"
+      "maille stencil k-star:6 --noise 0.2\n"
+      "maille stencil dual-parallelogram:6 --covariance gaussian --json\n"
+      "maille stencil 'grid:###/##x' --rule spectral");
+  s->add_option("NAME", stencil.name, "Stencil, with its parameters behind colons")->type_name("NAME");
+  s->add_option("--file", stencil.file, "Read a stencil of your own from a JSON file; - is standard input")
+      ->type_name("FILE")
+      ->group(prediction_group);
+  choice(s->add_option("--rule", stencil.rule, "How weights are derived (default: as usual for the stencil)"),
+         {"taylor", "spectral"})
+      ->group(prediction_group);
+  choice(s->add_option("--covariance", raw.covariance,
+                       "Taylor: what derivatives of one order are taken to be (default: rotation)"),
+         {"independent", "rotation", "gaussian"})
+      ->group(prediction_group);
+  s->add_option("--order", stencil.order,
+                "Taylor: ignore derivatives above this order (default: none; with --noise: 2)")
+      ->check(CLI::Range(0u, largest_taylor_order))
+      ->type_name("N")
+      ->group(prediction_group);
+  s->add_option("--noise", stencil.noise,
+                "Taylor: variance of the noise of known values, that of a mixed second derivative being 1")
+      ->check(CLI::Range(0.0, 1e12))
+      ->type_name("X")
+      ->group(prediction_group);
+  s->add_option("--exact", stencil.exact_order,
+                "Taylor with noise: polynomials up to this degree are reproduced all the same (default: 1)")
+      ->check(CLI::Range(0u, largest_taylor_order))
+      ->type_name("N")
+      ->group(prediction_group);
+  add_common(s, stencil.common, false);
+}
+
+void Parser::add_subdivide() {
+  CLI::App* s = verb(
+      "subdivide",
+      "Subdivide a triangle mesh, keeping its points.\n"
+      "New points are predicted by the modified butterfly (each triangle becomes 4) or sqrt3 (3). Borders "
+      "stay borders. Only positions come along. PLY is written as it is made: the butterfly needs memory "
+      "for the input and a few MB more, however large the result, sqrt3 for all levels but the last.",
+      "maille subdivide cow.off smooth.ply --levels 2\n"
+      "maille subdivide bunny.ply large.ply --scheme sqrt3 --levels 6");
+  file(s, "-i,--input,IN", subdivide.input, "Mesh to read; - is standard input")->required();
+  file(s, "-o,--output,OUT", subdivide.output, "File to write; - is standard output")->required();
+  choice(s->add_option("--input-format", subdivide.input_format,
+                       "Format of IN (default: by extension, then by first bytes)"),
+         format_names(true))
+      ->group(files_group);
+  choice(s->add_option("--output-format", subdivide.output_format,
+                       "Format of OUT (default: by extension; ply where there is none)"),
+         format_names(false))
+      ->group(files_group);
+  add_force(s, subdivide.force);
+  choice(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),
+         {"butterfly", "sqrt3"})
+      ->group(scheme_group);
+  s->add_option("--levels", subdivide.subdivision.levels, "How often (default: 1)")
+      ->check(CLI::Range(1, 16))
+      ->type_name("N")
+      ->group(scheme_group);
+  add_common(s, subdivide.common, true);
+}
+
 void Parser::add_completion() {
   CLI::App* c = verb("completion",
                      "Print a completion script for a shell, or the manual.\n"
@@ -308,6 +390,8 @@ Parser::Parser() {
   add_verify();
   add_diff();
   add_convert();
+  add_stencil();
+  add_subdivide();
   add_completion();
 }
 
@@ -372,6 +456,11 @@ Mode mode_of(const std::string& text) {
   return text == "stream" ? Mode::stream : text == "random" ? Mode::random : Mode::single;
 }
 
+Covariance covariance_of(const std::string& text) {
+  if (text == "independent") return Covariance::independent;
+  return text == "gaussian" ? Covariance::gaussian : Covariance::rotation;
+}
+
 // "500M", "4G", "1.5GiB", "100000": powers of 1024, whichever way they are written.
 Result<uint64_t> parse_size(const std::string& text) {
   double value = 0;
@@ -420,6 +509,16 @@ Result<Command> Parser::command(const std::string& verb) const {
   if (verb == "info") return info;
   if (verb == "verify") return with_raw(verify, raw);
   if (verb == "convert") return with_raw(convert, raw);
+  if (verb == "stencil") {
+    StencilOptions options = stencil;
+    if (!raw.covariance.empty()) options.covariance = covariance_of(raw.covariance);
+    return options;
+  }
+  if (verb == "subdivide") {
+    SubdivideOptions options = subdivide;
+    if (raw.scheme == "sqrt3") options.subdivision.scheme = SubdivisionScheme::sqrt3;
+    return with_raw(options, raw);
+  }
   return PrintText{generated(raw.shell, entry_of(*this))};
 }
 

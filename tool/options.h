@@ -2,6 +2,8 @@
 
 #include <maille/encode.h>
 #include <maille/limits.h>
+#include <maille/predict.h>
+#include <maille/subdivide.h>
 
 #include <cstdint>
 #include <optional>
@@ -84,12 +86,33 @@ struct ConvertOptions {
   bool force = false;
 };
 
+struct StencilOptions {
+  CommonOptions common;
+  std::string name;  ///< empty: list what is known, or read `file`
+  std::string file;
+  std::string rule;  ///< empty: the stencil's own
+  std::optional<Covariance> covariance;
+  std::optional<unsigned> order;
+  std::optional<double> noise;
+  std::optional<unsigned> exact_order;
+};
+
+struct SubdivideOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  std::string input_format;
+  std::string output_format;
+  SubdivisionOptions subdivision;
+  bool force = false;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
 };
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
-                             DiffOptions, ConvertOptions>;
+                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions>;
 
 }  // namespace maille::tool

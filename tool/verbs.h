@@ -15,5 +15,7 @@ Result<int> run(const InfoOptions& options);
 Result<int> run(const VerifyOptions& options);
 Result<int> run(const DiffOptions& options);
 Result<int> run(const ConvertOptions& options);
+Result<int> run(const StencilOptions& options);
+Result<int> run(const SubdivideOptions& options);
 
 }  // namespace maille::tool
