@@ -37,9 +37,12 @@ std::vector<File> small_files() {
   EncodeOptions options;
   options.positions = {Tolerance::Kind::bits, 10};
   files.push_back(file_of("torus at 10 bits", torus(9, 6), options));
+  options.effort = 9;
+  files.push_back(file_of("torus, mixed", torus(9, 6), options));
+  options.effort = 5;
   options.order = Order::keep;
   files.push_back(file_of("sphere in order", shuffled(sphere(9, 6), 1), options));
-  for (uint64_t seed = 0; seed < 200 && files.size() < 10; ++seed) {
+  for (uint64_t seed = 0; seed < 200 && files.size() < 11; ++seed) {
     const Mesh mesh = random_surface(seed, {.faces = 30});
     if (mesh.arrays.size() < 3 || mesh.cell_count() < 5) continue;
     options.positions = {};

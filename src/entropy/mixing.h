@@ -16,7 +16,7 @@ namespace maille {
 // arithmetic. Probabilities are in 1/65536, logits ln(p / (1 - p)) in 1/256 from -2047 to 2047.
 
 inline constexpr int32_t largest_logit = 2047;
-/// What is left to the improbable side of any decision: 2^-11.4, which bounds a decoder's work per byte.
+/// What is left to the improbable side of any decision; so the probable side costs at least 2^-11 bit.
 inline constexpr uint32_t least_probability = 24;
 
 extern const std::array<uint16_t, 4096> logistic_table;   ///< probability of each logit, from -2048
@@ -102,7 +102,8 @@ class RangeEncoder {
 };
 
 /// Reads what RangeEncoder wrote. Safe on any bytes: past their end it reads zeros, and exhausted() is true
-/// as soon as more of them were read than the encoder leaves away.
+/// as soon as it has read more of them than the one word that the encoder leaves away. Each decision with a
+/// Mixer costs at least 2^-11 bit, so a loop that asks for each element is bounded by the bytes.
 class RangeDecoder {
  public:
   static constexpr bool encoding = false;
@@ -136,7 +137,7 @@ class RangeDecoder {
     range_ = unit * frequency;
     if (range_ >> 32 == 0) refill();
   }
-  bool exhausted() const { return missing_ > 8; }
+  bool exhausted() const { return missing_ > 4; }
 
  private:
   void refill() {
@@ -196,7 +197,7 @@ struct NarrowCell {
     const int32_t target = bit ? 65535 : 0;
     const int32_t moved = probability + ((target - probability) * cell_rates[visits()] >> 16);
     const unsigned count = visits() + (visits() < 15);
-    bits = static_cast<uint16_t>((static_cast<uint32_t>(moved) & 0xfff0) | count);
+    bits = static_cast<uint16_t>((static_cast<uint32_t>(moved + 7) & 0xfff0) | count);
   }
 };
 

@@ -28,7 +28,6 @@ struct MixedCoding {
 
   Centre centre = Centre::best_gate;
   Models models = Models::matches;
-  uint8_t table_bits = 18;           ///< buckets of hashed contexts
   double unit = 1;                   ///< of positions: about the smallest difference of numbers
 };
 
@@ -76,7 +75,7 @@ class MixedPositionCoder {
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
-        table_(with_contexts ? coding.table_bits : 1),
+        table_(with_contexts ? table_bits_for(points) : 1),
         match_cells_(matches * 8 * 8 * node_types),
         followers_(with_matches ? size_t{2} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
@@ -112,6 +111,12 @@ class MixedPositionCoder {
   static constexpr unsigned few_contexts = 48 * 16;
   static constexpr unsigned nodes = 132;
 
+  /// About five buckets for each point, in 2^12 to 2^20.
+  static unsigned table_bits_for(uint32_t points) {
+    unsigned bits = 12;
+    while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
+    return bits;
+  }
   static std::array<int32_t, inputs> initial_weights() {
     std::array<int32_t, inputs> weights;
     weights.fill(65536 / 25);
@@ -278,7 +283,10 @@ class MixedPositionCoder {
     Code& code = codes_[at(point_, axis_)];
     const Wide centre = this->centre();
     base_ = value(centre, axis_);
-    for (unsigned j = 0; j < experts; ++j) relative_mean_[j] = static_cast<float>(mean_[j] - base_);
+    for (unsigned j = 0; j < experts; ++j) {
+      const double relative = mean_[j] - base_;
+      relative_mean_[j] = static_cast<float>(relative > -1e32 ? relative < 1e32 ? relative : 1e32 : -1e32);
+    }
     Wide low = lowest;
     Wide high = highest;
     if constexpr (Coder::encoding) target_ = code;
