@@ -6,6 +6,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/mixing.h"
+#include "surface/anchors.h"
 #include "surface/mixed_position_coder.h"
 
 namespace maille {
@@ -13,6 +14,24 @@ namespace {
 
 // Points that settings are tried on.
 constexpr uint32_t most_trial_points = 6144;
+
+/// Points of the surface near those outside of it.
+template <class Code>
+std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                 std::span<const Code> codes) {
+  std::vector<Vector3> known, places;
+  for (uint32_t point = 0; point < elements.points; ++point) {
+    Vector3 place;
+    for (unsigned k = 0; k < 3; ++k) {
+      const Code code = codes[size_t{point} * 3 + k];
+      const bool ordered = maps[k].kind == NumberMap::Kind::ordered;
+      place[k] = ordered ? NumberMap::ordered_value(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
+    }
+    (point < elements.surface->point_count ? known : places).push_back(place);
+  }
+  return find_anchors(known, places);
+}
 
 /// Codes all points, the first `most` of them, or those until the stream ends.
 template <class Coder, class Code, MixedCoding::Models models>
@@ -28,8 +47,13 @@ void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::
     mixed.code(vertex, next++);
     if (!go_on()) return;
   }
-  while (next < most) {
-    mixed.code_other(next++);
+  std::vector<uint32_t> anchors;
+  if constexpr (Coder::encoding) {
+    if (coding.anchors && next < most) anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
+  }
+  for (; next < most; ++next) {
+    const uint32_t anchor = anchors.empty() ? 0 : anchors[next - surface.point_count];
+    mixed.code_other(next, anchor, surface.point_count);
     if (!go_on()) return;
   }
 }
@@ -94,6 +118,8 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
   using Models = MixedCoding::Models;
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
+  // Those that lines or volumes use have neighbours of their own, in the order of the mesh.
+  best.anchors = elements.loose_cells == 0 && elements.surface->point_count > 0;
   double smallest = INFINITY;
   const uint32_t most = std::clamp(elements.points / 5, 1000u, most_trial_points);
   const auto consider = [&](MixedCoding::Centre centre, Models models) {
@@ -153,6 +179,7 @@ std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
   ByteWriter out;
   out.put(best.centre);
   out.put(best.models);
+  out.put(static_cast<uint8_t>(best.anchors));
   out.put(best.unit);
   out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
   return out.take();
@@ -167,9 +194,11 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   coding.centre = static_cast<MixedCoding::Centre>(centre);
   const auto models = in.get<uint8_t>();
   coding.models = static_cast<MixedCoding::Models>(models);
+  const auto anchors = in.get<uint8_t>();
+  coding.anchors = anchors == 1;
   coding.unit = in.get<double>();
   if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count ||
-      !is_sane(maps, coding.unit)) {
+      anchors > 1 || (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "entropy/integer_model.h"
 #include "entropy/mixing.h"
 #include "mesh/number_map.h"
 #include "surface/position_predictor.h"
@@ -28,7 +29,8 @@ struct MixedCoding {
 
   Centre centre = Centre::best_gate;
   Models models = Models::matches;
-  double unit = 1;                   ///< of positions: about the smallest difference of numbers
+  bool anchors = false;  ///< points outside the surface lie near points of it
+  double unit = 1;       ///< of positions: about the smallest difference of numbers
 };
 
 /// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
@@ -88,7 +90,16 @@ class MixedPositionCoder {
 
   /// Codes a point of the surface at its first vertex.
   void code(uint32_t vertex, uint32_t point) { code_point(point, predictor_.predict(vertex)); }
-  void code_other(uint32_t point) { code_point(point, predictor_.predict_other()); }
+  /// Codes one outside of it; `anchor`: a point of the surface near it.
+  void code_other(uint32_t point, uint32_t anchor, uint32_t surface_points) {
+    if (!coding_.anchors) return code_point(point, predictor_.predict_other());
+    const auto step = static_cast<int32_t>(anchor - anchor_);
+    const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
+    const uint32_t coded = anchor_step_.code(coder_, zigzag);
+    anchor_ += coded >> 1 ^ (0 - (coded & 1));
+    if (anchor_ >= surface_points) anchor_ = surface_points - 1;
+    code_point(point, predictor_.predict_near(anchor_));
+  }
 
  private:
   using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
@@ -542,6 +553,9 @@ class MixedPositionCoder {
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
   std::array<unsigned, 8> hits_ = {};
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
+
+  CountModel anchor_step_;
+  uint32_t anchor_ = 0;
 
   // Of the point at hand.
   const PositionPrediction* prediction_ = nullptr;
