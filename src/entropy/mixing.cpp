@@ -76,13 +76,15 @@ void RangeEncoder::carry() {
 }
 
 void RangeEncoder::flush_word() {
-  for (int shift = 56; shift >= 32; shift -= 8) bytes_.push_back(static_cast<std::byte>(low_ >> shift & 0xff));
+  for (int shift = 56; shift >= 32; shift -= 8)
+    bytes_.push_back(static_cast<std::byte>(low_ >> shift & 0xff));
   low_ <<= 32;
   range_ <<= 32;
 }
 
 std::vector<std::byte> RangeEncoder::finish() {
-  // The interval is wider than 2^32, so there is a number in it whose low word is zero and need not be written.
+  // The interval is wider than 2^32, so there is a number in it whose low word is zero and need not be
+  // written.
   const uint64_t last = (low_ + 0xffffffff) & ~uint64_t{0xffffffff};
   if (last < low_) carry();
   low_ = last;

@@ -19,8 +19,8 @@ inline constexpr int32_t largest_logit = 2047;
 /// What is left to the improbable side of any decision; so the probable side costs at least 2^-11 bit.
 inline constexpr uint32_t least_probability = 24;
 
-extern const std::array<uint16_t, 4096> logistic_table;   ///< probability of each logit, from -2048
-extern const std::array<int16_t, 4096> logit_table;       ///< logit of each sixteenth probability
+extern const std::array<uint16_t, 4096> logistic_table;  ///< probability of each logit, from -2048
+extern const std::array<int16_t, 4096> logit_table;      ///< logit of each sixteenth probability
 
 constexpr int32_t clamp_logit(int32_t logit) {
   return logit < -largest_logit ? -largest_logit : logit > largest_logit ? largest_logit : logit;
@@ -45,7 +45,8 @@ extern const std::array<uint32_t, 2 * 20 * 64 + 2> distribution_table;
 /// ln(above / below) as a logit, of numbers from 1 to 2^30, to 1/10 of its unit: the quotient's exponent,
 /// and of its fraction y the polynomial y + y (1 - y) q(y), which is log2(1 + y).
 [[gnu::always_inline]] inline SignedLanes logit_of_ratio(SignedLanes above, SignedLanes below) {
-  const FloatLanes ratio = __builtin_convertvector(above, FloatLanes) / __builtin_convertvector(below, FloatLanes);
+  const FloatLanes ratio =
+      __builtin_convertvector(above, FloatLanes) / __builtin_convertvector(below, FloatLanes);
   SignedLanes bits;
   static_assert(sizeof bits == sizeof ratio);
   __builtin_memcpy(&bits, &ratio, sizeof bits);
@@ -128,7 +129,8 @@ class RangeDecoder {
   }
   uint32_t peek(unsigned bits, unsigned) {
     const uint64_t slot = value_ / (range_ >> bits);
-    const uint64_t most = (uint64_t{1} << bits) - 1;  // what is left over above the last slot is never written
+    const uint64_t most =
+        (uint64_t{1} << bits) - 1;  // what is left over above the last slot is never written
     return static_cast<uint32_t>(slot < most ? slot : most);
   }
   void advance(uint32_t start, uint32_t frequency, unsigned bits, unsigned) {
@@ -178,7 +180,9 @@ struct WideCell {
   uint16_t probability = 32768;
   uint8_t visits = 0;
 
-  [[gnu::always_inline]] int32_t logit() const { return logit_of(probability) * cell_confidences[visits] >> 8; }
+  [[gnu::always_inline]] int32_t logit() const {
+    return logit_of(probability) * cell_confidences[visits] >> 8;
+  }
   [[gnu::always_inline]] void update(bool bit) {
     const int32_t error = (bit ? 65535 : 0) - probability;
     probability = static_cast<uint16_t>(probability + (error * cell_rates[visits] >> 16));
@@ -191,7 +195,9 @@ struct NarrowCell {
   uint16_t bits = 0x8000;
 
   unsigned visits() const { return bits & 15; }
-  [[gnu::always_inline]] int32_t logit() const { return logit_table[bits >> 4] * cell_confidences[visits()] >> 8; }
+  [[gnu::always_inline]] int32_t logit() const {
+    return logit_table[bits >> 4] * cell_confidences[visits()] >> 8;
+  }
   [[gnu::always_inline]] void update(bool bit) {
     const auto probability = static_cast<int32_t>(bits & 0xfff0);
     const int32_t target = bit ? 65535 : 0;
@@ -250,7 +256,8 @@ class Mixer {
 
   using Inputs = std::array<SignedLanes, N / 4>;
 
-  [[gnu::always_inline]] uint32_t predict(const Inputs& inputs, unsigned first, unsigned second, unsigned map) {
+  [[gnu::always_inline]] uint32_t predict(const Inputs& inputs, unsigned first, unsigned second,
+                                          unsigned map) {
     for (unsigned i = 0; i < N / 4; ++i) inputs_[i] = reinterpret_cast<Lanes>(inputs[i]);
     row_ = {&rows_[0][first], &rows_[1][second]};
     for (unsigned i = 0; i < 2; ++i) logit_[i] = clamp_logit(dot(*row_[i]));
@@ -267,10 +274,11 @@ class Mixer {
 
   [[gnu::always_inline]] void update(bool bit) {
     for (unsigned i = 0; i < 2; ++i) {
-      const int32_t error = (bit ? 65536 : 0) - static_cast<int32_t>(logistic_table[static_cast<size_t>(logit_[i] + 2048)]);
+      const int32_t error =
+          (bit ? 65536 : 0) - static_cast<int32_t>(logistic_table[static_cast<size_t>(logit_[i] + 2048)]);
       learn(*row_[i], error * rate_ >> 10);
     }
-    *map_ = static_cast<uint16_t>(*map_ + (((bit ? 65535 : 0) - *map_) >> 6));
+    *map_ = static_cast<uint16_t>(*map_ + (((bit ? 65535 : 0) - *map_) >> 7));
     if (++decisions_ % 256 == 0) slow_down();
   }
 

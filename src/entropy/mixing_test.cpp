@@ -59,7 +59,9 @@ bool run(Coder& coder, uint64_t seed, int count) {
   BitModel bit_model;
   CountModel count_model;
   for (int i = 0; i < count; ++i) {
-    const uint32_t probability = random.chance(50) ? random.between(24, 65512) : random.chance(50) ? 24 : 65512;
+    const uint32_t probability = random.chance(50)   ? random.between(24, 65512)
+                                 : random.chance(50) ? 24
+                                                     : 65512;
     const bool bit = random.below(65536) < probability || random.chance(5);
     if (coder.code(bit, probability) != bit && !Coder::encoding) return false;
     const unsigned bits = random.below(33);

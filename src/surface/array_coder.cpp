@@ -342,8 +342,7 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
 
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 std::span<const uint32_t> source, bool mixed, int effort,
-                                 Pace* pace) {
+                                 std::span<const uint32_t> source, bool mixed, int effort, Pace* pace) {
   std::vector<Code> codes(source.size() * maps.maps.size());
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
@@ -405,8 +404,9 @@ void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code>
 }
 
 template <class Code>
-Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding& coding, const ArrayMaps& maps,
-                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array, Pace* pace) {
+Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding& coding,
+                   const ArrayMaps& maps, Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array,
+                   Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,

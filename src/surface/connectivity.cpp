@@ -355,7 +355,8 @@ Result<bool> FaceCoder<Coder, Models>::split(uint32_t first, uint32_t node, uint
 /// into the face as long as the vertices between them are finished. h and `left` (vertices still to come)
 /// move along. Returns the node where the face leaves the front.
 template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
+Result<uint32_t> FaceCoder<Coder, Models>::follow_front(uint32_t first, uint32_t node, uint32_t& h,
+                                                        uint32_t& left) {
   do {
     const uint32_t next = front_[node].next;
     if (left == 0 || next == first) return corrupt("a face with more edges than its degree");
@@ -600,9 +601,8 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
   result.header = describe(surface, real_half_edges, point_count);
   result.header.pivot_window = pivot_window;
   result.header.mixed = mixed;
-  const auto encode =
-      mixed ? encode_components<RangeEncoder, MixedConnectivityModels>
-            : encode_components<RansEncoder, PlainConnectivityModels>;
+  const auto encode = mixed ? encode_components<RangeEncoder, MixedConnectivityModels>
+                            : encode_components<RansEncoder, PlainConnectivityModels>;
   encode(surface, real_half_edges, point_count, result);
   for (uint32_t& origin : surface.origin) origin &= ~numbered;
   return result;

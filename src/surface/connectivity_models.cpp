@@ -19,7 +19,9 @@ MixedConnectivityModels::MixedConnectivityModels() : mixer_(nodes, 16 * 4, nodes
 /// on machine parts the exact patterns.
 void MixedConnectivityModels::look(const FrontView& view) {
   const auto& [q, p, r, s, w] = view;
-  const auto real = [](const FrontView::Node& node) { return node.valence == FrontView::dummy ? 0 : node.valence; };
+  const auto real = [](const FrontView::Node& node) {
+    return node.valence == FrontView::dummy ? 0 : node.valence;
+  };
   const auto is_dummy = [](const FrontView::Node& node) {
     return static_cast<uint32_t>(node.valence == FrontView::dummy);
   };

@@ -10,8 +10,8 @@
 
 namespace maille {
 
-/// What both sides know around the place of the face or vertex that comes next: the front's nodes q -> p, then
-/// r -> s behind the gap between them, and the vertex w across the gate.
+/// What both sides know around the place of the face or vertex that comes next: the front's nodes q -> p,
+/// then r -> s behind the gap between them, and the vertex w across the gate.
 struct FrontView {
   static constexpr int32_t dummy = 100;
 

@@ -224,7 +224,8 @@ TEST(Connectivity, OfIrregularSurfacesIsSmallerWhenItIsMixed) {
   // A valence that is far from the regular one comes again with a period that only several contexts see.
   Surface surface = shapes::torus(40, 40);
   for (size_t i = 0; i < surface.faces.size(); ++i) {
-    if (i % 3 == 0) std::rotate(surface.faces[i].begin(), surface.faces[i].begin() + 1, surface.faces[i].end());
+    if (i % 3 == 0)
+      std::rotate(surface.faces[i].begin(), surface.faces[i].begin() + 1, surface.faces[i].end());
   }
   const Surface irregular = triangulated(surface);
   EXPECT_LT(encode(irregular, 24, true).coded.bytes.size(), encode(irregular, 24).coded.bytes.size());
@@ -249,12 +250,12 @@ TEST(Connectivity, EveryTruncationIsAnError) {
   for (const bool mixed : {false, true}) {
     const std::vector<Surface> all = named_shapes();
     for (const Surface& shape : all) {
-    const Coded coded = encode(shape, 4, mixed);
-    for (size_t size = 0; size < coded.coded.bytes.size(); ++size) {
-      const auto decoded = decode(coded, Bytes(coded.coded.bytes).first(size));
-      ASSERT_FALSE(decoded) << size;
-      EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
-    }
+      const Coded coded = encode(shape, 4, mixed);
+      for (size_t size = 0; size < coded.coded.bytes.size(); ++size) {
+        const auto decoded = decode(coded, Bytes(coded.coded.bytes).first(size));
+        ASSERT_FALSE(decoded) << size;
+        EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+      }
     }
   }
 }

@@ -25,7 +25,8 @@ std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std
     for (unsigned k = 0; k < 3; ++k) {
       const Code code = codes[size_t{point} * 3 + k];
       const bool ordered = maps[k].kind == NumberMap::Kind::ordered;
-      place[k] = ordered ? NumberMap::ordered_value(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      place[k] =
+          ordered ? NumberMap::ordered_value(type, code) : static_cast<double>(code) * step_of(maps[k]);
       if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
     }
     (point < elements.surface->point_count ? known : places).push_back(place);
@@ -49,7 +50,8 @@ void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::
   }
   std::vector<uint32_t> anchors;
   if constexpr (Coder::encoding) {
-    if (coding.anchors && next < most) anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
+    if (coding.anchors && next < most)
+      anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
   }
   for (; next < most; ++next) {
     const uint32_t anchor = anchors.empty() ? 0 : anchors[next - surface.point_count];
@@ -85,8 +87,7 @@ template <class Code>
 double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
   double unit = INFINITY;
   for (const NumberMap& map : maps) {
-    if (map.kind != NumberMap::Kind::ordered)
-      unit = std::min(unit, step_of(map));
+    if (map.kind != NumberMap::Kind::ordered) unit = std::min(unit, step_of(map));
   }
   if (unit < INFINITY) return unit;
   double largest = 0;
@@ -132,7 +133,8 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
     smallest = static_cast<double>(bytes.size()) * 0.997;
     best = trial;
   };
-  // Contexts see nothing where the centre hides the structure, and where there is none, nothing is to be seen.
+  // Contexts see nothing where the centre hides the structure, and where there is none, nothing is to be
+  // seen.
   consider(MixedCoding::Centre::expected, Models::experts);
   consider(MixedCoding::Centre::best_gate, effort >= 8 ? Models::matches : Models::contexts);
   const bool floats = std::any_of(maps.begin(), maps.end(), [&](const NumberMap& map) {
@@ -156,7 +158,8 @@ ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps) {
     // Sum of the numbers of bits that a step lies below the last bit of a number, or above.
     int64_t finer = 0;
     for (size_t i = 0; i < array.count(); ++i) {
-      const double number = number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
+      const double number =
+          number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
       int exponent = 0;
       (void)std::frexp(number, &exponent);
       if (number != 0) finer += exponent - digits - (step_exponent - 1);
@@ -197,8 +200,8 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   const auto anchors = in.get<uint8_t>();
   coding.anchors = anchors == 1;
   coding.unit = in.get<double>();
-  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count ||
-      anchors > 1 || (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
+  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count || anchors > 1 ||
+      (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
@@ -210,10 +213,12 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
 
 template bool can_mix<int32_t>(Scalar, std::span<const NumberMap>, std::span<const int32_t>);
 template bool can_mix<int64_t>(Scalar, std::span<const NumberMap>, std::span<const int64_t>);
-template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>,
-                                                      std::span<int32_t>, int, Pace*);
-template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>,
-                                                      std::span<int64_t>, int, Pace*);
+template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int32_t>, int,
+                                                      Pace*);
+template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int64_t>, int,
+                                                      Pace*);
 template Result<> decode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
                                         std::span<int32_t>, Pace*);
 template Result<> decode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,

@@ -85,7 +85,9 @@ TEST(MixedArray, NumbersAtTheEndsOfTheirTypesComeBack) {
     Array array = make_array("values", Domain::point, type, 3);
     array.resize(patch.mesh.point_count());
     for (size_t i = 0; i < array.bytes.size(); ++i)
-      array.bytes[i] = static_cast<std::byte>(i / size_of(type) % 5 < 2 ? 0xff : i % size_of(type) == 0 ? 1 : 0x7f);
+      array.bytes[i] = static_cast<std::byte>(i / size_of(type) % 5 < 2 ? 0xff
+                                              : i % size_of(type) == 0  ? 1
+                                                                        : 0x7f);
     EXPECT_EQ(round_trip(patch, array), "") << name_of(type);
   }
 }

@@ -62,8 +62,8 @@ inline double step_of(const NumberMap& map) {
 
 /// Codes the numbers of positions one decision after the other, each of the kind "is the code at least this
 /// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
-/// scale; contexts say what happened before where things looked the same; matches are whole codes that may come
-/// again.
+/// scale; contexts say what happened before where things looked the same; matches are whole codes that may
+/// come again.
 template <class Coder, class Code, MixedCoding::Models models>
 class MixedPositionCoder {
  public:
@@ -236,12 +236,15 @@ class MixedPositionCoder {
   unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
 
   void set_up_contexts() {
-    const PositionPrediction& p = *prediction_;
     const unsigned side = mean_[0] > mean_[1] ? 1 : 0;
     few_base_ = {&few_[0][(scale_bin_ * 16 + spread_bin_ * 2 + side) * nodes],
                  &few_[1][((edge_bin_ >> 1) * scale_bins + scale_bin_) * nodes]};
+    if constexpr (with_contexts) set_up_hashes();
+  }
+  void set_up_hashes() {
+    const PositionPrediction& p = *prediction_;
     const auto seed = [&](uint32_t kind) { return hashed(kind * 4 + axis_, 0x1234567u); };
-    // 2: residuals of this vertex, or of the one before.
+    // Residuals of this point so far, or those of the one before.
     uint32_t h = hashed(seed(1), place_);
     if (place_ == 0) {
       for (unsigned k = 0; k < 3; ++k) h = hashed(h, newest_ == none ? 0 : residual_code(newest_, k));
@@ -249,7 +252,7 @@ class MixedPositionCoder {
       h = hashed(h, static_cast<uint32_t>(coded_residuals_));
     }
     hash_[0] = h;
-    // 6: how the first two gates differ.
+    // How the first two gates differ.
     const Neighbourhood& around = predictor_.neighbourhood();
     h = hashed(seed(2), around.gate_count);
     for (unsigned i = 0; i < 2 && i < around.gate_count; ++i) {
@@ -258,16 +261,16 @@ class MixedPositionCoder {
       h = hashed(h, exact(tip - p.all_gates[axis_]));
     }
     hash_[1] = h;
-    // 3: the place itself.
+    // The place itself; the edges of the best gate; what the residuals at its corners were.
     hash_[2] = hashed(seed(3), static_cast<uint32_t>(nearest_code(p.all_gates[axis_], axis_)));
     hash_[3] = seed(4);
     hash_[4] = seed(5);
     if (p.best_a != none) {
       hash_[3] = hashed(hashed(hash_[3], exact(along(p.best_a) - along(p.best_across))),
                         exact(along(p.best_b) - along(p.best_across)));
-      hash_[4] = hashed(hashed(hashed(hash_[4], residual_code(p.best_a, axis_)),
-                               residual_code(p.best_b, axis_)),
-                        residual_code(p.best_across, axis_));
+      hash_[4] =
+          hashed(hashed(hashed(hash_[4], residual_code(p.best_a, axis_)), residual_code(p.best_b, axis_)),
+                 residual_code(p.best_across, axis_));
     }
     for (unsigned i = 0; i < contexts; ++i) table_.prefetch(hash_[i]);
   }
@@ -275,7 +278,7 @@ class MixedPositionCoder {
     return static_cast<uint32_t>(residuals_[at(point, axis)]);
   }
   double along(uint32_t point) const { return predictor_.position(point)[axis_]; }
-  /// A difference of numbers as bits. (Means of parallelograms differ in their last bits only by chance.)
+  /// A difference of numbers as bits.
   static uint32_t exact(double difference) {
     const auto narrow = static_cast<float>(difference);
     uint32_t bits;
@@ -342,7 +345,8 @@ class MixedPositionCoder {
     double distance = (up ? off : -off) + scale_;
     if (distance < scale_ * 0.5) distance = scale_ * 0.5;
     double step = step_[axis_];
-    if (ordered_[axis_]) step = std::fabs(value(centre + (centre < highest ? 1 : 0), axis_) - value(centre, axis_));
+    if (ordered_[axis_])
+      step = std::fabs(value(centre + (centre < highest ? 1 : 0), axis_) - value(centre, axis_));
     const int halves = half_octave(distance / (step > 1e-18 ? step : 1e-18) + 1);
     const unsigned c = static_cast<unsigned>(halves < 0 ? 0 : halves / 2);
     return c < most_class ? c : most_class - 1;
@@ -369,7 +373,8 @@ class MixedPositionCoder {
       const Wide half = low + (size >> 1);
       if (i % 3 == 0 && i < 12) begin_buckets(0x100 + (((c * 2 + side_) << 12) | (prefix & 0xfff)) * 2);
       const unsigned within = (1u << i % 3) | (prefix & ((1u << i % 3) - 1));
-      const unsigned few = i < 2 ? 34 + ((side_ * 16 + (c < 15 ? c : 15)) * 3 + (i == 0 ? 0 : 1 + (prefix & 1))) : 0;
+      const unsigned few =
+          i < 2 ? 34 + ((side_ * 16 + (c < 15 ? c : 15)) * 3 + (i == 0 ? 0 : 1 + (prefix & 1))) : 0;
       const bool bit = ask(half, low, high, within - 1, 7 + (i < 6 ? i : 6), few, i < 12);
       prefix = prefix << 1 | static_cast<unsigned>(bit);
     }
@@ -575,10 +580,10 @@ class MixedPositionCoder {
   unsigned edge_bin_ = 0;
   std::array<unsigned, experts> kind_;
   std::array<double, experts> mean_;
-  double base_ = 0;             // experts' means are kept relative to this, in floats
+  double base_ = 0;  // experts' means are kept relative to this, in floats
   FloatLanes relative_mean_;
   FloatLanes inverse_scale_;
-  SignedLanes low_;             // distribution functions at the ends of the interval
+  SignedLanes low_;  // distribution functions at the ends of the interval
   SignedLanes high_;
   std::array<WideCell*, 2> few_base_;
   std::array<uint32_t, most_contexts> hash_;

@@ -31,7 +31,8 @@ class OnlineLeastSquares {
     bool sane = scaled_target < largest && -scaled_target < largest;
     std::array<FloatLanes, blocks> scaled;
     for (unsigned j = 0; j < blocks; ++j) {
-      scaled[j] = FloatLanes{features[4 * j], features[4 * j + 1], features[4 * j + 2], features[4 * j + 3]} * weight;
+      scaled[j] =
+          FloatLanes{features[4 * j], features[4 * j + 1], features[4 * j + 2], features[4 * j + 3]} * weight;
       for (unsigned i = 0; i < 4; ++i) sane = sane && scaled[j][i] < largest && -scaled[j][i] < largest;
     }
     if (!sane) return;

@@ -43,7 +43,8 @@ TEST(OnlineLeastSquares, StaysFiniteWhateverItLearns) {
   for (uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
     OnlineLeastSquares<4> squares;
-    const float wild[] = {0, 1, -1e30F, 1e30F, 1e-30F, 999999, -5e5F, std::numeric_limits<float>::quiet_NaN()};
+    const float wild[] = {0,      1,      -1e30F, 1e30F,
+                          1e-30F, 999999, -5e5F,  std::numeric_limits<float>::quiet_NaN()};
     for (int i = 0; i < 300; ++i) {
       std::array<float, 4> f;
       for (float& feature : f) feature = wild[random.below(8)];

@@ -198,7 +198,8 @@ void visit_header(Visitor&& visit, ConnectivityHeader& header) {
 
 void write_header(ByteWriter& out, ConnectivityHeader header, bool chosen) {
   visit_header([&](uint32_t value, uint32_t) { out.put_count(value); }, header);
-  out.put(static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2 | header.mixed << 3));
+  out.put(
+      static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2 | header.mixed << 3));
 }
 
 Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {

@@ -168,8 +168,7 @@ void PositionPredictor::gather() {
     const Vector3 aw = a.position - w.position;
     const Vector3 bw = b.position - w.position;
     const double skew = dot(aw, aw) - dot(bw, bw);
-    const double error =
-        static_cast<double>(a.error) + b.error + w.error + 0.02 * (skew < 0 ? -skew : skew);
+    const double error = static_cast<double>(a.error) + b.error + w.error + 0.02 * (skew < 0 ? -skew : skew);
     if (i > 0 && !(error < least)) continue;
     least = error;
     result_.best_gate = tips[i];
@@ -218,7 +217,8 @@ void PositionPredictor::find_frame() {
   find_tangents(normal, result_.all_gates - middle_);
 }
 
-/// The frame of a normal, with its first tangent ahead, or where that is no direction, along a coordinate axis.
+/// The frame of a normal, with its first tangent ahead, or where that is no direction, along a coordinate
+/// axis.
 void PositionPredictor::find_tangents(const Vector3& direction, Vector3 ahead) {
   const double square = dot(direction, direction);
   const Vector3 normal = square > 1e-30 ? direction * (1 / std::sqrt(square)) : Vector3{{0, 0, 1}};

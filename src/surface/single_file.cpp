@@ -150,8 +150,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  EncodedTopology encoded = MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort),
-                                                      options.effort >= least_mixed_effort));
+  EncodedTopology encoded =
+      MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort), options.effort >= least_mixed_effort));
   const PatchElements elements = encoded.topology.elements();
 
   Description description = describe(mesh, options);
@@ -162,8 +162,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     Pace pace(options.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
     const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
-    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array),
-                                   options.effort, &pace));
+    streams.push_back(
+        encode_array(elements, array, maps, sources_of(mesh, encoded, array), options.effort, &pace));
     if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
