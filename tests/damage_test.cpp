@@ -47,6 +47,9 @@ std::vector<File> small_files() {
   EncodeOptions options;
   options.positions = {Tolerance::Kind::bits, 10};
   files.push_back(file_of("torus at 10 bits", torus(9, 6), options));
+  options.effort = 9;
+  files.push_back(file_of("torus, mixed", torus(9, 6), options));
+  options.effort = 5;
   options.order = Order::keep;
   files.push_back(file_of("sphere in order", shuffled(sphere(9, 6), 1), options));
   EncodeOptions fast;
@@ -55,7 +58,7 @@ std::vector<File> small_files() {
   fast.positions = {Tolerance::Kind::bits, 10};
   fast.order = Order::keep;
   files.push_back(file_of("fast, at 10 bits, in order", shuffled(triangle_sphere(9, 7), 2), fast));
-  for (uint64_t seed = 0; seed < 200 && files.size() < 12; ++seed) {
+  for (uint64_t seed = 0; seed < 200 && files.size() < 13; ++seed) {
     const Mesh mesh = random_surface(seed, {.faces = 30});
     if (mesh.arrays.size() < 3 || mesh.cell_count() < 5) continue;
     options.positions = {};

@@ -83,12 +83,12 @@ void RangeEncoder::flush_word() {
 }
 
 std::vector<std::byte> RangeEncoder::finish() {
-  // The number in the last interval with the most zeros at its end, which are left away.
-  uint64_t mask = ~uint64_t{0};
-  while (mask > 0 && ((low_ + mask) & ~mask) - low_ >= range_) mask >>= 1;
-  const uint64_t last = (low_ + mask) & ~mask;
+  // The interval is wider than 2^32, so there is a number in it whose low word is zero and need not be
+  // written.
+  const uint64_t last = (low_ + 0xffffffff) & ~uint64_t{0xffffffff};
   if (last < low_) carry();
-  for (uint64_t left = last; left != 0; left <<= 8) bytes_.push_back(static_cast<std::byte>(left >> 56));
+  low_ = last;
+  flush_word();
   return std::move(bytes_);
 }
 

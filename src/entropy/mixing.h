@@ -16,7 +16,7 @@ namespace maille {
 // arithmetic. Probabilities are in 1/65536, logits ln(p / (1 - p)) in 1/256 from -2047 to 2047.
 
 inline constexpr int32_t largest_logit = 2047;
-/// What is left to the improbable side of any decision: 2^-11.4, which bounds a decoder's work per byte.
+/// What is left to the improbable side of any decision; so the probable side costs at least 2^-11 bit.
 inline constexpr uint32_t least_probability = 24;
 
 extern const std::array<uint16_t, 4096> logistic_table;  ///< probability of each logit, from -2048
@@ -103,7 +103,8 @@ class RangeEncoder {
 };
 
 /// Reads what RangeEncoder wrote. Safe on any bytes: past their end it reads zeros, and exhausted() is true
-/// as soon as more of them were read than the encoder leaves away.
+/// as soon as it has read more of them than the one word that the encoder leaves away. Each decision with a
+/// Mixer costs at least 2^-11 bit, so a loop that asks for each element is bounded by the bytes.
 class RangeDecoder {
  public:
   static constexpr bool encoding = false;
@@ -138,7 +139,7 @@ class RangeDecoder {
     range_ = unit * frequency;
     if (range_ >> 32 == 0) refill();
   }
-  bool exhausted() const { return missing_ > 8; }
+  bool exhausted() const { return missing_ > 4; }
 
  private:
   void refill() {
@@ -202,7 +203,7 @@ struct NarrowCell {
     const int32_t target = bit ? 65535 : 0;
     const int32_t moved = probability + ((target - probability) * cell_rates[visits()] >> 16);
     const unsigned count = visits() + (visits() < 15);
-    bits = static_cast<uint16_t>((static_cast<uint32_t>(moved) & 0xfff0) | count);
+    bits = static_cast<uint16_t>((static_cast<uint32_t>(moved + 7) & 0xfff0) | count);
   }
 };
 
@@ -277,7 +278,7 @@ class Mixer {
           (bit ? 65536 : 0) - static_cast<int32_t>(logistic_table[static_cast<size_t>(logit_[i] + 2048)]);
       learn(*row_[i], error * rate_ >> 10);
     }
-    *map_ = static_cast<uint16_t>(*map_ + (((bit ? 65535 : 0) - *map_) >> 6));
+    *map_ = static_cast<uint16_t>(*map_ + (((bit ? 65535 : 0) - *map_) >> 7));
     if (++decisions_ % 256 == 0) slow_down();
   }
 

@@ -312,7 +312,7 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  if (mixed) {
+  if (mixed && can_mix<Code>(array.type, maps.maps, std::span(codes).first(codes.size() - 1))) {
     ByteWriter out;
     out.put(mixed_coding);
     out.put(uint8_t{0});

@@ -6,14 +6,33 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/mixing.h"
+#include "surface/anchors.h"
 #include "surface/mixed_position_coder.h"
 
 namespace maille {
 namespace {
 
 // Points that settings are tried on.
-constexpr uint32_t trial_points = 6144;
-constexpr unsigned most_table_bits = 22;
+constexpr uint32_t most_trial_points = 6144;
+
+/// Points of the surface near those outside of it.
+template <class Code>
+std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                 std::span<const Code> codes) {
+  std::vector<Vector3> known, places;
+  for (uint32_t point = 0; point < elements.points; ++point) {
+    Vector3 place;
+    for (unsigned k = 0; k < 3; ++k) {
+      const Code code = codes[size_t{point} * 3 + k];
+      const bool ordered = maps[k].kind == NumberMap::Kind::ordered;
+      place[k] =
+          ordered ? NumberMap::ordered_value(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
+    }
+    (point < elements.surface->point_count ? known : places).push_back(place);
+  }
+  return find_anchors(known, places);
+}
 
 /// Codes all points, the first `most` of them, or those until the stream ends.
 template <class Coder, class Code, MixedCoding::Models models>
@@ -29,8 +48,14 @@ void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::
     mixed.code(vertex, next++);
     if (!go_on()) return;
   }
-  while (next < most) {
-    mixed.code_other(next++);
+  std::vector<uint32_t> anchors;
+  if constexpr (Coder::encoding) {
+    if (coding.anchors && next < most)
+      anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
+  }
+  for (; next < most; ++next) {
+    const uint32_t anchor = anchors.empty() ? 0 : anchors[next - surface.point_count];
+    mixed.code_other(next, anchor, surface.point_count);
     if (!go_on()) return;
   }
 }
@@ -86,12 +111,6 @@ bool is_sane(std::span<const NumberMap> maps, double unit) {
   return true;
 }
 
-uint8_t table_bits_for(uint32_t points) {
-  unsigned bits = 12;
-  while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
-  return static_cast<uint8_t>(bits);
-}
-
 /// The coding whose trial is smallest, where what takes longer must save something. Dictionaries pay where
 /// the same floats come again, but not where a lattice has made all codes short.
 template <class Code>
@@ -100,28 +119,30 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
   using Models = MixedCoding::Models;
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
-  best.table_bits = table_bits_for(elements.points);
-  best.models = Models::contexts;
+  // Those that lines or volumes use have neighbours of their own, in the order of the mesh.
+  best.anchors = elements.loose_cells == 0 && elements.surface->point_count > 0;
   double smallest = INFINITY;
-  const auto consider = [&](MixedCoding::Centre centre, Models models, double factor) {
+  const uint32_t most = std::clamp(elements.points / 5, 1000u, most_trial_points);
+  const auto consider = [&](MixedCoding::Centre centre, Models models) {
     MixedCoding trial = best;
     trial.centre = centre;
     trial.models = models;
-    const auto bytes = try_coding(elements, type, maps, trial, codes, trial_points, nullptr);
-    const double size = static_cast<double>(bytes.size()) * factor;
-    if (!(size < smallest)) return;
-    smallest = size;
+    const auto bytes = try_coding(elements, type, maps, trial, codes, most, nullptr);
+    if (static_cast<double>(bytes.size()) >= smallest) return;
+    // What takes longer must save something.
+    smallest = static_cast<double>(bytes.size()) * 0.997;
     best = trial;
   };
-  consider(MixedCoding::Centre::best_gate, Models::contexts, 1);
-  consider(MixedCoding::Centre::expected, Models::contexts, 1);
-  if (best.centre == MixedCoding::Centre::expected) consider(best.centre, Models::experts, 0.997);
-  if (effort >= 8 && best.models != Models::experts) consider(best.centre, Models::matches, 1.003);
+  // Contexts see nothing where the centre hides the structure, and where there is none, nothing is to be
+  // seen.
+  consider(MixedCoding::Centre::expected, Models::experts);
+  consider(MixedCoding::Centre::best_gate, effort >= 8 ? Models::matches : Models::contexts);
   const bool floats = std::any_of(maps.begin(), maps.end(), [&](const NumberMap& map) {
     return is_float(type) && map.kind != NumberMap::Kind::lattice;
   });
-  if (effort >= 9 && floats && best.models == Models::matches)
-    consider(best.centre, Models::dictionary, 1.005);
+  if (effort >= 9 && floats && best.models == Models::matches) {
+    consider(MixedCoding::Centre::best_gate, Models::dictionary);
+  }
   return best;
 }
 
@@ -149,6 +170,11 @@ ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps) {
 }
 
 template <class Code>
+bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
+  return is_sane(maps, choose_unit<Code>(type, maps, codes));
+}
+
+template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
                                     std::span<const NumberMap> maps, std::span<Code> codes, int effort,
                                     Pace* pace) {
@@ -156,7 +182,7 @@ std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
   ByteWriter out;
   out.put(best.centre);
   out.put(best.models);
-  out.put(best.table_bits);
+  out.put(static_cast<uint8_t>(best.anchors));
   out.put(best.unit);
   out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
   return out.take();
@@ -171,10 +197,11 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   coding.centre = static_cast<MixedCoding::Centre>(centre);
   const auto models = in.get<uint8_t>();
   coding.models = static_cast<MixedCoding::Models>(models);
-  coding.table_bits = in.get<uint8_t>();
+  const auto anchors = in.get<uint8_t>();
+  coding.anchors = anchors == 1;
   coding.unit = in.get<double>();
-  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count ||
-      coding.table_bits < 4 || coding.table_bits > most_table_bits || !is_sane(maps, coding.unit)) {
+  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count || anchors > 1 ||
+      (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
@@ -184,6 +211,8 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   return {};
 }
 
+template bool can_mix<int32_t>(Scalar, std::span<const NumberMap>, std::span<const int32_t>);
+template bool can_mix<int64_t>(Scalar, std::span<const NumberMap>, std::span<const int64_t>);
 template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar,
                                                       std::span<const NumberMap>, std::span<int32_t>, int,
                                                       Pace*);

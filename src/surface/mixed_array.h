@@ -20,6 +20,10 @@ inline constexpr int least_mixed_effort = 7;
 /// are, since codes between them would never be met.
 ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps);
 
+/// Are the steps of all maps of a size with which geometry can be done?
+template <class Code>
+bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes);
+
 /// Codes the points' numbers, three each, by MixedPositionCoder: its settings and what it writes.
 template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "entropy/integer_model.h"
 #include "entropy/mixing.h"
 #include "mesh/number_map.h"
 #include "surface/position_predictor.h"
@@ -28,8 +29,8 @@ struct MixedCoding {
 
   Centre centre = Centre::best_gate;
   Models models = Models::matches;
-  uint8_t table_bits = 18;  ///< buckets of hashed contexts
-  double unit = 1;          ///< of positions: about the smallest difference of numbers
+  bool anchors = false;  ///< points outside the surface lie near points of it
+  double unit = 1;       ///< of positions: about the smallest difference of numbers
 };
 
 /// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
@@ -76,7 +77,7 @@ class MixedPositionCoder {
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
-        table_(with_contexts ? coding.table_bits : 1),
+        table_(with_contexts ? table_bits_for(points) : 1),
         match_cells_(matches * 8 * 8 * node_types),
         followers_(with_matches ? size_t{2} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
@@ -89,7 +90,16 @@ class MixedPositionCoder {
 
   /// Codes a point of the surface at its first vertex.
   void code(uint32_t vertex, uint32_t point) { code_point(point, predictor_.predict(vertex)); }
-  void code_other(uint32_t point) { code_point(point, predictor_.predict_other()); }
+  /// Codes one outside of it; `anchor`: a point of the surface near it.
+  void code_other(uint32_t point, uint32_t anchor, uint32_t surface_points) {
+    if (!coding_.anchors) return code_point(point, predictor_.predict_other());
+    const auto step = static_cast<int32_t>(anchor - anchor_);
+    const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
+    const uint32_t coded = anchor_step_.code(coder_, zigzag);
+    anchor_ += coded >> 1 ^ (0 - (coded & 1));
+    if (anchor_ >= surface_points) anchor_ = surface_points - 1;
+    code_point(point, predictor_.predict_near(anchor_));
+  }
 
  private:
   using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
@@ -112,6 +122,12 @@ class MixedPositionCoder {
   static constexpr unsigned few_contexts = 48 * 16;
   static constexpr unsigned nodes = 132;
 
+  /// About five buckets for each point, in 2^12 to 2^20.
+  static unsigned table_bits_for(uint32_t points) {
+    unsigned bits = 12;
+    while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
+    return bits;
+  }
   static std::array<int32_t, inputs> initial_weights() {
     std::array<int32_t, inputs> weights;
     weights.fill(65536 / 25);
@@ -220,12 +236,15 @@ class MixedPositionCoder {
   unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
 
   void set_up_contexts() {
-    const PositionPrediction& p = *prediction_;
     const unsigned side = mean_[0] > mean_[1] ? 1 : 0;
     few_base_ = {&few_[0][(scale_bin_ * 16 + spread_bin_ * 2 + side) * nodes],
                  &few_[1][((edge_bin_ >> 1) * scale_bins + scale_bin_) * nodes]};
+    if constexpr (with_contexts) set_up_hashes();
+  }
+  void set_up_hashes() {
+    const PositionPrediction& p = *prediction_;
     const auto seed = [&](uint32_t kind) { return hashed(kind * 4 + axis_, 0x1234567u); };
-    // 2: residuals of this vertex, or of the one before.
+    // Residuals of this point so far, or those of the one before.
     uint32_t h = hashed(seed(1), place_);
     if (place_ == 0) {
       for (unsigned k = 0; k < 3; ++k) h = hashed(h, newest_ == none ? 0 : residual_code(newest_, k));
@@ -233,7 +252,7 @@ class MixedPositionCoder {
       h = hashed(h, static_cast<uint32_t>(coded_residuals_));
     }
     hash_[0] = h;
-    // 6: how the first two gates differ.
+    // How the first two gates differ.
     const Neighbourhood& around = predictor_.neighbourhood();
     h = hashed(seed(2), around.gate_count);
     for (unsigned i = 0; i < 2 && i < around.gate_count; ++i) {
@@ -242,7 +261,7 @@ class MixedPositionCoder {
       h = hashed(h, exact(tip - p.all_gates[axis_]));
     }
     hash_[1] = h;
-    // 3: the place itself.
+    // The place itself; the edges of the best gate; what the residuals at its corners were.
     hash_[2] = hashed(seed(3), static_cast<uint32_t>(nearest_code(p.all_gates[axis_], axis_)));
     hash_[3] = seed(4);
     hash_[4] = seed(5);
@@ -259,7 +278,7 @@ class MixedPositionCoder {
     return static_cast<uint32_t>(residuals_[at(point, axis)]);
   }
   double along(uint32_t point) const { return predictor_.position(point)[axis_]; }
-  /// A difference of numbers as bits. (Means of parallelograms differ in their last bits only by chance.)
+  /// A difference of numbers as bits.
   static uint32_t exact(double difference) {
     const auto narrow = static_cast<float>(difference);
     uint32_t bits;
@@ -278,7 +297,10 @@ class MixedPositionCoder {
     Code& code = codes_[at(point_, axis_)];
     const Wide centre = this->centre();
     base_ = value(centre, axis_);
-    for (unsigned j = 0; j < experts; ++j) relative_mean_[j] = static_cast<float>(mean_[j] - base_);
+    for (unsigned j = 0; j < experts; ++j) {
+      const double relative = mean_[j] - base_;
+      relative_mean_[j] = static_cast<float>(relative > -1e32 ? relative < 1e32 ? relative : 1e32 : -1e32);
+    }
     Wide low = lowest;
     Wide high = highest;
     if constexpr (Coder::encoding) target_ = code;
@@ -536,6 +558,9 @@ class MixedPositionCoder {
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
   std::array<unsigned, 8> hits_ = {};
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
+
+  CountModel anchor_step_;
+  uint32_t anchor_ = 0;
 
   // Of the point at hand.
   const PositionPrediction* prediction_ = nullptr;

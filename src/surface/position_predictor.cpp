@@ -55,6 +55,37 @@ const PositionPrediction& PositionPredictor::predict_other() {
   return result_;
 }
 
+const PositionPrediction& PositionPredictor::predict_near(uint32_t anchor) {
+  predict_other();
+  const Point& point = points_[anchor];
+  find_tangents(point.vertex == none ? Vector3{} : normal_at(point.vertex), {});
+  result_.mean.fill(point.position);
+  result_.all_gates = result_.best_gate = point.position;
+  find_covariance();
+  order_axes();
+  return result_;
+}
+
+/// Of the faces around a vertex whose points are all known; not of unit length.
+Vector3 PositionPredictor::normal_at(uint32_t vertex) const {
+  constexpr unsigned most_turns = 64;
+  const HalfEdges& edges = surface_.half_edges;
+  const auto place = [&](uint32_t h) { return points_[surface_.point(edges.origin[h])].position; };
+  Vector3 normal;
+  uint32_t h = surface_.vertices.corner[vertex];
+  for (unsigned i = 0; i < most_turns; ++i) {
+    const uint32_t next = edges.next(h);
+    const uint32_t previous = edges.previous(h);
+    if (edges.origin[next] < first_dummy && edges.origin[previous] < first_dummy) {
+      const Vector3 here = place(h);
+      normal = normal + cross(place(next) - here, place(previous) - here);
+    }
+    h = edges.turn(h);
+    if (h == surface_.vertices.corner[vertex]) break;
+  }
+  return normal;
+}
+
 const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   vertex_ = vertex;
   find_neighbourhood(surface_, vertex, around_);
@@ -183,9 +214,14 @@ void PositionPredictor::find_frame() {
     const Vector3& a = points_[gate.a].position;
     normal = normal + cross(points_[gate.across].position - a, points_[gate.b].position - a);
   }
-  const double square = dot(normal, normal);
-  normal = square > 1e-30 ? normal * (1 / std::sqrt(square)) : Vector3{{0, 0, 1}};
-  const Vector3 ahead = result_.all_gates - middle_;
+  find_tangents(normal, result_.all_gates - middle_);
+}
+
+/// The frame of a normal, with its first tangent ahead, or where that is no direction, along a coordinate
+/// axis.
+void PositionPredictor::find_tangents(const Vector3& direction, Vector3 ahead) {
+  const double square = dot(direction, direction);
+  const Vector3 normal = square > 1e-30 ? direction * (1 / std::sqrt(square)) : Vector3{{0, 0, 1}};
   Vector3 tangent = ahead - normal * dot(ahead, normal);
   double length = dot(tangent, tangent);
   if (!(length > 1e-8 * dot(ahead, ahead)) || !(length > 1e-30)) {
@@ -338,6 +374,7 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   }
   point.error = static_cast<float>(error);
   point.faces = around_.valence;
+  point.vertex = vertex_;
   point.border = around_.border;
   if (with_gates) learn_weights(point.position);
   if (vertex_ != none && surface_.half_edges.all_triangles()) learn_angles(number);
