@@ -434,6 +434,15 @@ inline void store_references(VertexReferences& to, std::array<uint64_t, 2> first
   store_references(to[2], first, ff, pair_of(v, v + 1));
 }
 
+[[gnu::always_inline]] inline void store_one(VertexReferences& to, uint64_t f, uint64_t n, uint64_t o,
+                                             uint64_t before, uint64_t last) {
+  uint32_t* const at = to.at.data();
+  store(at, pair_of(f, n));
+  store(at + 2, pair_of(o, f));
+  store(at + 4, pair_of(f, f));
+  store(at + 6, pair_of(before, last));
+}
+
 /// Kinds of the three vertices of a fast symbol, one byte each, by the symbol and what the focus has seen.
 constexpr auto fast_kinds = [] {
   std::array<std::array<uint32_t, most_seen + 1>, fast_fan_symbols> table{};
@@ -453,8 +462,9 @@ constexpr auto fast_kinds = [] {
   return a ^ ((a ^ b) & mask);
 }
 
-/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten. What
-/// FanMachine::apply() does for them, without branches. False: a marker was taken for a vertex.
+/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
+/// branches; close with more, and swallow, in between. What FanMachine::apply() does for them. False: a
+/// marker was taken for a vertex.
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
   machine.make_room(fast_room);
   uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
@@ -489,7 +499,52 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
     const uint64_t context = f_seen | n_entry >> (32 + fan_point_bits) << 4 | p_rest >> fan_point_bits << 8;
     const StaticSlot slot = slots[table_at[context] + (state & (slots_per_table - 1))];
     const uint64_t symbol = slot_symbol(slot);
-    if (symbol >= fast_fan_symbols) break;
+    if (symbol >= fast_fan_symbols) [[unlikely]] {
+      const uint64_t before_last = vertex_in(tail[-2]);
+      if (symbol > fan_swallow || before_last == none || steps < 5) break;
+      state = slot_frequency(slot) * (state >> slot_bits) + slot_offset(slot);
+      if (state < lowest_static_state) {
+        state = state << 32 | load<uint32_t>(words.next);
+        words.next += 4;
+      }
+      if (symbol == fan_swallow) {
+        store(corner, pair_of(f, p));
+        store(corner + 2, static_cast<uint32_t>(before_last));
+        corner += 3;
+        --tail;
+        f_rest = see(f_rest, 1);
+        p_rest = (see(tail[-1] >> 32, 1) & ~point_mask) | p;
+        p = before_last;
+        tail[-1] = pair_of(p, p_rest);
+        continue;
+      }
+      const auto i = static_cast<unsigned>(symbol - fan_close_4 + 4);
+      const uint64_t n = vertex_in(n_entry);
+      markers |= n;
+      const auto then = static_cast<unsigned>(std::min<uint64_t>(f_seen + i + 1, most_seen));
+      uint64_t before = p_rest & point_mask;
+      tail[-1] = pair_of(p, (see(p_rest, 1) & ~point_mask) | f);
+      for (unsigned j = 1; j <= i; ++j, ++v) {
+        store_one(references[v - first], f, n, f_rest & point_mask, before, p);
+        kinds[v - first] = static_cast<uint8_t>(fan_kind(true, i, j, then));
+        store(corner, pair_of(f, p));
+        store(corner + 2, static_cast<uint32_t>(v));
+        corner += 3;
+        *tail++ = pair_of(v, f | 2 * one_seen);
+        before = p;
+        p = v;
+      }
+      store(corner, pair_of(f, p));
+      store(corner + 2, static_cast<uint32_t>(n));
+      corner += 3;
+      p_rest = f | 2 * one_seen;
+      ++head;
+      f = n;
+      f_rest = see(*head >> 32, 1);
+      // Eleven vertices at most, twelve triangles.
+      steps -= 3;
+      continue;
+    }
     state = slot_frequency(slot) * (state >> slot_bits) + slot_offset(slot);
     if (state < lowest_static_state) {
       state = state << 32 | load<uint32_t>(words.next);

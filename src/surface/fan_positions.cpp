@@ -741,8 +741,8 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("positions: ") + what);
 }
 
-/// Residual classes of a vertex, 6 bits each, and its selector above.
-using Classes = uint32_t;
+/// Residual classes of a vertex and its selector, a byte each; of the first three only 6 bits count.
+using Classes = std::array<uint8_t, 4>;
 
 /// Selectors and classes of one block after the other.
 class ClassDecoder {
@@ -760,8 +760,14 @@ class ClassDecoder {
     slots_.resize(tables.tables.size() * slots);
     for (size_t i = 0; i < tables.tables.size(); ++i)
       fill_slots(tables.tables[i], class_bits, group_of, &slots_[i * slots]);
-    for (unsigned c = 0; c < class_contexts; ++c)
-      table_at_[c] = static_cast<uint32_t>(tables.table_of[c] * slots);
+    const auto place = [&](unsigned context) {
+      return static_cast<uint32_t>(tables.table_of[context] * slots);
+    };
+    for (unsigned g = 0; g < groups; ++g) {
+      for (unsigned q = 0; q < qualities; ++q) x_at_[g * stride + q] = place(g * qualities + q);
+      y_at_[g * stride] = place(y_contexts + g);
+      z_at_[g * stride] = place(z_contexts + g);
+    }
     constexpr size_t few = 1 << selector_bits;
     selector_slots_.resize(selector_tables.tables.size() * few);
     for (size_t i = 0; i < selector_tables.tables.size(); ++i)
@@ -782,12 +788,12 @@ class ClassDecoder {
  private:
   struct Lane {
     uint64_t state;
-    uint32_t group;     ///< times qualities
+    uint32_t group;     ///< as in slots
     uint32_t selector;  ///< times 4
   };
 
   template <bool with_selectors>
-  [[gnu::always_inline]] Classes decode_group(Lane& lane, unsigned kind) {
+  [[gnu::always_inline]] void decode_group(Lane& lane, unsigned kind, Classes& out) {
     uint64_t x = lane.state;
     constexpr uint64_t mask = (1 << class_bits) - 1;
     uint32_t selector = fitted_selector;
@@ -798,28 +804,31 @@ class ClassDecoder {
       selector = slot_symbol(slot);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots_[table_at_[lane.group + quality_of_kind[kind]] + (x & mask)];
+    const StaticSlot a = slots_[x_at_[lane.group / 4 + quality_of_kind[kind]] + (x & mask)];
     x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
-    unsigned group = slot_mark(a);
-    const StaticSlot b = slots_[table_at_[y_contexts + group] + (x & mask)];
+    uint32_t group = a & group_mask;
+    const StaticSlot b = slots_[y_at_[group / 4] + (x & mask)];
     x = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
-    group = std::max(group, slot_mark(b));
-    const StaticSlot c = slots_[table_at_[z_contexts + group] + (x & mask)];
+    group = std::max(group, b & group_mask);
+    const StaticSlot c = slots_[z_at_[group / 4] + (x & mask)];
     x = slot_frequency(c) * (x >> class_bits) + slot_offset(c);
-    group = std::max(group, slot_mark(c));
-    lane.group = group * qualities;
+    lane.group = std::max(group, c & group_mask);
     lane.state = x;
-    return slot_symbol(a) | slot_symbol(b) << 6 | slot_symbol(c) << 12 | selector << 18;
+    out = {static_cast<uint8_t>(a), static_cast<uint8_t>(b), static_cast<uint8_t>(c),
+           static_cast<uint8_t>(selector)};
   }
-  [[gnu::always_inline]] void refill(Lane& lane) {
+  /// For where three words are there, which is the most that a group takes. (Damaged states may stay below
+  /// their bound.)
+  [[gnu::always_inline]] static void refill(Lane& lane, const std::byte*& words) {
     // Without a branch, which would be taken every second time.
-    uint16_t word;
-    __builtin_memcpy(&word, words_, 2);
-    const uint64_t more = lane.state << 16 | word;
+    const uint64_t more = lane.state << 16 | load<uint16_t>(words);
     const uint64_t low = lane.state < lowest_group_state;
     lane.state ^= (lane.state ^ more) & (0 - low);
-    words_ += 2 * low;
-    while (lane.state < lowest_group_state) [[unlikely]] refill_slowly(lane);
+    words += 2 * low;
+    for (int i = 0; i < 2 && lane.state < lowest_group_state; ++i) {
+      lane.state = lane.state << 16 | load<uint16_t>(words);
+      words += 2;
+    }
   }
   [[gnu::noinline]] void refill_slowly(Lane& lane) {
     uint16_t word = 0;
@@ -845,24 +854,27 @@ class ClassDecoder {
       const auto left = static_cast<uint64_t>(end_ - words_) / (2 * 3 * group_lanes);
       if (left == 0) break;
       const auto stop = static_cast<uint32_t>(std::min<uint64_t>(full, i + left));
+      // In locals, so that they stay in registers.
       Lane a = lanes[0], b = lanes[1], c = lanes[2], d = lanes[3];
+      const std::byte* words = words_;
       for (; i < stop; ++i) {
-        classes[i] = decode_group<with_selectors>(a, kinds[i]);
-        classes[share + i] = decode_group<with_selectors>(b, kinds[share + i]);
-        classes[2 * share + i] = decode_group<with_selectors>(c, kinds[2 * share + i]);
-        classes[3 * share + i] = decode_group<with_selectors>(d, kinds[3 * share + i]);
-        refill(a);
-        refill(b);
-        refill(c);
-        refill(d);
+        decode_group<with_selectors>(a, kinds[i], classes[i]);
+        decode_group<with_selectors>(b, kinds[share + i], classes[share + i]);
+        decode_group<with_selectors>(c, kinds[2 * share + i], classes[2 * share + i]);
+        decode_group<with_selectors>(d, kinds[3 * share + i], classes[3 * share + i]);
+        refill(a, words);
+        refill(b, words);
+        refill(c, words);
+        refill(d, words);
       }
       lanes = {a, b, c, d};
+      words_ = words;
     }
     for (; i < share; ++i) {
       for (unsigned l = 0; l < group_lanes; ++l) {
         const uint32_t v = l * share + i;
         if (v >= count) continue;
-        classes[v] = decode_group<with_selectors>(lanes[l], kinds[v]);
+        decode_group<with_selectors>(lanes[l], kinds[v], classes[v]);
         while (lanes[l].state < lowest_group_state) refill_slowly(lanes[l]);
       }
     }
@@ -880,7 +892,10 @@ class ClassDecoder {
   std::array<uint64_t, group_lanes> states_;
   std::array<uint32_t, group_lanes> groups_{};
   std::array<uint32_t, group_lanes> selectors_{};
-  std::array<uint32_t, class_contexts> table_at_;
+  // A group in its place in a slot is the distance of its tables here, in bytes.
+  static constexpr uint32_t group_mask = 7 << 6;
+  static constexpr size_t stride = 64 / sizeof(uint32_t);
+  std::array<uint32_t, groups * stride> x_at_{}, y_at_{}, z_at_{};
   std::array<uint32_t, selector_contexts> selector_at_{};
   std::vector<StaticSlot> slots_;
   std::vector<StaticSlot> selector_slots_;
@@ -911,11 +926,11 @@ class RawBits {
 
 template <class Points>
 bool reconstruct(Points& points, const VertexReferences& references, const Rows& rows, unsigned kind,
-                 Classes classes, RawBits& raw, uint32_t v) {
-  const Row& row = rows[kind * selectors + (classes >> 18)];
+                 const Classes& classes, RawBits& raw, uint32_t v) {
+  const Row& row = rows[kind * selectors + classes[3]];
   typename Points::Codes residuals;
   for (unsigned k = 0; k < 3; ++k) {
-    const unsigned size = classes >> (6 * k) & 63;
+    const unsigned size = classes[k] & 63;
     if (!raw.has(size)) return false;
     residuals[k] = residual_of(static_cast<uint32_t>(raw.peek() & ((uint64_t{1} << size) - 1)), size);
     raw.skip(size);
@@ -942,9 +957,9 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
   RawBits bits = raw;
   uint32_t v = begin;
   for (; v < end && bits.has(48); ++v) {
-    const Classes c = classes[v - begin];
+    const auto c = load<uint32_t>(&classes[v - begin]);
     const VertexReferences& references = reference[v - begin];
-    const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 18)];
+    const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 24)];
     const __m128i weights = _mm_load_si128(reinterpret_cast<const __m128i*>(row.data()));
     const auto pair = [&](unsigned k) {
       return _mm_unpacklo_epi16(at(references.at[k]), at(references.at[k + 1]));
@@ -956,7 +971,7 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
     sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(6), _mm_shuffle_epi32(weights, 0xff)));
     sum = _mm_srai_epi32(sum, weight_bits);
     uint64_t word = bits.peek();
-    const unsigned a = c & 63, b = c >> 6 & 63, d = c >> 12 & 63;
+    const unsigned a = c & 63, b = c >> 8 & 63, d = c >> 16 & 63;
     bits.skip(a + b + d);
     const auto take = [&word](unsigned size) {
       const uint32_t mask = residual_masks[size];
