@@ -792,25 +792,32 @@ class ClassDecoder {
     uint32_t selector;  ///< times 4
   };
 
+  /// Where they are: stores of bytes make a compiler look at its members again.
+  struct Slots {
+    const StaticSlot* classes;
+    const StaticSlot* selectors;
+  };
+
   template <bool with_selectors>
-  [[gnu::always_inline]] void decode_group(Lane& lane, unsigned kind, Classes& out) {
+  [[gnu::always_inline]] void decode_group(const Slots& slots, Lane& lane, unsigned kind,
+                                           Classes& out) const {
     uint64_t x = lane.state;
     constexpr uint64_t mask = (1 << class_bits) - 1;
     uint32_t selector = fitted_selector;
     if constexpr (with_selectors) {
       const uint32_t context = lane.selector + selector_context(0, kind);
-      const StaticSlot slot = selector_slots_[selector_at_[context] + (x & ((1 << selector_bits) - 1))];
+      const StaticSlot slot = slots.selectors[selector_at_[context] + (x & ((1 << selector_bits) - 1))];
       x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
       selector = slot_symbol(slot);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots_[x_at_[lane.group / 4 + quality_of_kind[kind]] + (x & mask)];
+    const StaticSlot a = slots.classes[x_at_[lane.group / 4 + quality_of_kind[kind]] + (x & mask)];
     x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
     uint32_t group = a & group_mask;
-    const StaticSlot b = slots_[y_at_[group / 4] + (x & mask)];
+    const StaticSlot b = slots.classes[y_at_[group / 4] + (x & mask)];
     x = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
     group = std::max(group, b & group_mask);
-    const StaticSlot c = slots_[z_at_[group / 4] + (x & mask)];
+    const StaticSlot c = slots.classes[z_at_[group / 4] + (x & mask)];
     x = slot_frequency(c) * (x >> class_bits) + slot_offset(c);
     lane.group = std::max(group, c & group_mask);
     lane.state = x;
@@ -844,6 +851,7 @@ class ClassDecoder {
 
   template <bool with_selectors>
   void decode_block(const uint8_t* kinds, uint32_t count, Classes* classes) {
+    const Slots slots{slots_.data(), selector_slots_.data()};
     std::array<Lane, group_lanes> lanes;
     for (unsigned l = 0; l < group_lanes; ++l) lanes[l] = {states_[l], groups_[l], selectors_[l]};
     const uint32_t share = (count + group_lanes - 1) / group_lanes;
@@ -858,10 +866,10 @@ class ClassDecoder {
       Lane a = lanes[0], b = lanes[1], c = lanes[2], d = lanes[3];
       const std::byte* words = words_;
       for (; i < stop; ++i) {
-        decode_group<with_selectors>(a, kinds[i], classes[i]);
-        decode_group<with_selectors>(b, kinds[share + i], classes[share + i]);
-        decode_group<with_selectors>(c, kinds[2 * share + i], classes[2 * share + i]);
-        decode_group<with_selectors>(d, kinds[3 * share + i], classes[3 * share + i]);
+        decode_group<with_selectors>(slots, a, kinds[i], classes[i]);
+        decode_group<with_selectors>(slots, b, kinds[share + i], classes[share + i]);
+        decode_group<with_selectors>(slots, c, kinds[2 * share + i], classes[2 * share + i]);
+        decode_group<with_selectors>(slots, d, kinds[3 * share + i], classes[3 * share + i]);
         refill(a, words);
         refill(b, words);
         refill(c, words);
@@ -874,7 +882,7 @@ class ClassDecoder {
       for (unsigned l = 0; l < group_lanes; ++l) {
         const uint32_t v = l * share + i;
         if (v >= count) continue;
-        decode_group<with_selectors>(lanes[l], kinds[v], classes[v]);
+        decode_group<with_selectors>(slots, lanes[l], kinds[v], classes[v]);
         while (lanes[l].state < lowest_group_state) refill_slowly(lanes[l]);
       }
     }
