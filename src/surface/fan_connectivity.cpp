@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "base/large_pages.h"
 #include "base/result.h"
 #include "entropy/static_rans.h"
 #include "surface/fan_machine.h"
@@ -344,6 +345,17 @@ std::vector<std::byte> write_operations(const std::vector<FanFinder::Operation>&
   return out.take();
 }
 
+/// The context by what the head (lowest bits), the next and the last entry have seen, four bits each.
+constexpr unsigned idle_context = fan_contexts;
+const auto packed_contexts = [] {
+  std::array<uint8_t, 1 << 12> contexts{};
+  for (unsigned i = 0; i < contexts.size(); ++i) {
+    contexts[i] =
+        static_cast<uint8_t>((i & 15) == 0 ? idle_context : fan_context(i & 15, i >> 4 & 15, i >> 8));
+  }
+  return contexts;
+}();
+
 /// The decoder's side of a FanMachine.
 class FanReader {
  public:
@@ -361,15 +373,10 @@ class FanReader {
     number_slots_.resize(number_tables.tables.size() * slots_per_table);
     for (size_t i = 0; i < number_tables.tables.size(); ++i)
       fill_slots(number_tables.tables[i], slot_bits, {}, &number_slots_[i * slots_per_table]);
-    for (unsigned last = 0; last <= most_seen; ++last) {
-      for (unsigned next = 0; next <= most_seen; ++next) {
-        for (unsigned head = 0; head <= most_seen; ++head) {
-          const size_t table =
-              head == 0 ? event_tables.tables.size() : event_tables.table_of[fan_context(head, next, last)];
-          table_at[head | next << 4 | last << 8] = static_cast<uint32_t>(table * slots_per_table);
-        }
-      }
-    }
+    std::array<uint32_t, fan_contexts + 1> first_slot;
+    for (unsigned c = 0; c < fan_contexts; ++c) first_slot[c] = event_tables.table_of[c] * slots_per_table;
+    first_slot[idle_context] = static_cast<uint32_t>(idle);
+    for (size_t i = 0; i < table_at.size(); ++i) table_at[i] = first_slot[packed_contexts[i]];
   }
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
@@ -393,7 +400,7 @@ class FanReader {
 };
 
 /// Entries that the fast loop may write behind the ring before it looks for room again.
-constexpr uint32_t fast_room = 1 << 10;
+constexpr uint32_t fast_room = 1 << 9;
 /// Vertices that are decoded beyond those asked for, at most; a slow symbol has up to 11.
 constexpr uint32_t fast_vertices = fast_room + 16;
 /// What it writes beyond what there is, harmlessly: vertices, and corners.
@@ -628,6 +635,7 @@ struct FanDecoder::State {
         reader(events, event_tables, number_tables),
         vertex_count(vertices),
         machine(reader, surface, triangles, vertices) {
+    reserve_on_large_pages(surface.corners, size_t{3} * triangles);
     surface.corners.resize(size_t{3} * triangles);
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);

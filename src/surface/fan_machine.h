@@ -79,7 +79,7 @@ class FanMachine {
   FanMachine(Coder& coder, FanSurface& out, uint32_t triangles, uint32_t most_vertices)
       : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
     // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
-    moves_left_ = 64 * uint64_t{triangles} + 4096;
+    moves_left_ = 8 * uint64_t{triangles} + 4096;
     entries.resize(4096);
   }
 

@@ -11,6 +11,7 @@
 #endif
 
 #include "base/bytes.h"
+#include "base/large_pages.h"
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/static_rans.h"
@@ -99,12 +100,15 @@ Row plain_row(unsigned kind, unsigned selector) {
   }
 }
 
-Rows plain_rows() {
-  Rows rows;
-  for (unsigned kind = 0; kind < vertex_kinds; ++kind) {
-    for (unsigned s = 0; s < selectors; ++s) rows[kind * selectors + s] = plain_row(kind, s);
-  }
-  return rows;
+const Rows& plain_rows() {
+  static const Rows all = [] {
+    Rows rows;
+    for (unsigned kind = 0; kind < vertex_kinds; ++kind) {
+      for (unsigned s = 0; s < selectors; ++s) rows[kind * selectors + s] = plain_row(kind, s);
+    }
+    return rows;
+  }();
+  return all;
 }
 
 /// References that say something at this kind; the others repeat the focus.
@@ -190,7 +194,10 @@ struct NarrowPoints {
   std::vector<Point> points;
   std::array<int32_t, 3> bias{};
 
-  explicit NarrowPoints(size_t count) : points(count) {}
+  explicit NarrowPoints(size_t count) {
+    reserve_on_large_pages(points, count);
+    points.resize(count);
+  }
 
   using Codes = std::array<int32_t, 3>;
   void set(uint32_t v, const Codes& codes) {
@@ -1191,8 +1198,9 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
   // A symbol has 1/1024 bit at least, unless its table has no other.
   if (points / 16384 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
 
-  array.bytes.resize(size_t{points} * array.tuple_size());
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
+  reserve_on_large_pages(array.bytes, size_t{points} * array.tuple_size());
+  array.bytes.resize(size_t{points} * array.tuple_size());
   const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
     WidePoints wide_points(points);
