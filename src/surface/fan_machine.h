@@ -58,6 +58,13 @@ inline unsigned fan_context(unsigned head, unsigned next, unsigned last) {
 /// Numbers beside the symbols.
 enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
 
+inline constexpr unsigned fan_slot_bits = 9;
+inline constexpr unsigned most_event_tables = 16;
+inline constexpr auto number_contexts = static_cast<unsigned>(FanNumber::count);
+// A number below 12 is its symbol; then come the number of bits, from 4 on, and the bits below the highest.
+inline constexpr unsigned direct_numbers = 12;
+inline constexpr unsigned number_symbols = direct_numbers + 29;
+
 /// Kind of the j-th of i new vertices (from 1) at a focus that has then seen `seen` triangles.
 constexpr unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) {
   unsigned place = first_open_place + std::min(j, 3u) - 1;
