@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/bytes.h"
-#include "base/large_pages.h"
+#include "base/pages.h"
 #include "base/result.h"
 #include "entropy/static_rans.h"
 #include "surface/fan_connectivity.h"
@@ -302,7 +302,7 @@ struct FanDecoder::State {
         reader(events, event_tables, number_tables),
         vertex_count(vertices),
         machine(reader, surface, triangles, vertices) {
-    reserve_on_large_pages(surface.corners, size_t{3} * triangles);
+    reserve_pages(surface.corners, size_t{3} * triangles);
     surface.corners.resize(size_t{3} * triangles);
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);

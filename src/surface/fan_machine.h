@@ -163,20 +163,20 @@ class FanMachine {
     return true;
   }
 
-  /// Room for `more` entries behind the ring.
+  /// Room for `more` entries behind the ring. May move all rings.
   void make_room(uint64_t more) {
     const uint64_t capacity = entries.size();
     if (tail + more <= capacity) return;
-    const uint32_t floor = waiting.empty() ? 0 : waiting.back().end;
-    const uint32_t size = tail - head;
-    if (head - floor >= size + more + capacity / 4) {
-      for (uint32_t i = 0; i < size; ++i) move_entry(floor + i, head + i);
-      head = floor;
-      tail = floor + size;
-      return;
+    uint64_t live = tail - head;
+    for (const Ring& ring : waiting) live += ring.end - ring.begin;
+    // Half of the entries must be free afterwards, so that this takes no more than pushing them did.
+    if (2 * (live + more) <= capacity) {
+      pack();
+    } else {
+      entries.resize(std::max(2 * capacity, tail + more));
     }
-    entries.resize(std::max(2 * capacity, tail + more));
   }
+
   unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
 
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
@@ -218,6 +218,18 @@ class FanMachine {
     make_room(1);
     move_entry(tail, head + place);
     ++tail;
+  }
+  /// Moves the rings to the front of the array.
+  void pack() {
+    uint32_t end = 0;
+    const auto move_ring = [&](uint32_t& ring_begin, uint32_t& ring_end) {
+      const uint32_t begin = end;
+      for (uint32_t e = ring_begin; e < ring_end; ++e) move_entry(end++, e);
+      ring_begin = begin;
+      ring_end = end;
+    };
+    for (Ring& ring : waiting) move_ring(ring.begin, ring.end);
+    move_ring(head, tail);
   }
   bool spend(uint64_t moves) {
     if (moves > moves_left_) return false;
@@ -412,13 +424,12 @@ class FanMachine {
     const uint32_t from_top = coder_.number(FanNumber::ring, 0);
     if (from_top >= waiting.size()) return false;
     const size_t which = waiting.size() - 1 - from_top;
-    const Ring ring = waiting[which];
     const uint32_t offset = coder_.number(FanNumber::place, 0);
-    const uint32_t size = ring.end - ring.begin;
-    if (offset >= size || vertex(ring.begin + offset) == none) return false;
-    if (!spend(uint64_t{size} + from_top + 1)) return false;
-    // The ring that joins in is below the floor: making room does not move it.
+    const uint32_t size = waiting[which].end - waiting[which].begin;
+    if (offset >= size || !spend(uint64_t{size} + from_top + 1)) return false;
     make_room(uint64_t{size} + 1);
+    const Ring ring = waiting[which];
+    if (vertex(ring.begin + offset) == none) return false;
     const uint32_t m = ring.begin + offset;
     const uint32_t last = vertex(tail - 1);
     add_closing(0, vertex(m));

@@ -9,7 +9,7 @@
 #include <initializer_list>
 #include <utility>
 
-#include "base/large_pages.h"
+#include "base/pages.h"
 #include "entropy/integer_model.h"
 #include "mesh/number_map.h"
 #include "surface/fan_connectivity.h"
@@ -191,7 +191,7 @@ struct NarrowPoints {
   std::array<int32_t, 3> bias{};
 
   explicit NarrowPoints(size_t count) {
-    reserve_on_large_pages(points, count);
+    reserve_pages(points, count);
     points.resize(count);
   }
 

@@ -11,7 +11,7 @@
 #endif
 
 #include "base/bytes.h"
-#include "base/large_pages.h"
+#include "base/pages.h"
 #include "base/result.h"
 #include "entropy/static_rans.h"
 #include "surface/fan_position_model.h"
@@ -441,7 +441,7 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
   if (points / 16384 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
 
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
-  reserve_on_large_pages(array.bytes, size_t{points} * array.tuple_size());
+  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   array.bytes.resize(size_t{points} * array.tuple_size());
   const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
