@@ -89,7 +89,7 @@ class FanDecoder {
   /// Vertices of all triangles: as claimed, until finish() has seen them.
   uint32_t vertices() const;
   /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
-  static constexpr uint32_t window = 1 << 12;
+  static constexpr uint32_t window = 1 << 10;
   /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
   Result<> decode_until(uint32_t end);
   const VertexReferences* references(uint32_t vertex) const;

@@ -58,6 +58,13 @@ inline unsigned fan_context(unsigned head, unsigned next, unsigned last) {
 /// Numbers beside the symbols.
 enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
 
+inline constexpr unsigned fan_slot_bits = 9;
+inline constexpr unsigned most_event_tables = 16;
+inline constexpr auto number_contexts = static_cast<unsigned>(FanNumber::count);
+// A number below 12 is its symbol; then come the number of bits, from 4 on, and the bits below the highest.
+inline constexpr unsigned direct_numbers = 12;
+inline constexpr unsigned number_symbols = direct_numbers + 29;
+
 /// Kind of the j-th of i new vertices (from 1) at a focus that has then seen `seen` triangles.
 constexpr unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) {
   unsigned place = first_open_place + std::min(j, 3u) - 1;
@@ -79,7 +86,7 @@ class FanMachine {
   FanMachine(Coder& coder, FanSurface& out, uint32_t triangles, uint32_t most_vertices)
       : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
     // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
-    moves_left_ = 64 * uint64_t{triangles} + 4096;
+    moves_left_ = 8 * uint64_t{triangles} + 4096;
     entries.resize(4096);
   }
 
@@ -156,20 +163,20 @@ class FanMachine {
     return true;
   }
 
-  /// Room for `more` entries behind the ring.
+  /// Room for `more` entries behind the ring. May move all rings.
   void make_room(uint64_t more) {
     const uint64_t capacity = entries.size();
     if (tail + more <= capacity) return;
-    const uint32_t floor = waiting.empty() ? 0 : waiting.back().end;
-    const uint32_t size = tail - head;
-    if (head - floor >= size + more + capacity / 4) {
-      for (uint32_t i = 0; i < size; ++i) move_entry(floor + i, head + i);
-      head = floor;
-      tail = floor + size;
-      return;
+    uint64_t live = tail - head;
+    for (const Ring& ring : waiting) live += ring.end - ring.begin;
+    // Half of the entries must be free afterwards, so that this takes no more than pushing them did.
+    if (2 * (live + more) <= capacity) {
+      pack();
+    } else {
+      entries.resize(std::max(2 * capacity, tail + more));
     }
-    entries.resize(std::max(2 * capacity, tail + more));
   }
+
   unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
 
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
@@ -211,6 +218,18 @@ class FanMachine {
     make_room(1);
     move_entry(tail, head + place);
     ++tail;
+  }
+  /// Moves the rings to the front of the array.
+  void pack() {
+    uint32_t end = 0;
+    const auto move_ring = [&](uint32_t& ring_begin, uint32_t& ring_end) {
+      const uint32_t begin = end;
+      for (uint32_t e = ring_begin; e < ring_end; ++e) move_entry(end++, e);
+      ring_begin = begin;
+      ring_end = end;
+    };
+    for (Ring& ring : waiting) move_ring(ring.begin, ring.end);
+    move_ring(head, tail);
   }
   bool spend(uint64_t moves) {
     if (moves > moves_left_) return false;
@@ -405,13 +424,12 @@ class FanMachine {
     const uint32_t from_top = coder_.number(FanNumber::ring, 0);
     if (from_top >= waiting.size()) return false;
     const size_t which = waiting.size() - 1 - from_top;
-    const Ring ring = waiting[which];
     const uint32_t offset = coder_.number(FanNumber::place, 0);
-    const uint32_t size = ring.end - ring.begin;
-    if (offset >= size || vertex(ring.begin + offset) == none) return false;
-    if (!spend(uint64_t{size} + from_top + 1)) return false;
-    // The ring that joins in is below the floor: making room does not move it.
+    const uint32_t size = waiting[which].end - waiting[which].begin;
+    if (offset >= size || !spend(uint64_t{size} + from_top + 1)) return false;
     make_room(uint64_t{size} + 1);
+    const Ring ring = waiting[which];
+    if (vertex(ring.begin + offset) == none) return false;
     const uint32_t m = ring.begin + offset;
     const uint32_t last = vertex(tail - 1);
     add_closing(0, vertex(m));

@@ -1,0 +1,425 @@
+// The decoder of fans; their encoder is in fan_connectivity.cpp, what symbols do in fan_machine.h.
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/pages.h"
+#include "base/result.h"
+#include "entropy/static_rans.h"
+#include "surface/fan_connectivity.h"
+#include "surface/fan_machine.h"
+
+namespace maille {
+namespace {
+
+constexpr uint32_t slots_per_table = 1 << fan_slot_bits;
+
+/// The context by what the head (lowest bits), the next and the last entry have seen, four bits each.
+constexpr unsigned idle_context = fan_contexts;
+const auto packed_contexts = [] {
+  std::array<uint8_t, 1 << 12> contexts{};
+  for (unsigned i = 0; i < contexts.size(); ++i) {
+    contexts[i] =
+        static_cast<uint8_t>((i & 15) == 0 ? idle_context : fan_context(i & 15, i >> 4 & 15, i >> 8));
+  }
+  return contexts;
+}();
+
+/// The decoder's side of a FanMachine.
+class FanReader {
+ public:
+  static constexpr bool encoding = false;
+
+  FanReader(Bytes events, const StaticTables& event_tables, const StaticTables& number_tables)
+      : rans(events), number_tables_(number_tables) {
+    event_slots.resize((event_tables.tables.size() + 1) * slots_per_table);
+    for (size_t i = 0; i < event_tables.tables.size(); ++i)
+      fill_slots(event_tables.tables[i], fan_slot_bits, {}, &event_slots[i * slots_per_table]);
+    // A table that changes nothing: so that a marker at the head is found without a test.
+    const size_t idle = event_tables.tables.size() * slots_per_table;
+    for (uint32_t i = 0; i < slots_per_table; ++i)
+      event_slots[idle + i] = fan_marker | slots_per_table << 9 | i << 20;
+    number_slots_.resize(number_tables.tables.size() * slots_per_table);
+    for (size_t i = 0; i < number_tables.tables.size(); ++i)
+      fill_slots(number_tables.tables[i], fan_slot_bits, {}, &number_slots_[i * slots_per_table]);
+    std::array<uint32_t, fan_contexts + 1> first_slot;
+    for (unsigned c = 0; c < fan_contexts; ++c) first_slot[c] = event_tables.table_of[c] * slots_per_table;
+    first_slot[idle_context] = static_cast<uint32_t>(idle);
+    for (size_t i = 0; i < table_at.size(); ++i) table_at[i] = first_slot[packed_contexts[i]];
+  }
+
+  uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
+    const size_t table = number_tables_.table_of[static_cast<unsigned>(kind)];
+    const unsigned symbol = slot_symbol(rans.get(&number_slots_[table * slots_per_table], fan_slot_bits));
+    if (symbol < direct_numbers) return symbol;
+    const unsigned count = symbol - direct_numbers + 3;
+    const unsigned low = std::min(count, 16u);
+    uint32_t bits = rans.get_raw(low);
+    if (count > 16) bits |= rans.get_raw(count - 16) << 16;
+    return (1u << count) + bits;
+  }
+
+  StaticRansDecoder rans;
+  std::vector<StaticSlot> event_slots;
+  std::array<uint32_t, 1 << 12> table_at;  ///< first slot, by what head, next and last have seen, 4 bits each
+
+ private:
+  const StaticTables& number_tables_;
+  std::vector<StaticSlot> number_slots_;
+};
+
+/// Entries that the fast loop may write behind the ring before it looks for room again.
+constexpr uint32_t fast_room = 1 << 9;
+/// Vertices that are decoded beyond those asked for, at most; a slow symbol has up to 11.
+constexpr uint32_t fast_vertices = fast_room + 16;
+/// What it writes beyond what there is, harmlessly: vertices, and corners.
+constexpr size_t spare_vertices = 4;
+
+// Numbers of 32 bits are kept in 64: GCC 12 spills the halves and reloads the whole, which stalls.
+[[gnu::always_inline]] inline uint64_t pair_of(uint64_t low, uint64_t high) {
+  return low | high << 32;
+}
+
+#ifdef __SSE2__
+[[gnu::always_inline]] inline void store_references(VertexReferences& to, __m128i first, uint64_t ff,
+                                                    uint64_t before_last) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()), first);
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()) + 1,
+                   _mm_set_epi64x(static_cast<int64_t>(before_last), static_cast<int64_t>(ff)));
+}
+#else
+inline void store_references(VertexReferences& to, std::array<uint64_t, 2> first, uint64_t ff,
+                             uint64_t before_last) {
+  store(to.at.data(), first);
+  store(to.at.data() + 4, ff);
+  store(to.at.data() + 6, before_last);
+}
+#endif
+/// References of three new vertices of a fan from v on.
+[[gnu::always_inline]] inline void store_fan(VertexReferences* to, uint64_t f, uint64_t n, uint64_t o,
+                                             uint64_t before, uint64_t last, uint64_t v) {
+#ifdef __SSE2__
+  const __m128i first =
+      _mm_set_epi64x(static_cast<int64_t>(pair_of(o, f)), static_cast<int64_t>(pair_of(f, n)));
+#else
+  const std::array<uint64_t, 2> first{pair_of(f, n), pair_of(o, f)};
+#endif
+  const uint64_t ff = pair_of(f, f);
+  store_references(to[0], first, ff, pair_of(before, last));
+  store_references(to[1], first, ff, pair_of(last, v));
+  store_references(to[2], first, ff, pair_of(v, v + 1));
+}
+
+[[gnu::always_inline]] inline void store_one(VertexReferences& to, uint64_t f, uint64_t n, uint64_t o,
+                                             uint64_t before, uint64_t last) {
+  uint32_t* const at = to.at.data();
+  store(at, pair_of(f, n));
+  store(at + 2, pair_of(o, f));
+  store(at + 4, pair_of(f, f));
+  store(at + 6, pair_of(before, last));
+}
+
+/// Kinds of the three vertices of a fast symbol, one byte each, by the symbol and what the focus has seen.
+constexpr auto fast_kinds = [] {
+  std::array<std::array<uint32_t, most_seen + 1>, fast_fan_symbols> table{};
+  for (unsigned symbol = 0; symbol < fast_fan_symbols; ++symbol) {
+    const unsigned i = symbol & 3;
+    for (unsigned seen = 0; seen <= most_seen; ++seen) {
+      const unsigned then = std::min(seen + i + (symbol < fan_pocket ? 1 : 2), most_seen);
+      for (unsigned j = 1; j <= i; ++j) table[symbol][seen] |= fan_kind(true, i, j, then) << (8 * (j - 1));
+    }
+  }
+  return table;
+}();
+
+/// a where the mask is 0, b where it is all ones. Compilers make branches of conditions, and these would be
+/// unpredictable.
+[[gnu::always_inline]] inline uint64_t choose(uint64_t mask, uint64_t a, uint64_t b) {
+  return a ^ ((a ^ b) & mask);
+}
+
+/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
+/// branches; close with more, and swallow, in between. What FanMachine::apply() does for them. False: a
+/// marker was taken for a vertex.
+bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
+  machine.make_room(fast_room);
+  uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
+  const StaticSlot* const slots = reader.event_slots.data();
+  const uint32_t* const table_at = reader.table_at.data();
+  VertexReferences* const references = out.references.data();
+  uint8_t* const kinds = out.kinds.data();
+  const uint64_t first = out.first;
+  uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
+  const uint64_t nowhere = out.references.size() - 1;
+  constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
+  constexpr uint64_t point_mask = most_fan_points - 1;
+  // Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
+  const auto vertex_in = [](uint64_t entry) { return entry & none; };
+  const auto see = [](uint64_t rest, uint64_t triangles) {
+    const uint64_t then = rest + triangles * one_seen;
+    return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
+  };
+
+  // In locals, so that they stay in registers.
+  uint64_t state = reader.rans.state;
+  StaticRansDecoder::Words words = reader.rans.words;
+  uint64_t* head = machine.entries.data() + machine.head;
+  uint64_t* tail = machine.entries.data() + machine.tail;
+  uint64_t v = machine.vertices;
+  uint64_t f = vertex_in(*head), f_rest = *head >> 32;
+  uint64_t p = vertex_in(tail[-1]), p_rest = tail[-1] >> 32;
+  uint64_t markers = 0;
+  for (; steps > 0 && tail - head > 4 && words.end - words.next >= 4; --steps) {
+    const uint64_t n_entry = head[1];
+    const uint64_t f_seen = f_rest >> fan_point_bits;
+    const uint64_t context = f_seen | n_entry >> (32 + fan_point_bits) << 4 | p_rest >> fan_point_bits << 8;
+    const StaticSlot slot = slots[table_at[context] + (state & (slots_per_table - 1))];
+    const uint64_t symbol = slot_symbol(slot);
+    if (symbol >= fast_fan_symbols) [[unlikely]] {
+      const uint64_t before_last = vertex_in(tail[-2]);
+      if (symbol > fan_swallow || before_last == none || steps < 5) break;
+      state = slot_frequency(slot) * (state >> fan_slot_bits) + slot_offset(slot);
+      if (state < lowest_static_state) {
+        state = state << 32 | load<uint32_t>(words.next);
+        words.next += 4;
+      }
+      if (symbol == fan_swallow) {
+        store(corner, pair_of(f, p));
+        store(corner + 2, static_cast<uint32_t>(before_last));
+        corner += 3;
+        --tail;
+        f_rest = see(f_rest, 1);
+        p_rest = (see(tail[-1] >> 32, 1) & ~point_mask) | p;
+        p = before_last;
+        tail[-1] = pair_of(p, p_rest);
+        continue;
+      }
+      const auto i = static_cast<unsigned>(symbol - fan_close_4 + 4);
+      const uint64_t n = vertex_in(n_entry);
+      markers |= n;
+      const auto then = static_cast<unsigned>(std::min<uint64_t>(f_seen + i + 1, most_seen));
+      uint64_t before = p_rest & point_mask;
+      tail[-1] = pair_of(p, (see(p_rest, 1) & ~point_mask) | f);
+      for (unsigned j = 1; j <= i; ++j, ++v) {
+        store_one(references[v - first], f, n, f_rest & point_mask, before, p);
+        kinds[v - first] = static_cast<uint8_t>(fan_kind(true, i, j, then));
+        store(corner, pair_of(f, p));
+        store(corner + 2, static_cast<uint32_t>(v));
+        corner += 3;
+        *tail++ = pair_of(v, f | 2 * one_seen);
+        before = p;
+        p = v;
+      }
+      store(corner, pair_of(f, p));
+      store(corner + 2, static_cast<uint32_t>(n));
+      corner += 3;
+      p_rest = f | 2 * one_seen;
+      ++head;
+      f = n;
+      f_rest = see(*head >> 32, 1);
+      // Eleven vertices at most, twelve triangles.
+      steps -= 3;
+      continue;
+    }
+    state = slot_frequency(slot) * (state >> fan_slot_bits) + slot_offset(slot);
+    if (state < lowest_static_state) {
+      state = state << 32 | load<uint32_t>(words.next);
+      words.next += 4;
+    }
+    const uint64_t i = symbol & 3;
+    const uint64_t has_new = 0 - ((i + 3) >> 2);
+    const uint64_t pocket = symbol >> 2;
+    const uint64_t is_pocket = 0 - pocket;
+    const uint64_t n = vertex_in(n_entry);
+    const uint64_t m = vertex_in(head[2]);
+    const uint64_t next = choose(is_pocket, n, m);
+    const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
+    markers |= n | next;
+
+    // A late triple for the vertex before, or for none.
+    const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+    uint32_t* const triple = references[late].at.data() + VertexReferences::late;
+    store(triple, pair_of(f, next));
+    store(triple + 2, static_cast<uint32_t>(next_opposite));
+    kinds[late] |= 1;
+
+    store_fan(references + (v - first), f, next, next_opposite, p_rest & point_mask, p, v);
+    store(kinds + (v - first), fast_kinds[symbol][f_seen]);
+    store(corner, pair_of(f, p));
+    store(corner + 2, pair_of(v, f));
+    store(corner + 4, pair_of(v, v + 1));
+    store(corner + 6, pair_of(f, v + 1));
+    store(corner + 8, static_cast<uint32_t>(v + 2));
+    corner += 3 * i;
+    const uint64_t last = choose(has_new, p, v + i - 1);
+    store(corner, pair_of(f, last));
+    store(corner + 2, static_cast<uint32_t>(next));
+    store(corner + 3, pair_of(f, m));
+    store(corner + 5, static_cast<uint32_t>(n));
+    corner += 3 + 3 * pocket;
+
+    // Entries have the focus beyond their gates now; the last one has seen a triangle more.
+    const uint64_t p_then = (see(p_rest, 1) & ~point_mask) | f;
+    const uint64_t rest = f | 2 * one_seen;
+    tail[-1] = pair_of(p, p_then);
+    tail[0] = pair_of(v, rest);
+    tail[1] = pair_of(v + 1, rest);
+    tail[2] = pair_of(v + 2, rest);
+    tail += i;
+    v += i;
+    p = last;
+    p_rest = choose(has_new, p_then, rest);
+    head += 1 + pocket;
+    f = next;
+    // One triangle more for a next vertex, two for one beyond.
+    f_rest = see(*head >> 32, 1 + pocket);
+  }
+  *head = pair_of(vertex_in(*head), f_rest);
+  reader.rans.state = state;
+  reader.rans.words = words;
+  machine.head = static_cast<uint32_t>(head - machine.entries.data());
+  machine.tail = static_cast<uint32_t>(tail - machine.entries.data());
+  machine.vertices = static_cast<uint32_t>(v);
+  machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
+  return (markers >> 31) == 0;
+}
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("topology: ") + what);
+}
+
+}  // namespace
+
+struct FanDecoder::State {
+  State(Bytes events, StaticTables event_tables, StaticTables numbers, uint32_t triangles, uint32_t vertices)
+      : number_tables(std::move(numbers)),
+        reader(events, event_tables, number_tables),
+        vertex_count(vertices),
+        machine(reader, surface, triangles, vertices) {
+    reserve_pages(surface.corners, size_t{3} * triangles);
+    surface.corners.resize(size_t{3} * triangles);
+    surface.references.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.back() = 0;
+  }
+
+  Result<> step();
+
+  StaticTables number_tables;
+  FanReader reader;
+  uint32_t vertex_count;
+  FanSurface surface;
+  FanMachine<FanReader> machine;
+};
+
+/// As many symbols as the fast loop takes, and one more.
+Result<> FanDecoder::State::step() {
+  if (!machine.prepare()) {
+    if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+    return {};
+  }
+  if (!run_fast(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  if (machine.done() || !machine.prepare()) return {};
+  const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                                         machine.seen(machine.tail - 1) << 8];
+  const unsigned symbol = slot_symbol(reader.rans.get(&reader.event_slots[table], fan_slot_bits));
+  if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
+  if (reader.rans.exhausted()) return corrupt("the fans end early");
+  return {};
+}
+
+FanDecoder::FanDecoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
+FanDecoder::FanDecoder(FanDecoder&&) noexcept = default;
+FanDecoder& FanDecoder::operator=(FanDecoder&&) noexcept = default;
+FanDecoder::~FanDecoder() = default;
+
+Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+  ByteReader in(bytes);
+  const uint64_t vertices = in.get_count();
+  const Bytes tables = in.get_bytes(in.get_count());
+  const Bytes events = in.get_bytes(in.remaining());
+  // A symbol that is not alone in its table has 1/512 bit at least.
+  if (!in.ok() || vertices > std::min(most_vertices, most_fan_points) || vertices > 3 * uint64_t{triangles} ||
+      triangles / 16384 > bytes.size() + 16) {
+    return corrupt("the fans are more than their bytes can hold");
+  }
+  RansDecoder side(tables);
+  StaticTables event_tables = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
+  StaticTables numbers = read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side);
+  if (side.exhausted()) return corrupt("the tables of the fans end early");
+  return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
+                                            static_cast<uint32_t>(vertices)));
+}
+
+uint32_t FanDecoder::vertices() const {
+  return state_->vertex_count;
+}
+
+Result<> FanDecoder::decode_until(uint32_t end) {
+  // The newest vertex may still get a late triple.
+  while (state_->machine.vertices <= end && !state_->machine.done()) MAILLE_CHECK(state_->step());
+  if (state_->machine.vertices < end) return corrupt("the fans have another number of vertices");
+  return {};
+}
+
+const VertexReferences* FanDecoder::references(uint32_t vertex) const {
+  return state_->surface.references.data() + (vertex - state_->surface.first);
+}
+const uint8_t* FanDecoder::kinds(uint32_t vertex) const {
+  return state_->surface.kinds.data() + (vertex - state_->surface.first);
+}
+
+void FanDecoder::release(uint32_t end) {
+  FanSurface& surface = state_->surface;
+  const uint32_t left = state_->machine.vertices - end;
+  std::copy_n(references(end), left, surface.references.data());
+  std::copy_n(kinds(end), left, surface.kinds.data());
+  surface.first = end;
+}
+
+Result<FanSurface> FanDecoder::finish() {
+  const uint32_t count = vertices();
+  while (!state_->machine.done()) {
+    MAILLE_CHECK(decode_until(std::min(count, state_->surface.first + window)));
+    // All vertices are known before the last triangles are.
+    release(std::max(state_->surface.first, std::min(count, state_->machine.vertices - 1)));
+    if (state_->machine.vertices == count) {
+      while (!state_->machine.done()) MAILLE_CHECK(state_->step());
+    }
+  }
+  if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
+  FanSurface result = std::move(state_->surface);
+  result.vertices = count;
+  result.references = {};
+  result.kinds = {};
+  result.first = count;
+  return result;
+}
+
+Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices));
+  Unfilled<VertexReferences> references;
+  Unfilled<uint8_t> kinds;
+  for (uint32_t begin = 0; begin < decoder.vertices();) {
+    const uint32_t end = std::min(decoder.vertices(), begin + FanDecoder::window);
+    MAILLE_CHECK(decoder.decode_until(end));
+    references.insert(references.end(), decoder.references(begin), decoder.references(begin) + (end - begin));
+    kinds.insert(kinds.end(), decoder.kinds(begin), decoder.kinds(begin) + (end - begin));
+    decoder.release(end);
+    begin = end;
+  }
+  FanSurface result = MAILLE_TRY(decoder.finish());
+  result.first = 0;
+  result.references = std::move(references);
+  result.kinds = std::move(kinds);
+  return result;
+}
+
+}  // namespace maille

@@ -1,0 +1,314 @@
+#pragma once
+
+// What encoder and decoder of the positions of fans share. docs/format.md, "POSI 1".
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <utility>
+
+#include "base/pages.h"
+#include "entropy/integer_model.h"
+#include "mesh/number_map.h"
+#include "surface/fan_connectivity.h"
+
+namespace maille::fan_positions {
+
+using R = VertexReferences;
+
+// Predictions are sums of weights times references, divided by this.
+inline constexpr int weight_bits = 6;
+inline constexpr int weight_sum = 1 << weight_bits;
+inline constexpr int largest_weight = 511;
+
+inline constexpr unsigned selectors = 4;
+inline constexpr unsigned fitted_selector = 1;
+inline constexpr unsigned groups = 8;  ///< of residual classes, as contexts
+inline constexpr unsigned qualities = 4;
+inline constexpr unsigned class_contexts = groups * qualities + 2 * groups;
+inline constexpr unsigned y_contexts = groups * qualities;
+inline constexpr unsigned z_contexts = y_contexts + groups;
+inline constexpr unsigned selector_contexts = selectors * 4;
+inline constexpr unsigned most_class_tables = 24;
+inline constexpr unsigned class_bits = 9;
+inline constexpr unsigned selector_bits = 8;
+inline constexpr unsigned narrow_classes = 17;
+inline constexpr unsigned wide_classes = 33;
+/// Classes of a block are decoded before its positions: four lanes, a quarter of the block each.
+inline constexpr uint32_t block_vertices = FanDecoder::window;
+
+inline constexpr uint8_t flag_wide = 1;
+inline constexpr uint8_t flag_selectors = 2;
+
+inline constexpr unsigned start_kind = start_place * valence_classes * 2;
+
+/// What the fans promise about a prediction: the context of the first residual class.
+inline constexpr auto quality_of_kind = [] {
+  std::array<uint8_t, vertex_kinds> table{};
+  for (unsigned kind = 0; kind < vertex_kinds; ++kind) {
+    const bool late = kind_has_late(kind);
+    table[kind] = static_cast<uint8_t>(place_of_kind(kind) >= first_open_place ? (late ? 1 : 0)
+                                       : kind_is_last(kind)                    ? (late ? 3 : 2)
+                                                                               : (late ? 2 : 1));
+  }
+  return table;
+}();
+constexpr unsigned selector_context(unsigned before, unsigned kind) {
+  return before * 4 + kind_is_last(kind) * 2u + kind_has_late(kind);
+}
+
+struct alignas(16) Row : std::array<int16_t, 8> {};
+using Rows = std::array<Row, vertex_kinds * selectors>;
+
+inline Row row_of(std::initializer_list<std::pair<unsigned, int>> weights) {
+  Row row{};
+  for (const auto& [reference, weight] : weights) row[reference] = static_cast<int16_t>(weight);
+  return row;
+}
+inline Row mean_of(const Row& a, const Row& b) {
+  Row row{};
+  for (unsigned k = 0; k < 8; ++k) row[k] = static_cast<int16_t>((a[k] + b[k]) / 2);
+  return row;
+}
+
+inline const Row gate_row = row_of({{R::focus, 64}, {R::last, 64}, {R::before, -64}});
+inline const Row closing_row = row_of({{R::focus, 64}, {R::next, 64}, {R::next_opposite, -64}});
+inline const Row late_row = row_of({{R::late, 64}, {R::late + 1, 64}, {R::late + 2, -64}});
+inline const Row last_row = row_of({{R::last, 64}});
+
+/// The rows before any is fitted.
+inline Row plain_row(unsigned kind, unsigned selector) {
+  if (place_of_kind(kind) == start_place) return last_row;
+  const bool late = kind_has_late(kind);
+  const bool closing = kind_is_last(kind);
+  const Row second = closing ? closing_row : late ? late_row : last_row;
+  switch (selector) {
+    case 0:
+      return gate_row;
+    case 1:
+      return closing || late ? mean_of(gate_row, second) : gate_row;
+    case 2:
+      return second;
+    default:
+      return closing && late ? late_row : mean_of(gate_row, second);
+  }
+}
+
+inline const Rows& plain_rows() {
+  static const Rows all = [] {
+    Rows rows;
+    for (unsigned kind = 0; kind < vertex_kinds; ++kind) {
+      for (unsigned s = 0; s < selectors; ++s) rows[kind * selectors + s] = plain_row(kind, s);
+    }
+    return rows;
+  }();
+  return all;
+}
+
+/// References that say something at this kind; the others repeat the focus.
+inline unsigned useful_references(unsigned kind) {
+  const unsigned place = place_of_kind(kind);
+  if (place == start_place) return 0;
+  unsigned mask = 1u << R::focus | 1u << R::before | 1u << R::last;
+  if (place < first_open_place) mask |= 1u << R::next | 1u << R::next_opposite;
+  if (kind_has_late(kind)) mask |= 7u << R::late;
+  return mask;
+}
+
+/// Fitted rows: for a place in the fan, and where it pays for single valences too.
+struct FittedRows {
+  // By place and late, and by kind.
+  std::array<bool, fan_places * 2> has_place{};
+  std::array<Row, fan_places * 2> of_place{};
+  std::array<bool, vertex_kinds> has_kind{};
+  std::array<Row, vertex_kinds> of_kind{};
+
+  static unsigned place(unsigned kind) { return place_of_kind(kind) * 2 + kind_has_late(kind); }
+  static unsigned kind(unsigned place, unsigned valence) {
+    return (place / 2 * valence_classes + valence) * 2 + place % 2;
+  }
+
+  template <class Coder>
+  void code(Coder& coder) {
+    std::array<BitModel, 2> there;
+    std::array<OffsetModel, 2> step;
+    for (unsigned p = 0; p < fan_places * 2; ++p) {
+      if (place_of_kind(kind(p, 0)) == start_place) continue;
+      has_place[p] = there[0].code(coder, has_place[p]);
+      if (!has_place[p]) continue;
+      code_row(coder, step[0], of_place[p], plain_row(kind(p, 0), fitted_selector), kind(p, 0));
+      for (unsigned v = 0; v < valence_classes; ++v) {
+        const unsigned k = kind(p, v);
+        has_kind[k] = there[1].code(coder, has_kind[k]);
+        if (has_kind[k]) code_row(coder, step[1], of_kind[k], of_place[p], k);
+      }
+    }
+  }
+  void apply(Rows& rows) const {
+    for (unsigned k = 0; k < vertex_kinds; ++k) {
+      if (!has_place[place(k)]) continue;
+      rows[k * selectors + fitted_selector] = has_kind[k] ? of_kind[k] : of_place[place(k)];
+    }
+  }
+
+ private:
+  template <class Coder>
+  static void code_row(Coder& coder, OffsetModel& model, Row& row, const Row& expected, unsigned kind) {
+    int sum = 0;
+    for (unsigned k = 0; k < R::last; ++k) {
+      if ((useful_references(kind) >> k & 1) == 0) {
+        row[k] = 0;
+        continue;
+      }
+      // Steps are a multiple of two weights in most cases that matter; both directions share the rounding.
+      const int value = expected[k] + model.code(coder, row[k] - expected[k]);
+      row[k] = static_cast<int16_t>(std::clamp(value, -largest_weight, largest_weight));
+      sum += row[k];
+    }
+    row[R::last] = static_cast<int16_t>(weight_sum - sum);
+  }
+};
+
+inline unsigned class_of(int32_t residual) {
+  const uint32_t size = residual < 0 ? 0 - static_cast<uint32_t>(residual) : static_cast<uint32_t>(residual);
+  return bit_length(size);
+}
+/// The raw bits of a residual of this class: the number itself if it is positive, so that the highest bit is
+/// set, else the number plus 2^class - 1.
+inline uint32_t raw_bits(int32_t residual, unsigned size) {
+  if (residual >= 0) return static_cast<uint32_t>(residual);
+  return static_cast<uint32_t>(int64_t{residual} + (int64_t{1} << size) - 1);
+}
+
+/// Positions whose codes span 16 bits: two references at once in one multiply-add.
+struct NarrowPoints {
+  using Point = std::array<int16_t, 4>;
+  static constexpr unsigned classes = narrow_classes;
+
+  std::vector<Point> points;
+  std::array<int32_t, 3> bias{};
+
+  explicit NarrowPoints(size_t count) {
+    reserve_pages(points, count);
+    points.resize(count);
+  }
+
+  using Codes = std::array<int32_t, 3>;
+  void set(uint32_t v, const Codes& codes) {
+    for (unsigned k = 0; k < 3; ++k)
+      points[v][k] = static_cast<int16_t>(static_cast<uint32_t>(codes[k]) - static_cast<uint32_t>(bias[k]));
+  }
+  int32_t code(uint32_t v, unsigned k) const {
+    return static_cast<int32_t>(static_cast<uint32_t>(bias[k]) +
+                                static_cast<uint32_t>(int32_t{points[v][k]}));
+  }
+  double value(uint32_t v, unsigned k) const { return points[v][k]; }
+
+  Codes predict(const VertexReferences& references, const Row& row) const {
+    Codes sum{};
+    for (unsigned r = 0; r < 8; ++r) {
+      for (unsigned k = 0; k < 3; ++k) sum[k] += int32_t{row[r]} * points[references.at[r]][k];
+    }
+    for (unsigned k = 0; k < 3; ++k)
+      sum[k] = std::clamp((sum[k] + weight_sum / 2) >> weight_bits, -32768, 32767);
+    return sum;
+  }
+  int32_t residual(uint32_t v, unsigned k, int32_t predicted) const {
+    return static_cast<int16_t>(points[v][k] - predicted);
+  }
+  void reconstruct(uint32_t v, const Codes& predicted, const Codes& residuals) {
+    for (unsigned k = 0; k < 3; ++k) points[v][k] = static_cast<int16_t>(predicted[k] + residuals[k]);
+  }
+};
+
+/// Any codes of 32 bits: predicted in doubles, floats by their values.
+struct WidePoints {
+  static constexpr unsigned classes = wide_classes;
+
+  std::vector<std::array<int32_t, 3>> codes;
+  std::vector<std::array<double, 3>> values;
+  std::array<bool, 3> ordered{};
+
+  explicit WidePoints(size_t count) : codes(count), values(count) {}
+
+  using Codes = std::array<int32_t, 3>;
+  void set(uint32_t v, const Codes& to) {
+    codes[v] = to;
+    for (unsigned k = 0; k < 3; ++k) {
+      // Infinities would make NaN, and numbers near the largest overflow.
+      values[v][k] =
+          ordered[k] ? std::clamp(NumberMap::ordered_value(Scalar::f32, to[k]), -1e37, 1e37) : to[k];
+    }
+  }
+  int32_t code(uint32_t v, unsigned k) const { return codes[v][k]; }
+  double value(uint32_t v, unsigned k) const { return values[v][k]; }
+
+  Codes predict(const VertexReferences& references, const Row& row) const {
+    std::array<double, 3> sum{};
+    for (unsigned r = 0; r < 8; ++r) {
+      for (unsigned k = 0; k < 3; ++k) sum[k] += row[r] * values[references.at[r]][k];
+    }
+    Codes result;
+    for (unsigned k = 0; k < 3; ++k) {
+      const double mean = sum[k] * (1.0 / weight_sum);
+      if (ordered[k]) {
+        result[k] = static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, mean));
+      } else {
+        result[k] = static_cast<int32_t>(std::clamp(std::floor(mean + 0.5), -2147483648.0, 2147483647.0));
+      }
+    }
+    return result;
+  }
+  int32_t residual(uint32_t v, unsigned k, int32_t predicted) const {
+    return static_cast<int32_t>(static_cast<uint32_t>(codes[v][k]) - static_cast<uint32_t>(predicted));
+  }
+  void reconstruct(uint32_t v, const Codes& predicted, const Codes& residuals) {
+    Codes sum;
+    for (unsigned k = 0; k < 3; ++k)
+      sum[k] =
+          static_cast<int32_t>(static_cast<uint32_t>(predicted[k]) + static_cast<uint32_t>(residuals[k]));
+    set(v, sum);
+  }
+};
+
+/// Points that are not vertices of fans are predicted by the one before.
+inline VertexReferences references_beside(uint32_t v) {
+  VertexReferences references;
+  references.at.fill(v == 0 ? 0 : v - 1);
+  return references;
+}
+
+/// Vertices of the fans, then the other points.
+struct Vertices {
+  const FanSurface& fans;
+  uint32_t count;
+
+  unsigned kind(uint32_t v) const { return v < fans.vertices ? fans.kinds[v] : start_kind; }
+  VertexReferences references(uint32_t v) const {
+    return v < fans.vertices ? fans.references[v] : references_beside(v);
+  }
+};
+
+/// How a block of classes is dealt to the lanes.
+struct Deal {
+  uint32_t begin;
+  uint32_t end;
+  uint32_t share() const { return (end - begin + group_lanes - 1) / group_lanes; }
+};
+
+template <class Visit>
+void for_each_group(uint32_t count, Visit visit) {
+  for (uint32_t begin = 0; begin < count; begin += block_vertices) {
+    const Deal deal{begin, std::min(count, begin + block_vertices)};
+    for (uint32_t i = 0; i < deal.share(); ++i) {
+      for (unsigned lane = 0; lane < group_lanes; ++lane) {
+        const uint32_t v = begin + lane * deal.share() + i;
+        if (v < deal.end) visit(v, lane);
+      }
+    }
+  }
+}
+
+}  // namespace maille::fan_positions
