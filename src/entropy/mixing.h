@@ -307,9 +307,7 @@ class Mixer {
   static constexpr unsigned always = N / 4 < 3 ? N / 4 : 3;
   [[gnu::always_inline]] int32_t dot(const Weights& weights) const {
     SignedLanes sum = {};
-    const auto add = [&](unsigned i) {
-      sum += reinterpret_cast<SignedLanes>(weights[i] * inputs_[i]) >> 8;
-    };
+    const auto add = [&](unsigned i) { sum += reinterpret_cast<SignedLanes>(weights[i] * inputs_[i]) >> 8; };
 #pragma GCC unroll 8
     for (unsigned i = 0; i < always; ++i) add(i);
     for (unsigned i = always; i < blocks_; ++i) add(i);
