@@ -24,6 +24,7 @@ void save(const std::filesystem::path& path, uint8_t first, Bytes bytes) {
 EncodeOptions options_for(uint64_t seed, const Mesh& mesh) {
   EncodeOptions options;
   if (seed % 3 == 1) options.order = Order::keep;
+  if (seed % 4 == 3) options.effort = 9;
   if (seed % 5 == 2) {
     options.positions = {Tolerance::Kind::bits, 8};
     for (const Array& array : mesh.arrays) options.arrays[array.name] = options.positions;
@@ -41,7 +42,7 @@ void save_file(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
 }
 
 void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
-  const auto topology = encode_topology(mesh, 4);
+  const auto topology = encode_topology(mesh, 4, seed % 4 == 3);
   if (!topology) return;
   ByteWriter out;
   out.put_count(mesh.point_count());

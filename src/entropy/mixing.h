@@ -256,9 +256,11 @@ class Mixer {
 
   using Inputs = std::array<SignedLanes, N / 4>;
 
-  [[gnu::always_inline]] uint32_t predict(const Inputs& inputs, unsigned first, unsigned second,
-                                          unsigned map) {
+  /// `blocks`: inputs from 4 * blocks on are all 0, and left out. (The result is the same.)
+  [[gnu::always_inline]] uint32_t predict(const Inputs& inputs, unsigned first, unsigned second, unsigned map,
+                                          unsigned blocks = N / 4) {
     for (unsigned i = 0; i < N / 4; ++i) inputs_[i] = reinterpret_cast<Lanes>(inputs[i]);
+    blocks_ = blocks;
     row_ = {&rows_[0][first], &rows_[1][second]};
     for (unsigned i = 0; i < 2; ++i) logit_[i] = clamp_logit(dot(*row_[i]));
     const int32_t mean = (logit_[0] + logit_[1]) >> 1;
@@ -301,19 +303,25 @@ class Mixer {
     return map;
   }
 
+  // Inputs beyond the first twelve are mostly absent.
+  static constexpr unsigned always = N / 4 < 3 ? N / 4 : 3;
   [[gnu::always_inline]] int32_t dot(const Weights& weights) const {
     SignedLanes sum = {};
+    const auto add = [&](unsigned i) { sum += reinterpret_cast<SignedLanes>(weights[i] * inputs_[i]) >> 8; };
 #pragma GCC unroll 8
-    for (unsigned i = 0; i < N / 4; ++i) sum += reinterpret_cast<SignedLanes>(weights[i] * inputs_[i]) >> 8;
+    for (unsigned i = 0; i < always; ++i) add(i);
+    for (unsigned i = always; i < blocks_; ++i) add(i);
     return (sum[0] + sum[1] + sum[2] + sum[3]) >> 8;
   }
   [[gnu::always_inline]] void learn(Weights& weights, int32_t step) const {
     const auto unsigned_step = static_cast<uint32_t>(step);
-#pragma GCC unroll 8
-    for (unsigned i = 0; i < N / 4; ++i) {
+    const auto move = [&](unsigned i) {
       const Lanes product = inputs_[i] * unsigned_step + (1u << 13);
       weights[i] += reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(product) >> 14);
-    }
+    };
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < always; ++i) move(i);
+    for (unsigned i = always; i < blocks_; ++i) move(i);
   }
   /// The rate of learning, in 1/65536: .03 at first, falling to .002.
   void slow_down() {
@@ -322,6 +330,7 @@ class Mixer {
   }
 
   std::array<Lanes, N / 4> inputs_ = {};
+  unsigned blocks_ = N / 4;
   std::array<std::vector<Weights>, 2> rows_;
   std::vector<Map> maps_;
   std::array<Weights*, 2> row_ = {};

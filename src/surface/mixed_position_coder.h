@@ -453,7 +453,8 @@ class MixedPositionCoder {
         (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) *
             node_types +
         type;
-    const uint32_t probability = mixer_.predict(logits, first, second, type);
+    const uint32_t probability =
+        mixer_.predict(logits, first, second, type, with_matches && live_ == 0 ? 3 : inputs / 4);
     bool bit = false;
     if constexpr (Coder::encoding) bit = target_ >= at_least;
     bit = coder_.code(bit, probability);
