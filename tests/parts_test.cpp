@@ -111,6 +111,7 @@ TEST(Parts, InspectAddsThemUp) {
   ASSERT_TRUE(encoded);
   const auto info = inspect(*memory_source(encoded->bytes));
   ASSERT_TRUE(info);
+  EXPECT_EQ(info->parts, 8u);
   EXPECT_EQ(info->points, mesh.point_count());
   EXPECT_EQ(info->connectivity.coded_bytes, encoded->report.connectivity.coded_bytes);
   EXPECT_EQ(info->positions.coded_bytes, encoded->report.positions.coded_bytes);

@@ -164,6 +164,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
       info.file_bytes, human_bytes(static_cast<double>(info.file_bytes)),
       bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), info.points,
       info.cells, counted(info.corners, "corner"));
+  if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, cells_text(cells));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
@@ -196,6 +197,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"points", info.points},
           {"cells", info.cells},
           {"corners", info.corners},
+          {"parts", info.parts},
           {"blocks", blocks},
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},

@@ -44,6 +44,7 @@ struct FileInfo {
   uint64_t points = 0;
   uint64_t cells = 0;
   uint64_t corners = 0;
+  uint64_t parts = 1;                                    ///< coded by themselves
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
   ArrayInfo connectivity;                                ///< count: corners
   ArrayInfo positions;

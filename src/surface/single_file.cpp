@@ -491,6 +491,7 @@ Result<FileInfo> inspect(const Source& source) {
   info.points = description.points;
   info.cells = description.cells();
   info.corners = description.corners;
+  info.parts = std::max<uint64_t>(description.parts.size(), 1);
   for (const BlockDescription& block : description.blocks) {
     const std::string type = std::string("(") + name_of(block.shape.type) + ")";
     info.blocks.emplace_back(block.name.empty() ? type : block.name + " " + type, block.shape.cells);
@@ -501,7 +502,7 @@ Result<FileInfo> inspect(const Source& source) {
   info.connectivity.count = description.corners;
   info.connectivity.coded_bytes = reader.stream_bytes(joins_key);
   std::vector<uint64_t> coded(description.arrays.size() + 1);
-  for (uint32_t patch = 0; patch < std::max<size_t>(description.parts.size(), 1); ++patch) {
+  for (uint32_t patch = 0; patch < info.parts; ++patch) {
     const PatchSizes sizes = sizes_of_patch(reader, patch, description.arrays.size());
     info.connectivity.coded_bytes += sizes.topology;
     for (size_t i = 0; i < coded.size(); ++i) coded[i] += sizes.arrays[i];
