@@ -198,7 +198,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     const bool positions = &array == &mesh.points;
     const ArrayMaps maps = positions ? position_maps : MAILLE_TRY(choose_maps(array, tolerance, false));
     if (positions && fan_positions) {
-      streams.push_back(encode_fan_positions(*cells.fans, array, maps, encoded.sources.points));
+      streams.push_back(
+          encode_fan_positions(*cells.fans, array, maps, encoded.sources.points, options.effort > 1));
     } else {
       if (cells.fans) MAILLE_CHECK(build_surface(*cells.fans, encoded.topology));
       streams.push_back(
