@@ -9,6 +9,8 @@
 #include "io/gzip.h"
 #include "packed_streams.h"
 #include "support/random_mesh.h"
+#include "surface/fan_patch.h"
+#include "surface/fan_positions.h"
 #include "surface/patch_topology.h"
 
 namespace maille::fuzzing {
@@ -24,7 +26,7 @@ void save(const std::filesystem::path& path, uint8_t first, Bytes bytes) {
 EncodeOptions options_for(uint64_t seed, const Mesh& mesh) {
   EncodeOptions options;
   if (seed % 3 == 1) options.order = Order::keep;
-  if (seed % 4 == 3) options.effort = 9;
+  if (seed % 4 != 0) options.effort = seed % 4 == 3 ? 9 : seed % 4 == 2 ? 2 : 5;
   if (seed % 5 == 2) {
     options.positions = {Tolerance::Kind::bits, 8};
     for (const Array& array : mesh.arrays) options.arrays[array.name] = options.positions;
@@ -56,6 +58,27 @@ void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mes
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);
   save(folder / "connectivity_fuzz" / std::to_string(seed), first, Bytes(bytes).subspan(1));
+}
+
+void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  const auto patch = encode_fan_patch(mesh);
+  if (!patch || !*patch) return;
+  ByteWriter out;
+  out.put_count(mesh.point_count());
+  out.put_count(mesh.corner_count());
+  out.put(static_cast<uint8_t>(mesh.blocks.size()));
+  for (const CellBlock& block : mesh.blocks) {
+    out.put(block.type);
+    out.put_count(block.size());
+  }
+  out.put_count((*patch)->bytes.size());
+  out.put_bytes((*patch)->bytes);
+  const auto maps = choose_maps(mesh.points, {}, true);
+  if (maps && fits_fan_positions(mesh.points, *maps))
+    out.put_bytes(encode_fan_positions((*patch)->patch.fans, mesh.points, *maps, (*patch)->sources.points));
+  const std::vector<std::byte> bytes = out.take();
+  const auto first = std::to_integer<uint8_t>(bytes[0]);
+  save(folder / "fan_fuzz" / std::to_string(seed), first, Bytes(bytes).subspan(1));
 }
 
 void save_foreign(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
@@ -94,6 +117,7 @@ int main(int count, char** arguments) {
     const Mesh mesh = testing::random_surface(seed, options);
     fuzzing::save_file(arguments[1], seed, mesh);
     fuzzing::save_topology(arguments[1], seed, mesh);
+    fuzzing::save_fans(arguments[1], seed, mesh);
     if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
   }
   return 0;

@@ -18,6 +18,7 @@ inline void prepare_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t
     const uintptr_t end = (reinterpret_cast<uintptr_t>(memory) + bytes) & ~(page - 1);
     if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, advice);
   };
+  if (bytes < size_t{1} << 20) return;  // not worth two calls
   advise(uintptr_t{1} << 21, MADV_HUGEPAGE);
   advise(uintptr_t{1} << 12, MADV_POPULATE_WRITE);
 #endif

@@ -158,11 +158,12 @@ uint64_t entropy(const Histogram& counts, unsigned symbols) {
   return bits;
 }
 
-/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs.
+/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs. Some more for the
+/// time to make it.
 uint64_t table_cost(const Histogram& counts, unsigned symbols) {
   uint64_t used = 0;
   for (unsigned s = 0; s < symbols; ++s) used += counts[s] != 0;
-  return (4 * used + 6) << 16;
+  return (4 * used + 40) << 16;
 }
 
 /// Merges contexts greedily, those first that lose least by it.

@@ -99,6 +99,8 @@ class FanFinder {
 
  private:
   static constexpr unsigned longest_fan = 16;
+  // Vertices of more triangles are taken for lost sometimes, which costs bytes only.
+  static constexpr unsigned longest_turn = 4096;
 
   uint32_t gate(uint32_t entry) const { return entry < gates_.size() ? gates_[entry] : none; }
   void set_gate(uint32_t entry, uint32_t h) {
@@ -134,15 +136,17 @@ class FanFinder {
     const uint32_t along = next_corner(g);
     const uint32_t back = previous_corner(g);
     const uint32_t number = number_of_[edges_.origin[back]];
-    uint32_t x = along;
-    while (is_uncoded(edges_.opposite[x]) && edges_.opposite[x] / 3 != g / 3)
-      x = previous_corner(edges_.opposite[x]);
-    Place place = place_of_gate(x);
+    const auto turn = [&](uint32_t x, auto next) {
+      for (unsigned i = 0; i < longest_turn; ++i) {
+        const uint32_t over = edges_.opposite[x];
+        if (!is_uncoded(over) || over / 3 == g / 3) break;
+        x = next(over);
+      }
+      return place_of_gate(x);
+    };
+    Place place = turn(along, previous_corner);
     if (place.entry != none && machine_->vertex(place.entry) == number) return place;
-    x = back;
-    while (is_uncoded(edges_.opposite[x]) && edges_.opposite[x] / 3 != g / 3)
-      x = next_corner(edges_.opposite[x]);
-    place = place_of_gate(x);
+    place = turn(back, next_corner);
     if (place.entry == none) return {};
     place = following(place);
     return machine_->vertex(place.entry) == number ? place : Place{};

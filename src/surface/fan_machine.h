@@ -87,7 +87,7 @@ class FanMachine {
       : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
     // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
     moves_left_ = 8 * uint64_t{triangles} + 4096;
-    entries.resize(4096);
+    entries.resize(1024);
   }
 
   struct Ring {

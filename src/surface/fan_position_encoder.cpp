@@ -67,20 +67,13 @@ class PositionEncoder {
   PositionEncoder(const Vertices& vertices, Points& points)
       : vertices_(vertices), points_(points), chosen_(vertices.count, fitted_selector) {}
 
-  struct Coding {
-    bool with_selectors = false;
-    FittedRows fitted;
-    std::vector<uint8_t> chosen;
-    uint64_t cost = UINT64_MAX;
-  };
-
-  void write(ByteWriter& out, uint8_t flags, ByteWriter& maps) {
+  void write(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
     fit();
     const uint64_t without = measure(false);
     const FittedRows rows_without = fitted_;
     const auto chosen_without = chosen_;
     bool with_selectors = false;
-    if (vertices_.count > 64) {
+    if (try_selectors && vertices_.count > 64) {
       uint64_t with = UINT64_MAX;
       FittedRows best_rows;
       std::vector<uint8_t> best;
@@ -443,7 +436,7 @@ class PositionEncoder {
 }  // namespace
 
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                            std::span<const uint32_t> source) {
+                                            std::span<const uint32_t> source, bool try_selectors) {
   const Vertices vertices{fans, static_cast<uint32_t>(source.size())};
   const size_t size = size_of(array.type);
   std::vector<std::array<int32_t, 3>> codes(source.size());
@@ -462,7 +455,8 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   for (const NumberMap& map : maps.maps) write_map(header, map);
   const auto write = [&](auto& points, uint8_t flags) {
     for (uint32_t v = 0; v < codes.size(); ++v) points.set(v, codes[v]);
-    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points).write(out, flags, header);
+    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points)
+        .write(out, flags, header, try_selectors);
   };
   if (narrow) {
     NarrowPoints points(codes.size());

@@ -130,9 +130,9 @@ class PatchEncoder {
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
-    return CodedStream{
-        positions_key(patch_, fan_coding),
-        encode_fan_positions(*cells_.fans, *positions.array, positions.maps, cells_.encoded.sources.points)};
+    return CodedStream{positions_key(patch_, fan_coding),
+                       encode_fan_positions(*cells_.fans, *positions.array, positions.maps,
+                                            cells_.encoded.sources.points, options_.effort > 1)};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
