@@ -162,8 +162,10 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
     Pace pace(options.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
     const ArrayMaps maps = MAILLE_TRY(choose_maps(array, tolerance, &array == &mesh.points));
-    streams.push_back(
-        encode_array(elements, array, maps, sources_of(mesh, encoded, array), options.effort, &pace));
+    // Mixing is made for places in space.
+    const int effort =
+        &array == &mesh.points ? options.effort : std::min(options.effort, least_mixed_effort - 1);
+    streams.push_back(encode_array(elements, array, maps, sources_of(mesh, encoded, array), effort, &pace));
     if (pace.stopped()) return cancelled();
     described = describe(array, maps, tolerance);
     reported = report_of(array, maps, streams.back().size());
