@@ -142,8 +142,11 @@ class PatchEncoder {
     MAILLE_CHECK(build());
     std::vector<uint32_t> all;
     const auto sources = sources_of(cells_.encoded.sources, array, all);
+    // Mixing is made for places in space.
+    const bool positions = key.type == std::string_view("POSI");
+    const int effort = positions ? options_.effort : std::min(options_.effort, least_mixed_effort - 1);
     CodedStream stream{key, maille::encode_array(cells_.encoded.topology.elements(), array, coded.maps,
-                                                 sources, options_.effort, &pace)};
+                                                 sources, effort, &pace)};
     if (pace.stopped()) return cancelled();
     return stream;
   }
