@@ -6,19 +6,14 @@
 #include <maille/version.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstring>
 #include <string>
 
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "container/file_writer.h"
+#include "surface/coded_parts.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
-#include "surface/joins.h"
-#include "surface/merge_parts.h"
-#include "surface/partition.h"
-#include "surface/patch_streams.h"
 
 namespace maille {
 namespace {
@@ -137,104 +132,6 @@ Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
   return found == options.arrays.end() ? Tolerance{} : found->second;
 }
 
-/// One position as the decoder will have it.
-std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_t point) {
-  const Array& array = *positions.array;
-  const size_t size = size_of(array.type);
-  std::array<std::byte, 24> decoded{};
-  for (size_t k = 0; k < 3; ++k) {
-    const uint64_t place = 3 * point + k;
-    const std::byte* number = array.bytes.data() + place * size;
-    const std::vector<uint64_t>& exceptions = positions.maps.exceptions;
-    if (positions.maps.lossless || std::binary_search(exceptions.begin(), exceptions.end(), place)) {
-      std::copy_n(number, size, decoded.begin() + static_cast<ptrdiff_t>(k * size));
-    } else {
-      const NumberMap& map = positions.maps.maps[k];
-      map.store_number(array.type, map.code_of(array.type, number), decoded.data() + k * size);
-    }
-  }
-  return decoded;
-}
-
-/// For cutting: what is not finite lies at 0, and what is beyond floats at their ends.
-std::vector<float> decoded_floats(const ArrayToCode& positions) {
-  const Scalar type = positions.array->type;
-  constexpr double most = 3e38;
-  std::vector<float> floats;
-  floats.reserve(positions.array->count() * 3);
-  for (uint64_t point = 0; point < positions.array->count(); ++point) {
-    const auto position = decoded_position(positions, point);
-    for (size_t k = 0; k < 3; ++k) {
-      const double number = number_as_double(type, position.data() + k * size_of(type));
-      floats.push_back(number - number == 0 ? static_cast<float>(std::clamp(number, -most, most)) : 0.0f);
-    }
-  }
-  return floats;
-}
-
-Place place_of(const std::byte* position, Scalar type) {
-  Place place{};
-  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
-  return place;
-}
-
-/// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
-/// at a time.
-class PatchProgress {
- public:
-  PatchProgress(const Progress& progress, size_t patches) : progress_(progress), patches_(patches) {}
-
-  Progress of_patch() {
-    return [this](const ProgressReport&) { return report(); };
-  }
-  void finish_patch() {
-    ++done_;
-    report();
-  }
-
- private:
-  bool report() {
-    if (progress_ && !busy_.test_and_set()) {
-      const double fraction = static_cast<double>(done_) / static_cast<double>(patches_);
-      if (!progress_({"patches", fraction})) stopped_ = true;
-      busy_.clear();
-    }
-    return !stopped_;
-  }
-
-  const Progress& progress_;
-  size_t patches_;
-  std::atomic<size_t> done_ = 0;
-  std::atomic<bool> stopped_ = false;
-  std::atomic_flag busy_ = ATOMIC_FLAG_INIT;
-};
-
-template <class Options>
-Executor& executor_of(const Options& options) {
-  return options.executor != nullptr ? *options.executor : serial_executor();
-}
-
-/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or
-/// the error of the first patch that has one.
-template <class Value, class Options, class Work>
-Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
-  std::vector<Result<Value>> results(count);
-  PatchProgress progress(options.progress, count);
-  Options of_patch = options;
-  of_patch.executor = nullptr;
-  if (count > 1) of_patch.progress = progress.of_patch();
-  executor_of(options).parallel_for(count, [&](size_t i) {
-    results[i] = work(static_cast<uint32_t>(i), of_patch);
-    if (count > 1) progress.finish_patch();
-  });
-  std::vector<Value> values;
-  for (Result<Value>& result : results) {
-    if (!result) return tl::unexpected(std::move(result).error());
-    values.push_back(std::move(*result));
-  }
-  return values;
-}
-
 Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOptions& options) {
   std::vector<ArrayToCode> arrays;
   arrays.push_back({&mesh.points, MAILLE_TRY(choose_maps(mesh.points, options.positions, true))});
@@ -242,64 +139,6 @@ Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOption
     arrays.push_back({&array, MAILLE_TRY(choose_maps(array, tolerance_of(options, array.name), false))});
   }
   return arrays;
-}
-
-PartDescription describe(const Mesh& part) {
-  PartDescription description;
-  description.points = static_cast<uint32_t>(part.point_count());
-  description.corners = part.corner_count();
-  for (const CellBlock& block : part.blocks) description.cells.push_back(block.size());
-  return description;
-}
-
-struct EncodedParts {
-  std::vector<PartDescription> descriptions;  ///< empty: the mesh is one patch
-  std::vector<EncodedPatch> patches;
-  std::vector<std::byte> joins;
-  JoinedPoints joined;
-};
-
-/// What joins the parts, and the numbers that the decoder will give their points.
-Result<> join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts) {
-  std::vector<std::vector<uint32_t>> whole;
-  std::vector<uint32_t> sizes;
-  for (const EncodedPatch& patch : parts.patches) {
-    whole.push_back(patch.sources.points);
-    sizes.push_back(static_cast<uint32_t>(patch.sources.points.size()));
-  }
-  const SharedPoints shared = find_shared_points(whole, points);
-  SharedPlaces places(shared.size());
-  for (size_t p = 0; p < shared.size(); ++p) {
-    for (const uint32_t i : shared[p]) {
-      places[p].push_back(place_of(decoded_position(positions, whole[p][i]).data(), positions.array->type));
-    }
-  }
-  parts.joins = encode_joins(shared, places, whole);
-  parts.joined = MAILLE_TRY(decode_joins(parts.joins, sizes, shared, places));
-  return {};
-}
-
-Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
-                                  const EncodeOptions& options) {
-  EncodedParts encoded;
-  std::vector<MeshPart> parts;
-  if (mesh.cell_count() > options.most_cells_per_part) {
-    parts = take_parts(mesh, partition_cells(mesh, decoded_floats(arrays[0]), options.most_cells_per_part));
-  }
-  if (parts.size() < 2) {
-    encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));
-    const auto points = static_cast<uint32_t>(mesh.point_count());
-    encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
-    return encoded;
-  }
-  for (const MeshPart& part : parts) encoded.descriptions.push_back(describe(part.mesh));
-  encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
-      parts.size(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
-        const MeshPart part = std::move(parts[i]);
-        return encode_patch(part.mesh, &part.numbers, i, arrays, of_patch);
-      })));
-  MAILLE_CHECK(join(arrays[0], static_cast<uint32_t>(mesh.point_count()), encoded));
-  return encoded;
 }
 
 Description describe(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodeOptions& options) {
@@ -396,58 +235,31 @@ Error with_name(Error error, const Source& source) {
   return error;
 }
 
-Result<Mesh> decode_parts(const FileReader& reader, const Description& description,
-                          const DecodeOptions& options, bool& known_valid) {
-  std::vector<DecodedPatch> patches = MAILLE_TRY((for_each_patch<DecodedPatch>(
-      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
-        return decode_patch(reader, description.of_part(i), i, of_patch);
-      })));
-  std::vector<uint32_t> sizes;
-  for (const PartDescription& part : description.parts) sizes.push_back(part.points);
-  const std::vector<std::byte> bytes = MAILLE_TRY(reader.read_stream(joins_key));
-  const SharedPoints shared = MAILLE_TRY(decode_shared_points(bytes, sizes));
-  SharedPlaces places(shared.size());
-  std::vector<Mesh> parts;
-  known_valid = true;
-  for (size_t p = 0; p < patches.size(); ++p) {
-    known_valid = known_valid && patches[p].known_valid;
-    const Array& positions = parts.emplace_back(std::move(patches[p].mesh)).points;
-    for (const uint32_t i : shared[p]) {
-      places[p].push_back(place_of(positions.bytes.data() + i * positions.tuple_size(), positions.type));
-    }
-  }
-  const JoinedPoints joined = MAILLE_TRY(decode_joins(bytes, sizes, shared, places));
-  if (joined.count != description.points)
-    return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
-  return merge_parts(std::move(parts), joined, executor_of(options));
-}
-
 Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options) {
   const Description description =
       MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
-  Mesh mesh;
-  bool known_valid = false;
+  DecodedPatch decoded;
   if (description.parts.empty()) {
-    DecodedPatch patch = MAILLE_TRY(decode_patch(reader, description, 0, options));
-    mesh = std::move(patch.mesh);
-    known_valid = patch.known_valid;
+    decoded = MAILLE_TRY(decode_patch(reader, description, 0, options));
   } else {
-    mesh = MAILLE_TRY(decode_parts(reader, description, options, known_valid));
+    const std::vector<std::byte> joins = MAILLE_TRY(reader.read_stream(joins_key));
+    decoded = MAILLE_TRY(decode_parts(reader, description, joins, options));
   }
+  Mesh& mesh = decoded.mesh;
   mesh.metadata = description.metadata;
   if (description.order == Order::keep) {
     const ElementOrder order =
         MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)), description.points,
                                 static_cast<uint32_t>(description.cells())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
-    known_valid = false;
+    decoded.known_valid = false;
   }
   // A look at every corner takes time.
-  if (known_valid) return mesh;
+  if (decoded.known_valid) return std::move(mesh);
   // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
   if (auto valid = validate(mesh); !valid)
     return failure(ErrorCode::corrupt, std::move(valid).error().message);
-  return mesh;
+  return std::move(mesh);
 }
 
 ArrayInfo info_of(const Description& description, const ArrayDescription& array, uint64_t coded_bytes) {
