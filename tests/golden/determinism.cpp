@@ -55,7 +55,8 @@ std::vector<EncodeOptions> all_options(const Mesh& mesh) {
     }
   }
   all.emplace_back().order = Order::keep;
-  all.emplace_back().effort = 9;
+  for (const int effort : {1, 2, 7, 9}) all.emplace_back().effort = effort;
+  all.emplace_back().most_cells_per_part = 20;
   return all;
 }
 
