@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "base/pages.h"
 #include "base/result.h"
 #include "entropy/rans.h"
 #include "surface/mixed_array.h"
@@ -378,7 +379,9 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding&
     return failure(ErrorCode::corrupt,
                    "array \"" + array.name + "\" has more tuples than its stream can hold");
   }
-  std::vector<std::byte> storage(codes_of(tuples, maps) * sizeof(Code));
+  std::vector<std::byte> storage;
+  reserve_pages(storage, codes_of(tuples, maps) * sizeof(Code));
+  storage.resize(codes_of(tuples, maps) * sizeof(Code));
   const std::span codes(reinterpret_cast<Code*>(storage.data()), codes_of(tuples, maps));
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
   if (mixed) {

@@ -9,6 +9,7 @@
 #include <array>
 #include <string>
 
+#include "base/pages.h"
 #include "base/result.h"
 #include "entropy/mixing.h"
 #include "entropy/rans.h"
@@ -606,8 +607,8 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   DecodedConnectivity result;
   // Room for what is expected, but not for more than a stream of this size usually holds.
   const size_t room = std::min<size_t>(expected_half_edges, 64 * bytes.size() + 1024);
-  result.surface.origin.reserve(room);
-  result.surface.opposite.reserve(room);
+  reserve_pages(result.surface.origin, room);
+  reserve_pages(result.surface.opposite, room);
   result.vertices.corner.reserve(room / 6);
   const auto decode = header.mixed ? decode_components<RangeDecoder, MixedConnectivityModels>
                                    : decode_components<RansDecoder, PlainConnectivityModels>;

@@ -191,7 +191,7 @@ TEST(Fans, DamageEndsInErrorsOrValidTriangles) {
   options.faces = 300;
   for (uint64_t seed = 0; seed < 20; ++seed)
     shapes_to_damage.push_back(surface_of(random_surface(seed, options)));
-  for (uint64_t seed = 0; seed < 6000; ++seed) {
+  for (uint64_t seed = 0; seed < 2000; ++seed) {
     Random random(seed);
     const Coded coded = encode(shapes_to_damage[random.below(shapes_to_damage.size())]);
     expect_safe(damaged(coded.fans.bytes, random), triangles_of(coded) + random.below(2) * random.below(100),
@@ -201,7 +201,7 @@ TEST(Fans, DamageEndsInErrorsOrValidTriangles) {
 }
 
 TEST(Fans, AnyBytesAreSafe) {
-  for (uint64_t seed = 0; seed < 5000 && !HasFailure(); ++seed) {
+  for (uint64_t seed = 0; seed < 2000 && !HasFailure(); ++seed) {
     Random random(seed);
     std::vector<std::byte> bytes = random_bytes(random, random.below(300));
     // A count of vertices and one of bytes for the tables, so that more than the header is reached.
