@@ -44,10 +44,8 @@ void save_file(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   save(folder / "decode_fuzz" / (name + ".streams"), 1, streams_of_file(*file));
 }
 
-void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
-  const auto topology = encode_topology(mesh, 4, seed % 4 == 3);
-  if (!topology) return;
-  ByteWriter out;
+/// What a description would say of the mesh.
+void put_shape(ByteWriter& out, const Mesh& mesh) {
   out.put_count(mesh.point_count());
   out.put_count(mesh.corner_count());
   out.put(static_cast<uint8_t>(mesh.blocks.size()));
@@ -55,6 +53,13 @@ void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mes
     out.put(block.type);
     out.put_count(block.size());
   }
+}
+
+void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  const auto topology = encode_topology(mesh, 4, seed % 4 == 3);
+  if (!topology) return;
+  ByteWriter out;
+  put_shape(out, mesh);
   out.put_bytes(topology->bytes);
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);
@@ -65,13 +70,7 @@ void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   const auto patch = encode_fan_patch(mesh);
   if (!patch || !*patch) return;
   ByteWriter out;
-  out.put_count(mesh.point_count());
-  out.put_count(mesh.corner_count());
-  out.put(static_cast<uint8_t>(mesh.blocks.size()));
-  for (const CellBlock& block : mesh.blocks) {
-    out.put(block.type);
-    out.put_count(block.size());
-  }
+  put_shape(out, mesh);
   out.put_count((*patch)->bytes.size());
   out.put_bytes((*patch)->bytes);
   const auto maps = choose_maps(mesh.points, {}, true);

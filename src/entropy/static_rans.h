@@ -71,10 +71,20 @@ void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t
 /// [2^31, 2^63) between operations.
 inline constexpr uint64_t lowest_static_state = uint64_t{1} << 31;
 
+/// What an encoder keeps until it works backwards: an interval of 2^bits.
+struct StaticOperation {
+  uint16_t start;
+  uint16_t frequency;
+  uint8_t bits;
+};
+inline StaticOperation operation_of(const Frequencies& table, unsigned bits, unsigned symbol) {
+  return {table.start[symbol], table.frequency[symbol], static_cast<uint8_t>(bits)};
+}
+
 class StaticRansEncoder {
  public:
   void put(const Frequencies& table, unsigned bits, unsigned symbol) {
-    operations_.push_back({table.start[symbol], table.frequency[symbol], static_cast<uint8_t>(bits)});
+    operations_.push_back(operation_of(table, bits, symbol));
   }
   /// At most 16 bits at equal odds.
   void put_raw(uint32_t value, unsigned count) {
@@ -83,12 +93,7 @@ class StaticRansEncoder {
   std::vector<std::byte> finish();
 
  private:
-  struct Operation {
-    uint16_t start;
-    uint16_t frequency;
-    uint8_t bits;
-  };
-  std::vector<Operation> operations_;
+  std::vector<StaticOperation> operations_;
 };
 
 /// Safe on any bytes: past their end it reads zeros and is exhausted().
@@ -144,23 +149,18 @@ inline constexpr uint64_t lowest_group_state = uint64_t{1} << 46;
 class GroupRansEncoder {
  public:
   void put(const Frequencies& table, unsigned bits, unsigned symbol) {
-    operations_.push_back({table.start[symbol], table.frequency[symbol], static_cast<uint8_t>(bits)});
+    operations_.push_back(operation_of(table, bits, symbol));
   }
   void end_group(unsigned lane) { groups_.push_back({static_cast<uint32_t>(operations_.size()), lane}); }
   /// Four states of eight bytes, then the words.
   std::vector<std::byte> finish();
 
  private:
-  struct Operation {
-    uint16_t start;
-    uint16_t frequency;
-    uint8_t bits;
-  };
   struct Group {
     uint32_t end;
     uint32_t lane;
   };
-  std::vector<Operation> operations_;
+  std::vector<StaticOperation> operations_;
   std::vector<Group> groups_;
 };
 

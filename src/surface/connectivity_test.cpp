@@ -86,27 +86,12 @@ Surface prism(uint32_t n) {
   return surface;
 }
 
-/// A voxel with an arm of three on each of its six sides: a front that goes round it has to split.
-Surface star() {
-  std::vector<bool> set(343, false);
-  for (size_t i = 0; i < 7; ++i)
-    set[i * 49 + 3 * 7 + 3] = set[3 * 49 + i * 7 + 3] = set[3 * 49 + 3 * 7 + i] = true;
-  return shapes::voxels(set, 7, 7, 7);
-}
-
 Surface triangulated(const Surface& quads) {
   Surface surface = quads;
   surface.faces.clear();
   for (const auto& face : quads.faces) {
     for (size_t i = 2; i < face.size(); ++i) surface.faces.push_back({face[0], face[i - 1], face[i]});
   }
-  return surface;
-}
-
-Surface with_holes() {
-  Surface surface = shapes::grid(9, 9);
-  for (const size_t hole : {70, 60, 40, 12, 11})
-    surface.faces.erase(surface.faces.begin() + static_cast<ptrdiff_t>(hole));
   return surface;
 }
 

@@ -75,21 +75,6 @@ std::string round_trip(const Surface& shape) {
   return difference(coded, *decoded);
 }
 
-/// A voxel with an arm of three on each of its six sides: a ring that goes round it has to split.
-Surface star() {
-  std::vector<bool> set(343, false);
-  for (size_t i = 0; i < 7; ++i)
-    set[i * 49 + 3 * 7 + 3] = set[3 * 49 + i * 7 + 3] = set[3 * 49 + 3 * 7 + i] = true;
-  return shapes::voxels(set, 7, 7, 7);
-}
-
-Surface with_holes() {
-  Surface surface = shapes::grid(9, 9);
-  for (const size_t hole : {70, 60, 40, 12, 11})
-    surface.faces.erase(surface.faces.begin() + static_cast<ptrdiff_t>(hole));
-  return surface;
-}
-
 std::vector<Surface> named_shapes() {
   Surface several = shapes::cube();
   append(several, shapes::tetrahedron());

@@ -135,22 +135,14 @@ class PatchTracer {
  public:
   PatchTracer(const Mesh& mesh, const SimpleFaces& faces, EncodedFanPatch& result)
       : mesh_(mesh), faces_(faces), result_(result) {
-    uint32_t corner = 0;
-    for (uint32_t b = 0; b < mesh.blocks.size(); ++b) {
-      if (faces.cell.empty()) break;
-      for (uint64_t i = 0; i < mesh.blocks[b].size(); ++i) {
-        block_.push_back(b);
-        corner_.push_back(corner);
-        corner += static_cast<uint32_t>(mesh.blocks[b].cell(i).size());
-      }
-    }
+    if (!faces.cell.empty()) cells_ = table_cells(mesh);
   }
   void add(const FaceSource& source) {
     const uint32_t cell = faces_.cell_of(source.face);
-    const uint32_t corner = corner_.empty() ? 3 * source.face : corner_[cell];
+    const uint32_t corner = cells_.corner.empty() ? 3 * source.face : cells_.corner[cell];
     result_.sources.cells.push_back(cell);
     result_.sources.first_corner.push_back(corner + source.first);
-    if (mesh_.blocks.size() > 1) result_.patch.topology.face_block.push_back(block_[cell]);
+    if (mesh_.blocks.size() > 1) result_.patch.topology.face_block.push_back(cells_.block[cell]);
     turned.push_back(source.turned);
   }
   std::vector<bool> turned;
@@ -159,8 +151,7 @@ class PatchTracer {
   const Mesh& mesh_;
   const SimpleFaces& faces_;
   EncodedFanPatch& result_;
-  std::vector<uint32_t> block_;
-  std::vector<uint32_t> corner_;
+  CellTable cells_;  // empty where a face is its cell
 };
 
 void turn_over(FanSurface& fans, uint32_t face) {
@@ -174,10 +165,7 @@ void append_copy(FanSurface& fans, uint32_t face) {
 }  // namespace
 
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
-  if (mesh.corner_count() >= uint64_t{1} << 29) {
-    return failure(ErrorCode::unsupported,
-                   "a mesh of more than 2^29 corners does not fit one patch; split it");
-  }
+  MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
@@ -218,26 +206,17 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
   topology.surface.point_count = fans.vertices;
   result->sources.points = coded.points;
   append_other_points(mesh, result->sources.points);
-
-  // collect_loose() works on the parts of an EncodedTopology.
-  EncodedTopology rest{std::move(topology), std::move(result->sources), {}};
-  collect_loose(mesh, rest);
-  topology = std::move(rest.topology);
-  result->sources = std::move(rest.sources);
+  collect_loose(mesh, topology, result->sources);
 
   ByteWriter out;
-  const auto put_section = [&out](Bytes bytes) {
-    out.put_count(bytes.size());
-    out.put_bytes(bytes);
-  };
   out.put_count(coded.half_edges.size());
-  put_section(coded.bytes);
+  put_section(out, coded.bytes);
   put_section(
-      encode_runs(static_cast<uint32_t>(copy_count.size()), [&](uint32_t i) { return copy_count[i]; }));
-  put_section(encode_runs(count, [&](uint32_t i) { return uint32_t{tracer.turned[i]}; }));
-  put_section(encode_runs(static_cast<uint32_t>(topology.face_block.size()),
-                          [&](uint32_t i) { return topology.face_block[i]; }));
-  put_section(encode_loose(topology, mesh));
+      out, encode_runs(static_cast<uint32_t>(copy_count.size()), [&](uint32_t i) { return copy_count[i]; }));
+  put_section(out, encode_runs(count, [&](uint32_t i) { return uint32_t{tracer.turned[i]}; }));
+  put_section(out, encode_runs(static_cast<uint32_t>(topology.face_block.size()),
+                               [&](uint32_t i) { return topology.face_block[i]; }));
+  put_section(out, encode_loose(topology, mesh));
   result->bytes = out.take();
   for (uint32_t i = 0; i < count; ++i) {
     if (tracer.turned[i]) turn_over(fans, i);
@@ -255,7 +234,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   const Bytes block_numbers = in.get_bytes(in.get_count());
   const Bytes loose = in.get_bytes(in.get_count());
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
-  if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
+  if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
   if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
   FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(fans, static_cast<uint32_t>(triangles), points));
   return FanPatchDecoder{std::move(decoder), copies, turned,

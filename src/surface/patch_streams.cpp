@@ -59,14 +59,7 @@ Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) 
 
 /// The sources of a part's elements, in the whole mesh.
 PatchSources in_whole(PatchSources sources, const Mesh& part, const PartNumbers& numbers) {
-  std::vector<uint32_t> corner_of;  // of the part, by cell
-  uint32_t corner = 0;
-  for (const CellBlock& block : part.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i) {
-      corner_of.push_back(corner);
-      corner += static_cast<uint32_t>(block.cell(i).size());
-    }
-  }
+  const std::vector<uint32_t> corner_of = table_cells(part).corner;
   for (size_t i = 0; i < sources.cells.size(); ++i) {
     uint32_t& cell = sources.cells[i];
     sources.first_corner[i] += numbers.first_corner[cell] - corner_of[cell];
@@ -74,9 +67,10 @@ PatchSources in_whole(PatchSources sources, const Mesh& part, const PartNumbers&
   }
   for (uint32_t& point : sources.points) point = numbers.points[point];
   if (sources.corners.empty()) return sources;
-  std::vector<uint32_t> whole(corner);
+  const auto corners = static_cast<uint32_t>(part.corner_count());
+  std::vector<uint32_t> whole(corners);
   for (size_t cell = 0; cell < corner_of.size(); ++cell) {
-    const uint32_t end = cell + 1 < corner_of.size() ? corner_of[cell + 1] : corner;
+    const uint32_t end = cell + 1 < corner_of.size() ? corner_of[cell + 1] : corners;
     for (uint32_t c = corner_of[cell]; c < end; ++c)
       whole[c] = numbers.first_corner[cell] + c - corner_of[cell];
   }

@@ -51,6 +51,25 @@ bool in_surface(const CellBlock& block, uint64_t cell) {
 
 }  // namespace
 
+Result<> check_patch_size(const Mesh& mesh) {
+  if (mesh.corner_count() < most_patch_corners) return {};
+  return failure(ErrorCode::unsupported, "a mesh of more than 2^29 corners does not fit one patch; split it");
+}
+
+CellTable table_cells(const Mesh& mesh) {
+  CellTable cells;
+  for_each_cell(mesh, [&](uint32_t b, uint64_t, uint32_t, uint32_t corner) {
+    cells.block.push_back(b);
+    cells.corner.push_back(corner);
+  });
+  return cells;
+}
+
+void put_section(ByteWriter& out, Bytes bytes) {
+  out.put_count(bytes.size());
+  out.put_bytes(bytes);
+}
+
 SimpleFaces collect_faces(const Mesh& mesh) {
   SimpleFaces faces;
   // The common case costs no copy: one block of triangles, all of them simple.
@@ -220,11 +239,6 @@ Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
   return header;
 }
 
-void put_section(ByteWriter& out, const std::vector<std::byte>& bytes) {
-  out.put_count(bytes.size());
-  out.put_bytes(bytes);
-}
-
 // Labels of faces are coded only where they say something.
 constexpr uint8_t with_flips = 1;
 constexpr uint8_t with_blocks = 2;
@@ -378,14 +392,8 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
   for (uint32_t face = 0; face < view.size() && !faces.offsets.empty(); ++face) {
     face_at.resize(view.first(face + 1), face);
   }
-  std::vector<uint32_t> cell_block;
-  std::vector<uint32_t> cell_corner;
-  if (!faces.cell.empty()) {
-    for_each_cell(mesh, [&](uint32_t b, uint64_t, uint32_t, uint32_t corner) {
-      cell_block.push_back(b);
-      cell_corner.push_back(corner);
-    });
-  }
+  CellTable cells;  // where a face is its cell, nothing need be looked up
+  if (!faces.cell.empty()) cells = table_cells(mesh);
   for (const uint32_t h : topology.surface.faces) {
     const uint32_t face = face_at.empty() ? h / 3 : face_at[h];
     const uint32_t cell = faces.cell_of(face);
@@ -396,9 +404,9 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
       if (glued.flipped[face]) corner = (degree - corner) % degree;
     }
     result.sources.cells.push_back(cell);
-    result.sources.first_corner.push_back((cell_corner.empty() ? view.first(face) : cell_corner[cell]) +
+    result.sources.first_corner.push_back((cells.corner.empty() ? view.first(face) : cells.corner[cell]) +
                                           corner);
-    if (mesh.blocks.size() > 1) topology.face_block.push_back(cell_block[cell]);
+    if (mesh.blocks.size() > 1) topology.face_block.push_back(cells.block[cell]);
   }
 }
 
@@ -418,31 +426,26 @@ void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources) {
   for (uint32_t point = 0; point < used.size(); ++point) append(point);
 }
 
-void collect_loose(const Mesh& mesh, EncodedTopology& result) {
-  PatchTopology& topology = result.topology;
+void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sources) {
   std::vector<uint32_t> number;  // of points in coded order
   for_each_cell(mesh, [&](uint32_t b, uint64_t i, uint32_t cell, uint32_t corner) {
     if (in_surface(mesh.blocks[b], i)) return;
     if (number.empty()) {
       number.resize(topology.points);
-      for (uint32_t point = 0; point < topology.points; ++point) number[result.sources.points[point]] = point;
+      for (uint32_t point = 0; point < topology.points; ++point) number[sources.points[point]] = point;
     }
     LooseCells& loose = topology.loose;
     loose.block.push_back(b);
     loose.type.push_back(static_cast<uint8_t>(type_of(mesh.blocks[b], i)));
     for (const uint32_t point : mesh.blocks[b].cell(i)) loose.nodes.push_back(number[point]);
     loose.offsets.push_back(static_cast<uint32_t>(loose.nodes.size()));
-    result.sources.cells.push_back(cell);
-    result.sources.first_corner.push_back(corner);
+    sources.cells.push_back(cell);
+    sources.first_corner.push_back(corner);
   });
 }
 
 Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed) {
-  // Border triangles can add three half-edges to each corner, and half-edges have 31 bits.
-  if (mesh.corner_count() >= uint64_t{1} << 29) {
-    return failure(ErrorCode::unsupported,
-                   "a mesh of more than 2^29 corners does not fit one patch; split it");
-  }
+  MAILLE_CHECK(check_patch_size(mesh));
   EncodedTopology result;
   PatchTopology& topology = result.topology;
   const SimpleFaces faces = collect_faces(mesh);
@@ -466,7 +469,7 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window,
     sort_unused(mesh, surface.point_count, result.sources.points);
 
   trace_faces(mesh, faces, glued, result);
-  collect_loose(mesh, result);
+  collect_loose(mesh, topology, result.sources);
 
   ByteWriter out;
   write_header(out, coded.header, glued.chosen);
@@ -479,14 +482,13 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window,
 }
 
 void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded) {
-  std::vector<uint32_t> cell_corner;
-  for_each_cell(mesh, [&](uint32_t, uint64_t, uint32_t, uint32_t corner) { cell_corner.push_back(corner); });
+  const CellTable cells = table_cells(mesh);
   const PatchTopology& topology = encoded.topology;
   const HalfEdges& edges = topology.surface.half_edges;
   std::vector<uint32_t>& corners = encoded.sources.corners;
   corners.assign(edges.size(), none);
   for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
-    const uint32_t base = cell_corner[encoded.sources.cells[face]];
+    const uint32_t base = cells.corner[encoded.sources.cells[face]];
     const uint32_t degree = edges.degree(topology.surface.face(face));
     uint32_t corner = encoded.sources.first_corner[face] - base;
     for (uint32_t i = 0, h = topology.surface.face(face); i < degree; ++i, h = edges.next(h)) {
@@ -513,7 +515,7 @@ Result<PatchTopology> decode_topology(Bytes bytes, std::span<const BlockShape> b
   const Bytes labels = in.get_bytes(in.get_count());
   const Bytes loose = in.get_bytes(in.get_count());
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
-  if (corners >= uint64_t{1} << 29) return corrupt("more corners than a patch may have");
+  if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
 
   // Every border edge adds a triangle.
   auto decoded = MAILLE_TRY(decode_connectivity(header, connectivity, static_cast<uint32_t>(4 * corners),

@@ -57,6 +57,22 @@ struct EncodedTopology {
   std::vector<std::byte> bytes;
 };
 
+/// One patch has fewer corners: border triangles can add three half-edges to each, and half-edges have 31
+/// bits.
+inline constexpr uint64_t most_patch_corners = uint64_t{1} << 29;
+/// Error: unsupported, for a mesh that is too large for one patch.
+Result<> check_patch_size(const Mesh& mesh);
+
+/// The block and the first corner of each cell, cells and corners counted over all blocks.
+struct CellTable {
+  std::vector<uint32_t> block;
+  std::vector<uint32_t> corner;
+};
+CellTable table_cells(const Mesh& mesh);
+
+/// A part of a stream of patches: its size, then its bytes.
+void put_section(ByteWriter& out, Bytes bytes);
+
 /// The faces of a mesh that can be part of a surface, as one list. The mesh must outlive it.
 struct SimpleFaces {
   std::vector<uint32_t> corners;
@@ -74,7 +90,7 @@ SimpleFaces collect_faces(const Mesh& mesh);
 /// otherwise.)
 void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources);
 /// The other cells: appends them to `loose` and to the sources of cells, when those of points are there.
-void collect_loose(const Mesh& mesh, EncodedTopology& result);
+void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sources);
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh);
 /// Inverse: the cells of each block that its faces on the surface leave over. Safe on any bytes.
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,

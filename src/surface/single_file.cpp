@@ -96,16 +96,7 @@ ElementOrder original_order(const Mesh& mesh, std::span<const EncodedPatch> patc
     uint32_t cell;
     uint32_t first_corner;
   };
-  std::vector<uint32_t> block_of;
-  std::vector<uint64_t> corner_of;
-  uint64_t corner = 0;
-  for (uint32_t b = 0; b < mesh.blocks.size(); ++b) {
-    for (uint64_t i = 0; i < mesh.blocks[b].size(); ++i) {
-      block_of.push_back(b);
-      corner_of.push_back(corner);
-      corner += mesh.blocks[b].cell(i).size();
-    }
-  }
+  const CellTable cells = table_cells(mesh);
   ElementOrder order;
   order.points.resize(joined.count);
   std::vector<CodedCell> coded;
@@ -118,11 +109,11 @@ ElementOrder original_order(const Mesh& mesh, std::span<const EncodedPatch> patc
   }
   // The decoder writes block after block, in each of them patch after patch, each in coded order.
   std::stable_sort(coded.begin(), coded.end(), [&](const CodedCell& a, const CodedCell& b) {
-    return block_of[a.cell] < block_of[b.cell];
+    return cells.block[a.cell] < cells.block[b.cell];
   });
   for (const CodedCell& c : coded) {
     order.cells.push_back(c.cell);
-    order.rotation.push_back(static_cast<uint32_t>(c.first_corner - corner_of[c.cell]));
+    order.rotation.push_back(c.first_corner - cells.corner[c.cell]);
   }
   return order;
 }

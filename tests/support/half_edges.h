@@ -1,6 +1,7 @@
 #pragma once
 
-// For tests of the surface codec: faces from shapes, what every closed surface must keep, random bytes.
+// For tests of the surface codec: faces from shapes, shapes that are hard to grow over, what every closed
+// surface must keep, random bytes.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +13,22 @@
 #include "surface/gluing.h"
 
 namespace maille::testing {
+
+/// A voxel with an arm of three on each of its six sides: whatever grows and goes round it has to split.
+inline Surface star() {
+  std::vector<bool> set(343, false);
+  for (size_t i = 0; i < 7; ++i)
+    set[i * 49 + 3 * 7 + 3] = set[3 * 49 + i * 7 + 3] = set[3 * 49 + 3 * 7 + i] = true;
+  return shapes::voxels(set, 7, 7, 7);
+}
+
+/// A grid that lacks five of its quads, two of them side by side.
+inline Surface with_holes() {
+  Surface surface = shapes::grid(9, 9);
+  for (const size_t hole : {70, 60, 40, 12, 11})
+    surface.faces.erase(surface.faces.begin() + static_cast<ptrdiff_t>(hole));
+  return surface;
+}
 
 /// Faces that own their corners. Triangles have no offsets, as in the encoder.
 struct FaceList {
