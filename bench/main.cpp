@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include "codec.h"
-#include "rows.h"
+#include "peers/peers.h"
+#include "print.h"
 
 namespace maille::bench {
 namespace {
@@ -33,12 +33,9 @@ struct Options {
 std::vector<std::unique_ptr<Codec>> chosen_codecs(const Options& options) {
   std::vector<std::unique_ptr<Codec>> all;
   for (const int effort : options.efforts) all.push_back(maille_codec(effort));
-  all.push_back(draco_codec(0));
-  all.push_back(draco_codec(3));
-  all.push_back(meshoptimizer_codec());
-  if (!options.quick) {
-    all.push_back(openctm_codec());
-    all.push_back(xz_codec());
+  for (Peer& peer : peers()) {
+    const bool slow = peer.name == "openctm" || peer.name == "xz -9";
+    if (!options.quick || !slow) all.push_back(std::move(peer.codec));
   }
   if (options.codecs.empty()) return all;
   std::erase_if(all, [&](const auto& codec) {
@@ -111,7 +108,8 @@ class Bench {
     for (const auto& codec : codecs_) {
       if (codec->takes(workload.bits)) rows.push_back(first_run(*codec, workload));
     }
-    time_rows(rows, workload, options_.quick);
+    const Runs runs = options_.quick ? Runs{1, 3, 0.5} : Runs{};
+    for (size_t round = 1; round < runs.decode; ++round) time_round(rows, workload, runs);
     print_rows(rows, workload);
     for (const Row& row : rows) {
       if (json_.is_open()) json_ << to_json(row, workload).dump() << std::endl;

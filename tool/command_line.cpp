@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <maille/io.h>
 #include <maille/version.h>
+#include <peers/workload.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -38,6 +39,8 @@ struct Raw {
   bool any_order = false;
   bool no_provenance = false;
   bool no_arrays = false;
+  bool lossless = false;
+  bool no_whole_file = false;
   std::string arrays;
   std::string memory;
   std::string progress = "auto";
@@ -58,10 +61,13 @@ struct Parser {
   ConvertOptions convert;
   StencilOptions stencil;
   SubdivideOptions subdivide;
+  BenchOptions bench;
 
   Parser();
   CLI::App* verb(const std::string& name, const std::string& description, const std::string& examples);
   void add_common(CLI::App* verb, CommonOptions& common, bool threads);
+  void add_memory(CLI::App* verb);
+  void add_progress(CLI::App* verb);
   void add_compress();
   void add_decompress();
   void add_info();
@@ -70,6 +76,7 @@ struct Parser {
   void add_convert();
   void add_stencil();
   void add_subdivide();
+  void add_bench();
   void add_completion();
   Result<Command> command(const std::string& verb) const;
 };
@@ -87,6 +94,11 @@ std::vector<std::string> format_names(bool with_maille) {
 
 CLI::Option* repeatable(CLI::Option* option, const std::string& value) {
   return option->allow_extra_args(false)->type_name(value)->group(quality_group);
+}
+
+/// "1,5,9" in one word.
+CLI::Option* list(CLI::Option* option) {
+  return option->delimiter(',')->allow_extra_args(false);
 }
 
 CLI::Option* file(CLI::App* verb, const std::string& names, std::string& variable, const std::string& help) {
@@ -111,10 +123,7 @@ void Parser::add_common(CLI::App* verb, CommonOptions& common, bool threads) {
         ->check(CLI::Range(0, 1024))
         ->type_name("N")
         ->group(speed_group);
-    verb->add_option("-M,--memory", raw.memory,
-                     "Largest mesh to hold in memory, such as 500M or 4G (default 64G)")
-        ->type_name("SIZE")
-        ->group(speed_group);
+    add_memory(verb);
   }
   verb->add_flag("-q,--quiet", common.quiet, "Print errors only")->group(message_group);
   if (threads) {
@@ -123,12 +132,21 @@ void Parser::add_common(CLI::App* verb, CommonOptions& common, bool threads) {
         ->group(message_group);
   }
   verb->add_flag("--json", common.json, "Answer in JSON on standard output")->group(message_group);
-  if (threads) {
-    CLI::Option* progress = verb->add_option(
-        "--progress", raw.progress,
-        "Show progress on standard error; auto (default): when it is a terminal; json: one object per line");
-    choice(progress, {"auto", "always", "never", "json"})->group(message_group);
-  }
+  if (threads) add_progress(verb);
+}
+
+void Parser::add_memory(CLI::App* verb) {
+  verb->add_option("-M,--memory", raw.memory,
+                   "Largest mesh to hold in memory, such as 500M or 4G (default 64G)")
+      ->type_name("SIZE")
+      ->group(speed_group);
+}
+
+void Parser::add_progress(CLI::App* verb) {
+  CLI::Option* progress = verb->add_option(
+      "--progress", raw.progress,
+      "Show progress on standard error; auto (default): when it is a terminal; json: one object per line");
+  choice(progress, {"auto", "always", "never", "json"})->group(message_group);
 }
 
 void Parser::add_compress() {
@@ -367,6 +385,60 @@ void Parser::add_subdivide() {
   add_common(s, subdivide.common, true);
 }
 
+void Parser::add_bench() {
+  CLI::App* b = verb(
+      "bench",
+      "Measure maille on meshes of your own, at all levels and beside other codecs.\n"
+      "Positions and faces only, the same integers for every codec, one thread, CPU seconds, medians; memory "
+      "is what the work needed on top of the mesh. Each codec first runs in a process of its own, so one "
+      "that "
+      "crashes costs its row only. Codecs that were not there when maille was built are named. Below comes "
+      "the whole file with all its arrays, bit for bit, beside packers of any bytes. Exit code 1 when a mesh "
+      "did not come back from maille.",
+      "maille bench dragon.ply                        # minutes for a million faces\n"
+      "maille bench --levels 2,5,9 --codec maille,draco *.ply\n"
+      "maille bench --lossless --against 'xz -9' --json dragon.ply | jq '.[0].codecs[].ratio'");
+  b->add_option("FILE", bench.inputs, "Meshes to measure; - is standard input")
+      ->type_name("FILE")
+      ->required()
+      ->group(files_group);
+  choice(b->add_option("--input-format", bench.input_format,
+                       "Format of FILE (default: by extension, then by first bytes)"),
+         format_names(true))
+      ->group(files_group);
+  CLI::Option* bits = b->add_option("--bits", bench.bits,
+                                    "Positions on a lattice of 2^N values over the longest side of the "
+                                    "bounding box (default 14)")
+                          ->check(CLI::Range(1, bench::max_bits))
+                          ->type_name("N")
+                          ->group(quality_group);
+  b->add_flag("--lossless", raw.lossless, "Positions as float32, bit for bit")
+      ->group(quality_group)
+      ->excludes(bits);
+  list(b->add_option("--levels", bench.levels, "Efforts of maille, separated by commas (default: 1 to 9)"))
+      ->check(CLI::Range(1, 9))
+      ->type_name("N,N,...")
+      ->group(answer_group);
+  list(b->add_option("--codec", bench.codecs,
+                     "Only codecs with one of these in their name, separated by commas (default: all)"))
+      ->type_name("NAME,...")
+      ->group(answer_group);
+  b->add_option("--against", bench.against,
+                "The codec sizes are relative to (default: the first in the table that is not maille)")
+      ->type_name("NAME")
+      ->group(answer_group);
+  b->add_option("--repeat", bench.repeat,
+                "Time each codec N times; fewer where that takes more than 3 seconds (default 5)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N")
+      ->group(answer_group);
+  b->add_flag("--no-whole-file", raw.no_whole_file, "Leave out the table of the whole file")
+      ->group(answer_group);
+  add_memory(b);
+  add_common(b, bench.common, false);
+  add_progress(b);
+}
+
 void Parser::add_completion() {
   CLI::App* c = verb("completion",
                      "Print a completion script for a shell, or the manual.\n"
@@ -392,6 +464,7 @@ Parser::Parser() {
   add_convert();
   add_stencil();
   add_subdivide();
+  add_bench();
   add_completion();
 }
 
@@ -517,6 +590,12 @@ Result<Command> Parser::command(const std::string& verb) const {
   if (verb == "subdivide") {
     SubdivideOptions options = subdivide;
     if (raw.scheme == "sqrt3") options.subdivision.scheme = SubdivisionScheme::sqrt3;
+    return with_raw(options, raw);
+  }
+  if (verb == "bench") {
+    BenchOptions options = bench;
+    if (raw.lossless) options.bits = 0;
+    options.whole_file = !raw.no_whole_file;
     return with_raw(options, raw);
   }
   return PrintText{generated(raw.shell, entry_of(*this))};

@@ -106,6 +106,7 @@ std::string usage_of(const VerbEntry& verb) {
     const std::string name =
         option.choices.empty() ? option.positional : fmt::format("{}", fmt::join(option.choices, "|"));
     usage += option.required ? " " + name : " [" + name + "]";
+    if (option.repeatable) usage += "...";
   }
   return usage;
 }

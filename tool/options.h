@@ -107,12 +107,24 @@ struct SubdivideOptions {
   bool force = false;
 };
 
+struct BenchOptions {
+  CommonOptions common;
+  std::vector<std::string> inputs;
+  std::string input_format;
+  int bits = 14;                    ///< 0: bit for bit
+  std::vector<int> levels;          ///< empty: all
+  std::vector<std::string> codecs;  ///< parts of names; empty: all
+  std::string against;              ///< empty: the first peer there is
+  size_t repeat = 5;
+  bool whole_file = true;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
 };
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
-                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions>;
+                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions>;
 
 }  // namespace maille::tool

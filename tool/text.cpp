@@ -103,7 +103,7 @@ std::string Table::str() const {
     std::string line;
     for (size_t i = 0; i < row.size(); ++i) {
       const std::string padding(widths[i] - width_of(row[i]), ' ');
-      line += "  " + (i < left_ ? row[i] + padding : padding + row[i]);
+      line += "  " + (i < left_ || i >= remarks_ ? row[i] + padding : padding + row[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

@@ -47,15 +47,20 @@ std::string type_text(Scalar type, uint32_t components);
 const char* name_of(Mode mode);
 const char* name_of(Order order);
 
-/// Columns of text, all but the first `left` of them aligned to the right, each line indented by two.
+/// Columns of text, each line indented by two. All are aligned to the right but the first `left` and, with
+/// `remarks`, the last one.
 class Table {
  public:
-  Table(std::vector<std::string> header, size_t left) : left_(left) { rows_.push_back(std::move(header)); }
+  Table(std::vector<std::string> header, size_t left, bool remarks = false)
+      : left_(left), remarks_(remarks ? header.size() - 1 : header.size()) {
+    rows_.push_back(std::move(header));
+  }
   void row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
   std::string str() const;
 
  private:
   size_t left_;
+  size_t remarks_;  ///< the columns from here on are aligned to the left again
   std::vector<std::vector<std::string>> rows_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <maille/error.h>
 #include <maille/mesh.h>
 #include <cstdint>
 #include <string>
@@ -31,7 +32,9 @@ struct Workload {
 /// Largest precision that Surface holds exactly.
 inline constexpr int max_bits = 24;
 
-/// Reads the faces of a mesh; positions become float32, all other arrays are left out.
+/// The faces of a mesh; positions become float32, all else is left out. Error: unsupported without faces.
+Result<Surface> surface_of(const Mesh& mesh);
+/// The same of a file.
 Result<Surface> load(const std::string& path);
 
 /// Turns every second face around.

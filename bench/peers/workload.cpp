@@ -94,16 +94,14 @@ Mesh mesh_of(const Surface& surface, bool lattice) {
 
 }  // namespace
 
-Result<Surface> load(const std::string& path) {
-  auto read = read_mesh(path);
-  if (!read) return tl::unexpected(read.error());
-  auto xyz = positions_of(read->mesh);
+Result<Surface> surface_of(const Mesh& mesh) {
+  auto xyz = positions_of(mesh);
   if (!xyz) return tl::unexpected(xyz.error());
 
   Surface surface;
   surface.xyz = std::move(*xyz);
   bool only_triangles = true;
-  for (const CellBlock& block : read->mesh.blocks) {
+  for (const CellBlock& block : mesh.blocks) {
     if (!is_face(block.type)) continue;
     for (uint64_t i = 0; i < block.size(); ++i) {
       const auto face = block.cell(i);
@@ -112,9 +110,15 @@ Result<Surface> load(const std::string& path) {
       only_triangles = only_triangles && face.size() == 3;
     }
   }
-  if (surface.corners.empty()) return failure(ErrorCode::unsupported, path + ": has no faces");
+  if (surface.corners.empty()) return failure(ErrorCode::unsupported, "has no faces");
   if (only_triangles) surface.degrees.clear();
   return surface;
+}
+
+Result<Surface> load(const std::string& path) {
+  const auto read = read_mesh(path);
+  if (!read) return tl::unexpected(read.error());
+  return surface_of(read->mesh);
 }
 
 Surface flip_every_second(Surface surface) {

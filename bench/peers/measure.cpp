@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 
@@ -92,6 +93,8 @@ Trial try_in_child(const std::function<std::string()>& work) {
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    return {false, "not done after " + std::to_string(child_seconds) + " s", 0};
   if (WIFSIGNALED(status)) return {false, std::string("crashed: ") + strsignal(WTERMSIG(status)), 0};
   if (answer.size() < 9) return {false, "ended without an answer", 0};
   Trial trial;
