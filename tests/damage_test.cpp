@@ -1,3 +1,4 @@
+#include "support/cases.h"
 #include "support/codec.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
@@ -97,7 +98,7 @@ TEST(Damage, EveryTruncationIsNoticed) {
 TEST(Damage, EveryFlippedBitIsNoticedOrHarmless) {
   for (const File& file : small_files()) {
     Random random(file.bytes.size());
-    for (int i = 0; i < 1000; ++i) {
+    for (uint64_t i = 0; i < cases(1000); ++i) {
       std::vector<std::byte> damaged = file.bytes;
       const size_t at = random.below(damaged.size());
       const uint32_t bit = random.below(8);
@@ -111,7 +112,7 @@ TEST(Damage, EveryFlippedBitIsNoticedOrHarmless) {
 TEST(Damage, OverwrittenRangesAreNoticed) {
   for (const File& file : small_files()) {
     Random random(file.bytes.size() + 1);
-    for (int i = 0; i < 300; ++i) {
+    for (uint64_t i = 0; i < cases(300); ++i) {
       std::vector<std::byte> damaged = file.bytes;
       const size_t at = random.below(damaged.size());
       const size_t end = std::min(damaged.size(), at + random.between(1, 64));
@@ -125,7 +126,7 @@ TEST(Damage, OverwrittenRangesAreNoticed) {
 TEST(Damage, LostAndDoubledBytesAreNoticed) {
   for (const File& file : small_files()) {
     Random random(file.bytes.size() + 2);
-    for (int i = 0; i < 200; ++i) {
+    for (uint64_t i = 0; i < cases(200); ++i) {
       std::vector<std::byte> damaged = file.bytes;
       const auto at = damaged.begin() + random.below(damaged.size());
       if (random.chance(50)) {
@@ -141,7 +142,7 @@ TEST(Damage, LostAndDoubledBytesAreNoticed) {
 TEST(Damage, PartsOfTwoFilesMakeNoThird) {
   const std::vector<File> files = small_files();
   Random random(1);
-  for (int i = 0; i < 500; ++i) {
+  for (uint64_t i = 0; i < cases(500); ++i) {
     const File& front = files[random.below(files.size())];
     const File& back = files[random.below(files.size())];
     if (&front == &back) continue;

@@ -54,7 +54,9 @@ Result<> check_words(const Selection& selection, const BenchOptions& options) {
                                                  fmt::join(names, ", ")));
   }
   if (!options.against.empty() && !selection.has(options.against)) {
-    return failure(ErrorCode::usage, fmt::format("--against: '{}' is not in the table; give the whole name of a codec that is", options.against));
+    return failure(ErrorCode::usage,
+                   fmt::format("--against: '{}' is not in the table; give the whole name of a codec that is",
+                               options.against));
   }
   return {};
 }

@@ -65,7 +65,9 @@ std::string packed_text(const BenchReport& report) {
     table.row({packed.name, fmt::format("{}", packed.bytes),
                fmt::format("{:.3f}", static_cast<double>(packed.bytes) / std::max(file_bytes, 1.0)),
                fmt::format("{:.2f}", packed.seconds),
-               !packed.exact ? "" : *packed.exact ? "exact" : "different"});
+               !packed.exact   ? ""
+               : *packed.exact ? "exact"
+                               : "different"});
   }
   return "the whole file, every array bit for bit; sizes relative to the file:\n" + table.str();
 }
@@ -116,8 +118,9 @@ std::string bench_text(const BenchReport& report) {
       report.file, counted(report.workload.surface.vertices(), "point"),
       cells_text(report.workload.surface.faces()), precision_text(report.workload.bits),
       report.against.empty() ? "-" : report.against);
-  Table table({"codec", "bytes", "bits/point", "size", "encode", "decode", "enc. memory", "dec. memory", "came back"},
-              1, true);
+  Table table(
+      {"codec", "bytes", "bits/point", "size", "encode", "decode", "enc. memory", "dec. memory", "came back"},
+      1, true);
   for (const Row& row : report.rows) add_row(table, report, row);
   text += table.str();
   for (const std::string& note : report.notes) text += note + "\n";

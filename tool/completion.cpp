@@ -33,7 +33,7 @@ std::string replaced(std::string text, char from, const std::string& to) {
 }
 
 // Text between single quotes of a shell.
-std::string quoted(const std::string& text) {
+std::string in_quotes(const std::string& text) {
   return "'" + replaced(text, '\'', "'\\''") + "'";
 }
 
@@ -114,7 +114,7 @@ std::string zsh_option(const OptionEntry& option) {
   for (const std::string& name : option.names) {
     std::string spec = fmt::format("{}{}[{}]", option.repeatable ? "*" : "", name, help);
     if (!option.value.empty()) spec += fmt::format(":{}:{}", option.value, zsh_action(option));
-    lines += fmt::format("        {} \\\n", quoted(spec));
+    lines += fmt::format("        {} \\\n", in_quotes(spec));
   }
   return lines;
 }
@@ -124,7 +124,7 @@ std::string zsh_verb(const VerbEntry& verb) {
   for (const OptionEntry& option : verb.options) text += zsh_option(option);
   const OptionEntry* choice = positional_choice(verb);
   text += fmt::format("        {}\n",
-                      quoted(choice != nullptr ? "1:what:" + zsh_action(*choice) : "*:file:_files"));
+                      in_quotes(choice != nullptr ? "1:what:" + zsh_action(*choice) : "*:file:_files"));
   return text + "      ;;\n";
 }
 
@@ -134,7 +134,7 @@ std::string zsh_completion(const CommandEntry& command) {
   std::string verbs;
   std::string cases;
   for (const VerbEntry& verb : command.verbs) {
-    verbs += fmt::format("      {}\n", quoted(verb.name + ":" + replaced(verb.summary(), ':', "\\:")));
+    verbs += fmt::format("      {}\n", in_quotes(verb.name + ":" + replaced(verb.summary(), ':', "\\:")));
     cases += zsh_verb(verb);
   }
   return fmt::format(
@@ -169,7 +169,7 @@ std::string fish_option(const VerbEntry& verb, const OptionEntry& option) {
     value = option.takes_file() ? " -r -F" : " -x";
   }
   return fmt::format("complete -c maille -n '__fish_seen_subcommand_from {}'{}{} -d {}\n",
-                     fmt::join(words_for(verb), " "), names, value, quoted(short_help(option)));
+                     fmt::join(words_for(verb), " "), names, value, in_quotes(short_help(option)));
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ std::string fish_completion(const CommandEntry& command) {
   std::string text = "# fish completion for maille, written by `maille completion fish`\n";
   for (const VerbEntry& verb : command.verbs) {
     text += fmt::format("complete -c maille -n __fish_use_subcommand -f -a {} -d {}\n", verb.name,
-                        quoted(verb.summary()));
+                        in_quotes(verb.summary()));
   }
   for (const VerbEntry& verb : command.verbs) {
     for (const OptionEntry& option : verb.options) {

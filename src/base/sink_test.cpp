@@ -15,6 +15,8 @@
 #include <iterator>
 #include <set>
 
+#include "support/cases.h"
+
 namespace maille {
 namespace {
 
@@ -278,7 +280,7 @@ TEST_F(FileSink, SurvivesInterruptedWrites) {
 TEST_F(FileSink, AKilledProcessLeavesTheOldFileOrTheNewOne) {
   const std::string before(300000, 'o'), after(400000, 'n');
   int old_files = 0;
-  for (int trial = 0; trial < 200; ++trial) {
+  for (uint64_t trial = 0; trial < maille::testing::cases(200); ++trial) {
     std::ofstream(path("a"), std::ios::binary) << before;
     const pid_t child = ::fork();
     if (child == 0) {

@@ -1,5 +1,6 @@
 #include <maille/compare.h>
 
+#include "support/cases.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
@@ -253,7 +254,7 @@ TEST(Compare, AChoiceThatSettlesAllPointsMustFitTheFacesToo) {
 }
 
 TEST(Compare, FewPointsUnderManyFacesAreMatchedOrToldApart) {
-  for (uint64_t seed = 0; seed < 3000; ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     Random random(seed);
     const uint32_t points = random.between(3, 7);
     Faces faces;
@@ -536,7 +537,7 @@ TEST(Compare, ReportsAtMostADozenDifferences) {
 }
 
 TEST(Compare, FindsRandomMeshesEqualToTheirShuffles) {
-  for (uint64_t seed = 0; seed < 3000; ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     RandomMeshOptions options;
     options.other_cells = seed % 2 == 0;
     Mesh mesh = random_surface(seed, options);
@@ -560,7 +561,7 @@ bool change(Mesh& mesh, Random& random) {
 }
 
 TEST(Compare, FindsOneChangedByteInRandomMeshes) {
-  for (uint64_t seed = 0; seed < 3000; ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     const Mesh mesh = random_surface(seed);
     Random random(seed);
     Mesh other = shuffled(mesh, seed);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/bytes.h"
+#include "support/cases.h"
 #include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
@@ -238,7 +239,7 @@ TEST(ArrayCoder, EveryTruncationIsAnError) {
 
 TEST(ArrayCoder, DamageGivesTheRightNumberOfTuplesOrAnError) {
   const Patch patch = mixed_patch();
-  for (uint64_t seed = 0; seed < 3000; ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     Random random(seed);
     const Array array = random_array(random, patch.mesh, static_cast<Domain>(random.below(domain_count)),
                                      static_cast<Scalar>(random.below(scalar_count)), random.between(1, 4));

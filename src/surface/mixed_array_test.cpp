@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "support/cases.h"
 #include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
@@ -73,7 +74,7 @@ TEST(MixedArray, EveryTypeComesBack) {
 }
 
 TEST(MixedArray, PositionsOfRandomMeshesComeBack) {
-  for (uint64_t seed = 0; seed < 150; ++seed) {
+  for (uint64_t seed = 0; seed < cases(150); ++seed) {
     const Patch patch(random_surface(seed, {.faces = 60, .other_cells = true}));
     ASSERT_EQ(round_trip(patch, patch.mesh.points), "") << seed;
   }
@@ -146,7 +147,7 @@ TEST(MixedArray, EveryTruncationIsAnError) {
 }
 
 TEST(MixedArray, DamageGivesTheRightNumberOfTuplesOrAnError) {
-  for (uint64_t seed = 0; seed < 500; ++seed) {
+  for (uint64_t seed = 0; seed < cases(500); ++seed) {
     Random random(seed);
     const Patch patch(random_surface(seed % 40, {.faces = 40, .other_cells = true}));
     Array array = make_array("values", Domain::point, static_cast<Scalar>(random.below(scalar_count)), 3);

@@ -1,5 +1,6 @@
 #include "support/codec.h"
 
+#include "support/cases.h"
 #include "support/random_mesh.h"
 
 #include <sstream>
@@ -67,7 +68,7 @@ std::string describe(const Mesh& mesh) {
 
 std::string check_random_surfaces(uint64_t first, uint64_t count, const RandomMeshOptions& options,
                                   const Property& property) {
-  for (uint64_t seed = first; seed < first + count; ++seed) {
+  for (uint64_t seed = first; seed < first + cases(count); ++seed) {
     const std::string wrong = property(random_surface(seed, options));
     if (wrong.empty()) continue;
     std::string text = "seed " + std::to_string(seed) + ": " + wrong;

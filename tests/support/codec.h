@@ -32,8 +32,9 @@ std::string describe(const Mesh& mesh);
 /// Says what is wrong with a mesh; empty when all is well.
 using Property = std::function<std::string(const Mesh&)>;
 
-/// Checks random surfaces of `count` seeds from `first` on. At the first failure the message has the seed,
-/// what is wrong and the smallest failing mesh that a search over small ones finds. Empty when all hold.
+/// Checks random surfaces of cases(`count`) seeds from `first` on. At the first failure the message has the
+/// seed, what is wrong and the smallest failing mesh that a search over small ones finds. Empty when all
+/// hold.
 std::string check_random_surfaces(uint64_t first, uint64_t count, const RandomMeshOptions& options,
                                   const Property& property);
 
