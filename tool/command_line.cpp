@@ -360,8 +360,10 @@ void Parser::add_subdivide() {
       "subdivide",
       "Subdivide a triangle mesh, keeping its points.\n"
       "New points are predicted by the modified butterfly (each triangle becomes 4) or sqrt3 (3). Borders "
-      "stay borders. Only positions come along. PLY is written as it is made: the butterfly needs memory "
-      "for the input and a few MB more, however large the result, sqrt3 for all levels but the last.",
+      "stay borders. Only positions come along. PLY is written as it is made: this takes memory for "
+      "the input (three times as much for sqrt3 with an odd number of levels) and about a million triangles, "
+      "however large "
+      "the result.",
       "maille subdivide cow.off smooth.ply --levels 2\n"
       "maille subdivide bunny.ply large.ply --scheme sqrt3 --levels 6");
   file(s, "-i,--input,IN", subdivide.input, "Mesh to read; - is standard input")->required();

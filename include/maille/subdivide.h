@@ -31,10 +31,10 @@ class SubdivisionOutput {
 };
 
 /// Subdivides the triangles of a mesh; borders stay borders and depend on themselves only. The points of the
-/// mesh come first, in their order. Memory: butterfly, that of the mesh and about a million triangles of the
-/// result, whatever its size; sqrt3, all levels but the last. Errors: malformed_input, naming what is no
-/// triangle or which edge has more than two, or two that disagree on which side is up; usage, when the result
-/// would have more than max_points points; and those of `output`.
+/// mesh come first, in their order. Memory: that of the mesh and about a million triangles of the result,
+/// whatever its size; with sqrt3 and an odd number of levels, three times that of the mesh. Errors:
+/// malformed_input, naming what is no triangle or which edge has more than two, or two that disagree on which
+/// side is up; usage, when the result would have more than max_points points; and those of `output`.
 Result<> subdivide(const Mesh& mesh, const SubdivisionOptions& options, SubdivisionOutput& output);
 
 }  // namespace maille

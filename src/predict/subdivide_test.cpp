@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "predict/butterfly_block.h"
+#include "predict/sqrt3_block.h"
 #include "predict/subdivision_point.h"
 #include "predict/testing.h"
 #include "support/pathologies.h"
@@ -177,11 +178,15 @@ TEST(Subdivide, BordersDependOnThemselvesOnly) {
 }
 
 /// Corners of the small triangles of one block, in order.
-std::vector<Position> corners_of_block(const TriangleSurface& surface, uint32_t first, uint32_t end) {
-  RingWeights weights(butterfly_ring_weights);
-  ButterflyBlock block = BlockCutter(surface).cut(first, end, 2);
-  for (const unsigned rings : {2u, 2u, 0u}) block = refined(block, weights, rings);
-  EXPECT_EQ(block.inner, 64 * (end - first));
+std::vector<Position> corners_of_block(const TriangleSurface& surface, SubdivisionScheme scheme,
+                                       uint32_t first, uint32_t end) {
+  const bool butterfly = scheme == SubdivisionScheme::butterfly;
+  RingWeights weights(butterfly ? butterfly_ring_weights : sqrt3_ring_weights);
+  const unsigned around = butterfly ? 2 : 3;
+  SurfaceBlock block = BlockCutter(surface).cut(first, end, around);
+  for (const unsigned rings : {around, around, 0u})
+    block = butterfly ? refined(block, weights, rings) : trisected(block, weights, rings);
+  EXPECT_EQ(block.inner, (butterfly ? 64 : 729) * (end - first));
   std::vector<Position> corners;
   for (uint32_t h = 0; h < 3 * block.inner; ++h)
     corners.push_back(block.surface.points[block.surface.corners[h]]);
@@ -192,12 +197,15 @@ TEST(Subdivide, BlocksCutOutOfASurfaceAreSubdividedAsInTheWhole) {
   for (const Shape& shape : all_shapes()) {
     SCOPED_TRACE(shape.name);
     const TriangleSurface surface = *triangle_surface(mesh_of(shape.surface));
-    const std::vector<Position> whole = corners_of_block(surface, 0, surface.triangles());
-    for (uint32_t first = 0; first < surface.triangles(); first += 2) {
-      const uint32_t end = std::min(first + 2, surface.triangles());
-      const std::vector<Position> part = corners_of_block(surface, first, end);
-      for (size_t i = 0; i < part.size(); ++i) {
-        for (size_t k = 0; k < 3; ++k) ASSERT_NEAR(part[i][k], whole[size_t{192} * first + i][k], 1e-13);
+    for (const SubdivisionScheme scheme : both) {
+      const std::vector<Position> whole = corners_of_block(surface, scheme, 0, surface.triangles());
+      const size_t corners = whole.size() / surface.triangles();
+      for (uint32_t first = 0; first < surface.triangles(); first += 2) {
+        const uint32_t end = std::min(first + 2, surface.triangles());
+        const std::vector<Position> part = corners_of_block(surface, scheme, first, end);
+        for (size_t i = 0; i < part.size(); ++i) {
+          for (size_t k = 0; k < 3; ++k) ASSERT_NEAR(part[i][k], whole[corners * first + i][k], 1e-13);
+        }
       }
     }
   }
