@@ -1,0 +1,65 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <string>
+#include <vector>
+
+#include "options.h"
+
+// The verbs and their options as CLI11 has them. Only for parser.cpp and command_line.cpp: CLI11 takes long
+// to compile.
+namespace maille::tool {
+
+/// What CLI11 writes to that is not an option of a verb as it stands.
+struct Raw {
+  std::string mode = "single";
+  std::vector<int> effort;
+  bool keep_order = false;
+  bool any_order = false;
+  bool no_provenance = false;
+  bool no_arrays = false;
+  bool lossless = false;
+  bool no_whole_file = false;
+  std::string arrays;
+  std::string memory;
+  std::string progress = "auto";
+  std::string shell;
+  std::string covariance;
+  std::string scheme = "butterfly";
+};
+
+struct Parser {
+  CLI::App app{
+      "maille compresses meshes: any polygons, every array, bit for bit unless a tolerance is given."};
+  Raw raw;
+  CompressOptions compress;
+  DecompressOptions decompress;
+  InfoOptions info;
+  VerifyOptions verify;
+  DiffOptions diff;
+  ConvertOptions convert;
+  StencilOptions stencil;
+  SubdivideOptions subdivide;
+  BenchOptions bench;
+
+  Parser();
+  CLI::App* verb(const std::string& name, const std::string& description, const std::string& examples);
+  void add_common(CLI::App* verb, CommonOptions& common, bool threads);
+  void add_memory(CLI::App* verb);
+  void add_progress(CLI::App* verb);
+  void add_compress();
+  void add_decompress();
+  void add_info();
+  void add_verify();
+  void add_diff();
+  void add_convert();
+  void add_stencil();
+  void add_subdivide();
+  void add_bench();
+  void add_completion();
+};
+
+}  // namespace maille::tool
