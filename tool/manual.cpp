@@ -158,7 +158,7 @@ std::string help_text(const VerbEntry& verb) {
 std::string markdown_manual(const CommandEntry& command) {
   std::string text = fmt::format(
       "# The command `maille`\n\n"
-      "<!-- Written by `maille completion markdown`; a test keeps it current. Edit tool/command_line.cpp. "
+      "<!-- Written by `maille completion markdown`; a test keeps it current. Edit tool/parser.cpp. "
       "-->\n\n"
       "{}\n{}\n\n",
       command.description, general_notes);

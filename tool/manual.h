@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-// The command's own description, taken from the parser's tree (command_line.cpp), and the texts made from it:
+// The command's own description, taken from the parser's tree (parser.cpp), and the texts made from it:
 // one table, so that help, manual and completion cannot drift apart.
 namespace maille::tool {
 

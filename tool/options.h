@@ -11,7 +11,8 @@
 #include <variant>
 #include <vector>
 
-// What the command line asks for, verb by verb. Filled by command_line.cpp, the only place that knows CLI11.
+// What the command line asks for, verb by verb. Filled by parser.cpp and command_line.cpp, the only places
+// that know CLI11.
 namespace maille::tool {
 
 enum class ProgressStyle { automatic, always, never, json };
