@@ -90,6 +90,8 @@ class FanDecoder {
   uint32_t vertices() const;
   /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
   static constexpr uint32_t window = 1 << 10;
+  /// Vertices that it may know beyond those asked for.
+  static constexpr uint32_t most_ahead = 1 << 10;
   /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
   Result<> decode_until(uint32_t end);
   const VertexReferences* references(uint32_t vertex) const;

@@ -460,6 +460,7 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   };
   if (narrow) {
     NarrowPoints points(codes.size());
+    points.grow(codes.size());
     for (unsigned k = 0; k < 3; ++k) {
       points.bias[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
       header.put(points.bias[k]);

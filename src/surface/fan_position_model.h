@@ -189,10 +189,12 @@ struct NarrowPoints {
 
   std::vector<Point> points;
   std::array<int32_t, 3> bias{};
+  size_t most;
 
-  explicit NarrowPoints(size_t count) {
-    reserve_pages(points, count);
-    points.resize(count);
+  explicit NarrowPoints(size_t count) : most(count) { reserve_pages(points, count); }
+  /// Makes those below `end`: a decoder in pieces that stay in the cache until they are written.
+  void grow(size_t end) {
+    if (points.size() < std::min(end, most)) points.resize(std::min(end, most));
   }
 
   using Codes = std::array<int32_t, 3>;
@@ -232,6 +234,7 @@ struct WidePoints {
   std::array<bool, 3> ordered{};
 
   explicit WidePoints(size_t count) : codes(count), values(count) {}
+  void grow(size_t) {}
 
   using Codes = std::array<int32_t, 3>;
   void set(uint32_t v, const Codes& to) {

@@ -13,6 +13,7 @@
 #include "base/bytes.h"
 #include "base/pages.h"
 #include "base/result.h"
+#include "base/unfilled.h"
 #include "entropy/static_rans.h"
 #include "surface/fan_position_model.h"
 #include "surface/number_maps.h"
@@ -43,7 +44,7 @@ class ClassDecoder {
       words_ += 8;
     }
     constexpr size_t slots = 1 << class_bits;
-    slots_.resize(tables.tables.size() * slots);
+    slots_.resize(tables.tables.size() * slots + spare_slots);
     for (size_t i = 0; i < tables.tables.size(); ++i)
       fill_slots(tables.tables[i], class_bits, group_of, &slots_[i * slots]);
     const auto place = [&](unsigned context) {
@@ -55,7 +56,7 @@ class ClassDecoder {
       z_at_[g * stride] = place(z_contexts + g);
     }
     constexpr size_t few = 1 << selector_bits;
-    selector_slots_.resize(selector_tables.tables.size() * few);
+    selector_slots_.resize(selector_tables.tables.size() * few + spare_slots);
     for (size_t i = 0; i < selector_tables.tables.size(); ++i)
       fill_slots(selector_tables.tables[i], selector_bits, {}, &selector_slots_[i * few]);
     for (unsigned c = 0; c < selector_contexts && with_selectors_; ++c)
@@ -191,8 +192,8 @@ class ClassDecoder {
   static constexpr size_t stride = 64 / sizeof(uint32_t);
   std::array<uint32_t, groups * stride> x_at_{}, y_at_{}, z_at_{};
   std::array<uint32_t, selector_contexts> selector_at_{};
-  std::vector<StaticSlot> slots_;
-  std::vector<StaticSlot> selector_slots_;
+  Unfilled<StaticSlot> slots_;
+  Unfilled<StaticSlot> selector_slots_;
 };
 
 /// Raw bits of residuals, lowest first. Eight bytes behind the last must be readable.
@@ -392,6 +393,8 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selec
   for (uint32_t begin = 0; begin < count; begin += block_vertices) {
     const uint32_t end = std::min(count, begin + block_vertices);
     const uint32_t fan_end = std::max(begin, std::min(end, fans.vertices()));
+    points.grow(size_t{end} + FanDecoder::most_ahead);
+    array.bytes.resize(end * array.tuple_size());
     if (fan_end > begin) MAILLE_CHECK(fans.decode_until(fan_end));
     const uint8_t* kind = fan_end > begin ? fans.kinds(begin) : nullptr;
     if (fan_end < end) {
@@ -442,7 +445,6 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
 
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
-  array.bytes.resize(size_t{points} * array.tuple_size());
   const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
     WidePoints wide_points(points);
