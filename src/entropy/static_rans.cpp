@@ -158,12 +158,12 @@ uint64_t entropy(const Histogram& counts, unsigned symbols) {
   return bits;
 }
 
-/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs. Some more for the
-/// time to make it.
+/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs, and more for the
+/// time to read it and to lay it out, a microsecond.
 uint64_t table_cost(const Histogram& counts, unsigned symbols) {
   uint64_t used = 0;
   for (unsigned s = 0; s < symbols; ++s) used += counts[s] != 0;
-  return (4 * used + 40) << 16;
+  return (4 * used + 80) << 16;
 }
 
 /// Merges contexts greedily, those first that lose least by it.

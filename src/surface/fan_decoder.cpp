@@ -77,8 +77,10 @@ class FanReader {
 
 /// Entries that the fast loop may write behind the ring before it looks for room again.
 constexpr uint32_t fast_room = 1 << 9;
-/// Vertices that are decoded beyond those asked for, at most; a slow symbol has up to 11.
-constexpr uint32_t fast_vertices = fast_room + 16;
+/// Slow symbols that are done in a row.
+constexpr int slow_run = 8;
+/// Vertices that are decoded beyond those asked for, at most.
+constexpr uint32_t fast_vertices = fast_room + slow_run * most_closed + 8;
 static_assert(fast_vertices <= FanDecoder::most_ahead);
 /// Corners come into being in pieces that stay in the cache until they are written; the fast loop and a slow
 /// symbol together make less than half of a piece.
@@ -152,6 +154,7 @@ constexpr auto fast_kinds = [] {
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
 /// branches; close with more, and swallow, in between. What FanMachine::apply() does for them. False: a
 /// marker was taken for a vertex.
+template <bool with_late>
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
   machine.make_room(fast_room);
   uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
@@ -247,14 +250,15 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
     const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
     markers |= n | next;
 
-    // A late triple for the vertex before, or for none.
-    const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
-    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
-    uint32_t* const triple = references[late].at.data() + VertexReferences::late;
-    store(triple, pair_of(f, next));
-    store(triple + 2, static_cast<uint32_t>(next_opposite));
-    kinds[late] |= 1;
-
+    if constexpr (with_late) {
+      // A late triple for the vertex before, or for none.
+      const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+      const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+      uint32_t* const triple = references[late].at.data() + VertexReferences::late;
+      store(triple, pair_of(f, next));
+      store(triple + 2, static_cast<uint32_t>(next_opposite));
+      kinds[late] |= 1;
+    }
     store_fan(references + (v - first), f, next, next_opposite, p_rest & point_mask, p, v);
     store(kinds + (v - first), fast_kinds[symbol][f_seen]);
     store(corner, pair_of(f, p));
@@ -330,7 +334,7 @@ struct FanDecoder::State {
   FanMachine<FanReader> machine;
 };
 
-/// As many symbols as the fast loop takes, and one more.
+/// As many symbols as the fast loop takes, and the slow ones that follow.
 Result<> FanDecoder::State::step() {
   make_corners();
   if (!machine.prepare()) {
@@ -338,13 +342,18 @@ Result<> FanDecoder::State::step() {
     if (reader.rans.exhausted()) return corrupt("the fans end early");
     return {};
   }
-  if (!run_fast(machine, reader, surface)) return corrupt("a fan that ends at a border");
-  if (machine.done() || !machine.prepare()) return {};
-  const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                                         machine.seen(machine.tail - 1) << 8];
-  const unsigned symbol = slot_symbol(reader.rans.get(&reader.event_slots[table], fan_slot_bits));
-  if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
-  if (reader.rans.exhausted()) return corrupt("the fans end early");
+  const auto run = surface.with_late ? run_fast<true> : run_fast<false>;
+  if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  for (int i = 0; i < slow_run; ++i) {
+    if (machine.done() || !machine.prepare()) return {};
+    const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                                           machine.seen(machine.tail - 1) << 8];
+    const StaticSlot* const slots = &reader.event_slots[table];
+    if (i > 0 && slot_symbol(slots[reader.rans.state & (slots_per_table - 1)]) <= fan_swallow) return {};
+    if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
+      return corrupt("a fan that cannot be completed");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+  }
   return {};
 }
 
@@ -369,6 +378,10 @@ Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t m
   if (side.exhausted()) return corrupt("the tables of the fans end early");
   return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
                                             static_cast<uint32_t>(vertices)));
+}
+
+void FanDecoder::leave_late_out() {
+  state_->surface.with_late = false;
 }
 
 uint32_t FanDecoder::vertices() const {

@@ -93,7 +93,8 @@ class PositionEncoder {
     }
     set_rows();
     measure(with_selectors);
-    out.put(static_cast<uint8_t>(flags | (with_selectors ? flag_selectors : 0)));
+    out.put(static_cast<uint8_t>(flags | (with_selectors ? flag_selectors : 0) |
+                                 (vertices_.with_late ? flag_late : 0)));
     out.put_bytes(maps.bytes());
     write_sections(out, with_selectors);
   }
@@ -416,8 +417,8 @@ class PositionEncoder {
 }  // namespace
 
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                            std::span<const uint32_t> source, bool try_selectors) {
-  const Vertices vertices{fans, static_cast<uint32_t>(source.size())};
+                                            std::span<const uint32_t> source, bool small) {
+  const Vertices vertices{fans, static_cast<uint32_t>(source.size()), small};
   const size_t size = size_of(array.type);
   std::vector<std::array<int32_t, 3>> codes(source.size());
   std::array<int32_t, 3> low{}, high{};
@@ -435,8 +436,7 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   for (const NumberMap& map : maps.maps) write_map(header, map);
   const auto write = [&](auto& points, uint8_t flags) {
     for (uint32_t v = 0; v < codes.size(); ++v) points.set(v, codes[v]);
-    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points)
-        .write(out, flags, header, try_selectors);
+    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points).write(out, flags, header, small);
   };
   if (narrow) {
     NarrowPoints points(codes.size());

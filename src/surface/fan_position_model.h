@@ -39,6 +39,7 @@ inline constexpr uint32_t block_vertices = FanDecoder::window;
 
 inline constexpr uint8_t flag_wide = 1;
 inline constexpr uint8_t flag_selectors = 2;
+inline constexpr uint8_t flag_late = 4;
 
 inline constexpr unsigned start_kind = start_place * valence_classes * 2;
 
@@ -175,7 +176,8 @@ enum ShapeStep : unsigned { as_large, one_less, two_less, zero_residual, shape_s
 constexpr unsigned step_in(unsigned steps, unsigned k) {
   return steps >> (2 * k) & 3;
 }
-/// Shapes that can be, as the steps of x, y and z, two bits each: one is as large as the largest, or all are 0.
+/// Shapes that can be, as the steps of x, y and z, two bits each: one is as large as the largest, or all are
+/// 0.
 inline constexpr unsigned shapes = 38;
 inline constexpr auto steps_of_shape = [] {
   std::array<uint8_t, shapes> table{};
@@ -363,8 +365,11 @@ inline VertexReferences references_beside(uint32_t v) {
 struct Vertices {
   const FanSurface& fans;
   uint32_t count;
+  bool with_late;
 
-  unsigned kind(uint32_t v) const { return v < fans.vertices ? fans.kinds[v] : start_kind; }
+  unsigned kind(uint32_t v) const {
+    return v < fans.vertices ? fans.kinds[v] & (with_late ? 255u : 254u) : start_kind;
+  }
   VertexReferences references(uint32_t v) const {
     return v < fans.vertices ? fans.references[v] : references_beside(v);
   }

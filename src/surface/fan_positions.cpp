@@ -28,7 +28,8 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("positions: ") + what);
 }
 
-/// What comes before the raw bits of a vertex: the shape (6 bits), the size above it, the selector from bit 16.
+/// What comes before the raw bits of a vertex: the shape (6 bits), the size above it, the selector from
+/// bit 16.
 using Classes = uint32_t;
 constexpr unsigned size_in(Classes classes) {
   return classes >> 6 & 63;
@@ -261,6 +262,7 @@ constexpr auto packed_fields = [] {
 #ifdef __SSE2__
 /// The same for many vertices with 16-bit codes. Returns how many were done: it stops near the end of the raw
 /// bits.
+template <bool with_late>
 uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* reference, const uint8_t* kinds,
                           const Rows& rows, const Classes* classes, RawBits& raw, uint32_t begin,
                           uint32_t end) {
@@ -279,7 +281,8 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
     };
     __m128i sum = _mm_madd_epi16(pair(0), _mm_shuffle_epi32(weights, 0x00));
     sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(2), _mm_shuffle_epi32(weights, 0x55)));
-    sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(4), _mm_shuffle_epi32(weights, 0xaa)));
+    if constexpr (with_late)
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(4), _mm_shuffle_epi32(weights, 0xaa)));
     sum = _mm_add_epi32(sum, half);
     sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(6), _mm_shuffle_epi32(weights, 0xff)));
     sum = _mm_srai_epi32(sum, weight_bits);
@@ -302,11 +305,13 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
   return v - begin;
 }
 #else
+template <bool>
 uint32_t reconstruct_many(NarrowPoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
                           RawBits&, uint32_t, uint32_t) {
   return 0;
 }
 #endif
+template <bool>
 uint32_t reconstruct_many(WidePoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
                           RawBits&, uint32_t, uint32_t) {
   return 0;
@@ -384,7 +389,7 @@ struct Sections {
 };
 
 template <class Points>
-Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selectors, Points& points,
+Result<> decode_with(FanDecoder& fans, const Sections& sections, uint8_t flags, Points& points,
                      uint32_t count, std::span<const NumberMap> maps, Array& array) {
   RansDecoder side(sections.side);
   FittedRows fitted;
@@ -392,14 +397,15 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selec
   ClassTables tables;
   tables.sizes =
       read_tables(size_context(Points::sizes, 0), Points::sizes, class_bits, most_size_tables, side);
-  tables.shapes =
-      read_tables(shape_context(Points::sizes, 0), shapes, class_bits, most_shape_tables, side);
-  if (with_selectors)
+  tables.shapes = read_tables(shape_context(Points::sizes, 0), shapes, class_bits, most_shape_tables, side);
+  if ((flags & flag_selectors) != 0)
     tables.selectors = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
   if (side.exhausted()) return corrupt("the tables end early");
   const auto rows = std::make_unique<Rows>(plain_rows());
   fitted.apply(*rows);
 
+  const bool with_late = (flags & flag_late) != 0;
+  if (!with_late) fans.leave_late_out();
   const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables);
   RawBits raw(sections.raw);
   std::vector<Classes> classes(std::min(count, block_vertices));
@@ -420,7 +426,9 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selec
     if (decoder->exhausted()) return corrupt("the classes end early");
     const VertexReferences* references = fan_end > begin ? fans.references(begin) : nullptr;
     uint32_t v = begin;
-    v += reconstruct_many(points, references, kind, *rows, classes.data(), raw, begin, fan_end);
+    v += with_late
+             ? reconstruct_many<true>(points, references, kind, *rows, classes.data(), raw, begin, fan_end)
+             : reconstruct_many<false>(points, references, kind, *rows, classes.data(), raw, begin, fan_end);
     for (; v < end; ++v) {
       const VertexReferences one = v < fan_end ? references[v - begin] : references_beside(v);
       if (!reconstruct(points, one, *rows, kind[v - begin], classes[v - begin], raw, v))
@@ -441,7 +449,7 @@ bool fits_fan_positions(const Array& array, const ArrayMaps& maps) {
 Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
-  if (!in.ok() || flags > (flag_wide | flag_selectors)) return corrupt("coded in an unknown way");
+  if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
   if (size_of(array.type) > 4) return corrupt("the type is too wide");
   std::vector<NumberMap> maps;
   for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
@@ -459,15 +467,14 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
 
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
-  const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
     WidePoints wide_points(points);
     for (unsigned k = 0; k < 3; ++k) wide_points.ordered[k] = maps[k].kind == NumberMap::Kind::ordered;
-    return decode_with(fans, sections, with_selectors, wide_points, points, maps, array);
+    return decode_with(fans, sections, flags, wide_points, points, maps, array);
   }
   NarrowPoints narrow_points(points);
   narrow_points.bias = bias;
-  return decode_with(fans, sections, with_selectors, narrow_points, points, maps, array);
+  return decode_with(fans, sections, flags, narrow_points, points, maps, array);
 }
 
 }  // namespace maille
