@@ -30,7 +30,11 @@ uint64_t weight_of(unsigned level, unsigned resolution) {
 Frequencies frequencies_of(const Levels& levels, unsigned symbols, unsigned resolution, unsigned bits) {
   Frequencies result;
   uint64_t sum = 0;
-  for (unsigned s = 0; s < symbols; ++s) sum += levels[s] == 0 ? 0 : weight_of(levels[s], resolution);
+  std::array<uint64_t, most_static_symbols> weights;
+  for (unsigned s = 0; s < symbols; ++s) {
+    weights[s] = levels[s] == 0 ? 0 : weight_of(levels[s], resolution);
+    sum += weights[s];
+  }
   const uint32_t slots = 1u << bits;
   if (sum == 0) {
     result.frequency[0] = static_cast<uint16_t>(slots);
@@ -39,14 +43,17 @@ Frequencies frequencies_of(const Levels& levels, unsigned symbols, unsigned reso
   uint32_t given = 0;
   for (unsigned s = 0; s < symbols; ++s) {
     if (levels[s] == 0) continue;
-    const uint64_t share = weight_of(levels[s], resolution) * slots / sum;
+    const uint64_t share = weights[s] * slots / sum;
     result.frequency[s] = static_cast<uint16_t>(std::max<uint64_t>(share, 1));
     given += result.frequency[s];
   }
   // What rounding left goes to the first of the most frequent symbols, what it took comes from these.
-  const auto most = [&] { return std::max_element(result.frequency.begin(), result.frequency.end()); };
+  const auto most = [&] {
+    return std::max_element(result.frequency.begin(), result.frequency.begin() + symbols);
+  };
   for (; given > slots; --given) --*most();
-  *most() = static_cast<uint16_t>(*most() + slots - given);
+  const auto first = most();
+  *first = static_cast<uint16_t>(*first + slots - given);
   uint32_t start = 0;
   for (unsigned s = 0; s < symbols; ++s) {
     result.start[s] = static_cast<uint16_t>(start);
