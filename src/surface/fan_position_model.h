@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <initializer_list>
 #include <utility>
 
 #include "base/pages.h"
+#include "base/unfilled.h"
 #include "entropy/integer_model.h"
 #include "mesh/number_map.h"
 #include "surface/fan_connectivity.h"
@@ -265,14 +267,17 @@ struct NarrowPoints {
   using Point = std::array<int16_t, 4>;
   static constexpr unsigned sizes = narrow_sizes;
 
-  std::vector<Point> points;
+  Unfilled<Point> points;
   std::array<int32_t, 3> bias{};
   size_t most;
 
   explicit NarrowPoints(size_t count) : most(count) { reserve_pages(points, count); }
   /// Makes those below `end`: a decoder in pieces that stay in the cache until they are written.
   void grow(size_t end) {
-    if (points.size() < std::min(end, most)) points.resize(std::min(end, most));
+    const size_t begin = points.size();
+    if (begin >= std::min(end, most)) return;
+    points.resize(std::min(end, most));
+    std::memset(points.data() + begin, 0, (points.size() - begin) * sizeof(Point));
   }
 
   using Codes = std::array<int32_t, 3>;
