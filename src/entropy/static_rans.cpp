@@ -30,7 +30,11 @@ uint64_t weight_of(unsigned level, unsigned resolution) {
 Frequencies frequencies_of(const Levels& levels, unsigned symbols, unsigned resolution, unsigned bits) {
   Frequencies result;
   uint64_t sum = 0;
-  for (unsigned s = 0; s < symbols; ++s) sum += levels[s] == 0 ? 0 : weight_of(levels[s], resolution);
+  std::array<uint64_t, most_static_symbols> weights;
+  for (unsigned s = 0; s < symbols; ++s) {
+    weights[s] = levels[s] == 0 ? 0 : weight_of(levels[s], resolution);
+    sum += weights[s];
+  }
   const uint32_t slots = 1u << bits;
   if (sum == 0) {
     result.frequency[0] = static_cast<uint16_t>(slots);
@@ -39,14 +43,17 @@ Frequencies frequencies_of(const Levels& levels, unsigned symbols, unsigned reso
   uint32_t given = 0;
   for (unsigned s = 0; s < symbols; ++s) {
     if (levels[s] == 0) continue;
-    const uint64_t share = weight_of(levels[s], resolution) * slots / sum;
+    const uint64_t share = weights[s] * slots / sum;
     result.frequency[s] = static_cast<uint16_t>(std::max<uint64_t>(share, 1));
     given += result.frequency[s];
   }
   // What rounding left goes to the first of the most frequent symbols, what it took comes from these.
-  const auto most = [&] { return std::max_element(result.frequency.begin(), result.frequency.end()); };
+  const auto most = [&] {
+    return std::max_element(result.frequency.begin(), result.frequency.begin() + symbols);
+  };
   for (; given > slots; --given) --*most();
-  *most() = static_cast<uint16_t>(*most() + slots - given);
+  const auto first = most();
+  *first = static_cast<uint16_t>(*first + slots - given);
   uint32_t start = 0;
   for (unsigned s = 0; s < symbols; ++s) {
     result.start[s] = static_cast<uint16_t>(start);
@@ -158,12 +165,12 @@ uint64_t entropy(const Histogram& counts, unsigned symbols) {
   return bits;
 }
 
-/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs. Some more for the
-/// time to make it.
+/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs, and more for the
+/// time to read it and to lay it out, a microsecond.
 uint64_t table_cost(const Histogram& counts, unsigned symbols) {
   uint64_t used = 0;
   for (unsigned s = 0; s < symbols; ++s) used += counts[s] != 0;
-  return (4 * used + 40) << 16;
+  return (4 * used + 80) << 16;
 }
 
 /// Merges contexts greedily, those first that lose least by it.
@@ -343,7 +350,12 @@ void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t
   for (unsigned s = 0; s < most_static_symbols && at < 1u << bits; ++s) {
     const uint32_t mark = s < mark_of_symbol.size() ? mark_of_symbol[s] : 0;
     const uint32_t common = s | mark << 6 | uint32_t{table.frequency[s]} << 9;
-    for (uint32_t i = 0; i < table.frequency[s]; ++i) slots[at++] = common | i << 20;
+    // Four at once; the next symbol overwrites what is too much.
+    StaticSlot* const begin = slots + at;
+    for (uint32_t i = 0; i < table.frequency[s]; i += 4) {
+      for (uint32_t k = 0; k < 4; ++k) begin[i + k] = common + ((i + k) << 20);
+    }
+    at += table.frequency[s];
   }
 }
 

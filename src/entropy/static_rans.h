@@ -63,7 +63,8 @@ inline constexpr uint32_t slot_frequency(StaticSlot slot) {
 inline constexpr uint32_t slot_offset(StaticSlot slot) {
   return slot >> 20;
 }
-/// Writes the 2^bits slots of a table.
+/// Writes the 2^bits slots of a table, and something to the spare ones behind them.
+inline constexpr size_t spare_slots = 3;
 void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t> mark_of_symbol,
                 StaticSlot* slots);
 

@@ -56,6 +56,7 @@ struct FanSurface {
   uint32_t first = 0;
   Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
   Unfilled<uint8_t> kinds;                ///< likewise
+  bool with_late = true;                  ///< are late triples wanted?
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
 };
@@ -86,10 +87,14 @@ class FanDecoder {
   FanDecoder& operator=(FanDecoder&&) noexcept;
   ~FanDecoder();
 
+  /// Before anything is decoded: no kind shall have a late triple, which saves time.
+  void leave_late_out();
   /// Vertices of all triangles: as claimed, until finish() has seen them.
   uint32_t vertices() const;
   /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
   static constexpr uint32_t window = 1 << 10;
+  /// Vertices that it may know beyond those asked for.
+  static constexpr uint32_t most_ahead = 1 << 10;
   /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
   Result<> decode_until(uint32_t end);
   const VertexReferences* references(uint32_t vertex) const;

@@ -19,17 +19,6 @@ namespace {
 
 constexpr uint32_t slots_per_table = 1 << fan_slot_bits;
 
-/// The context by what the head (lowest bits), the next and the last entry have seen, four bits each.
-constexpr unsigned idle_context = fan_contexts;
-const auto packed_contexts = [] {
-  std::array<uint8_t, 1 << 12> contexts{};
-  for (unsigned i = 0; i < contexts.size(); ++i) {
-    contexts[i] =
-        static_cast<uint8_t>((i & 15) == 0 ? idle_context : fan_context(i & 15, i >> 4 & 15, i >> 8));
-  }
-  return contexts;
-}();
-
 /// The decoder's side of a FanMachine.
 class FanReader {
  public:
@@ -37,20 +26,17 @@ class FanReader {
 
   FanReader(Bytes events, const StaticTables& event_tables, const StaticTables& number_tables)
       : rans(events), number_tables_(number_tables) {
-    event_slots.resize((event_tables.tables.size() + 1) * slots_per_table);
+    event_slots.resize((event_tables.tables.size() + 1) * slots_per_table + spare_slots);
     for (size_t i = 0; i < event_tables.tables.size(); ++i)
       fill_slots(event_tables.tables[i], fan_slot_bits, {}, &event_slots[i * slots_per_table]);
     // A table that changes nothing: so that a marker at the head is found without a test.
     const size_t idle = event_tables.tables.size() * slots_per_table;
     for (uint32_t i = 0; i < slots_per_table; ++i)
       event_slots[idle + i] = fan_marker | slots_per_table << 9 | i << 20;
-    number_slots_.resize(number_tables.tables.size() * slots_per_table);
+    number_slots_.resize(number_tables.tables.size() * slots_per_table + spare_slots);
     for (size_t i = 0; i < number_tables.tables.size(); ++i)
       fill_slots(number_tables.tables[i], fan_slot_bits, {}, &number_slots_[i * slots_per_table]);
-    std::array<uint32_t, fan_contexts + 1> first_slot;
-    for (unsigned c = 0; c < fan_contexts; ++c) first_slot[c] = event_tables.table_of[c] * slots_per_table;
-    first_slot[idle_context] = static_cast<uint32_t>(idle);
-    for (size_t i = 0; i < table_at.size(); ++i) table_at[i] = first_slot[packed_contexts[i]];
+    fill_table_at(event_tables, static_cast<uint32_t>(idle));
   }
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
@@ -65,18 +51,40 @@ class FanReader {
   }
 
   StaticRansDecoder rans;
-  std::vector<StaticSlot> event_slots;
+  Unfilled<StaticSlot> event_slots;
   std::array<uint32_t, 1 << 12> table_at;  ///< first slot, by what head, next and last have seen, 4 bits each
 
  private:
+  /// A row for each class of next and last; small meshes feel every microsecond.
+  void fill_table_at(const StaticTables& tables, uint32_t idle) {
+    std::array<std::array<uint32_t, most_seen + 1>, fan_contexts / 10> rows;
+    for (unsigned next = 0; next <= most_seen; ++next) {
+      for (unsigned last = 0; last <= most_seen; ++last) {
+        const unsigned classes = next_classes[next] * 3u + last_classes[last];
+        const bool first = (next == 0 || next_classes[next - 1] != next_classes[next]) &&
+                           (last == 0 || last_classes[last - 1] != last_classes[last]);
+        for (unsigned head = 0; first && head <= most_seen; ++head)
+          rows[classes][head] =
+              head == 0 ? idle : tables.table_of[fan_context(head, next, last)] * slots_per_table;
+        std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
+      }
+    }
+  }
+
   const StaticTables& number_tables_;
-  std::vector<StaticSlot> number_slots_;
+  Unfilled<StaticSlot> number_slots_;
 };
 
 /// Entries that the fast loop may write behind the ring before it looks for room again.
 constexpr uint32_t fast_room = 1 << 9;
-/// Vertices that are decoded beyond those asked for, at most; a slow symbol has up to 11.
-constexpr uint32_t fast_vertices = fast_room + 16;
+/// Slow symbols that are done in a row.
+constexpr int slow_run = 8;
+/// Vertices that are decoded beyond those asked for, at most.
+constexpr uint32_t fast_vertices = fast_room + slow_run * most_closed + 8;
+static_assert(fast_vertices <= FanDecoder::most_ahead);
+/// Corners come into being in pieces that stay in the cache until they are written; the fast loop and a slow
+/// symbol together make less than half of a piece.
+constexpr uint32_t piece_triangles = 1 << 11;
 /// What it writes beyond what there is, harmlessly: vertices, and corners.
 constexpr size_t spare_vertices = 4;
 
@@ -146,6 +154,7 @@ constexpr auto fast_kinds = [] {
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
 /// branches; close with more, and swallow, in between. What FanMachine::apply() does for them. False: a
 /// marker was taken for a vertex.
+template <bool with_late>
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
   machine.make_room(fast_room);
   uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
@@ -241,14 +250,15 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
     const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
     markers |= n | next;
 
-    // A late triple for the vertex before, or for none.
-    const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
-    const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
-    uint32_t* const triple = references[late].at.data() + VertexReferences::late;
-    store(triple, pair_of(f, next));
-    store(triple + 2, static_cast<uint32_t>(next_opposite));
-    kinds[late] |= 1;
-
+    if constexpr (with_late) {
+      // A late triple for the vertex before, or for none.
+      const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+      const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+      uint32_t* const triple = references[late].at.data() + VertexReferences::late;
+      store(triple, pair_of(f, next));
+      store(triple + 2, static_cast<uint32_t>(next_opposite));
+      kinds[late] |= 1;
+    }
     store_fan(references + (v - first), f, next, next_opposite, p_rest & point_mask, p, v);
     store(kinds + (v - first), fast_kinds[symbol][f_seen]);
     store(corner, pair_of(f, p));
@@ -301,37 +311,49 @@ struct FanDecoder::State {
       : number_tables(std::move(numbers)),
         reader(events, event_tables, number_tables),
         vertex_count(vertices),
+        triangle_count(triangles),
         machine(reader, surface, triangles, vertices) {
     reserve_pages(surface.corners, size_t{3} * triangles);
-    surface.corners.resize(size_t{3} * triangles);
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);
     surface.kinds.back() = 0;
   }
 
   Result<> step();
+  void make_corners() {
+    const uint64_t end = uint64_t{machine.triangle_count} + piece_triangles / 2;
+    if (surface.corners.size() / 3 < std::min<uint64_t>(end, triangle_count))
+      surface.corners.resize(3 * std::min<uint64_t>(end + piece_triangles / 2, triangle_count));
+  }
 
   StaticTables number_tables;
   FanReader reader;
   uint32_t vertex_count;
+  uint32_t triangle_count;
   FanSurface surface;
   FanMachine<FanReader> machine;
 };
 
-/// As many symbols as the fast loop takes, and one more.
+/// As many symbols as the fast loop takes, and the slow ones that follow.
 Result<> FanDecoder::State::step() {
+  make_corners();
   if (!machine.prepare()) {
     if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
     if (reader.rans.exhausted()) return corrupt("the fans end early");
     return {};
   }
-  if (!run_fast(machine, reader, surface)) return corrupt("a fan that ends at a border");
-  if (machine.done() || !machine.prepare()) return {};
-  const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                                         machine.seen(machine.tail - 1) << 8];
-  const unsigned symbol = slot_symbol(reader.rans.get(&reader.event_slots[table], fan_slot_bits));
-  if (!machine.apply(symbol)) return corrupt("a fan that cannot be completed");
-  if (reader.rans.exhausted()) return corrupt("the fans end early");
+  const auto run = surface.with_late ? run_fast<true> : run_fast<false>;
+  if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  for (int i = 0; i < slow_run; ++i) {
+    if (machine.done() || !machine.prepare()) return {};
+    const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                                           machine.seen(machine.tail - 1) << 8];
+    const StaticSlot* const slots = &reader.event_slots[table];
+    if (i > 0 && slot_symbol(slots[reader.rans.state & (slots_per_table - 1)]) <= fan_swallow) return {};
+    if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
+      return corrupt("a fan that cannot be completed");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+  }
   return {};
 }
 
@@ -356,6 +378,10 @@ Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t m
   if (side.exhausted()) return corrupt("the tables of the fans end early");
   return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
                                             static_cast<uint32_t>(vertices)));
+}
+
+void FanDecoder::leave_late_out() {
+  state_->surface.with_late = false;
 }
 
 uint32_t FanDecoder::vertices() const {

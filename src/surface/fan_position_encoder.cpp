@@ -93,7 +93,8 @@ class PositionEncoder {
     }
     set_rows();
     measure(with_selectors);
-    out.put(static_cast<uint8_t>(flags | (with_selectors ? flag_selectors : 0)));
+    out.put(static_cast<uint8_t>(flags | (with_selectors ? flag_selectors : 0) |
+                                 (vertices_.with_late ? flag_late : 0)));
     out.put_bytes(maps.bytes());
     write_sections(out, with_selectors);
   }
@@ -236,37 +237,42 @@ class PositionEncoder {
     return size;
   }
 
+  /// What a lane remembers of the vertex before.
+  struct Before {
+    unsigned size = 0;
+    unsigned zeros = 0;
+    unsigned selector = 0;
+
+    void follow(const SizeAndShape& classes, unsigned chosen) {
+      *this = {classes.size, zeros_of_shape[classes.shape], chosen};
+    }
+  };
+
   /// Per vertex the selector that is cheapest with the tables of the last measure().
   void choose_selectors() {
     const ClassCosts costs = class_costs();
-    std::array<unsigned, group_lanes> group{}, before{};
+    std::array<Before, group_lanes> lanes{};
     for_each_group(vertices_.count, [&](uint32_t v, unsigned lane) {
+      Before& before = lanes[lane];
       const unsigned kind = vertices_.kind(v);
-      uint64_t best = UINT64_MAX;
-      unsigned best_selector = 0, best_group = 0;
+      uint64_t least = UINT64_MAX;
+      SizeAndShape best{};
       for (unsigned s = 0; s < selectors; ++s) {
-        const Codes left = residuals(v, s);
-        unsigned highest = 0;
-        uint64_t cost = costs.selector[selector_context(before[lane], kind)][s];
-        unsigned context = group[lane] * qualities + quality_of_kind[kind];
-        for (unsigned k = 0; k < 3; ++k) {
-          const unsigned c = class_of(left[k]);
-          cost += costs.size[context][c];
-          highest = std::max<unsigned>(highest, group_of_[c]);
-          context = (k == 0 ? y_contexts : z_contexts) + highest;
-        }
-        if (cost >= best) continue;
-        best = cost;
-        best_selector = s;
-        best_group = highest;
+        const SizeAndShape classes = size_and_shape(residuals(v, s));
+        const uint64_t cost = uint64_t{costs.selector[selector_context(before.selector, kind)][s]} +
+                              costs.size[size_context(before.size, quality_of_kind[kind])][classes.size] +
+                              costs.shape[shape_context(classes.size, before.zeros)][classes.shape];
+        if (cost >= least) continue;
+        least = cost;
+        best = classes;
+        chosen_[v] = static_cast<uint8_t>(s);
       }
-      chosen_[v] = static_cast<uint8_t>(best_selector);
-      group[lane] = best_group;
-      before[lane] = best_selector;
+      before.follow(best, chosen_[v]);
     });
   }
   struct ClassCosts {
-    std::array<std::array<uint32_t, wide_classes>, class_contexts> size;
+    std::vector<std::array<uint32_t, wide_sizes>> size;
+    std::vector<std::array<uint32_t, shapes>> shape;  ///< with the raw bits
     std::array<std::array<uint32_t, selectors>, selector_contexts> selector;
   };
   ClassCosts class_costs() const {
@@ -276,9 +282,16 @@ class PositionEncoder {
       for (unsigned i = 0; i < symbols; ++i) sum += 8 * counts[i];
       return log2_fixed(sum) - log2_fixed(8 * counts[s] + 1);
     };
-    for (unsigned context = 0; context < class_contexts; ++context) {
-      for (unsigned c = 0; c < Points::classes; ++c)
-        costs.size[context][c] = bits_of(counts_[context], Points::classes, c) + (c << 16);
+    costs.size.resize(size_counts_.size());
+    for (size_t context = 0; context < size_counts_.size(); ++context) {
+      for (unsigned s = 0; s < Points::sizes; ++s)
+        costs.size[context][s] = bits_of(size_counts_[context], Points::sizes, s);
+    }
+    costs.shape.resize(shape_counts_.size());
+    for (unsigned context = 0; context < shape_counts_.size(); ++context) {
+      for (unsigned s = 0; s < shapes; ++s)
+        costs.shape[context][s] =
+            bits_of(shape_counts_[context], shapes, s) + (all_raw_bits({context / 8, s}) << 16);
     }
     for (unsigned context = 0; context < selector_contexts; ++context) {
       for (unsigned s = 0; s < selectors; ++s) {
@@ -289,26 +302,36 @@ class PositionEncoder {
     }
     return costs;
   }
+  static unsigned all_raw_bits(const SizeAndShape& classes) {
+    unsigned bits = 0;
+    for (unsigned k = 0; k < 3; ++k) bits += field_of_coordinate(classes, k).bits;
+    return bits;
+  }
+  static Field field_of_coordinate(const SizeAndShape& classes, unsigned k) {
+    return field_of(classes.size, step_in(steps_of_shape[classes.shape], k));
+  }
 
   /// Classes of all vertices with the selectors chosen; what they cost, roughly.
   uint64_t measure(bool with_selectors) {
     classes_.resize(vertices_.count);
     residuals_.resize(vertices_.count);
+    uint64_t cost = 0;
     for (uint32_t v = 0; v < vertices_.count; ++v) {
       residuals_[v] = residuals(v, chosen_[v]);
-      for (unsigned k = 0; k < 3; ++k) classes_[v][k] = static_cast<uint8_t>(class_of(residuals_[v][k]));
+      classes_[v] = size_and_shape(residuals_[v]);
+      cost += all_raw_bits(classes_[v]);
     }
-    choose_groups();
-    counts_.assign(class_contexts, {});
+    cost <<= 16;
+    size_counts_.assign(size_context(Points::sizes, 0), {});
+    shape_counts_.assign(shape_context(Points::sizes, 0), {});
     selector_counts_.assign(selector_contexts, {});
-    visit_symbols([&](unsigned context, unsigned symbol) { ++counts_[context][symbol]; },
+    visit_symbols([&](unsigned context, unsigned symbol) { ++size_counts_[context][symbol]; },
+                  [&](unsigned context, unsigned symbol) { ++shape_counts_[context][symbol]; },
                   [&](unsigned context, unsigned symbol) { ++selector_counts_[context][symbol]; },
                   [](unsigned) {});
     have_selectors_ = with_selectors;
-    uint64_t cost = 0;
-    for (const auto& classes : classes_) cost += uint64_t{classes[0]} + classes[1] + classes[2];
-    cost <<= 16;
-    for (const Histogram& counts : counts_) cost += entropy_of(counts);
+    for (const Histogram& counts : size_counts_) cost += entropy_of(counts);
+    for (const Histogram& counts : shape_counts_) cost += entropy_of(counts);
     if (with_selectors) {
       for (const Histogram& counts : selector_counts_) cost += entropy_of(counts);
     }
@@ -322,72 +345,28 @@ class PositionEncoder {
     return cost;
   }
 
-  template <class ClassVisit, class SelectorVisit, class GroupEnd>
-  void visit_symbols(ClassVisit class_visit, SelectorVisit selector_visit, GroupEnd group_end) {
-    std::array<unsigned, group_lanes> group{}, before{};
+  template <class SizeVisit, class ShapeVisit, class SelectorVisit, class GroupEnd>
+  void visit_symbols(SizeVisit size_visit, ShapeVisit shape_visit, SelectorVisit selector_visit,
+                     GroupEnd group_end) {
+    std::array<Before, group_lanes> lanes{};
     for_each_group(vertices_.count, [&](uint32_t v, unsigned lane) {
+      Before& before = lanes[lane];
       const unsigned kind = vertices_.kind(v);
-      selector_visit(selector_context(before[lane], kind), chosen_[v]);
-      before[lane] = chosen_[v];
-      unsigned highest = 0;
-      unsigned context = group[lane] * qualities + quality_of_kind[kind];
-      for (unsigned k = 0; k < 3; ++k) {
-        const unsigned c = classes_[v][k];
-        class_visit(context, c);
-        highest = std::max<unsigned>(highest, group_of_[c]);
-        context = (k == 0 ? y_contexts : z_contexts) + highest;
-      }
-      group[lane] = highest;
+      const SizeAndShape& classes = classes_[v];
+      selector_visit(selector_context(before.selector, kind), chosen_[v]);
+      size_visit(size_context(before.size, quality_of_kind[kind]), classes.size);
+      shape_visit(shape_context(classes.size, before.zeros), classes.shape);
+      before.follow(classes, chosen_[v]);
       group_end(lane);
     });
   }
 
-  /// Joins neighbouring classes to groups, those first that tell least about the class that follows.
-  void choose_groups() {
-    std::vector<std::array<Histogram, 3>> parts(Points::classes);
-    std::array<unsigned, group_lanes> highest{};
-    for_each_group(vertices_.count, [&](uint32_t v, unsigned lane) {
-      const auto& c = classes_[v];
-      ++parts[highest[lane]][0][c[0]];
-      ++parts[c[0]][1][c[1]];
-      ++parts[std::max(c[0], c[1])][2][c[2]];
-      highest[lane] = std::max({c[0], c[1], c[2]});
-    });
-    const auto cost = [](const std::array<Histogram, 3>& part) {
-      return entropy_of(part[0]) + entropy_of(part[1]) + entropy_of(part[2]);
-    };
-    const auto joined = [](std::array<Histogram, 3> a, const std::array<Histogram, 3>& b) {
-      for (unsigned k = 0; k < 3; ++k) {
-        for (unsigned s = 0; s < most_static_symbols; ++s) a[k][s] += b[k][s];
-      }
-      return a;
-    };
-    std::vector<unsigned> sizes(parts.size(), 1);
-    while (parts.size() > groups) {
-      size_t best = 0;
-      uint64_t least = UINT64_MAX;
-      for (size_t i = 0; i + 1 < parts.size(); ++i) {
-        const uint64_t loss = cost(joined(parts[i], parts[i + 1])) - cost(parts[i]) - cost(parts[i + 1]);
-        if (loss >= least) continue;
-        least = loss;
-        best = i;
-      }
-      parts[best] = joined(parts[best], parts[best + 1]);
-      sizes[best] += sizes[best + 1];
-      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(best) + 1);
-      sizes.erase(sizes.begin() + static_cast<std::ptrdiff_t>(best) + 1);
-    }
-    unsigned c = 0;
-    for (size_t g = 0; g < sizes.size(); ++g) {
-      for (unsigned i = 0; i < sizes[g]; ++i) group_of_[c++] = static_cast<uint8_t>(g);
-    }
-  }
-
   void write_sections(ByteWriter& out, bool with_selectors) {
     RansEncoder side;
-    for (unsigned c = 1; c < Points::classes; ++c) side.code_raw(group_of_[c] - group_of_[c - 1], 1);
     fitted_.code(side);
-    const StaticTables tables = make_tables(counts_, Points::classes, class_bits, most_class_tables, side);
+    const StaticTables size_tables =
+        make_tables(size_counts_, Points::sizes, class_bits, most_size_tables, side);
+    const StaticTables shape_tables = make_tables(shape_counts_, shapes, class_bits, most_shape_tables, side);
     StaticTables selector_tables;
     if (with_selectors)
       selector_tables = make_tables(selector_counts_, selectors, selector_bits, selector_contexts, side);
@@ -398,8 +377,9 @@ class PositionEncoder {
     unsigned bits = 0;
     for (uint32_t v = 0; v < vertices_.count; ++v) {
       for (unsigned k = 0; k < 3; ++k) {
-        waiting |= uint64_t{raw_bits(residuals_[v][k], classes_[v][k])} << bits;
-        for (bits += classes_[v][k]; bits >= 8; bits -= 8, waiting >>= 8)
+        const Field field = field_of_coordinate(classes_[v], k);
+        waiting |= raw_bits(residuals_[v][k], field) << bits;
+        for (bits += field.bits; bits >= 8; bits -= 8, waiting >>= 8)
           raw.push_back(static_cast<std::byte>(waiting & 255));
       }
     }
@@ -407,7 +387,8 @@ class PositionEncoder {
 
     GroupRansEncoder encoder;
     visit_symbols(
-        [&](unsigned context, unsigned symbol) { encoder.put(tables.of(context), class_bits, symbol); },
+        [&](unsigned context, unsigned symbol) { encoder.put(size_tables.of(context), class_bits, symbol); },
+        [&](unsigned context, unsigned symbol) { encoder.put(shape_tables.of(context), class_bits, symbol); },
         [&](unsigned context, unsigned symbol) {
           if (with_selectors) encoder.put(selector_tables.of(context), selector_bits, symbol);
         },
@@ -424,10 +405,10 @@ class PositionEncoder {
   std::vector<uint8_t> chosen_;
   FittedRows fitted_;
   Rows rows_{};
-  std::vector<std::array<uint8_t, 3>> classes_;
+  std::vector<SizeAndShape> classes_;
   std::vector<Codes> residuals_;
-  std::array<uint8_t, wide_classes> group_of_{};
-  std::vector<Histogram> counts_;
+  std::vector<Histogram> size_counts_;
+  std::vector<Histogram> shape_counts_;
   std::vector<Histogram> selector_counts_;
   bool have_selectors_ = false;
   static constexpr double floor_ = 0.5;
@@ -436,8 +417,8 @@ class PositionEncoder {
 }  // namespace
 
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                            std::span<const uint32_t> source, bool try_selectors) {
-  const Vertices vertices{fans, static_cast<uint32_t>(source.size())};
+                                            std::span<const uint32_t> source, bool small) {
+  const Vertices vertices{fans, static_cast<uint32_t>(source.size()), small};
   const size_t size = size_of(array.type);
   std::vector<std::array<int32_t, 3>> codes(source.size());
   std::array<int32_t, 3> low{}, high{};
@@ -455,11 +436,11 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   for (const NumberMap& map : maps.maps) write_map(header, map);
   const auto write = [&](auto& points, uint8_t flags) {
     for (uint32_t v = 0; v < codes.size(); ++v) points.set(v, codes[v]);
-    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points)
-        .write(out, flags, header, try_selectors);
+    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points).write(out, flags, header, small);
   };
   if (narrow) {
     NarrowPoints points(codes.size());
+    points.grow(codes.size());
     for (unsigned k = 0; k < 3; ++k) {
       points.bias[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
       header.put(points.bias[k]);

@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <initializer_list>
 #include <utility>
 
 #include "base/pages.h"
+#include "base/unfilled.h"
 #include "entropy/integer_model.h"
 #include "mesh/number_map.h"
 #include "surface/fan_connectivity.h"
@@ -25,26 +27,25 @@ inline constexpr int largest_weight = 511;
 
 inline constexpr unsigned selectors = 4;
 inline constexpr unsigned fitted_selector = 1;
-inline constexpr unsigned groups = 8;  ///< of residual classes, as contexts
 inline constexpr unsigned qualities = 4;
-inline constexpr unsigned class_contexts = groups * qualities + 2 * groups;
-inline constexpr unsigned y_contexts = groups * qualities;
-inline constexpr unsigned z_contexts = y_contexts + groups;
 inline constexpr unsigned selector_contexts = selectors * 4;
-inline constexpr unsigned most_class_tables = 24;
+inline constexpr unsigned most_size_tables = 8;
+inline constexpr unsigned most_shape_tables = 16;
 inline constexpr unsigned class_bits = 9;
 inline constexpr unsigned selector_bits = 8;
-inline constexpr unsigned narrow_classes = 17;
-inline constexpr unsigned wide_classes = 33;
+// Bits of the largest of a vertex's residuals.
+inline constexpr unsigned narrow_sizes = 17;
+inline constexpr unsigned wide_sizes = 33;
 /// Classes of a block are decoded before its positions: four lanes, a quarter of the block each.
 inline constexpr uint32_t block_vertices = FanDecoder::window;
 
 inline constexpr uint8_t flag_wide = 1;
 inline constexpr uint8_t flag_selectors = 2;
+inline constexpr uint8_t flag_late = 4;
 
 inline constexpr unsigned start_kind = start_place * valence_classes * 2;
 
-/// What the fans promise about a prediction: the context of the first residual class.
+/// What the fans promise about a prediction, for the size of its residuals.
 inline constexpr auto quality_of_kind = [] {
   std::array<uint8_t, vertex_kinds> table{};
   for (unsigned kind = 0; kind < vertex_kinds; ++kind) {
@@ -171,28 +172,112 @@ struct FittedRows {
   }
 };
 
+/// Two symbols tell the classes of a vertex's residuals: the size of the largest, and a shape: by how many
+/// bits each is smaller. A step of two stands for larger ones too, but for a residual of 0.
+enum ShapeStep : unsigned { as_large, one_less, two_less, zero_residual, shape_steps };
+constexpr unsigned step_in(unsigned steps, unsigned k) {
+  return steps >> (2 * k) & 3;
+}
+/// Shapes that can be, as the steps of x, y and z, two bits each: one is as large as the largest, or all are
+/// 0.
+inline constexpr unsigned shapes = 38;
+inline constexpr auto steps_of_shape = [] {
+  std::array<uint8_t, shapes> table{};
+  unsigned count = 0;
+  for (unsigned steps = 0; steps < 64; ++steps) {
+    const bool possible = step_in(steps, 0) == as_large || step_in(steps, 1) == as_large ||
+                          step_in(steps, 2) == as_large || steps == 63;
+    if (possible) table[count++] = static_cast<uint8_t>(steps);
+  }
+  return table;
+}();
+inline constexpr auto shape_of_steps = [] {
+  std::array<uint8_t, 64> table{};
+  for (unsigned shape = 0; shape < shapes; ++shape)
+    table[steps_of_shape[shape]] = static_cast<uint8_t>(shape);
+  return table;
+}();
+/// The coordinates without a residual, a bit each.
+inline constexpr auto zeros_of_shape = [] {
+  std::array<uint8_t, shapes> table{};
+  for (unsigned shape = 0; shape < shapes; ++shape) {
+    for (unsigned k = 0; k < 3; ++k) {
+      if (step_in(steps_of_shape[shape], k) == zero_residual)
+        table[shape] = static_cast<uint8_t>(table[shape] | 1u << k);
+    }
+  }
+  return table;
+}();
+
+/// The context of a size: the size before, and what the kind promises; that of a shape: the size, and where
+/// the residuals before were 0.
+constexpr unsigned size_context(unsigned before, unsigned quality) {
+  return before * qualities + quality;
+}
+constexpr unsigned shape_context(unsigned size, unsigned zeros_before) {
+  return size * 8 + zeros_before;
+}
+
 inline unsigned class_of(int32_t residual) {
   const uint32_t size = residual < 0 ? 0 - static_cast<uint32_t>(residual) : static_cast<uint32_t>(residual);
   return bit_length(size);
 }
-/// The raw bits of a residual of this class: the number itself if it is positive, so that the highest bit is
-/// set, else the number plus 2^class - 1.
-inline uint32_t raw_bits(int32_t residual, unsigned size) {
-  if (residual >= 0) return static_cast<uint32_t>(residual);
-  return static_cast<uint32_t>(int64_t{residual} + (int64_t{1} << size) - 1);
+struct SizeAndShape {
+  unsigned size;
+  unsigned shape;
+};
+template <class Residuals>
+SizeAndShape size_and_shape(const Residuals& residuals) {
+  const std::array<unsigned, 3> classes{class_of(residuals[0]), class_of(residuals[1]),
+                                        class_of(residuals[2])};
+  const unsigned size = std::max({classes[0], classes[1], classes[2]});
+  unsigned steps = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    const unsigned step =
+        classes[k] == 0 ? unsigned{zero_residual} : std::min<unsigned>(size - classes[k], two_less);
+    steps |= step << (2 * k);
+  }
+  return {size, shape_of_steps[steps]};
+}
+
+/// The raw bits of a residual: of a known class c, where the residual is not below -2^c, the number itself if
+/// it is positive, so that the highest bit is set (`half`), else the number plus `back` = 2^c - 1; else the
+/// number plus 2^c.
+struct Field {
+  unsigned bits = 0;
+  uint64_t half = 0;
+  uint64_t back = 0;
+};
+constexpr Field field_of(unsigned size, unsigned step) {
+  if (step == zero_residual || size <= step) return {};
+  const unsigned c = size - step;
+  if (step == two_less) return {c + 1, 0, uint64_t{1} << c};
+  return {c, uint64_t{1} << (c - 1), (uint64_t{1} << c) - 1};
+}
+inline uint64_t raw_bits(int32_t residual, const Field& field) {
+  if (residual >= 0 && field.half != 0) return static_cast<uint32_t>(residual);
+  return static_cast<uint64_t>(int64_t{residual}) + field.back;
+}
+inline int32_t residual_of(uint64_t bits, const Field& field) {
+  return static_cast<int32_t>(static_cast<uint32_t>(bits - ((bits & field.half) == 0 ? field.back : 0)));
 }
 
 /// Positions whose codes span 16 bits: two references at once in one multiply-add.
 struct NarrowPoints {
   using Point = std::array<int16_t, 4>;
-  static constexpr unsigned classes = narrow_classes;
+  static constexpr unsigned sizes = narrow_sizes;
 
-  std::vector<Point> points;
+  Unfilled<Point> points;
   std::array<int32_t, 3> bias{};
+  size_t most;
 
-  explicit NarrowPoints(size_t count) {
-    reserve_pages(points, count);
-    points.resize(count);
+  explicit NarrowPoints(size_t count) : most(count) { reserve_pages(points, count); }
+  /// Makes those below `end`: a decoder in pieces that stay in the cache until they are written.
+  void grow(size_t end) {
+    const size_t begin = points.size();
+    if (begin >= std::min(end, most)) return;
+    points.resize(std::min(end, most));
+    std::memset(points.data() + begin, 0, (points.size() - begin) * sizeof(Point));
   }
 
   using Codes = std::array<int32_t, 3>;
@@ -225,13 +310,14 @@ struct NarrowPoints {
 
 /// Any codes of 32 bits: predicted in doubles, floats by their values.
 struct WidePoints {
-  static constexpr unsigned classes = wide_classes;
+  static constexpr unsigned sizes = wide_sizes;
 
   std::vector<std::array<int32_t, 3>> codes;
   std::vector<std::array<double, 3>> values;
   std::array<bool, 3> ordered{};
 
   explicit WidePoints(size_t count) : codes(count), values(count) {}
+  void grow(size_t) {}
 
   using Codes = std::array<int32_t, 3>;
   void set(uint32_t v, const Codes& to) {
@@ -284,8 +370,11 @@ inline VertexReferences references_beside(uint32_t v) {
 struct Vertices {
   const FanSurface& fans;
   uint32_t count;
+  bool with_late;
 
-  unsigned kind(uint32_t v) const { return v < fans.vertices ? fans.kinds[v] : start_kind; }
+  unsigned kind(uint32_t v) const {
+    return v < fans.vertices ? fans.kinds[v] & (with_late ? 255u : 254u) : start_kind;
+  }
   VertexReferences references(uint32_t v) const {
     return v < fans.vertices ? fans.references[v] : references_beside(v);
   }

@@ -13,6 +13,7 @@
 #include "base/bytes.h"
 #include "base/pages.h"
 #include "base/result.h"
+#include "base/unfilled.h"
 #include "entropy/static_rans.h"
 #include "surface/fan_position_model.h"
 #include "surface/number_maps.h"
@@ -27,39 +28,54 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("positions: ") + what);
 }
 
-/// Residual classes of a vertex and its selector, a byte each; of the first three only 6 bits count.
-using Classes = std::array<uint8_t, 4>;
+/// What comes before the raw bits of a vertex: the shape (6 bits), the size above it, the selector from
+/// bit 16.
+using Classes = uint32_t;
+constexpr unsigned size_in(Classes classes) {
+  return classes >> 6 & 63;
+}
+constexpr unsigned shape_in(Classes classes) {
+  return classes & 63;
+}
+
+struct ClassTables {
+  StaticTables sizes;
+  StaticTables shapes;
+  StaticTables selectors;  ///< none where all vertices have the fitted one
+};
+
+/// The slots of all tables, and by context the first one of its table.
+template <size_t contexts>
+class ContextSlots {
+ public:
+  ContextSlots(const StaticTables& tables, unsigned bits, std::span<const uint8_t> marks) {
+    slots_.resize((tables.tables.size() << bits) + spare_slots);
+    for (size_t i = 0; i < tables.tables.size(); ++i)
+      fill_slots(tables.tables[i], bits, marks, &slots_[i << bits]);
+    for (size_t c = 0; c < tables.table_of.size(); ++c)
+      at[c] = static_cast<uint32_t>(tables.table_of[c]) << bits;
+  }
+  const StaticSlot* slots() const { return slots_.data(); }
+  std::array<uint32_t, contexts> at{};
+
+ private:
+  Unfilled<StaticSlot> slots_;
+};
 
 /// Selectors and classes of one block after the other.
 class ClassDecoder {
  public:
-  ClassDecoder(Bytes bytes, const StaticTables& tables, const StaticTables& selector_tables,
-               std::span<const uint8_t> group_of)
+  ClassDecoder(Bytes bytes, const ClassTables& tables)
       : words_(bytes.data()),
         end_(bytes.data() + bytes.size()),
-        with_selectors_(!selector_tables.tables.empty()) {
-    for (uint64_t& state : states_) {
-      state = load<uint64_t>(words_);
+        with_selectors_(!tables.selectors.tables.empty()),
+        sizes_(tables.sizes, class_bits, {}),
+        shapes_(tables.shapes, class_bits, zeros_of_shape),
+        selectors_(tables.selectors, selector_bits, {}) {
+    for (Lane& lane : lanes_) {
+      lane.state = load<uint64_t>(words_);
       words_ += 8;
     }
-    constexpr size_t slots = 1 << class_bits;
-    slots_.resize(tables.tables.size() * slots);
-    for (size_t i = 0; i < tables.tables.size(); ++i)
-      fill_slots(tables.tables[i], class_bits, group_of, &slots_[i * slots]);
-    const auto place = [&](unsigned context) {
-      return static_cast<uint32_t>(tables.table_of[context] * slots);
-    };
-    for (unsigned g = 0; g < groups; ++g) {
-      for (unsigned q = 0; q < qualities; ++q) x_at_[g * stride + q] = place(g * qualities + q);
-      y_at_[g * stride] = place(y_contexts + g);
-      z_at_[g * stride] = place(z_contexts + g);
-    }
-    constexpr size_t few = 1 << selector_bits;
-    selector_slots_.resize(selector_tables.tables.size() * few);
-    for (size_t i = 0; i < selector_tables.tables.size(); ++i)
-      fill_slots(selector_tables.tables[i], selector_bits, {}, &selector_slots_[i * few]);
-    for (unsigned c = 0; c < selector_contexts && with_selectors_; ++c)
-      selector_at_[c] = static_cast<uint32_t>(selector_tables.table_of[c] * few);
   }
 
   void decode(const uint8_t* kinds, uint32_t count, Classes* classes) {
@@ -73,14 +89,16 @@ class ClassDecoder {
 
  private:
   struct Lane {
-    uint64_t state;
-    uint32_t group;     ///< as in slots
-    uint32_t selector;  ///< times 4
+    uint64_t state = 0;
+    uint32_t size = 0;  ///< of the vertex before, times the number of qualities
+    uint32_t zeros = 0;
+    uint32_t selector = 0;  ///< times 4
   };
 
-  /// Where they are: stores of bytes make a compiler look at its members again.
+  /// Where they are: stores make a compiler look at its members again.
   struct Slots {
-    const StaticSlot* classes;
+    const StaticSlot* sizes;
+    const StaticSlot* shapes;
     const StaticSlot* selectors;
   };
 
@@ -92,23 +110,19 @@ class ClassDecoder {
     uint32_t selector = fitted_selector;
     if constexpr (with_selectors) {
       const uint32_t context = lane.selector + selector_context(0, kind);
-      const StaticSlot slot = slots.selectors[selector_at_[context] + (x & ((1 << selector_bits) - 1))];
+      const StaticSlot slot = slots.selectors[selectors_.at[context] + (x & ((1 << selector_bits) - 1))];
       x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
-      selector = slot_symbol(slot);
+      selector = slot_symbol(slot) & (selectors - 1);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots.classes[x_at_[lane.group / 4 + quality_of_kind[kind]] + (x & mask)];
+    const StaticSlot a = slots.sizes[sizes_.at[lane.size + quality_of_kind[kind]] + (x & mask)];
     x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
-    uint32_t group = a & group_mask;
-    const StaticSlot b = slots.classes[y_at_[group / 4] + (x & mask)];
-    x = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
-    group = std::max(group, b & group_mask);
-    const StaticSlot c = slots.classes[z_at_[group / 4] + (x & mask)];
-    x = slot_frequency(c) * (x >> class_bits) + slot_offset(c);
-    lane.group = std::max(group, c & group_mask);
-    lane.state = x;
-    out = {static_cast<uint8_t>(a), static_cast<uint8_t>(b), static_cast<uint8_t>(c),
-           static_cast<uint8_t>(selector)};
+    const uint32_t size = slot_symbol(a);
+    lane.size = size_context(size, 0);
+    const StaticSlot b = slots.shapes[shapes_.at[shape_context(size, lane.zeros)] + (x & mask)];
+    lane.state = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
+    lane.zeros = slot_mark(b);
+    out = slot_symbol(b) | size << 6 | selector << 16;
   }
   /// For where three words are there, which is the most that a group takes. (Damaged states may stay below
   /// their bound.)
@@ -137,9 +151,8 @@ class ClassDecoder {
 
   template <bool with_selectors>
   void decode_block(const uint8_t* kinds, uint32_t count, Classes* classes) {
-    const Slots slots{slots_.data(), selector_slots_.data()};
-    std::array<Lane, group_lanes> lanes;
-    for (unsigned l = 0; l < group_lanes; ++l) lanes[l] = {states_[l], groups_[l], selectors_[l]};
+    const Slots slots{sizes_.slots(), shapes_.slots(), selectors_.slots()};
+    std::array<Lane, group_lanes> lanes = lanes_;
     const uint32_t share = (count + group_lanes - 1) / group_lanes;
     // A group takes at most three words.
     uint32_t i = 0;
@@ -172,27 +185,17 @@ class ClassDecoder {
         while (lanes[l].state < lowest_group_state) refill_slowly(lanes[l]);
       }
     }
-    for (unsigned l = 0; l < group_lanes; ++l) {
-      states_[l] = lanes[l].state;
-      groups_[l] = lanes[l].group;
-      selectors_[l] = lanes[l].selector;
-    }
+    lanes_ = lanes;
   }
 
   const std::byte* words_;
   const std::byte* end_;
   bool with_selectors_;
   bool exhausted_ = false;
-  std::array<uint64_t, group_lanes> states_;
-  std::array<uint32_t, group_lanes> groups_{};
-  std::array<uint32_t, group_lanes> selectors_{};
-  // A group in its place in a slot is the distance of its tables here, in bytes.
-  static constexpr uint32_t group_mask = 7 << 6;
-  static constexpr size_t stride = 64 / sizeof(uint32_t);
-  std::array<uint32_t, groups * stride> x_at_{}, y_at_{}, z_at_{};
-  std::array<uint32_t, selector_contexts> selector_at_{};
-  std::vector<StaticSlot> slots_;
-  std::vector<StaticSlot> selector_slots_;
+  std::array<Lane, group_lanes> lanes_;
+  ContextSlots<size_context(wide_sizes, 0)> sizes_;
+  ContextSlots<shape_context(wide_sizes, 0)> shapes_;
+  ContextSlots<selector_contexts> selectors_;
 };
 
 /// Raw bits of residuals, lowest first. Eight bytes behind the last must be readable.
@@ -211,37 +214,55 @@ class RawBits {
   uint64_t at_ = 0;
 };
 
-[[gnu::always_inline]] inline int32_t residual_of(uint32_t bits, unsigned size) {
-  // Class 0 has no bits. Below half of the range a residual is negative.
-  const uint64_t range = uint64_t{1} << size;
-  return static_cast<int32_t>(static_cast<int64_t>(bits) -
-                              (uint64_t{2} * bits < range ? static_cast<int64_t>(range) - 1 : 0));
-}
-
 template <class Points>
 bool reconstruct(Points& points, const VertexReferences& references, const Rows& rows, unsigned kind,
-                 const Classes& classes, RawBits& raw, uint32_t v) {
-  const Row& row = rows[kind * selectors + classes[3]];
+                 Classes classes, RawBits& raw, uint32_t v) {
+  const Row& row = rows[kind * selectors + (classes >> 16)];
   typename Points::Codes residuals;
   for (unsigned k = 0; k < 3; ++k) {
-    const unsigned size = classes[k] & 63;
-    if (!raw.has(size)) return false;
-    residuals[k] = residual_of(static_cast<uint32_t>(raw.peek() & ((uint64_t{1} << size) - 1)), size);
-    raw.skip(size);
+    const Field field = field_of(size_in(classes), step_in(steps_of_shape[shape_in(classes)], k));
+    if (!raw.has(field.bits)) return false;
+    residuals[k] = residual_of(raw.peek() & ((uint64_t{1} << field.bits) - 1), field);
+    raw.skip(field.bits);
   }
   points.reconstruct(v, points.predict(references, row), residuals);
   return true;
 }
 
-constexpr auto residual_masks = [] {
-  std::array<uint32_t, 64> masks{};
-  for (unsigned size = 0; size < 32; ++size) masks[size] = (1u << size) - 1;
-  return masks;
+#ifdef __SSE2__
+/// The fields of a size and shape, side by side in lanes of 16 bits.
+struct alignas(32) PackedFields {
+  std::array<uint16_t, 4> mask;
+  std::array<uint16_t, 4> half;
+  std::array<uint16_t, 4> back;
+  uint8_t shift_y, shift_z, bits;
+};
+constexpr auto packed_fields = [] {
+  std::array<PackedFields, narrow_sizes * 64> table{};
+  for (unsigned size = 0; size < narrow_sizes; ++size) {
+    for (unsigned shape = 0; shape < shapes; ++shape) {
+      PackedFields& packed = table[size * 64 + shape];
+      unsigned bits = 0;
+      for (unsigned k = 0; k < 3; ++k) {
+        const Field field = field_of(size, step_in(steps_of_shape[shape], k));
+        packed.mask[k] = static_cast<uint16_t>((1u << field.bits) - 1);
+        packed.half[k] = static_cast<uint16_t>(field.half);
+        packed.back[k] = static_cast<uint16_t>(field.back);
+        if (k == 1) packed.shift_y = static_cast<uint8_t>(bits);
+        if (k == 2) packed.shift_z = static_cast<uint8_t>(bits);
+        bits += field.bits;
+      }
+      packed.bits = static_cast<uint8_t>(bits);
+    }
+  }
+  return table;
 }();
+#endif
 
 #ifdef __SSE2__
 /// The same for many vertices with 16-bit codes. Returns how many were done: it stops near the end of the raw
 /// bits.
+template <bool with_late>
 uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* reference, const uint8_t* kinds,
                           const Rows& rows, const Classes* classes, RawBits& raw, uint32_t begin,
                           uint32_t end) {
@@ -251,32 +272,32 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
   RawBits bits = raw;
   uint32_t v = begin;
   for (; v < end && bits.has(48); ++v) {
-    const auto c = load<uint32_t>(&classes[v - begin]);
+    const Classes c = classes[v - begin];
     const VertexReferences& references = reference[v - begin];
-    const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 24)];
+    const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 16)];
     const __m128i weights = _mm_load_si128(reinterpret_cast<const __m128i*>(row.data()));
     const auto pair = [&](unsigned k) {
       return _mm_unpacklo_epi16(at(references.at[k]), at(references.at[k + 1]));
     };
     __m128i sum = _mm_madd_epi16(pair(0), _mm_shuffle_epi32(weights, 0x00));
     sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(2), _mm_shuffle_epi32(weights, 0x55)));
-    sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(4), _mm_shuffle_epi32(weights, 0xaa)));
+    if constexpr (with_late)
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(4), _mm_shuffle_epi32(weights, 0xaa)));
     sum = _mm_add_epi32(sum, half);
     sum = _mm_add_epi32(sum, _mm_madd_epi16(pair(6), _mm_shuffle_epi32(weights, 0xff)));
     sum = _mm_srai_epi32(sum, weight_bits);
-    uint64_t word = bits.peek();
-    const unsigned a = c & 63, b = c >> 8 & 63, d = c >> 16 & 63;
-    bits.skip(a + b + d);
-    const auto take = [&word](unsigned size) {
-      const uint32_t mask = residual_masks[size];
-      const auto value = static_cast<uint32_t>(word) & mask;
-      word >>= size;
-      // Below half of the range (2 * value <= mask, but for size 0) a residual is negative.
-      return value - (mask & (0 - static_cast<uint32_t>(2 * value <= mask)));
+    const PackedFields& fields = packed_fields[c & 0xffff];
+    const auto field = [](const std::array<uint16_t, 4>& of) {
+      return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(of.data()));
     };
-    const uint32_t x = take(a), y = take(b), z = take(d);
-    const __m128i residuals = _mm_cvtsi64_si128(
-        static_cast<int64_t>((x & 0xffff) | (y & 0xffff) << 16 | uint64_t{z & 0xffff} << 32));
+    const auto word = [](uint64_t number) { return _mm_cvtsi64_si128(static_cast<int64_t>(number)); };
+    const uint64_t raw_word = bits.peek();
+    bits.skip(fields.bits);
+    const __m128i xy = _mm_unpacklo_epi16(word(raw_word), word(raw_word >> fields.shift_y));
+    __m128i residuals = _mm_unpacklo_epi32(xy, word(raw_word >> fields.shift_z));
+    residuals = _mm_and_si128(residuals, field(fields.mask));
+    const __m128i low = _mm_cmpeq_epi16(_mm_and_si128(residuals, field(fields.half)), _mm_setzero_si128());
+    residuals = _mm_sub_epi16(residuals, _mm_and_si128(low, field(fields.back)));
     const __m128i result = _mm_add_epi16(_mm_packs_epi32(sum, sum), residuals);
     _mm_storel_epi64(reinterpret_cast<__m128i*>(out + v), result);
   }
@@ -284,11 +305,13 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
   return v - begin;
 }
 #else
+template <bool>
 uint32_t reconstruct_many(NarrowPoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
                           RawBits&, uint32_t, uint32_t) {
   return 0;
 }
 #endif
+template <bool>
 uint32_t reconstruct_many(WidePoints&, const VertexReferences*, const uint8_t*, const Rows&, const Classes*,
                           RawBits&, uint32_t, uint32_t) {
   return 0;
@@ -366,32 +389,32 @@ struct Sections {
 };
 
 template <class Points>
-Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selectors, Points& points,
+Result<> decode_with(FanDecoder& fans, const Sections& sections, uint8_t flags, Points& points,
                      uint32_t count, std::span<const NumberMap> maps, Array& array) {
   RansDecoder side(sections.side);
-  std::array<uint8_t, wide_classes> group_of{};
-  for (unsigned c = 1; c < Points::classes; ++c) {
-    const uint32_t step = side.code_raw(0, 1);
-    group_of[c] = static_cast<uint8_t>(std::min(group_of[c - 1] + step, groups - 1));
-  }
   FittedRows fitted;
   fitted.code(side);
-  const StaticTables tables =
-      read_tables(class_contexts, Points::classes, class_bits, most_class_tables, side);
-  StaticTables selector_tables;
-  if (with_selectors)
-    selector_tables = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
+  ClassTables tables;
+  tables.sizes =
+      read_tables(size_context(Points::sizes, 0), Points::sizes, class_bits, most_size_tables, side);
+  tables.shapes = read_tables(shape_context(Points::sizes, 0), shapes, class_bits, most_shape_tables, side);
+  if ((flags & flag_selectors) != 0)
+    tables.selectors = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
   if (side.exhausted()) return corrupt("the tables end early");
   const auto rows = std::make_unique<Rows>(plain_rows());
   fitted.apply(*rows);
 
-  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables, selector_tables, group_of);
+  const bool with_late = (flags & flag_late) != 0;
+  if (!with_late) fans.leave_late_out();
+  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables);
   RawBits raw(sections.raw);
   std::vector<Classes> classes(std::min(count, block_vertices));
   std::vector<uint8_t> kinds;
   for (uint32_t begin = 0; begin < count; begin += block_vertices) {
     const uint32_t end = std::min(count, begin + block_vertices);
     const uint32_t fan_end = std::max(begin, std::min(end, fans.vertices()));
+    points.grow(size_t{end} + FanDecoder::most_ahead);
+    array.bytes.resize(end * array.tuple_size());
     if (fan_end > begin) MAILLE_CHECK(fans.decode_until(fan_end));
     const uint8_t* kind = fan_end > begin ? fans.kinds(begin) : nullptr;
     if (fan_end < end) {
@@ -403,7 +426,9 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, bool with_selec
     if (decoder->exhausted()) return corrupt("the classes end early");
     const VertexReferences* references = fan_end > begin ? fans.references(begin) : nullptr;
     uint32_t v = begin;
-    v += reconstruct_many(points, references, kind, *rows, classes.data(), raw, begin, fan_end);
+    v += with_late
+             ? reconstruct_many<true>(points, references, kind, *rows, classes.data(), raw, begin, fan_end)
+             : reconstruct_many<false>(points, references, kind, *rows, classes.data(), raw, begin, fan_end);
     for (; v < end; ++v) {
       const VertexReferences one = v < fan_end ? references[v - begin] : references_beside(v);
       if (!reconstruct(points, one, *rows, kind[v - begin], classes[v - begin], raw, v))
@@ -424,7 +449,7 @@ bool fits_fan_positions(const Array& array, const ArrayMaps& maps) {
 Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
-  if (!in.ok() || flags > (flag_wide | flag_selectors)) return corrupt("coded in an unknown way");
+  if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
   if (size_of(array.type) > 4) return corrupt("the type is too wide");
   std::vector<NumberMap> maps;
   for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
@@ -442,16 +467,14 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
 
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
-  array.bytes.resize(size_t{points} * array.tuple_size());
-  const bool with_selectors = (flags & flag_selectors) != 0;
   if (wide) {
     WidePoints wide_points(points);
     for (unsigned k = 0; k < 3; ++k) wide_points.ordered[k] = maps[k].kind == NumberMap::Kind::ordered;
-    return decode_with(fans, sections, with_selectors, wide_points, points, maps, array);
+    return decode_with(fans, sections, flags, wide_points, points, maps, array);
   }
   NarrowPoints narrow_points(points);
   narrow_points.bias = bias;
-  return decode_with(fans, sections, with_selectors, narrow_points, points, maps, array);
+  return decode_with(fans, sections, flags, narrow_points, points, maps, array);
 }
 
 }  // namespace maille

@@ -21,10 +21,10 @@ namespace maille {
 bool fits_fan_positions(const Array& array, const ArrayMaps& maps);
 
 /// Codes the positions of `source.size()` points: those of the fans by vertex, then others, each by its tuple
-/// in the array. `try_selectors`: choose a prediction for each vertex where that pays; takes twice the time
-/// here, and a seventh more in the decoder.
+/// in the array. `small`: with late triples, and with a choice of predictions for each vertex where that
+/// pays; takes twice the time here, and up to a third more in the decoder.
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                            std::span<const uint32_t> source, bool try_selectors = true);
+                                            std::span<const uint32_t> source, bool small = true);
 
 /// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
 /// positions need them. Safe on any bytes.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/pages.h"
+
 namespace maille {
 namespace {
 
@@ -41,6 +43,7 @@ void copy_new_points(const JoinedPart& part, const Array& from, Array& to) {
 template <class ArrayOf>
 Array merge_point_array(const Merger& merger, ArrayOf array_of) {
   Array result = like(array_of(merger.parts[0]));
+  reserve_pages(result.bytes, merger.joined.count * result.tuple_size());
   result.resize(merger.joined.count);
   merger.for_each_part([&](size_t p) {
     copy_new_points(merger.joined.parts[p], array_of(merger.parts[p]), result);
@@ -104,6 +107,7 @@ std::vector<CellBlock> merge_offsets(const Merger& merger, std::vector<std::vect
       }
       before += block.connectivity.size();
     }
+    reserve_pages(merged.connectivity, before);
     merged.connectivity.resize(before);
   }
   return blocks;
