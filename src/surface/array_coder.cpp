@@ -431,8 +431,10 @@ uint32_t PatchElements::count(Domain domain) const {
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, int effort, Pace* pace) {
   const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
-  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source, mixed, effort, pace);
-  return encode_as<int32_t>(elements, array, maps, source, mixed, effort, pace);
+  ArrayMaps used = maps;
+  if (maps.lossless) used.maps = with_tables(array, maps.maps, source);
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
+  return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,

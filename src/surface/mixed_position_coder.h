@@ -82,6 +82,8 @@ class MixedPositionCoder {
         followers_(with_matches ? size_t{2} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
       curved_[k] = maps[k].is_curved() ? &maps[k] : nullptr;
+      low_end_[k] = maps[k].table.empty() ? lowest : Wide{0};
+      high_end_[k] = maps[k].table.empty() ? highest : static_cast<Wide>(maps[k].table.size() - 1);
       step_[k] = step_of(maps[k]) / coding.unit;
       inverse_step_[k] = 1 / step_[k];
     }
@@ -301,8 +303,8 @@ class MixedPositionCoder {
       const double relative = mean_[j] - base_;
       relative_mean_[j] = static_cast<float>(relative > -1e32 ? relative < 1e32 ? relative : 1e32 : -1e32);
     }
-    Wide low = lowest;
-    Wide high = highest;
+    Wide low = low_end_[axis_];
+    Wide high = high_end_[axis_];
     if constexpr (Coder::encoding) target_ = code;
     if constexpr (with_matches) set_up_matches(centre);
 
@@ -517,7 +519,7 @@ class MixedPositionCoder {
     for (unsigned i = 0; i < live_; ++i) {
       if (match_[i].code == code) return;
     }
-    if (code < lowest || code > highest) return;
+    if (code < low_end_[axis_] || code > high_end_[axis_]) return;
     const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
     const unsigned distance = clamp_bin(half_octave(far), -3, 8);
     candidate_[kind] = code;
@@ -549,6 +551,8 @@ class MixedPositionCoder {
   PositionPredictor predictor_;
   std::vector<int32_t> residuals_;  // against the centres, by number
   std::array<const NumberMap*, 3> curved_;
+  std::array<Wide, 3> low_end_;  // of the codes that there are
+  std::array<Wide, 3> high_end_;
   std::array<double, 3> step_;
   std::array<double, 3> inverse_step_;
   Mixer<inputs> mixer_;
