@@ -18,6 +18,12 @@ int64_t whole_power(uint32_t base, uint32_t exponent) {
   return power;
 }
 
+/// The nearest integer, halves upwards; x + 0.5 would be rounded itself from 2^52 on.
+double nearest_integer(double x) {
+  const double below = std::floor(x);
+  return x - below < 0.5 ? below : below + 1;
+}
+
 }  // namespace
 
 /// number * base^power.
@@ -55,7 +61,7 @@ int32_t ScaledDigits::last_place(double number) const {
   int32_t power =
       std::max(least, (binary_exponent - 1) * 1233 / 4096 - static_cast<int32_t>(digits) - 1);
   const auto limit = static_cast<double>(whole_power(base, digits));
-  while (power < most_exponent(base) && !(std::floor(scale(size, -power) + 0.5) < limit)) ++power;
+  while (power < most_exponent(base) && !(nearest_integer(scale(size, -power)) < limit)) ++power;
   return power;
 }
 
@@ -64,7 +70,7 @@ int64_t ScaledDigits::code_of(double number) const {
   if (!(size == size)) return 0;
   size = std::min(size, largest_number);
   const int32_t power = last_place(size);
-  const auto mantissa = static_cast<int64_t>(std::floor(scale(size, -power) + 0.5));
+  const auto mantissa = static_cast<int64_t>(nearest_integer(scale(size, -power)));
   const int64_t first = whole_power(base, digits);
   const int64_t decade = first - first / base;
   const int64_t place =
