@@ -17,13 +17,13 @@ namespace maille {
 /// Numbers of eight bytes have codes of 64 bits, all others of 32; arithmetic on codes wraps around.
 struct NumberMap {
   enum class Kind : uint8_t {
-    integer,  ///< the bits themselves (integer types)
-    ordered,  ///< the bits of a float, reordered so that codes rise with numbers: any float, NaN and -0
-              ///< included
-    decimal,  ///< code / 10^exponent, rounded to the type: numbers that were written as text
-    binary,   ///< code x 2^exponent
-    lattice,  ///< origin + code x step, rounded to the type: the lossy form
-    binary_digits,   ///< see ScaledDigits: floats, but none finer than 2^exponent
+    integer,        ///< the bits themselves (integer types)
+    ordered,        ///< the bits of a float, reordered so that codes rise with numbers: any float, NaN and -0
+                    ///< included
+    decimal,        ///< code / 10^exponent, rounded to the type: numbers that were written as text
+    binary,         ///< code x 2^exponent
+    lattice,        ///< origin + code x step, rounded to the type: the lossy form
+    binary_digits,  ///< see ScaledDigits: floats, but none finer than 2^exponent
     decimal_digits,  ///< the same with base 10: numbers that were written with so many significant digits
   };
   static constexpr unsigned kind_count = 7;

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace maille {
 
-const double exact_powers_of_ten[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                                  1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+const double exact_powers_of_ten[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                        1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
 namespace {
 
-constexpr double largest_number = 1.7e308;
+constexpr double largest_number = std::numeric_limits<double>::max();
 
 int64_t whole_power(uint32_t base, uint32_t exponent) {
   int64_t power = 1;
@@ -58,8 +60,7 @@ int32_t ScaledDigits::last_place(double number) const {
   if (size == 0) return least;
   if (base == 2) return std::max(least, binary_exponent - static_cast<int32_t>(digits));
   // The decimal exponent from the binary one, which is off by one at most.
-  int32_t power =
-      std::max(least, (binary_exponent - 1) * 1233 / 4096 - static_cast<int32_t>(digits) - 1);
+  int32_t power = std::max(least, (binary_exponent - 1) * 1233 / 4096 - static_cast<int32_t>(digits) - 1);
   const auto limit = static_cast<double>(whole_power(base, digits));
   while (power < most_exponent(base) && !(nearest_integer(scale(size, -power)) < limit)) ++power;
   return power;
@@ -73,8 +74,9 @@ int64_t ScaledDigits::code_of(double number) const {
   const auto mantissa = static_cast<int64_t>(nearest_integer(scale(size, -power)));
   const int64_t first = whole_power(base, digits);
   const int64_t decade = first - first / base;
-  const int64_t place =
-      power == exponent ? mantissa : first + (int64_t{power} - exponent - 1) * decade + mantissa - first / base;
+  const int64_t place = power == exponent
+                            ? mantissa
+                            : first + (int64_t{power} - exponent - 1) * decade + mantissa - first / base;
   if (place == 0 && size > 0) return 0;
   return std::signbit(number) ? -1 - place : place;
 }

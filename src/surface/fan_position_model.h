@@ -238,8 +238,7 @@ struct WidePoints {
     codes[v] = to;
     for (unsigned k = 0; k < 3; ++k) {
       // Infinities would make NaN, and numbers near the largest overflow.
-      values[v][k] =
-          curved[k] ? std::clamp(curved[k]->value_of(Scalar::f32, to[k]), -1e37, 1e37) : to[k];
+      values[v][k] = curved[k] ? std::clamp(curved[k]->value_of(Scalar::f32, to[k]), -1e37, 1e37) : to[k];
     }
   }
   int32_t code(uint32_t v, unsigned k) const { return codes[v][k]; }

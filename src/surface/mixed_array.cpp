@@ -25,8 +25,7 @@ std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std
     for (unsigned k = 0; k < 3; ++k) {
       const Code code = codes[size_t{point} * 3 + k];
       const bool curved = maps[k].is_curved();
-      place[k] =
-          curved ? maps[k].value_of(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      place[k] = curved ? maps[k].value_of(type, code) : static_cast<double>(code) * step_of(maps[k]);
       if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
     }
     (point < elements.surface->point_count ? known : places).push_back(place);

@@ -9,8 +9,8 @@
 #include "base/result.h"
 #include "entropy/bit_model.h"
 #include "entropy/rans.h"
-#include "surface/half_edges.h"
 #include "mesh/scaled_digits.h"
+#include "surface/half_edges.h"
 
 namespace maille {
 
@@ -190,8 +190,8 @@ int64_t logarithm(uint64_t x) {
   return int64_t{whole} * 1024 + static_cast<int64_t>(fraction & 1023);
 }
 
-/// Do ranks in a table take fewer bits than codes, with the table? `codes` are those of all numbers, in order.
-/// `price`: what must be saved for each of them.
+/// Do ranks in a table take fewer bits than codes, with the table? `codes` are those of all numbers, in
+/// order. `price`: what must be saved for each of them.
 bool table_pays(std::span<const int64_t> codes, int64_t price) {
   constexpr int64_t bits_of_gap = 1536;  // beyond the gap's logarithm
   const auto gap = [](int64_t low, int64_t high) {

@@ -176,8 +176,7 @@ class TupleCoder {
       for (unsigned k = 0; k < pack; ++k) {
         if (maps_[first + k].is_curved()) {
           const auto code = [k](const Pack& codes) { return static_cast<Code>(codes[k]); };
-          result[k] =
-              static_cast<std::make_unsigned_t<Code>>(
+          result[k] = static_cast<std::make_unsigned_t<Code>>(
               curved_parallelogram(maps_[first + k], code(a), code(b), code(across)));
         }
       }
