@@ -177,6 +177,26 @@ int64_t coarseness(const Column<Number>& column, const NumberMap& map, const Dig
 }
 
 template <class Number>
+NumberMap choose_float_map(const Column<Number>& column);
+
+/// Of doubles that are decimals, the map of the floats that they may have been printed from.
+std::optional<NumberMap> find_printed_floats(const Column<double>& column, int32_t decimals) {
+  constexpr int32_t most_decimals = 9;  // more do not make floats any coarser
+  if (decimals > most_decimals) return {};
+  std::vector<float> floats;
+  floats.reserve(column.size());
+  for (size_t i = 0; i < column.size(); ++i) {
+    if (!(std::fabs(column[i]) < 1e30)) return {};
+    floats.push_back(static_cast<float>(column[i]));
+  }
+  NumberMap map = choose_float_map(Column<float>{floats, 0, 1});
+  if (map.kind != Kind::binary_digits && map.kind != Kind::decimal_digits) return {};
+  map.decimals = decimals;
+  if (!fits(column, map)) return {};
+  return map;
+}
+
+template <class Number>
 NumberMap choose_float_map(const Column<Number>& column) {
   const Digits digits = find_digits(column);
   NumberMap best{.kind = Kind::ordered};
@@ -202,6 +222,9 @@ NumberMap choose_float_map(const Column<Number>& column) {
     const NumberMap decimal{.kind = Kind::decimal, .exponent = places};
     if (!fits(column, decimal)) continue;
     consider(decimal);
+    if constexpr (column.wide) {
+      if (const auto printed = find_printed_floats(column, places)) consider(*printed);
+    }
     break;
   }
   return best;

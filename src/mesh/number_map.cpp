@@ -190,6 +190,17 @@ ScaledDigits digits_of(const NumberMap& map) {
   return {map.kind == NumberMap::Kind::binary_digits ? 2u : 10u, map.digits, map.exponent};
 }
 
+/// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
+/// exact.
+double printed_float(double number, int32_t decimals) {
+  const double unit = exact_powers_of_ten[decimals];
+  const double units = static_cast<double>(rounded_to<float>(number)) * unit;
+  const double below = std::floor(units);
+  const double half = below / 2;
+  const bool up = units - below > 0.5 || (units - below == 0.5 && half != std::floor(half));
+  return (up ? below + 1 : below) / unit;
+}
+
 int64_t clamped_rank(int64_t code, size_t size) {
   return std::clamp<int64_t>(code, 0, static_cast<int64_t>(size) - 1);
 }
@@ -225,6 +236,7 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
       break;
     case Kind::binary_digits:
     case Kind::decimal_digits:
+      if (decimals >= 0) return digits_of(*this).code_of(rounded_to<float>(number_as_double(type, number)));
       return digits_of(*this).code_of(number_as_double(type, number));
   }
   return lattice_code(number_as_double(type, number), origin, step);
@@ -247,6 +259,8 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
       return store_rounded(type, origin + real * step, out);
     case Kind::binary_digits:
     case Kind::decimal_digits:
+      if (decimals >= 0)
+        return store_rounded(type, printed_float(digits_of(*this).number_of(code), decimals), out);
       return store_rounded(type, digits_of(*this).number_of(code), out);
   }
 }

@@ -33,6 +33,9 @@ struct NumberMap {
   double origin = 0;
   double step = 0;
   uint32_t digits = 0;
+  /// Kinds with digits, for doubles: if not negative, the number becomes a float first and then has so many
+  /// decimals, as floats have that were printed by "%f".
+  int32_t decimals = -1;
   /// If there are any, codes count these numbers instead, and the kind only says how they are stored: finite
   /// ones in the order of their bits. A coder of codes knows that there are no others.
   std::vector<double> table = {};

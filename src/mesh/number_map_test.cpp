@@ -218,6 +218,24 @@ TEST(LosslessMap, SeesFloatsInDoublesAndSumsWithALargerNumber) {
     EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes);
 }
 
+TEST(LosslessMap, SeesFloatsThatWerePrintedWithDecimals) {
+  std::vector<double> printed, decimals;
+  Random random(3);
+  for (int i = 0; i < 3000; ++i) {
+    char text[40];
+    const double number = (random.unit() - 0.5) * 500;
+    std::snprintf(text, sizeof text, "%.6f", static_cast<double>(static_cast<float>(number)));
+    printed.push_back(std::strtod(text, nullptr));
+    std::snprintf(text, sizeof text, "%.6f", number);
+    decimals.push_back(std::strtod(text, nullptr));
+  }
+  const Array floats = array_of(Scalar::f64, printed), others = array_of(Scalar::f64, decimals);
+  EXPECT_EQ(choose_lossless_map(floats, 0).decimals, 6);
+  EXPECT_EQ(choose_lossless_map(others, 0).kind, Kind::decimal);
+  for (const Array& array : {floats, others})
+    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes);
+}
+
 TEST(LosslessMap, OneOddNumberLeavesTheOthersWhatTheyAreUnlessItIsNone) {
   const auto map_with = [](double odd) {
     const Array array = array_of(Scalar::f64, std::vector{0.1, 0.2, 0.5, 12.7, odd});
@@ -280,6 +298,7 @@ RC_GTEST_PROP(NumberMap, TakesAnyCode, (int64_t code)) {
                               {.kind = Kind::binary_digits, .exponent = 971, .digits = 1},
                               {.kind = Kind::decimal_digits, .exponent = -340, .digits = 16},
                               {.kind = Kind::decimal_digits, .exponent = 300, .digits = 1},
+                              {.kind = Kind::binary_digits, .exponent = 900, .digits = 9, .decimals = 9},
                               {.kind = Kind::decimal, .exponent = 3, .table = {-1, 0.5, 9e99}},
                               {.kind = Kind::lattice, .origin = -1e308, .step = 1e308},
                               {.kind = Kind::lattice, .origin = nan, .step = infinity}};

@@ -120,6 +120,7 @@ void write_map(ByteWriter& out, const NumberMap& map) {
   }
   if (has_digits(map.kind)) {
     out.put(static_cast<uint8_t>(map.digits));
+    out.put(static_cast<int8_t>(map.decimals));
     out.put(static_cast<int16_t>(map.exponent));
   }
   if (map.kind == NumberMap::Kind::lattice) {
@@ -150,7 +151,8 @@ bool is_sensible(const NumberMap& map, Scalar type) {
       return is_float(type) && map.digits >= 1 &&
              map.digits <= ScaledDigits::most_digits(base, size_of(type) == 8) &&
              map.exponent >= ScaledDigits::least_exponent(base) &&
-             map.exponent <= ScaledDigits::most_exponent(base);
+             map.exponent <= ScaledDigits::most_exponent(base) && map.decimals >= -1 &&
+             map.decimals <= (type == Scalar::f64 ? 9 : -1);
     }
   }
   return false;
@@ -166,6 +168,7 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
     map.exponent = in.get<int16_t>();
   if (has_digits(map.kind)) {
     map.digits = in.get<uint8_t>();
+    map.decimals = in.get<int8_t>();
     map.exponent = in.get<int16_t>();
   }
   if (map.kind == NumberMap::Kind::lattice) {

@@ -119,13 +119,18 @@ TEST(NumberMaps, TruncatedOrDamagedGiveAMapOrAnError) {
 }
 
 TEST(NumberMaps, RefusesDigitsThatCodesCannotHold) {
-  const auto with = [](Kind kind, uint32_t digits, int32_t exponent, Scalar type) {
+  const auto with = [](Kind kind, uint32_t digits, int32_t exponent, Scalar type, int32_t decimals = -1) {
     NumberMap map{.kind = kind, .exponent = exponent};
     map.digits = digits;
+    map.decimals = decimals;
     return read(written(map), type).has_value();
   };
   EXPECT_TRUE(with(Kind::binary_digits, 24, -149, Scalar::f32));
   EXPECT_TRUE(with(Kind::decimal_digits, 16, -340, Scalar::f64));
+  EXPECT_TRUE(with(Kind::decimal_digits, 7, -9, Scalar::f64, 9));
+  EXPECT_FALSE(with(Kind::decimal_digits, 7, -9, Scalar::f64, 10));
+  EXPECT_FALSE(with(Kind::decimal_digits, 7, -9, Scalar::f64, -2));
+  EXPECT_FALSE(with(Kind::decimal_digits, 7, -9, Scalar::f32, 6));
   EXPECT_FALSE(with(Kind::binary_digits, 25, -149, Scalar::f32));
   EXPECT_FALSE(with(Kind::binary_digits, 0, -149, Scalar::f32));
   EXPECT_FALSE(with(Kind::decimal_digits, 8, -9, Scalar::f32));
