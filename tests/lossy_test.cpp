@@ -1,4 +1,5 @@
 #include "support/codec.h"
+#include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
 
