@@ -15,9 +15,24 @@ namespace {
 constexpr double largest_number = std::numeric_limits<double>::max();
 
 int64_t whole_power(uint32_t base, uint32_t exponent) {
-  int64_t power = 1;
-  for (uint32_t i = 0; i < exponent; ++i) power *= base;
-  return power;
+  static constexpr int64_t of_ten[17] = {1,
+                                         10,
+                                         100,
+                                         1000,
+                                         10000,
+                                         100000,
+                                         1000000,
+                                         10000000,
+                                         100000000,
+                                         1000000000,
+                                         10000000000,
+                                         100000000000,
+                                         1000000000000,
+                                         10000000000000,
+                                         100000000000000,
+                                         1000000000000000,
+                                         10000000000000000};
+  return base == 2 ? int64_t{1} << exponent : of_ten[exponent];
 }
 
 /// The nearest integer, halves upwards; x + 0.5 would be rounded itself from 2^52 on.
