@@ -13,7 +13,7 @@ namespace maille {
 namespace {
 
 // Points that settings are tried on.
-constexpr uint32_t most_trial_points = 3000;
+constexpr uint32_t most_trial_points = 4096;
 
 /// Points of the surface near those outside of it.
 template <class Code>
@@ -121,7 +121,7 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
   // Those that lines or volumes use have neighbours of their own, in the order of the mesh.
   best.anchors = elements.loose_cells == 0 && elements.surface->point_count > 0;
   double smallest = INFINITY;
-  const uint32_t most = std::clamp(elements.points / 12, 1000u, most_trial_points);
+  const uint32_t most = std::clamp(elements.points / 8, 1000u, most_trial_points);
   const auto consider = [&](MixedCoding::Centre centre, Models models) {
     MixedCoding trial = best;
     trial.centre = centre;
