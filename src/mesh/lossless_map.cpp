@@ -222,7 +222,7 @@ NumberMap choose_float_map(const Column<Number>& column) {
     const NumberMap decimal{.kind = Kind::decimal, .exponent = places};
     if (!fits(column, decimal)) continue;
     consider(decimal);
-    if constexpr (column.wide) {
+    if constexpr (sizeof(Number) == 8) {
       if (const auto printed = find_printed_floats(column, places)) consider(*printed);
     }
     break;
