@@ -4,12 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "mesh/scaled_digits.h"
+
 namespace maille {
 namespace {
-
-constexpr double powers_of_ten[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                    1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-constexpr int32_t most_decimals = 15;
 
 /// 2^exponent, for -1074 to 1023.
 double power_of_two(int32_t exponent) {
@@ -148,68 +146,6 @@ struct Range {
   double width() const { return low > high ? 0 : static_cast<double>(high) - static_cast<double>(low); }
 };
 
-/// Codes of a float type stay below this, so that they are exact as doubles and fit their integer.
-template <class Number>
-constexpr double largest_code = sizeof(Number) == 4 ? 2147483647.0 : 4503599627370496.0;
-
-/// Does every number of the component come back, bit for bit?
-template <class Number>
-bool fits(std::span<const Number> numbers, uint32_t component, uint32_t components, const NumberMap& map,
-          Range& range) {
-  constexpr Scalar type = sizeof(Number) == 4 ? Scalar::f32 : Scalar::f64;
-  for (size_t i = component; i < numbers.size(); i += components) {
-    const double number = numbers[i];
-    const double scaled = map.kind == NumberMap::Kind::decimal ? number * powers_of_ten[map.exponent]
-                                                               : number * power_of_two(-map.exponent);
-    if (!(std::fabs(scaled) < largest_code<Number>)) return false;
-    const auto code = static_cast<int64_t>(std::floor(scaled + 0.5));
-    Number back;
-    map.store_number(type, code, reinterpret_cast<std::byte*>(&back));
-    if (std::memcmp(&back, &numbers[i], sizeof back) != 0) return false;
-    range.add(code);
-  }
-  return true;
-}
-
-/// Exponent of the lowest bit set in any number of the component; none where that makes no common step.
-template <class Number>
-int32_t lowest_bit(std::span<const Number> numbers, uint32_t component, uint32_t components) {
-  int32_t lowest = 1024;
-  for (size_t i = component; i < numbers.size(); i += components) {
-    const double number = numbers[i];
-    if (number == 0 || !std::isfinite(number)) continue;
-    int exponent;
-    const double fraction = std::frexp(std::fabs(number), &exponent);
-    const auto mantissa = static_cast<uint64_t>(std::ldexp(fraction, 53));
-    lowest = std::min(lowest, exponent - 53 + __builtin_ctzll(mantissa));
-  }
-  return lowest == 1024 ? 0 : lowest;
-}
-
-template <class Number>
-NumberMap choose_float_map(std::span<const Number> numbers, uint32_t component, uint32_t components) {
-  NumberMap best{.kind = NumberMap::Kind::ordered};
-  Range range;
-  for (size_t i = component; i < numbers.size(); i += components) range.add(ordered_bits(numbers[i]));
-  double width = range.width();
-
-  const NumberMap binary{.kind = NumberMap::Kind::binary,
-                         .exponent = lowest_bit(numbers, component, components)};
-  range = {};
-  if (binary.exponent > -1000 && fits(numbers, component, components, binary, range) &&
-      range.width() <= width) {
-    best = binary;
-    width = range.width();
-  }
-  for (int32_t digits = 0; digits <= most_decimals; ++digits) {
-    const NumberMap decimal{.kind = NumberMap::Kind::decimal, .exponent = digits};
-    range = {};
-    if (!fits(numbers, component, components, decimal, range)) continue;
-    return range.width() <= width ? decimal : best;
-  }
-  return best;
-}
-
 }  // namespace
 
 double sixteenth_of_octave(int32_t index) {
@@ -248,23 +184,66 @@ double number_as_double(Scalar type, const std::byte* number) {
   }
 }
 
+namespace {
+
+ScaledDigits digits_of(const NumberMap& map) {
+  return {map.kind == NumberMap::Kind::binary_digits ? 2u : 10u, map.digits, map.exponent};
+}
+
+/// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
+/// exact.
+double printed_float(double number, int32_t decimals) {
+  const double unit = exact_powers_of_ten[decimals];
+  const double units = static_cast<double>(rounded_to<float>(number)) * unit;
+  const double below = std::floor(units);
+  const double half = below / 2;
+  const bool up = units - below > 0.5 || (units - below == 0.5 && half != std::floor(half));
+  return (up ? below + 1 : below) / unit;
+}
+
+int64_t clamped_rank(int64_t code, size_t size) {
+  return std::clamp<int64_t>(code, 0, static_cast<int64_t>(size) - 1);
+}
+
+int64_t nearest_rank(const std::vector<double>& table, double value) {
+  const auto above = std::lower_bound(table.begin(), table.end(), value);
+  if (above == table.begin()) return 0;
+  if (above == table.end()) return static_cast<int64_t>(table.size()) - 1;
+  return above - table.begin() - (value - above[-1] < *above - value ? 1 : 0);
+}
+
+/// Of a number in the table; -0 comes before 0.
+int64_t rank_of(const std::vector<double>& table, double number) {
+  auto at = std::lower_bound(table.begin(), table.end(), number);
+  if (number == 0 && at != table.end() && std::signbit(*at) && !std::signbit(number)) ++at;
+  return clamped_rank(at - table.begin(), table.size());
+}
+
+}  // namespace
+
 int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
+  if (!table.empty()) return rank_of(table, number_as_double(type, number));
   switch (kind) {
     case Kind::integer:
       return integer_bits(type, number);
     case Kind::ordered:
       return type == Scalar::f32 ? ordered_bits(load<float>(number)) : ordered_bits(load<double>(number));
     case Kind::decimal:
-      return lattice_code(number_as_double(type, number) * powers_of_ten[exponent], 0, 1);
+      return lattice_code(number_as_double(type, number) * exact_powers_of_ten[exponent], 0, 1);
     case Kind::binary:
       return lattice_code(number_as_double(type, number) * power_of_two(-exponent), 0, 1);
     case Kind::lattice:
       break;
+    case Kind::binary_digits:
+    case Kind::decimal_digits:
+      if (decimals >= 0) return digits_of(*this).code_of(rounded_to<float>(number_as_double(type, number)));
+      return digits_of(*this).code_of(number_as_double(type, number));
   }
   return lattice_code(number_as_double(type, number), origin, step);
 }
 
 void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
+  if (!table.empty()) return store_rounded(type, value_of(type, code), out);
   const auto real = static_cast<double>(code);
   switch (kind) {
     case Kind::integer:
@@ -273,11 +252,16 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
       if (type == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
       return store(out, from_ordered(code));
     case Kind::decimal:
-      return store_rounded(type, real / powers_of_ten[exponent], out);
+      return store_rounded(type, real / exact_powers_of_ten[exponent], out);
     case Kind::binary:
       return store_rounded(type, real * power_of_two(exponent), out);
     case Kind::lattice:
       return store_rounded(type, origin + real * step, out);
+    case Kind::binary_digits:
+    case Kind::decimal_digits:
+      if (decimals >= 0)
+        return store_rounded(type, printed_float(digits_of(*this).number_of(code), decimals), out);
+      return store_rounded(type, digits_of(*this).number_of(code), out);
   }
 }
 
@@ -303,7 +287,7 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
     if (kind == Kind::lattice) {
       store_column<Number>(codes, out, stride, count, [*this](double c) { return origin + c * step; });
     } else {
-      const double unit = kind == Kind::decimal ? powers_of_ten[exponent] : power_of_two(exponent);
+      const double unit = kind == Kind::decimal ? exact_powers_of_ten[exponent] : power_of_two(exponent);
       if (kind == Kind::decimal) {
         store_column<Number>(codes, out, stride, count, [unit](double c) { return c / unit; });
       } else {
@@ -311,7 +295,7 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
       }
     }
   };
-  const bool real = kind != Kind::integer && kind != Kind::ordered;
+  const bool real = kind != Kind::integer && !is_curved();
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
   if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
@@ -323,21 +307,27 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
   }
 }
 
-double NumberMap::ordered_value(Scalar type, int64_t code) {
-  const double value = type == Scalar::f32 ? from_ordered(static_cast<int32_t>(code)) : from_ordered(code);
+bool NumberMap::is_curved() const {
+  return kind == Kind::ordered || kind == Kind::binary_digits || kind == Kind::decimal_digits ||
+         !table.empty();
+}
+
+double NumberMap::value_of(Scalar type, int64_t code) const {
+  if (!table.empty()) return table[static_cast<size_t>(clamped_rank(code, table.size()))];
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).number_of(code);
+  std::byte number[8];
+  store_number(type, code, number);
+  const double value = number_as_double(type, number);
   return value == value ? value : 0;
 }
 
-int64_t NumberMap::nearest_ordered(Scalar type, double value) {
-  if (!(value == value)) return 0;
-  if (type == Scalar::f32) return ordered_bits(rounded_to<float>(value));
-  return ordered_bits(rounded_to<double>(value));
-}
-
-NumberMap choose_lossless_map(const Array& array, uint32_t component) {
-  if (array.type == Scalar::f32) return choose_float_map(array.values<float>(), component, array.components);
-  if (array.type == Scalar::f64) return choose_float_map(array.values<double>(), component, array.components);
-  return {};
+int64_t NumberMap::nearest_code(Scalar type, double value) const {
+  if (!(value == value)) value = 0;
+  if (!table.empty()) return nearest_rank(table, value);
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
+  std::byte number[8];
+  store_rounded(type, value, number);
+  return code_of(type, number);
 }
 
 namespace {

@@ -17,19 +17,35 @@ namespace maille {
 /// Numbers of eight bytes have codes of 64 bits, all others of 32; arithmetic on codes wraps around.
 struct NumberMap {
   enum class Kind : uint8_t {
-    integer,  ///< the bits themselves (integer types)
-    ordered,  ///< the bits of a float, reordered so that codes rise with numbers: any float, NaN and -0
-              ///< included
-    decimal,  ///< code / 10^exponent, rounded to the type: numbers that were written as text
-    binary,   ///< code x 2^exponent
-    lattice,  ///< origin + code x step, rounded to the type: the lossy form
+    integer,        ///< the bits themselves (integer types)
+    ordered,        ///< the bits of a float, reordered so that codes rise with numbers: any float, NaN and -0
+                    ///< included
+    decimal,        ///< code / 10^exponent, rounded to the type: numbers that were written as text
+    binary,         ///< code x 2^exponent
+    lattice,        ///< origin + code x step, rounded to the type: the lossy form
+    binary_digits,  ///< see ScaledDigits: floats, but none finer than 2^exponent
+    decimal_digits,  ///< the same with base 10: numbers that were written with so many significant digits
   };
-  static constexpr unsigned kind_count = 5;
+  static constexpr unsigned kind_count = 7;
 
   Kind kind = Kind::integer;
   int32_t exponent = 0;
   double origin = 0;
   double step = 0;
+  uint32_t digits = 0;
+  /// Kinds with digits, for doubles: if not negative, the number becomes a float first and then has so many
+  /// decimals, as floats have that were printed by "%f".
+  int32_t decimals = -1;
+  /// If there are any, codes count these numbers instead, and the kind only says how they are stored: finite
+  /// ones in the order of their bits. A coder of codes knows that there are no others.
+  std::vector<double> table = {};
+
+  /// Are codes not proportional to their numbers? Then predictions are made among numbers.
+  bool is_curved() const;
+  /// The number of a code, for predictions; NaN gives 0.
+  double value_of(Scalar type, int64_t code) const;
+  /// The code of a number nearest to `value`.
+  int64_t nearest_code(Scalar type, double value) const;
 
   /// The code of a number of this type. Exact for lossless kinds when the map was made for it; lattice: the
   /// nearest (finite numbers only).
@@ -39,16 +55,12 @@ struct NumberMap {
   /// The same for `count` codes of 8 bytes for types of 8 bytes, else of 4, taking one code in `stride` and
   /// writing one number in `stride`. In place where both have the same size.
   void store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride, size_t count) const;
-
-  /// For predictions among ordered codes, which are not proportional to their numbers. NaN gives 0.
-  static double ordered_value(Scalar type, int64_t code);
-  static int64_t nearest_ordered(Scalar type, double value);
 };
 
 /// One number as a double; i64 and u64 beyond 2^53 are rounded.
 double number_as_double(Scalar type, const std::byte* number);
 
-/// The lossless map with the smallest range of codes for one component of an array.
+/// The lossless map that is coarsest where the numbers of one component of an array are.
 NumberMap choose_lossless_map(const Array& array, uint32_t component);
 
 /// 2^(index / 16), the same on every machine.

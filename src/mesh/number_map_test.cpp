@@ -168,7 +168,7 @@ TEST(LosslessMap, FindsTheDecimalsOfNumbersWrittenAsText) {
 }
 
 TEST(LosslessMap, FindsBinaryLattices) {
-  const Array quarters = array_of(Scalar::f32, std::vector{0.25f, -3.75f, 100.5f, 7.f});
+  const Array quarters = array_of(Scalar::f32, std::vector{0.25f, -3.75f, 100.25f, 7.f});
   EXPECT_EQ(choose_lossless_map(quarters, 0).kind, Kind::binary);
   EXPECT_EQ(choose_lossless_map(quarters, 0).exponent, -2);
   const Array coarse = array_of(Scalar::f64, std::vector{4096.0, -8192.0, 4096.0 * 12345, 0.0});
@@ -179,22 +179,100 @@ TEST(LosslessMap, FindsBinaryLattices) {
   }
 }
 
-TEST(LosslessMap, TakesOrderedBitsWhenOneNumberFitsNoLattice) {
-  const double tenth = 0.1;
-  for (const double odd : {nan, infinity, -0.0, 1e300, 5e-324, std::nextafter(tenth, 1.0)}) {
-    const Array array = array_of(Scalar::f64, std::vector{0.1, 0.2, 0.5, 12.7, odd});
-    EXPECT_EQ(choose_lossless_map(array, 0).kind, Kind::ordered) << odd;
-    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes) << odd;
+TEST(LosslessMap, FindsHowManyDigitsTextHad) {
+  std::vector<float> floats;
+  std::vector<double> doubles;
+  Random random(1);
+  for (int i = 0; i < 3000; ++i) {
+    char text[40];
+    const double number = (random.unit() - 0.5) * std::pow(10.0, random.unit() * 9 - 5);
+    std::snprintf(text, sizeof text, "%.6g", number);
+    floats.push_back(std::strtof(text, nullptr));
+    std::snprintf(text, sizeof text, "%.13g", number);
+    doubles.push_back(std::strtod(text, nullptr));
   }
+  const Array f32 = array_of(Scalar::f32, floats), f64 = array_of(Scalar::f64, doubles);
+  EXPECT_EQ(choose_lossless_map(f32, 0).kind, Kind::decimal_digits);
+  EXPECT_EQ(choose_lossless_map(f32, 0).digits, 6u);
+  EXPECT_EQ(choose_lossless_map(f64, 0).kind, Kind::decimal_digits);
+  EXPECT_EQ(choose_lossless_map(f64, 0).digits, 13u);
+  for (const Array& array : {f32, f64})
+    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes);
+}
+
+TEST(LosslessMap, SeesFloatsInDoublesAndSumsWithALargerNumber) {
+  std::vector<double> widened;
+  std::vector<float> shifted;
+  Random random(2);
+  for (int i = 0; i < 3000; ++i) {
+    widened.push_back(static_cast<float>((random.unit() - 0.5) * std::pow(10.0, random.unit() * 9 - 5)));
+    shifted.push_back(static_cast<float>(1.0F + static_cast<float>(random.unit())) - 1.5F);
+  }
+  const Array f64 = array_of(Scalar::f64, widened), f32 = array_of(Scalar::f32, shifted);
+  EXPECT_EQ(choose_lossless_map(f64, 0).kind, Kind::binary_digits);
+  EXPECT_EQ(choose_lossless_map(f64, 0).digits, 24u);
+  // All are multiples of 2^-23, and none has more digits than that: a step is all there is.
+  EXPECT_EQ(choose_lossless_map(f32, 0).kind, Kind::binary);
+  EXPECT_EQ(choose_lossless_map(f32, 0).exponent, -23);
+  for (const Array& array : {f32, f64})
+    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes);
+}
+
+TEST(LosslessMap, SeesFloatsThatWerePrintedWithDecimals) {
+  std::vector<double> printed, decimals;
+  Random random(3);
+  for (int i = 0; i < 3000; ++i) {
+    char text[40];
+    const double number = (random.unit() - 0.5) * 500;
+    std::snprintf(text, sizeof text, "%.6f", static_cast<double>(static_cast<float>(number)));
+    printed.push_back(std::strtod(text, nullptr));
+    std::snprintf(text, sizeof text, "%.6f", number);
+    decimals.push_back(std::strtod(text, nullptr));
+  }
+  const Array floats = array_of(Scalar::f64, printed), others = array_of(Scalar::f64, decimals);
+  EXPECT_EQ(choose_lossless_map(floats, 0).decimals, 6);
+  EXPECT_EQ(choose_lossless_map(others, 0).kind, Kind::decimal);
+  for (const Array& array : {floats, others})
+    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes);
+}
+
+TEST(LosslessMap, OneOddNumberLeavesTheOthersWhatTheyAreUnlessItIsNone) {
+  const auto map_with = [](double odd) {
+    const Array array = array_of(Scalar::f64, std::vector{0.1, 0.2, 0.5, 12.7, odd});
+    EXPECT_TRUE(decoded(array, choose_lossless_map(array, 0)).bytes == array.bytes) << odd;
+    return choose_lossless_map(array, 0).kind;
+  };
+  for (const double odd : {nan, infinity, -infinity}) EXPECT_EQ(map_with(odd), Kind::ordered);
+  for (const double odd : {-0.0, 1e20}) EXPECT_EQ(map_with(odd), Kind::decimal_digits);
+  for (const double odd : {1.7976931348623157e308, std::nextafter(0.1, 1.0)})
+    EXPECT_EQ(map_with(odd), Kind::binary_digits);
+  for (const double odd : {5e-324, 1e300, -2.2250738585072009e-308}) EXPECT_NE(map_with(odd), Kind::ordered);
 }
 
 TEST(LosslessMap, IsChosenPerComponent) {
   const Array array = array_of(Scalar::f32, std::vector{0.1f, 0.25f, 1e-30f, 0.7f, 8.75f, 3e20f}, 3);
   EXPECT_EQ(choose_lossless_map(array, 0).kind, Kind::decimal);
   EXPECT_EQ(choose_lossless_map(array, 1).kind, Kind::binary);
-  EXPECT_EQ(choose_lossless_map(array, 2).kind, Kind::ordered);
+  EXPECT_EQ(choose_lossless_map(array, 2).kind, Kind::decimal_digits);
   EXPECT_TRUE(decoded(array, maps_of(array, {})).bytes == array.bytes);
   EXPECT_TRUE(maps_of(array, {}).lossless);
+}
+
+TEST(LosslessMap, OfATableCountsItsNumbers) {
+  NumberMap map{.kind = Kind::decimal, .exponent = 1};
+  map.table = {-2.5, -0.0, 0.0, 0.1, 7};
+  EXPECT_TRUE(map.is_curved());
+  for (size_t i = 0; i < map.table.size(); ++i) {
+    double number = map.table[i];
+    EXPECT_EQ(map.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&number)), static_cast<int64_t>(i));
+    map.store_number(Scalar::f64, static_cast<int64_t>(i), reinterpret_cast<std::byte*>(&number));
+    EXPECT_EQ(bits_as<uint64_t>(number), bits_as<uint64_t>(map.table[i]));
+  }
+  EXPECT_EQ(map.value_of(Scalar::f64, -1), -2.5);
+  EXPECT_EQ(map.value_of(Scalar::f64, INT64_MAX), 7);
+  EXPECT_EQ(map.nearest_code(Scalar::f64, 3), 3);
+  EXPECT_EQ(map.nearest_code(Scalar::f64, 1e300), 4);
+  EXPECT_EQ(map.nearest_code(Scalar::f64, -1e300), 0);
 }
 
 RC_GTEST_PROP(OrderedCodes, RiseWithTheirNumbers, (double x, double y, float u, float v)) {
@@ -216,6 +294,12 @@ RC_GTEST_PROP(NumberMap, TakesAnyCode, (int64_t code)) {
                               {.kind = Kind::decimal, .exponent = 15},
                               {.kind = Kind::binary, .exponent = 1023},
                               {.kind = Kind::binary, .exponent = -1100},
+                              {.kind = Kind::binary_digits, .exponent = -1074, .digits = 53},
+                              {.kind = Kind::binary_digits, .exponent = 971, .digits = 1},
+                              {.kind = Kind::decimal_digits, .exponent = -340, .digits = 16},
+                              {.kind = Kind::decimal_digits, .exponent = 300, .digits = 1},
+                              {.kind = Kind::binary_digits, .exponent = 900, .digits = 9, .decimals = 9},
+                              {.kind = Kind::decimal, .exponent = 3, .table = {-1, 0.5, 9e99}},
                               {.kind = Kind::lattice, .origin = -1e308, .step = 1e308},
                               {.kind = Kind::lattice, .origin = nan, .step = infinity}};
     for (const NumberMap& map : maps) {
@@ -223,6 +307,8 @@ RC_GTEST_PROP(NumberMap, TakesAnyCode, (int64_t code)) {
       map.store_number(type, code, out);
       const double value = number_as_double(type, out);
       if (map.kind == Kind::decimal) RC_ASSERT(std::isfinite(value));
+      RC_ASSERT(map.value_of(type, code) == map.value_of(type, code));
+      for (const double x : {value, nan, infinity, -1e308, 5e-324}) (void)map.nearest_code(type, x);
     }
   }
 }

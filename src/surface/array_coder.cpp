@@ -431,7 +431,8 @@ uint32_t PatchElements::count(Domain domain) const {
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, int effort, Pace* pace) {
   const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
-  const ArrayMaps used = mixed ? maps_for_mixing(array, maps) : maps;
+  ArrayMaps used = maps;
+  if (maps.lossless) used.maps = with_tables(array, maps.maps, source);
   if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
   return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
 }

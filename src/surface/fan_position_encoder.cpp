@@ -431,7 +431,9 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
     }
   }
   bool narrow = true;
-  for (unsigned k = 0; k < 3; ++k) narrow = narrow && int64_t{high[k]} - low[k] <= 65535;
+  for (unsigned k = 0; k < 3; ++k) {
+    narrow = narrow && int64_t{high[k]} - low[k] <= 65535 && !maps.maps[k].is_curved();
+  }
   ByteWriter out, header;
   for (const NumberMap& map : maps.maps) write_map(header, map);
   const auto write = [&](auto& points, uint8_t flags) {
@@ -448,7 +450,7 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
     write(points, 0);
   } else {
     WidePoints points(codes.size());
-    for (unsigned k = 0; k < 3; ++k) points.ordered[k] = maps.maps[k].kind == NumberMap::Kind::ordered;
+    for (unsigned k = 0; k < 3; ++k) points.curved[k] = maps.maps[k].is_curved() ? &maps.maps[k] : nullptr;
     write(points, flag_wide);
   }
   return out.take();

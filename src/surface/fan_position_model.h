@@ -314,7 +314,7 @@ struct WidePoints {
 
   std::vector<std::array<int32_t, 3>> codes;
   std::vector<std::array<double, 3>> values;
-  std::array<bool, 3> ordered{};
+  std::array<const NumberMap*, 3> curved{};  ///< maps whose codes are not proportional to numbers
 
   explicit WidePoints(size_t count) : codes(count), values(count) {}
   void grow(size_t) {}
@@ -324,8 +324,7 @@ struct WidePoints {
     codes[v] = to;
     for (unsigned k = 0; k < 3; ++k) {
       // Infinities would make NaN, and numbers near the largest overflow.
-      values[v][k] =
-          ordered[k] ? std::clamp(NumberMap::ordered_value(Scalar::f32, to[k]), -1e37, 1e37) : to[k];
+      values[v][k] = curved[k] ? std::clamp(curved[k]->value_of(Scalar::f32, to[k]), -1e37, 1e37) : to[k];
     }
   }
   int32_t code(uint32_t v, unsigned k) const { return codes[v][k]; }
@@ -339,8 +338,8 @@ struct WidePoints {
     Codes result;
     for (unsigned k = 0; k < 3; ++k) {
       const double mean = sum[k] * (1.0 / weight_sum);
-      if (ordered[k]) {
-        result[k] = static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, mean));
+      if (curved[k]) {
+        result[k] = static_cast<int32_t>(curved[k]->nearest_code(Scalar::f32, mean));
       } else {
         result[k] = static_cast<int32_t>(std::clamp(std::floor(mean + 0.5), -2147483648.0, 2147483647.0));
       }

@@ -469,7 +469,7 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   if (wide) {
     WidePoints wide_points(points);
-    for (unsigned k = 0; k < 3; ++k) wide_points.ordered[k] = maps[k].kind == NumberMap::Kind::ordered;
+    for (unsigned k = 0; k < 3; ++k) wide_points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
     return decode_with(fans, sections, flags, wide_points, points, maps, array);
   }
   NarrowPoints narrow_points(points);

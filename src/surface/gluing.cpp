@@ -37,6 +37,7 @@ Edge edge_of(const HalfEdges& surface, uint32_t h) {
   return from < to ? Edge{from, to, true} : Edge{to, from, false};
 }
 
+/// Not ordered yet by the larger point.
 EdgeTable make_edge_table(const HalfEdges& surface, uint32_t point_count) {
   EdgeTable table;
   table.starts.assign(size_t{point_count} + 1, 0);
@@ -49,12 +50,6 @@ EdgeTable make_edge_table(const HalfEdges& surface, uint32_t point_count) {
   }
   table.starts.erase(table.starts.begin());
   table.starts.push_back(surface.size());
-  for (uint32_t point = 0; point < point_count; ++point) {
-    std::sort(table.half_edges.begin() + table.starts[point],
-              table.half_edges.begin() + table.starts[point + 1], [&](uint32_t a, uint32_t b) {
-                return std::pair(edge_of(surface, a).high, a) < std::pair(edge_of(surface, b).high, b);
-              });
-  }
   return table;
 }
 
@@ -70,19 +65,24 @@ std::span<const uint32_t> same_edge(const EdgeTable& table, const HalfEdges& sur
   return {from, to};
 }
 
-/// Glues every edge that has exactly one face on either side. Returns whether that was all: no other edge has
-/// two faces or more.
-bool glue_plain_edges(HalfEdges& surface, const EdgeTable& table, uint32_t point_count) {
+/// Orders the table, and glues every edge that has exactly one face on either side. Returns whether that was
+/// all: no other edge has two faces or more.
+bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count) {
   bool all = true;
+  std::vector<uint64_t> edges;  // the larger point, then the half-edge: all that is looked at, side by side
   for (uint32_t point = 0; point < point_count; ++point) {
-    for (uint32_t i = table.starts[point]; i < table.starts[point + 1];) {
-      const Edge edge = edge_of(surface, table.half_edges[i]);
-      uint32_t end = i + 1;
-      while (end < table.starts[point + 1] && edge_of(surface, table.half_edges[end]).high == edge.high)
-        ++end;
-      const uint32_t a = table.half_edges[i];
-      const uint32_t b = table.half_edges[end - 1];
-      if (end - i == 2 && edge.forward != edge_of(surface, b).forward) {
+    const std::span half_edges(table.half_edges.data() + table.starts[point],
+                               table.starts[point + 1] - table.starts[point]);
+    edges.clear();
+    for (const uint32_t h : half_edges) edges.push_back(uint64_t{edge_of(surface, h).high} << 32 | h);
+    std::sort(edges.begin(), edges.end());
+    for (size_t i = 0; i < edges.size(); ++i) half_edges[i] = static_cast<uint32_t>(edges[i]);
+    for (size_t i = 0; i < edges.size();) {
+      size_t end = i + 1;
+      while (end < edges.size() && edges[end] >> 32 == edges[i] >> 32) ++end;
+      const uint32_t a = half_edges[i];
+      const uint32_t b = half_edges[end - 1];
+      if (end - i == 2 && (surface.origin[a] == point) != (surface.origin[b] == point)) {
         surface.glue(a, b);
       } else if (end - i > 1) {
         all = false;
@@ -304,7 +304,7 @@ GluedSurface glue(const Faces& faces) {
     }
   }
   {
-    const EdgeTable table = make_edge_table(surface, faces.point_count);
+    EdgeTable table = make_edge_table(surface, faces.point_count);
     if (!glue_plain_edges(surface, table, faces.point_count)) {
       std::fill(surface.opposite.begin(), surface.opposite.end(), none);
       GluingWalk walk(surface, faces, table);

@@ -24,9 +24,8 @@ std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std
     Vector3 place;
     for (unsigned k = 0; k < 3; ++k) {
       const Code code = codes[size_t{point} * 3 + k];
-      const bool ordered = maps[k].kind == NumberMap::Kind::ordered;
-      place[k] =
-          ordered ? NumberMap::ordered_value(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      const bool curved = maps[k].is_curved();
+      place[k] = curved ? maps[k].value_of(type, code) : static_cast<double>(code) * step_of(maps[k]);
       if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
     }
     (point < elements.surface->point_count ? known : places).push_back(place);
@@ -87,12 +86,12 @@ template <class Code>
 double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
   double unit = INFINITY;
   for (const NumberMap& map : maps) {
-    if (map.kind != NumberMap::Kind::ordered) unit = std::min(unit, step_of(map));
+    if (!map.is_curved()) unit = std::min(unit, step_of(map));
   }
   if (unit < INFINITY) return unit;
   double largest = 0;
-  for (const Code code : codes) {
-    const double value = std::fabs(NumberMap::ordered_value(type, code));
+  for (size_t i = 0; i < codes.size(); ++i) {
+    const double value = std::fabs(maps[i % 3].value_of(type, codes[i]));
     if (value < 1e30) largest = std::max(largest, value);
   }
   int exponent = 0;
@@ -104,7 +103,7 @@ double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const
 bool is_sane(std::span<const NumberMap> maps, double unit) {
   if (!(unit > 1e-60 && unit < 1e60)) return false;
   for (const NumberMap& map : maps) {
-    if (map.kind == NumberMap::Kind::ordered) continue;
+    if (map.is_curved()) continue;
     const double ratio = step_of(map) / unit;
     if (!(ratio > 1e-12 && ratio < 1e12)) return false;
   }
@@ -147,27 +146,6 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
 }
 
 }  // namespace
-
-ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps) {
-  if (!maps.lossless || !is_float(array.type)) return maps;
-  const int digits = array.type == Scalar::f32 ? 24 : 53;
-  for (uint32_t k = 0; k < array.components; ++k) {
-    if (maps.maps[k].kind == NumberMap::Kind::ordered) continue;
-    int step_exponent = 0;
-    (void)std::frexp(step_of(maps.maps[k]), &step_exponent);
-    // Sum of the numbers of bits that a step lies below the last bit of a number, or above.
-    int64_t finer = 0;
-    for (size_t i = 0; i < array.count(); ++i) {
-      const double number =
-          number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
-      int exponent = 0;
-      (void)std::frexp(number, &exponent);
-      if (number != 0) finer += exponent - digits - (step_exponent - 1);
-    }
-    if (finer > 0) maps.maps[k] = {.kind = NumberMap::Kind::ordered};
-  }
-  return maps;
-}
 
 template <class Code>
 bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {

@@ -16,10 +16,6 @@ namespace maille {
 inline constexpr uint8_t mixed_coding = 16;
 inline constexpr int least_mixed_effort = 7;
 
-/// Lossless maps for an array that is mixed: floats in order instead of a step that is finer than most floats
-/// are, since codes between them would never be met.
-ArrayMaps maps_for_mixing(const Array& array, ArrayMaps maps);
-
 /// Are the steps of all maps of a size with which geometry can be done?
 template <class Code>
 bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes);

@@ -122,20 +122,6 @@ TEST(MixedArray, IsSmallerThanTheDefaultLevel) {
   }
 }
 
-TEST(MixedArray, FloatsThatTextRoundedAreNotCodedFinerThanTheyAre) {
-  // Nine digits after the point, of numbers near 100: floats have five.
-  Mesh mesh = torus(5, 5);
-  const auto values = mesh.points.values<float>();
-  for (size_t i = 0; i < values.size(); ++i) values[i] = 100 + static_cast<float>(i) * 0.37F;
-  ArrayMaps maps;
-  maps.maps.assign(3, {.kind = NumberMap::Kind::decimal, .exponent = 7});
-  for (const NumberMap& map : maps_for_mixing(mesh.points, maps).maps)
-    EXPECT_EQ(map.kind, NumberMap::Kind::ordered);
-  maps.maps.assign(3, {.kind = NumberMap::Kind::decimal, .exponent = 2});
-  for (const NumberMap& map : maps_for_mixing(mesh.points, maps).maps)
-    EXPECT_EQ(map.kind, NumberMap::Kind::decimal);
-}
-
 TEST(MixedArray, EveryTruncationIsAnError) {
   const Patch patch(random_surface(5, {.faces = 60}));
   const auto bytes = encode(patch, patch.mesh.points);

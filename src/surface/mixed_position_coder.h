@@ -81,7 +81,9 @@ class MixedPositionCoder {
         match_cells_(matches * 8 * 8 * node_types),
         followers_(with_matches ? size_t{2} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
-      ordered_[k] = maps[k].kind == NumberMap::Kind::ordered;
+      curved_[k] = maps[k].is_curved() ? &maps[k] : nullptr;
+      low_end_[k] = maps[k].table.empty() ? lowest : Wide{0};
+      high_end_[k] = maps[k].table.empty() ? highest : static_cast<Wide>(maps[k].table.size() - 1);
       step_[k] = step_of(maps[k]) / coding.unit;
       inverse_step_[k] = 1 / step_[k];
     }
@@ -139,21 +141,21 @@ class MixedPositionCoder {
 
   /// The number a code stands for, up to an offset, in units.
   double value(Wide code, unsigned axis) const {
-    if (!ordered_[axis]) return static_cast<double>(code) * step_[axis];
-    return ordered_value(code);
+    if (!curved_[axis]) return static_cast<double>(code) * step_[axis];
+    return curved_value(code, axis);
   }
-  double ordered_value(Wide code) const {
+  double curved_value(Wide code, unsigned axis) const {
     constexpr double farthest = 1e30;
-    const double value = NumberMap::ordered_value(type_, static_cast<int64_t>(code)) / coding_.unit;
+    const double value = curved_[axis]->value_of(type_, static_cast<int64_t>(code)) / coding_.unit;
     return value < farthest ? value > -farthest ? value : -farthest : farthest;
   }
   /// Half way from the code before to this one.
   double boundary(Wide code, unsigned axis) const {
-    if (!ordered_[axis]) return (static_cast<double>(code) - 0.5) * step_[axis];
-    return (ordered_value(code - 1) + ordered_value(code)) * 0.5;
+    if (!curved_[axis]) return (static_cast<double>(code) - 0.5) * step_[axis];
+    return (curved_value(code - 1, axis) + curved_value(code, axis)) * 0.5;
   }
   Wide nearest_code(double value, unsigned axis) const {
-    if (ordered_[axis]) return NumberMap::nearest_ordered(type_, value * coding_.unit);
+    if (curved_[axis]) return static_cast<Wide>(curved_[axis]->nearest_code(type_, value * coding_.unit));
     const double code = std::floor(value * inverse_step_[axis] + 0.5);
     constexpr double most = sizeof(Code) == 4 ? 2147483647.0 : 9.2e18;
     return code > -most ? code < most ? static_cast<Wide>(code) : static_cast<Wide>(most)
@@ -301,8 +303,8 @@ class MixedPositionCoder {
       const double relative = mean_[j] - base_;
       relative_mean_[j] = static_cast<float>(relative > -1e32 ? relative < 1e32 ? relative : 1e32 : -1e32);
     }
-    Wide low = lowest;
-    Wide high = highest;
+    Wide low = low_end_[axis_];
+    Wide high = high_end_[axis_];
     if constexpr (Coder::encoding) target_ = code;
     if constexpr (with_matches) set_up_matches(centre);
 
@@ -345,7 +347,7 @@ class MixedPositionCoder {
     double distance = (up ? off : -off) + scale_;
     if (distance < scale_ * 0.5) distance = scale_ * 0.5;
     double step = step_[axis_];
-    if (ordered_[axis_])
+    if (curved_[axis_])
       step = std::fabs(value(centre + (centre < highest ? 1 : 0), axis_) - value(centre, axis_));
     const int halves = half_octave(distance / (step > 1e-18 ? step : 1e-18) + 1);
     const unsigned c = static_cast<unsigned>(halves < 0 ? 0 : halves / 2);
@@ -517,7 +519,7 @@ class MixedPositionCoder {
     for (unsigned i = 0; i < live_; ++i) {
       if (match_[i].code == code) return;
     }
-    if (code < lowest || code > highest) return;
+    if (code < low_end_[axis_] || code > high_end_[axis_]) return;
     const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
     const unsigned distance = clamp_bin(half_octave(far), -3, 8);
     candidate_[kind] = code;
@@ -548,7 +550,9 @@ class MixedPositionCoder {
   std::span<Code> codes_;
   PositionPredictor predictor_;
   std::vector<int32_t> residuals_;  // against the centres, by number
-  std::array<bool, 3> ordered_;
+  std::array<const NumberMap*, 3> curved_;
+  std::array<Wide, 3> low_end_;  // of the codes that there are
+  std::array<Wide, 3> high_end_;
   std::array<double, 3> step_;
   std::array<double, 3> inverse_step_;
   Mixer<inputs> mixer_;

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 #include "base/bytes.h"
 #include "mesh/number_map.h"
 
@@ -9,5 +13,10 @@ namespace maille {
 void write_map(ByteWriter& out, const NumberMap& map);
 /// Inverse. Error: corrupt, for a map that choose_maps() cannot make for this type.
 Result<NumberMap> read_map(ByteReader& in, Scalar type);
+
+/// The same maps, with tables of their numbers where these save more than they take. `source`: the tuples of
+/// the array that are coded, and none.
+std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> maps,
+                                   std::span<const uint32_t> source);
 
 }  // namespace maille

@@ -9,6 +9,7 @@
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
 #include "surface/mixed_array.h"
+#include "surface/number_maps.h"
 
 namespace maille {
 namespace {
@@ -122,10 +123,12 @@ class PatchEncoder {
     if (!cells_.fans || !fits_fan_positions(*positions.array, positions.maps)) {
       return encode_array(positions, positions_key(patch_, front_coding));
     }
+    ArrayMaps maps = positions.maps;
+    if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, cells_.encoded.sources.points);
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
     return CodedStream{positions_key(patch_, fan_coding),
-                       encode_fan_positions(*cells_.fans, *positions.array, positions.maps,
+                       encode_fan_positions(*cells_.fans, *positions.array, maps,
                                             cells_.encoded.sources.points, options_.effort > 1)};
   }
 

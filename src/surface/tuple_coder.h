@@ -101,7 +101,7 @@ class TupleCoder {
         spreads_(maps.size()),
         residuals_(maps.size()),
         lengths_(maps.size()) {
-    for (const NumberMap& map : maps) any_ordered_ |= map.kind == NumberMap::Kind::ordered;
+    for (const NumberMap& map : maps) any_curved_ |= map.is_curved();
   }
 
   /// Codes the tuple of `element`. Without a known neighbour the element coded before serves as one.
@@ -172,22 +172,21 @@ class TupleCoder {
     load_codes(gate.b, first, b);
     load_codes(gate.across, first, across);
     result = a + b - across;
-    if (any_ordered_) [[unlikely]] {
+    if (any_curved_) [[unlikely]] {
       for (unsigned k = 0; k < pack; ++k) {
-        if (maps_[first + k].kind == NumberMap::Kind::ordered) {
+        if (maps_[first + k].is_curved()) {
           const auto code = [k](const Pack& codes) { return static_cast<Code>(codes[k]); };
-          result[k] =
-              static_cast<std::make_unsigned_t<Code>>(ordered_parallelogram(code(a), code(b), code(across)));
+          result[k] = static_cast<std::make_unsigned_t<Code>>(
+              curved_parallelogram(maps_[first + k], code(a), code(b), code(across)));
         }
       }
     }
   }
 
   /// Among numbers: their codes are not proportional to them.
-  [[gnu::noinline]] Code ordered_parallelogram(Code a, Code b, Code across) const {
-    const double value = NumberMap::ordered_value(type_, a) + NumberMap::ordered_value(type_, b) -
-                         NumberMap::ordered_value(type_, across);
-    return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
+  [[gnu::noinline]] Code curved_parallelogram(const NumberMap& map, Code a, Code b, Code across) const {
+    const double value = map.value_of(type_, a) + map.value_of(type_, b) - map.value_of(type_, across);
+    return static_cast<Code>(map.nearest_code(type_, value));
   }
 
   /// Components from `first` on.
@@ -269,7 +268,7 @@ class TupleCoder {
   ResidualModel<8 * sizeof(Code)> model_;
   BitModel repeat_[4];
   Sizes sizes_;
-  bool any_ordered_ = false;
+  bool any_curved_ = false;
   typename Sizes::Sum past_sizes_ = {};
   // By component, for the element at hand.
   PerComponent<Code> predictions_;
