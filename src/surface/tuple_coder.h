@@ -123,6 +123,12 @@ class TupleCoder {
     code_values(element);
   }
 
+  /// Gives an element the tuple of another one, with nothing coded.
+  void copy(uint32_t to, uint32_t from) {
+    for (unsigned k = 0; k < components(); ++k) codes_[at(to, k)] = codes_[at(from, k)];
+    sizes_.copy(to, from);
+  }
+
  private:
   using Sizes = ResidualSizes<Code, Fixed>;
   unsigned components() const { return Fixed != 0 ? Fixed : static_cast<unsigned>(maps_.size()); }
@@ -135,10 +141,8 @@ class TupleCoder {
     }
     same = repeat_[repeated_].code(coder_, same);
     repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
-    if (!same) return false;
-    for (unsigned k = 0; k < components(); ++k) codes_[at(element, k)] = codes_[at(neighbour_, k)];
-    sizes_.copy(element, neighbour_);
-    return true;
+    if (same) copy(element, neighbour_);
+    return same;
   }
 
   /// The two gates with the smallest past residuals (the first of equals). Selections, not branches: which is
