@@ -323,6 +323,30 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
   }
 }
 
+double NumberMap::number_near(Scalar type, int64_t code) const {
+  if (kind == Kind::integer) return static_cast<double>(code);
+  std::byte number[8];
+  store_number(type, code, number);
+  const double value = number_as_double(type, number);
+  return std::isfinite(value) ? value : 0;
+}
+
+int64_t NumberMap::nearest_code(Scalar type, double value) const {
+  switch (kind) {
+    case Kind::ordered:
+      return nearest_ordered(type, value);
+    case Kind::decimal:
+      return lattice_code(value * powers_of_ten[exponent], 0, 1);
+    case Kind::binary:
+      return lattice_code(value * power_of_two(-exponent), 0, 1);
+    case Kind::integer:
+      return lattice_code(value, 0, 1);
+    case Kind::lattice:
+      break;
+  }
+  return lattice_code(value, origin, step);
+}
+
 double NumberMap::ordered_value(Scalar type, int64_t code) {
   const double value = type == Scalar::f32 ? from_ordered(static_cast<int32_t>(code)) : from_ordered(code);
   return value == value ? value : 0;

@@ -40,6 +40,11 @@ struct NumberMap {
   /// writing one number in `stride`. In place where both have the same size.
   void store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride, size_t count) const;
 
+  /// For predictions among numbers: the number of a code as a double, 0 for infinities and NaN, and the code
+  /// nearest to any number, 0 for those that no code of 64 bits is near to.
+  double number_near(Scalar type, int64_t code) const;
+  int64_t nearest_code(Scalar type, double value) const;
+
   /// For predictions among ordered codes, which are not proportional to their numbers. NaN gives 0.
   static double ordered_value(Scalar type, int64_t code);
   static int64_t nearest_ordered(Scalar type, double value);

@@ -157,7 +157,8 @@ void code_array(Rans& rans, const PatchElements& elements, const std::vector<uin
     return run(coder);
   }
   with_components(components, [&](auto fixed) {
-    TupleCoder<Rans, Code, fixed> coder(rans, coding.tuple, array.type, maps.maps, codes);
+    const GatePlacement places(elements, array.domain);
+    TupleCoder<Rans, Code, fixed> coder(rans, coding.tuple, array.type, maps.maps, codes, &places);
     run(coder);
   });
 }
@@ -176,6 +177,11 @@ std::vector<std::byte> encode_codes(const PatchElements& elements, const std::ve
 bool is_normal(const PatchElements& elements, const Array& array) {
   return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
          is_float(array.type) && array.domain != Domain::mesh;
+}
+
+/// Elements with positions, whose gates are placed by them.
+bool can_place(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && (array.domain == Domain::point || array.domain == Domain::corner);
 }
 
 /// Stands where normals are coded, and measures how far they are from those expected.
@@ -270,6 +276,18 @@ ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   ArrayCoding other = best;
   other.tuple.repeats = !best.tuple.repeats;
   consider(other);
+  if (can_place(elements, array) && best.tuple.predictor >= Predictor::nearest_gate) {
+    const TupleCoding unplaced = best.tuple;
+    for (const auto predictor : {Predictor::nearest_gate, Predictor::two_gates, Predictor::all_gates}) {
+      for (const auto placement : {Placement::hinge, Placement::similar, Placement::both}) {
+        if (placement != Placement::hinge && maps.maps.size() != 2) continue;
+        ArrayCoding placed{unplaced, {}};
+        placed.tuple.predictor = predictor;
+        placed.tuple.placement = placement;
+        consider(placed);
+      }
+    }
+  }
   if (!is_normal(elements, array)) return best;
   for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
     consider({{}, coding});
@@ -412,7 +430,8 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
   } else {
     out.put(coding.tuple.predictor);
     out.put(static_cast<uint8_t>(coding.tuple.whole_values | coding.tuple.repeats << 1 |
-                                 maps.octahedral.has_value() << 2));
+                                 maps.octahedral.has_value() << 2 |
+                                 static_cast<unsigned>(coding.tuple.placement) << 3));
   }
   if (maps.octahedral) {
     out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
@@ -501,7 +520,7 @@ std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elem
   if (kind == normal_coding) {
     const auto weight = in.get<uint8_t>();
     const auto how = in.get<uint8_t>();
-    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & 3) != 0 ||
+    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & ~4u) != 0 ||
         !is_normal(elements, array)) {
       return std::nullopt;
     }
@@ -509,7 +528,9 @@ std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elem
     return coding;
   }
   if (kind >= predictor_count) return std::nullopt;
-  coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0};
+  coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0,
+                  static_cast<Placement>(flags >> 3 & 3)};
+  if (coding.tuple.placement != Placement::parallelogram && !can_place(elements, array)) return std::nullopt;
   return coding;
 }
 
@@ -544,7 +565,7 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   const auto flags = in.get<uint8_t>();
   const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
   const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
-  if (!in.ok() || !coding || flags > (mixed ? 0 : 7)) {
+  if (!in.ok() || !coding || flags > (mixed ? 0 : 31)) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
   const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));

@@ -62,10 +62,7 @@ Vector3 normal_of_codes(Scalar type, const ArrayMaps& maps, const Code* codes) {
     return {maps.octahedral->vector_of({static_cast<int32_t>(codes[0]), static_cast<int32_t>(codes[1])})};
   Vector3 vector;
   for (unsigned k = 0; k < 3; ++k) {
-    std::byte number[8];
-    maps.maps[k].store_number(type, codes[k], number);
-    vector[k] = number_as_double(type, number);
-    if (!std::isfinite(vector[k])) vector[k] = 0;
+    vector[k] = maps.maps[k].number_near(type, codes[k]);
   }
   return vector;
 }
@@ -241,23 +238,9 @@ class NormalCoder {
   Code& code_at(uint32_t element, unsigned k) { return codes_[size_t{element} * maps_.maps.size() + k]; }
 
   Code code_near(unsigned k, double value) const {
-    if (is_ordered(k)) return static_cast<Code>(NumberMap::nearest_ordered(type_, value));
-    value = std::clamp(value, -1e30, 1e30);
-    std::byte number[8];
-    if constexpr (wide) {
-      store(number, value);
-    } else {
-      store(number, static_cast<float>(value));
-    }
-    return static_cast<Code>(maps_.maps[k].code_of(type_, number));
+    return static_cast<Code>(maps_.maps[k].nearest_code(type_, value));
   }
-
-  double value_of(unsigned k, Code code) const {
-    std::byte number[8];
-    maps_.maps[k].store_number(type_, code, number);
-    const double value = number_as_double(type_, number);
-    return std::isfinite(value) ? value : 0;
-  }
+  double value_of(unsigned k, Code code) const { return maps_.maps[k].number_near(type_, code); }
 
   /// The distance between numbers near this one, in half octaves.
   int step_at(unsigned k, double value) const {

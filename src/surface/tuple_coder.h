@@ -11,6 +11,7 @@
 #include "entropy/residual_model.h"
 #include "mesh/number_map.h"
 #include "predict/parallelogram.h"
+#include "surface/gate_placement.h"
 #include "surface/stencil.h"
 
 namespace maille {
@@ -21,6 +22,7 @@ struct TupleCoding {
   bool whole_values =
       false;  ///< frequent residuals are learnt as such; slower, for machine parts and voxel lattices
   bool repeats = false;  ///< a flag per element says that its tuple is its neighbour's
+  Placement placement = Placement::parallelogram;
 };
 
 /// Sizes of past residuals in half octaves. The three of a position share one word, so that those of up to
@@ -89,7 +91,7 @@ template <class Coder, class Code, unsigned Fixed>
 class TupleCoder {
  public:
   TupleCoder(Coder& coder, const TupleCoding& coding, Scalar type, std::span<const NumberMap> maps,
-             std::span<Code> codes)
+             std::span<Code> codes, const GatePlacement* places = nullptr)
       : coder_(coder),
         coding_(coding),
         type_(type),
@@ -100,7 +102,12 @@ class TupleCoder {
         predictions_(maps.size()),
         spreads_(maps.size()),
         residuals_(maps.size()),
-        lengths_(maps.size()) {
+        lengths_(maps.size()),
+        places_(coding.placement == Placement::parallelogram ? nullptr : places) {
+    if (places_ != nullptr) {
+      numbers_.resize(codes.size() - 1);
+      placed_.resize(maps.size() * (Stencil::most_gates + 1) + 1);
+    }
     for (const NumberMap& map : maps) any_ordered_ |= map.kind == NumberMap::Kind::ordered;
   }
 
@@ -112,6 +119,7 @@ class TupleCoder {
     if (coding_.repeats && neighbour_ != none && code_repeat(element)) return;
     if (stencil.gate_count > 0 && coding_.predictor >= Predictor::nearest_gate) {
       choose_gates(stencil);
+      if (places_ != nullptr) place_gates(element, stencil);
       for (unsigned k = 0; k < components(); k += pack) predict_by_gates(stencil, k);
       const unsigned weight = inverse_of_triple[stencil.gate_count];
       code_lengths(element,
@@ -121,12 +129,15 @@ class TupleCoder {
       code_lengths(element, [&](unsigned k) { return neighbour_ == none ? 0 : sizes_.at(neighbour_, k); });
     }
     code_values(element);
+    if (places_ != nullptr) keep_numbers(element);
   }
 
   /// Gives an element the tuple of another one, with nothing coded.
   void copy(uint32_t to, uint32_t from) {
     for (unsigned k = 0; k < components(); ++k) codes_[at(to, k)] = codes_[at(from, k)];
     sizes_.copy(to, from);
+    if (places_ == nullptr) return;
+    for (unsigned k = 0; k < components(); ++k) numbers_[at(to, k)] = numbers_[at(from, k)];
   }
 
  private:
@@ -199,7 +210,11 @@ class TupleCoder {
     Pack predictions[Stencil::most_gates] = {};
     Pack sum = {};
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      parallelogram_at(stencil.gates[i], first, predictions[i]);
+      if (places_ != nullptr) {
+        std::memcpy(&predictions[i], &placed_[i * components() + first], sizeof predictions[i]);
+      } else {
+        parallelogram_at(stencil.gates[i], first, predictions[i]);
+      }
       sum += predictions[i];
     }
     const Pack best = predictions[best_];
@@ -217,6 +232,40 @@ class TupleCoder {
         step = mean_of(static_cast<Code>(sum_apart[k]), stencil.gate_count);
       predictions_[first + k] = wrapped_sum(static_cast<Code>(best[k]), step);
     }
+  }
+
+  /// The codes of what each gate predicts with positions.
+  [[gnu::noinline]] void place_gates(uint32_t element, const Stencil& stencil) {
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      const Gate& gate = stencil.gates[i];
+      const PlacedGate place = places_->place(element, gate);
+      for (unsigned k = 0; k < components(); ++k) {
+        placed_[i * components() + k] =
+            static_cast<Code>(maps_[k].nearest_code(type_, placed_number(gate, place, k)));
+      }
+    }
+  }
+
+  double placed_number(const Gate& gate, const PlacedGate& place, unsigned k) const {
+    const double a = numbers_[at(gate.a, k)];
+    const double edge = numbers_[at(gate.b, k)] - a;
+    const double from = numbers_[at(gate.across, k)] - a;
+    if (place.flat) return a + (edge - from);
+    const double on_edge = a + place.along * edge;
+    const double hinge = on_edge - place.beyond * (from - place.across_along * edge);
+    if (coding_.placement == Placement::hinge || gate.a == gate.b || components() != 2) return hinge;
+    // A right angle from the edge, away from `across`.
+    const unsigned other = 1 - k;
+    const double other_edge = numbers_[at(gate.b, other)] - numbers_[at(gate.a, other)];
+    const double other_from = numbers_[at(gate.across, other)] - numbers_[at(gate.a, other)];
+    const double side = edge * other_from - other_edge * from;  // the same sign for k = 0 as -side for k = 1
+    const double similar = on_edge + (side > 0 ? place.off : -place.off) * other_edge;
+    return coding_.placement == Placement::similar ? similar : (hinge + similar) / 2;
+  }
+
+  [[gnu::noinline]] void keep_numbers(uint32_t element) {
+    for (unsigned k = 0; k < components(); ++k)
+      numbers_[at(element, k)] = maps_[k].number_near(type_, codes_[at(element, k)]);
   }
 
   void predict_by_neighbour(unsigned k) {
@@ -280,6 +329,9 @@ class TupleCoder {
   PerComponent<unsigned> spreads_;
   PerComponent<Code> residuals_;
   PerComponent<unsigned> lengths_;
+  const GatePlacement* places_;
+  std::vector<double> numbers_;  ///< of all codes so far, for placed gates
+  std::vector<Code> placed_;
   unsigned best_ = 0;  // gates
   unsigned second_ = 0;
   uint32_t neighbour_ = none;
