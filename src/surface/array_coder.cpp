@@ -112,7 +112,7 @@ template <class Rans, class Code, class ElementCoder, class More>
 void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
                    uint64_t tuples, const ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
                    size_t components, ElementCoder& coder, More more) {
-  ElementWalk walk(elements, face_of);
+  ElementWalk walk(elements, face_of, !elements.positions.empty());
   const auto code = [&](uint32_t element, const Stencil& stencil, const auto& expected) {
     if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t, const Stencil&,
                                       const ExpectedNormal&>) {

@@ -38,8 +38,8 @@ class GatePlacement {
   PlacedGate place(uint32_t element, const Gate& gate) const {
     const Vector3& a = position(gate.a);
     const Vector3 to = position(element) - a;
-    const Vector3 from = position(gate.across) - a;
-    if (gate.a == gate.b) return straight_on(to, from);
+    if (gate.a == gate.b) return straight_on(to, position(gate.across) - a);
+    const Vector3 from = gate.across == none ? Vector3{} : position(gate.across) - a;
     const Vector3 edge = position(gate.b) - a;
     const double square = dot(edge, edge);
     PlacedGate placed;
@@ -48,7 +48,7 @@ class GatePlacement {
     const Vector3 beside = to - edge * placed.along;
     const Vector3 across = from - edge * placed.across_along;
     placed.off = std::sqrt(dot(beside, beside) / square);
-    placed.beyond = std::sqrt(dot(beside, beside) / dot(across, across));
+    placed.beyond = gate.across == none ? 0 : std::sqrt(dot(beside, beside) / dot(across, across));
     // Far from the triangle its map is worth nothing; comparisons are false for NaN.
     placed.flat = !(std::fabs(placed.along - 0.5) < most && placed.off < most && placed.beyond < most &&
                     std::fabs(placed.across_along - 0.5) < most);

@@ -124,12 +124,17 @@ class TupleCoder {
       const unsigned weight = inverse_of_triple[stencil.gate_count];
       code_lengths(element,
                    [&](unsigned k) { return (Sizes::component(past_sizes_, k) * weight + 32768) >> 16; });
+    } else if (places_ != nullptr && stencil.edge.a != none) {
+      predict_by_edge(element, stencil.edge);
+      code_lengths(element, [&](unsigned k) {
+        return (sizes_.at(stencil.edge.a, k) + sizes_.at(stencil.edge.b, k) + 1) / 2;
+      });
     } else {
       for (unsigned k = 0; k < components(); ++k) predict_by_neighbour(k);
       code_lengths(element, [&](unsigned k) { return neighbour_ == none ? 0 : sizes_.at(neighbour_, k); });
     }
     code_values(element);
-    if (places_ != nullptr) keep_numbers(element);
+    if (places_ != nullptr) keep_numbers(element, stencil);
   }
 
   /// Gives an element the tuple of another one, with nothing coded.
@@ -263,9 +268,34 @@ class TupleCoder {
     return coding_.placement == Placement::similar ? similar : (hinge + similar) / 2;
   }
 
-  [[gnu::noinline]] void keep_numbers(uint32_t element) {
+  /// Without a gate: along the edge, and beside it on the side that the last such element was.
+  [[gnu::noinline]] void predict_by_edge(uint32_t element, const Gate& edge) {
+    const PlacedGate place = places_->place(element, edge);
+    const bool beside = coding_.placement != Placement::hinge && components() == 2 && !place.flat;
+    for (unsigned k = 0; k < components(); ++k) {
+      const double a = numbers_[at(edge.a, k)];
+      double number =
+          a + (place.flat ? 0.5 : std::clamp(place.along, -1.0, 2.0)) * (numbers_[at(edge.b, k)] - a);
+      if (beside) {
+        const unsigned other = 1 - k;
+        const double turned = (numbers_[at(edge.b, other)] - numbers_[at(edge.a, other)]) * (k == 0 ? -1 : 1);
+        number += side_ * place.off * turned;
+      }
+      predictions_[k] = static_cast<Code>(maps_[k].nearest_code(type_, number));
+      spreads_[k] = one_prediction - 1;
+    }
+  }
+
+  [[gnu::noinline]] void keep_numbers(uint32_t element, const Stencil& stencil) {
     for (unsigned k = 0; k < components(); ++k)
       numbers_[at(element, k)] = maps_[k].number_near(type_, codes_[at(element, k)]);
+    if (components() != 2 || stencil.edge.a == none) return;
+    const auto from_a = [&](uint32_t other, unsigned k) {
+      return numbers_[at(other, k)] - numbers_[at(stencil.edge.a, k)];
+    };
+    const double turn =
+        from_a(stencil.edge.b, 0) * from_a(element, 1) - from_a(stencil.edge.b, 1) * from_a(element, 0);
+    if (turn != 0) side_ = turn < 0 ? -1 : 1;
   }
 
   void predict_by_neighbour(unsigned k) {
@@ -279,10 +309,16 @@ class TupleCoder {
     for (unsigned k = 0; k < components(); ++k) {
       if constexpr (Coder::encoding)
         residuals_[k] = wrapped_difference(codes_[at(element, k)], predictions_[k]);
-      const ResidualContext context{expected_size(k), spreads_[k]};
+      const ResidualContext context{informed(expected_size(k), k), spreads_[k]};
       lengths_[k] =
           model_.code_length(coder_, bit_length(size_of_residual(k)), model_of(k), context, lane_of(k));
     }
+  }
+
+  /// With placed gates components are wrong together: the one before tells.
+  unsigned informed(unsigned expected, unsigned k) const {
+    if (Fixed != 0 || places_ == nullptr || k == 0) return expected;
+    return (expected + 2 * lengths_[k - 1]) / 2;
   }
 
   [[gnu::always_inline]] void code_values(uint32_t element) {
@@ -332,6 +368,7 @@ class TupleCoder {
   const GatePlacement* places_;
   std::vector<double> numbers_;  ///< of all codes so far, for placed gates
   std::vector<Code> placed_;
+  double side_ = 1;    ///< of an edge, on which textures were last
   unsigned best_ = 0;  // gates
   unsigned second_ = 0;
   uint32_t neighbour_ = none;
