@@ -52,7 +52,7 @@ class ExpectedNormals {
     if (!coding.normal || coding.normal->weight == NormalCoding::own) return;
     surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
     faces_ = elements.surface->face_count;
-    if (domain == Domain::point) points_ = surface_->of_points();
+    if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
   }
   ExpectedNormal of_point(uint32_t point) const {
     return point < points_.size() ? points_[point] : ExpectedNormal{};
@@ -228,24 +228,28 @@ std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
   NormalCoding best;
   int64_t smallest = INT64_MAX;
   bool unit = true;
-  // One face has one normal, whatever its weight.
-  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
-  for (unsigned w = 0; w < weights; ++w) {
+  const auto measure = [&](unsigned weight, bool welded) {
     ArrayCoding coding;
-    coding.normal = NormalCoding{static_cast<uint8_t>(w)};
+    coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
+    coding.normal->welded = welded;
     const ExpectedNormals normals(elements, face_of, array.domain, coding);
-    NormalMeasure<Code> measure(array, maps, codes);
+    NormalMeasure<Code> measured(array, maps, codes);
     RansEncoder unused(1);
     uint32_t most = trial_elements;
     code_elements<RansEncoder, Code>(elements, face_of, array.domain, array.count(), normals, unused, codes,
-                                     maps.maps.size(), measure, [&] { return most-- > 0; });
-    unit = maps.octahedral || measure.unit();
+                                     maps.maps.size(), measured, [&] { return most-- > 0; });
+    unit = maps.octahedral || measured.unit();
     for (const bool inward : {false, true}) {
-      if (measure.error(!unit, inward) >= smallest) continue;
-      smallest = measure.error(!unit, inward);
-      best = {static_cast<uint8_t>(w), unit, !unit, inward};
+      if (measured.error(!unit, inward) >= smallest) continue;
+      smallest = measured.error(!unit, inward);
+      best = {static_cast<uint8_t>(weight), unit, !unit, inward};
+      best.welded = welded;
     }
-  }
+  };
+  // One face has one normal, whatever its weight.
+  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
+  for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
+  if (array.domain == Domain::point) measure(best.weight, true);
   NormalCoding following = best;
   following.follows = true;
   return {best, following, {NormalCoding::own, unit}};

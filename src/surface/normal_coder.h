@@ -28,14 +28,15 @@ struct NormalCoding {
   bool inward = false;   ///< the other way round
   bool follows = false;  ///< what the neighbours have beside their expectations is added
   bool repeats = false;  ///< a flag tells if the normal is a neighbour's
+  bool welded = false;   ///< points at the same place have their faces together, and often one normal
 
   uint8_t flags() const {
-    return static_cast<uint8_t>(unit | summed << 1 | inward << 2 | follows << 3 | repeats << 4);
+    return static_cast<uint8_t>(unit | summed << 1 | inward << 2 | follows << 3 | repeats << 4 | welded << 5);
   }
-  static constexpr uint8_t most_flags = 31;
+  static constexpr uint8_t most_flags = 63;
   static NormalCoding from(uint8_t weight, uint8_t flags) {
-    return {weight,           (flags & 1) != 0, (flags & 2) != 0,
-            (flags & 4) != 0, (flags & 8) != 0, (flags & 16) != 0};
+    const auto has = [flags](unsigned flag) { return (flags & flag) != 0; };
+    return {weight, has(1), has(2), has(4), has(8), has(16), has(32)};
   }
 };
 
@@ -94,6 +95,7 @@ class NormalCoder {
     if (!coding_.summed) towards = unit_vector(towards);
     expected_[element] = towards;
     spreads_[element] = half_octaves_of(std::clamp(expected.spread, least_spread, 1e30));
+    if (expected.twin != none && code_same(element, expected.twin, twin_[twins_], twins_)) return;
     if (coding_.repeats && neighbour_count_ > 0 && code_repeat(element)) return;
     find_context(element);
     predict(towards);
@@ -151,18 +153,23 @@ class NormalCoder {
     }
     const int turn = half_octaves_of(std::clamp(1 - largest, 1e-16, 2.0));  // -107 to 2
     const auto turned = static_cast<unsigned>(2 - turn) / 7;                // 0 to 15
+    return code_same(element, nearest, repeat_[turned][repeated_], repeated_);
+  }
+
+  /// Codes if the tuple is that of another element; the last two such decisions are the history.
+  bool code_same(uint32_t element, uint32_t other, BitModel& model, unsigned& history) {
     const size_t components = maps_.maps.size();
     bool same = true;
     if constexpr (Coder::encoding) {
       for (size_t k = 0; k < components; ++k)
-        same &= codes_[element * components + k] == codes_[nearest * components + k];
+        same &= codes_[element * components + k] == codes_[other * components + k];
     }
-    same = repeat_[turned][repeated_].code(coder_, same);
-    repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
+    same = model.code(coder_, same);
+    history = (history << 1 | static_cast<unsigned>(same)) & 3;
     if (!same) return false;
     const Vector3 towards = expected_[element];
     const int spread = spreads_[element];
-    copy(element, nearest);
+    copy(element, other);
     expected_[element] = towards;
     spreads_[element] = spread;
     return true;
@@ -220,9 +227,19 @@ class NormalCoder {
     predicted_ = prediction_;
     code_component(element, first, 0);
     if (coding_.unit) rescale(first, second, last);
+    inform(first);
     code_component(element, second, 1);
     if (coding_.unit) return complete(element, first, second, last);
     code_component(element, last, 2);
+  }
+
+  /// Components are wrong together: the error of the first moves the one expected.
+  void inform(unsigned first) {
+    const int found = error_in_half_octaves(std::fabs(value_[first] - predicted_[first]));
+    error_ = found > error_ ? (error_ + found + 1) >> 1 : (3 * error_ + found + 2) >> 2;
+  }
+  static int error_in_half_octaves(double error) {
+    return std::max(half_octaves_of(std::clamp(error, 1e-30, 1e30)), least_error);
   }
 
   /// With one component known, the others of a unit vector are longer or shorter.
@@ -363,7 +380,7 @@ class NormalCoder {
     double error = 0;
     for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value_[k] - predicted_[k]));
     values_[element] = value_;
-    errors_[element] = std::max(half_octaves_of(std::clamp(error, 1e-30, 1e30)), least_error);
+    errors_[element] = error_in_half_octaves(error);
   }
 
   using Pair = std::array<int32_t, 2>;
@@ -412,6 +429,7 @@ class NormalCoder {
   ResidualModel<8 * sizeof(Code)> model_;
   std::vector<SymbolModel> exponents_;
   BitModel repeat_[16][4];
+  BitModel twin_[4];
   BitModel zero_[16][4];
   BitModel zero_sign_[6];
   BitModel small_sign_[16];
@@ -427,6 +445,7 @@ class NormalCoder {
   unsigned neighbour_count_ = 0;
   uint32_t before_ = none;
   unsigned repeated_ = 0;
+  unsigned twins_ = 0;
   int error_ = 0;
   unsigned class_ = 0;
   unsigned completion_ = 0;

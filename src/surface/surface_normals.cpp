@@ -115,7 +115,32 @@ void SurfaceNormals::add(uint32_t corner, uint32_t face, Sum& sum) const {
   sum.length += twice_area * factor;
 }
 
-std::vector<ExpectedNormal> SurfaceNormals::of_points() const {
+/// Points of the same place are added in the order of their numbers.
+void SurfaceNormals::weld(const std::vector<Sum>& sums, std::vector<ExpectedNormal>& expected) const {
+  std::vector<uint32_t> order(sums.size());
+  for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    const auto& at = positions_[a].x;
+    const auto& other = positions_[b].x;
+    return at != other ? at < other : a < b;
+  });
+  for (size_t i = 0; i < order.size();) {
+    Sum all;
+    size_t end = i;
+    for (; end < order.size() && positions_[order[end]].x == positions_[order[i]].x; ++end) {
+      all.vector = all.vector + sums[order[end]].vector;
+      all.length += sums[order[end]].length;
+    }
+    uint32_t before = none;
+    for (; i < end; ++i) {
+      expected[order[i]] = all.expected();
+      expected[order[i]].twin = before;
+      before = order[i];
+    }
+  }
+}
+
+std::vector<ExpectedNormal> SurfaceNormals::of_points(bool welded) const {
   std::vector<Sum> sums(surface_.point_count);
   for (uint32_t face = 0; face < surface_.face_count; ++face) {
     const uint32_t first = surface_.face(face);
@@ -127,6 +152,7 @@ std::vector<ExpectedNormal> SurfaceNormals::of_points() const {
   }
   std::vector<ExpectedNormal> expected(sums.size());
   for (size_t i = 0; i < sums.size(); ++i) expected[i] = sums[i].expected();
+  if (welded) weld(sums, expected);
   return expected;
 }
 

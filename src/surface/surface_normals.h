@@ -23,6 +23,7 @@ struct ExpectedNormal {
   Vector3 vector;
   /// How far faces disagree, or (one face) how much the rounding of its corners turns it; 0: unknown.
   double spread = 0;
+  uint32_t twin = none;  ///< welded: the point before at the same place
 };
 
 /// Normals of the faces of a patch from its decoded positions, in the orientation of the mesh, and their sums
@@ -35,7 +36,8 @@ class SurfaceNormals {
 
   ExpectedNormal of_face(uint32_t face) const;
   /// Sums for all points of the surface; others have no expectation.
-  std::vector<ExpectedNormal> of_points() const;
+  /// `welded`: points at the same place share theirs.
+  std::vector<ExpectedNormal> of_points(bool welded) const;
   ExpectedNormal of_wedge(std::span<const uint32_t> corners) const;
   /// The cosine between the faces of two corners; 1 where one has no normal.
   double cosine(uint32_t corner, uint32_t other) const;
@@ -49,6 +51,7 @@ class SurfaceNormals {
 
   const Vector3& position(uint32_t h) const;
   Vector3 cross_of_face(uint32_t face) const;
+  void weld(const std::vector<Sum>& sums, std::vector<ExpectedNormal>& expected) const;
   void add(uint32_t corner, uint32_t face, Sum& sum) const;
 
   const PatchSurface& surface_;
