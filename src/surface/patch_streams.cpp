@@ -187,6 +187,15 @@ bool needs_places(const Description& description, const DecodeOptions& options) 
                      });
 }
 
+/// Is an array wanted that needs the list of faces: one with places, or normals of points?
+bool needs_faces(const Description& description, const DecodeOptions& options) {
+  return needs_places(description, options) ||
+         std::any_of(description.arrays.begin(), description.arrays.end(),
+                     [&](const ArrayDescription& array) {
+                       return array.role == Role::normal && is_wanted(options, array.name);
+                     });
+}
+
 /// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
 class PatchDecoder {
  public:
@@ -212,8 +221,8 @@ class PatchDecoder {
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
     } else {
-      topology_ = MAILLE_TRY(
-          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
+      topology_ = MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners,
+                                             needs_faces(description_, options_)));
     }
     if (positions_of.number == front_coding) {
       positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
