@@ -534,7 +534,9 @@ std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elem
   if (kind >= predictor_count) return std::nullopt;
   coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0,
                   static_cast<Placement>(flags >> 3 & 3)};
-  if (coding.tuple.placement != Placement::parallelogram && !can_place(elements, array)) return std::nullopt;
+  const bool placed = coding.tuple.placement != Placement::parallelogram;
+  if (placed && (coding.tuple.predictor < Predictor::nearest_gate || !can_place(elements, array)))
+    return std::nullopt;
   return coding;
 }
 

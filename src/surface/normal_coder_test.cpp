@@ -161,7 +161,8 @@ TEST(Normals, OfPointsAtTheSamePlaceAreOfAllTheirFaces) {
   for (const uint32_t point : copy_of) {
     for (Array* array : {&mesh.points, &normals}) {
       array->resize(array->count() + 1);
-      std::memcpy(array->bytes.data() + array->bytes.size() - 12, array->bytes.data() + size_t{12} * point, 12);
+      std::memcpy(array->bytes.data() + array->bytes.size() - 12, array->bytes.data() + size_t{12} * point,
+                  12);
     }
   }
   EXPECT_LT(bits(Patch(mesh), normals), 10);
@@ -170,7 +171,8 @@ TEST(Normals, OfPointsAtTheSamePlaceAreOfAllTheirFaces) {
 TEST(Normals, OfCreasesFollowTheFacesOfEachSide) {
   // A roof whose two sides have normals of their own at the ridge.
   Surface surface = shapes::grid(30, 30);
-  for (auto& p : surface.points) p[2] = static_cast<float>(-std::fabs(double{p[0]} - 15) + 0.02 * p[1] * p[1]);
+  for (auto& p : surface.points)
+    p[2] = static_cast<float>(-std::fabs(double{p[0]} - 15) + 0.02 * p[1] * p[1]);
   const Patch patch(to_mesh(surface));
   const CellBlock& block = patch.mesh.blocks[0];
   Array array = make_array("normal", Domain::corner, Scalar::f32, 3, Role::normal);
@@ -219,7 +221,8 @@ TEST(ElementWalk, WedgesHoldEveryCornerOnceWhateverIsJoined) {
     Random random(seed);
     const PatchElements elements = patch.elements();
     ElementWalk walk(elements, face_of);
-    walk.run_wedges([](uint32_t, uint32_t) { return true; }, [&](const CornerPair&) { return random.chance(60); },
+    walk.run_wedges([](uint32_t, uint32_t) { return true; },
+                    [&](const CornerPair&) { return random.chance(60); },
                     [&](uint32_t element, const Stencil&, const Wedge& wedge) {
                       for (const uint32_t h : wedge.corners) ++seen[h];
                       if (wedge.corners.empty()) ++seen[element];
