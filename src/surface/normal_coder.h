@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -94,7 +95,9 @@ class NormalCoder {
     Vector3 towards = expected.vector * (coding_.inward ? -1.0 : 1.0);
     if (!coding_.summed) towards = unit_vector(towards);
     expected_[element] = towards;
-    spreads_[element] = half_octaves_of(std::clamp(expected.spread, least_spread, 1e30));
+    // The spread of what is not finite may be NaN, of either sign.
+    spreads_[element] =
+        half_octaves_of(expected.spread > least_spread ? std::min(expected.spread, 1e30) : least_spread);
     if (expected.twin != none && code_same(element, expected.twin, twin_[twins_], twins_)) return;
     if (coding_.repeats && neighbour_count_ > 0 && code_repeat(element)) return;
     find_context(element);
