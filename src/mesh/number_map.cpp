@@ -325,9 +325,27 @@ int64_t NumberMap::nearest_code(Scalar type, double value) const {
   if (!(value == value)) value = 0;
   if (!table.empty()) return nearest_rank(table, value);
   if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
+  switch (kind) {
+    case Kind::decimal:
+      return lattice_code(value * exact_powers_of_ten[exponent], 0, 1);
+    case Kind::binary:
+      return lattice_code(value * power_of_two(-exponent), 0, 1);
+    case Kind::integer:
+      return lattice_code(value, 0, 1);
+    case Kind::lattice:
+      return lattice_code(value, origin, step);
+    default:
+      break;
+  }
   std::byte number[8];
   store_rounded(type, value, number);
   return code_of(type, number);
+}
+
+double NumberMap::number_near(Scalar type, int64_t code) const {
+  if (kind == Kind::integer && table.empty()) return static_cast<double>(code);
+  const double value = value_of(type, code);
+  return std::isfinite(value) ? value : 0;
 }
 
 namespace {

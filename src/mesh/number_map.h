@@ -44,8 +44,10 @@ struct NumberMap {
   bool is_curved() const;
   /// The number of a code, for predictions; NaN gives 0.
   double value_of(Scalar type, int64_t code) const;
-  /// The code of a number nearest to `value`.
+  /// The code of a number nearest to `value`; for linear kinds 0 where no code of 64 bits is near.
   int64_t nearest_code(Scalar type, double value) const;
+  /// As value_of(), but 0 for infinities, and codes of integers count for themselves.
+  double number_near(Scalar type, int64_t code) const;
 
   /// The code of a number of this type. Exact for lossless kinds when the map was made for it; lattice: the
   /// nearest (finite numbers only).

@@ -1,13 +1,16 @@
 #include "surface/array_coder.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "base/bytes.h"
 #include "base/pages.h"
 #include "base/result.h"
 #include "entropy/rans.h"
+#include "surface/element_walk.h"
 #include "surface/mixed_array.h"
+#include "surface/normal_coder.h"
 #include "surface/number_maps.h"
 #include "surface/tuple_coder.h"
 
@@ -16,128 +19,8 @@ namespace {
 
 // Elements a coding is tried on: enough to fill the models, few enough to try several.
 constexpr uint32_t trial_elements = 1 << 15;
-
-/// Visits the elements of a domain in coded order with their stencils: what both directions share. `visit`
-/// returns false to stop.
-class ElementWalk {
- public:
-  ElementWalk(const PatchElements& elements, const std::vector<uint32_t>& face_of)
-      : elements_(elements), surface_(*elements.surface), face_of_(face_of) {}
-
-  template <class Visit>
-  void run(Domain domain, uint64_t mesh_tuples, Visit visit) {
-    switch (domain) {
-      case Domain::point:
-        return points(visit);
-      case Domain::cell:
-        return cells(visit);
-      case Domain::corner:
-        return corners(visit);
-      case Domain::mesh:
-        return rest(0, static_cast<uint32_t>(mesh_tuples), visit);
-    }
-  }
-
- private:
-  /// Elements that are not on the surface have no neighbours.
-  template <class Visit>
-  void rest(uint32_t from, uint32_t to, Visit visit) {
-    const Stencil nothing{};
-    for (uint32_t i = from; i < to; ++i) {
-      if (!visit(i, nothing)) return;
-    }
-  }
-
-  template <class Visit>
-  void points(Visit visit) {
-    uint32_t next = 0;
-    for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
-      if (surface_.point(vertex) != next) continue;  // another fan of a point before
-      find_point_stencil(surface_, vertex, stencil_);
-      if (!visit(next++, stencil_)) return;
-    }
-    rest(surface_.point_count, elements_.points, visit);
-  }
-
-  template <class Visit>
-  void cells(Visit visit) {
-    const uint32_t faces = surface_.face_count;
-    for (uint32_t face = 0; face < faces; ++face) {
-      stencil_.gate_count = 0;
-      stencil_.neighbour = none;
-      uint32_t h = surface_.face(face);
-      do {
-        const uint32_t other = face_of_[surface_.half_edges.opposite[h]];
-        if (other < face && (stencil_.neighbour == none || other > stencil_.neighbour))
-          stencil_.neighbour = other;
-        h = surface_.half_edges.next(h);
-      } while (h != surface_.face(face));
-      if (!visit(face, stencil_)) return;
-    }
-    rest(faces, elements_.cells(), visit);
-  }
-
-  bool is_real(uint32_t h) const { return face_of_[h] != none; }
-
-  /// The corner at half-edge h when its vertex came before `vertex`; none otherwise.
-  uint32_t known_corner(uint32_t h, uint32_t vertex) const {
-    return is_real(h) && surface_.half_edges.origin[h] < vertex ? h : none;
-  }
-
-  void find_corner_stencil(uint32_t h, uint32_t vertex, uint32_t neighbour) {
-    const HalfEdges& edges = surface_.half_edges;
-    stencil_.gate_count = 0;
-    const uint32_t next = edges.next(h);
-    const uint32_t a = known_corner(next, vertex);
-    const uint32_t b = known_corner(edges.previous(h), vertex);
-    stencil_.neighbour = neighbour != none ? neighbour : a != none ? a : b;
-    if (a == none || b == none) return;
-    const bool triangle = edges.next(edges.next(next)) == h;
-    const uint32_t across =
-        known_corner(triangle ? edges.previous(edges.opposite[next]) : edges.next(next), vertex);
-    if (across == none) return;
-    stencil_.gates[0] = {a, b, across};
-    stencil_.gate_count = 1;
-  }
-
-  template <class Visit>
-  void corners(Visit visit) {
-    for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
-      uint32_t neighbour = none;
-      const uint32_t first = surface_.vertices.corner[vertex];
-      uint32_t h = first;
-      do {
-        if (is_real(h)) {
-          find_corner_stencil(h, vertex, neighbour);
-          if (!visit(h, stencil_)) return;
-          neighbour = h;
-        }
-        h = surface_.half_edges.turn(h);
-      } while (h != first);
-    }
-    rest(surface_.half_edges.size(), elements_.corners(), visit);
-  }
-
-  const PatchElements& elements_;
-  const PatchSurface& surface_;
-  const std::vector<uint32_t>& face_of_;
-  Stencil stencil_;
-};
-
-/// Number of the real face of each half-edge; none in border triangles. Points do without.
-std::vector<uint32_t> faces_of_half_edges(const PatchSurface& surface, Domain domain) {
-  std::vector<uint32_t> face_of;
-  if (domain != Domain::cell && domain != Domain::corner) return face_of;
-  face_of.assign(surface.half_edges.size(), none);
-  for (uint32_t face = 0; face < surface.face_count; ++face) {
-    uint32_t h = surface.face(face);
-    do {
-      face_of[h] = face;
-      h = surface.half_edges.next(h);
-    } while (h != surface.face(face));
-  }
-  return face_of;
-}
+// Stands where tuples have their predictor.
+constexpr uint8_t normal_coding = 8;
 
 unsigned lanes_for(size_t components) {
   return components == 3 ? 3 : 1;
@@ -155,48 +38,266 @@ size_t codes_of(size_t tuples, const ArrayMaps& maps) {
   return tuples * maps.maps.size() + 1;
 }
 
+/// How an array is coded: as tuples, or as normals of the surface.
+struct ArrayCoding {
+  TupleCoding tuple;
+  std::optional<NormalCoding> normal;
+};
+
+/// Which normals are expected, where the array has some.
+class ExpectedNormals {
+ public:
+  ExpectedNormals(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                  const ArrayCoding& coding) {
+    if (!coding.normal || coding.normal->weight == NormalCoding::own) return;
+    surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
+    faces_ = elements.surface->face_count;
+    if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
+  }
+  ExpectedNormal of_point(uint32_t point) const {
+    return point < points_.size() ? points_[point] : ExpectedNormal{};
+  }
+  ExpectedNormal of_face(uint32_t face) const {
+    return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
+  }
+  ExpectedNormal of(const Wedge& wedge) const {
+    return surface_ && !wedge.corners.empty() ? surface_->of_wedge(wedge.corners) : ExpectedNormal{};
+  }
+  /// How sharp the edge between two corners is, 0 to 5.
+  unsigned sharpness(const CornerPair& pair) const {
+    if (!surface_) return 0;
+    const double turn = 1 - surface_->cosine(pair.corner, pair.next);
+    return 1u + (turn > 1e-6) + (turn > 0.01) + (turn > 0.1) + (turn > 0.5);
+  }
+
+ private:
+  std::optional<SurfaceNormals> surface_;
+  std::vector<ExpectedNormal> points_;
+  uint32_t faces_ = 0;
+};
+
+/// Codes which corners of a vertex hold the same tuple.
+template <class Coder, class Code>
+class CornerJoints {
+ public:
+  CornerJoints(Coder& coder, std::span<const Code> codes, size_t components)
+      : coder_(coder), codes_(codes), components_(components) {}
+
+  bool same(uint32_t a, uint32_t b) const {
+    const auto of = [&](uint32_t corner) {
+      return codes_.begin() + static_cast<ptrdiff_t>(corner * components_);
+    };
+    return std::equal(of(a), of(a) + static_cast<ptrdiff_t>(components_), of(b));
+  }
+  bool code(const CornerPair& pair, unsigned sharpness) {
+    const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
+    bool joined = false;
+    if constexpr (Coder::encoding) joined = same(pair.corner, pair.next);
+    joined = joined_[far][sharpness][history_].code(coder_, joined);
+    history_ = (history_ << 1 | static_cast<unsigned>(joined)) & 3;
+    return joined;
+  }
+
+ private:
+  Coder& coder_;
+  std::span<const Code> codes_;
+  size_t components_;
+  BitModel joined_[3][6][4];
+  unsigned history_ = 0;
+};
+
+/// Codes all elements of an array with `coder`, a TupleCoder or NormalCoder behind `code(element, stencil,
+/// expected)`. `more` returns false to stop.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                   uint64_t tuples, const ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
+                   size_t components, ElementCoder& coder, More more) {
+  ElementWalk walk(elements, face_of, !elements.positions.empty());
+  const auto code = [&](uint32_t element, const Stencil& stencil, const auto& expected) {
+    if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t, const Stencil&,
+                                      const ExpectedNormal&>) {
+      coder.code(element, stencil, expected());
+    } else {
+      coder.code(element, stencil);
+    }
+  };
+  if (domain != Domain::corner) {
+    walk.run(domain, tuples, [&](uint32_t element, const Stencil& stencil) {
+      if (!more()) return false;
+      code(element, stencil,
+           [&] { return domain == Domain::point ? normals.of_point(element) : normals.of_face(element); });
+      return true;
+    });
+    return;
+  }
+  CornerJoints<Rans, Code> joints(rans, codes, components);
+  walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
+                  [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
+                  [&](uint32_t element, const Stencil& stencil, const Wedge& wedge) {
+                    if (!more()) return false;
+                    code(element, stencil, [&] { return normals.of(wedge); });
+                    for (size_t i = 1; i < wedge.corners.size(); ++i) coder.copy(wedge.corners[i], element);
+                    return true;
+                  });
+}
+
+/// The same for whichever coder the array has.
+template <class Rans, class Code, class More>
+void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
+                std::span<Code> codes, More more) {
+  const ExpectedNormals normals(elements, face_of, array.domain, coding);
+  const size_t components = maps.maps.size();
+  const auto run = [&](auto& coder) {
+    code_elements<Rans, Code>(elements, face_of, array.domain, tuples, normals, rans, codes, components,
+                              coder, more);
+  };
+  if (coding.normal) {
+    NormalCoder<Rans, Code> coder(rans, *coding.normal, array.type, maps, codes);
+    return run(coder);
+  }
+  with_components(components, [&](auto fixed) {
+    const GatePlacement places(elements, array.domain);
+    TupleCoder<Rans, Code, fixed> coder(rans, coding.tuple, array.type, maps.maps, codes, &places);
+    run(coder);
+  });
+}
+
 template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                                    const Array& array, const ArrayMaps& maps, const TupleCoding& coding,
+                                    const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
                                     std::span<Code> codes, uint32_t most, Pace* pace) {
-  RansEncoder encoder(lanes_for(maps.maps.size()));
-  ElementWalk walk(elements, face_of);
-  with_components(maps.maps.size(), [&](auto fixed) {
-    TupleCoder<RansEncoder, Code, fixed> coder(encoder, coding, array.type, maps.maps, codes);
-    walk.run(array.domain, array.count(), [&](uint32_t element, const Stencil& stencil) {
-      if (most-- == 0) return false;
-      coder.code(element, stencil);
-      return !pace || pace->step();
-    });
-  });
+  RansEncoder encoder(coding.normal ? 1 : lanes_for(maps.maps.size()));
+  code_array<RansEncoder, Code>(encoder, elements, face_of, array, array.count(), maps, coding, codes,
+                                [&] { return most-- > 0 && (!pace || pace->step()); });
   return encoder.finish();
+}
+
+/// Normals that a surface may predict.
+bool is_normal(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
+         is_float(array.type) && array.domain != Domain::mesh;
+}
+
+/// Elements with positions, whose gates are placed by them.
+bool can_place(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && (array.domain == Domain::point || array.domain == Domain::corner);
+}
+
+/// Stands where normals are coded, and measures how far they are from those expected.
+template <class Code>
+class NormalMeasure {
+ public:
+  NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
+      : array_(array), maps_(maps), codes_(codes) {}
+
+  void code(uint32_t element, const Stencil&, const ExpectedNormal& expected) {
+    const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
+    const Vector3 unit = unit_vector(expected.vector);
+    ++normals_;
+    units_ += std::fabs(dot(value, value) - 1) < 0.02;
+    for (const bool summed : {false, true}) {
+      for (const bool inward : {false, true}) {
+        const Vector3 towards = (summed ? expected.vector : unit) * (inward ? -1.0 : 1.0);
+        double error = 1e-9;
+        for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value[k] - towards[k]));
+        errors_[summed][inward] += half_octaves_of(std::min(error, 1e30));
+      }
+    }
+  }
+  void copy(uint32_t, uint32_t) {}
+
+  /// Are nearly all normals of unit length?
+  bool unit() const { return units_ * 64 >= normals_ * 63; }
+  int64_t error(bool summed, bool inward) const { return errors_[summed][inward]; }
+
+ private:
+  const Array& array_;
+  const ArrayMaps& maps_;
+  std::span<const Code> codes_;
+  int64_t errors_[2][2] = {};
+  uint64_t normals_ = 0;
+  uint64_t units_ = 0;
+};
+
+/// What fits an array's normals best, before anything is tried.
+template <class Code>
+std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
+                                            const std::vector<uint32_t>& face_of, const Array& array,
+                                            const ArrayMaps& maps, std::span<const Code> codes) {
+  NormalCoding best;
+  int64_t smallest = INT64_MAX;
+  bool unit = true;
+  const auto measure = [&](unsigned weight, bool welded) {
+    ArrayCoding coding;
+    coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
+    coding.normal->welded = welded;
+    const ExpectedNormals normals(elements, face_of, array.domain, coding);
+    NormalMeasure<Code> measured(array, maps, codes);
+    RansEncoder unused(1);
+    uint32_t most = trial_elements;
+    code_elements<RansEncoder, Code>(elements, face_of, array.domain, array.count(), normals, unused, codes,
+                                     maps.maps.size(), measured, [&] { return most-- > 0; });
+    unit = maps.octahedral || measured.unit();
+    for (const bool inward : {false, true}) {
+      if (measured.error(!unit, inward) >= smallest) continue;
+      smallest = measured.error(!unit, inward);
+      best = {static_cast<uint8_t>(weight), unit, !unit, inward};
+      best.welded = welded;
+    }
+  };
+  // One face has one normal, whatever its weight.
+  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
+  for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
+  if (array.domain == Domain::point) measure(best.weight, true);
+  NormalCoding following = best;
+  following.follows = true;
+  return {best, following, {NormalCoding::own, unit}};
 }
 
 /// The coding whose trial is smallest.
 template <class Code>
-TupleCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                           const Array& array, const ArrayMaps& maps, std::span<Code> codes) {
-  TupleCoding best;
+  ArrayCoding best;
   size_t smallest = SIZE_MAX;
-  const auto consider = [&](const TupleCoding& coding) {
+  const auto consider = [&](const ArrayCoding& coding) {
     size_t size =
         encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
     // Whole values take time to decode; they must be worth it.
-    if (coding.whole_values) size += size / 200;
+    if (!coding.normal && coding.tuple.whole_values) size += size / 200;
     if (size >= smallest) return;
     smallest = size;
     best = coding;
   };
-  const bool gates = array.domain == Domain::point || array.domain == Domain::corner;
   for (unsigned p = 0; p < predictor_count; ++p) {
     const auto predictor = static_cast<Predictor>(p);
-    if (predictor >= Predictor::nearest_gate && !gates) continue;
+    if (predictor >= Predictor::nearest_gate && array.domain == Domain::mesh) continue;
     for (const bool whole_values : {false, true}) {
-      consider({predictor, whole_values, array.domain != Domain::point});
+      consider({{predictor, whole_values, array.domain == Domain::cell || array.domain == Domain::mesh}, {}});
     }
   }
-  TupleCoding other = best;
-  other.repeats = !best.repeats;
+  ArrayCoding other = best;
+  other.tuple.repeats = !best.tuple.repeats;
+  consider(other);
+  if (can_place(elements, array) && best.tuple.predictor >= Predictor::nearest_gate) {
+    const TupleCoding unplaced = best.tuple;
+    for (const auto predictor : {Predictor::nearest_gate, Predictor::two_gates, Predictor::all_gates}) {
+      for (const auto placement : {Placement::hinge, Placement::similar, Placement::both}) {
+        if (placement != Placement::hinge && maps.maps.size() != 2) continue;
+        ArrayCoding placed{unplaced, {}};
+        placed.tuple.predictor = predictor;
+        placed.tuple.placement = placement;
+        consider(placed);
+      }
+    }
+  }
+  if (!is_normal(elements, array)) return best;
+  for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
+    consider({{}, coding});
+  if (!best.normal) return best;
+  other = best;
+  other.normal->repeats = !best.normal->repeats;
   consider(other);
   return best;
 }
@@ -323,10 +424,19 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
                                      std::span(codes).first(codes.size() - 1), effort, pace));
     return out.take();
   }
-  const TupleCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
+  const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
   ByteWriter out;
-  out.put(coding.predictor);
-  out.put(static_cast<uint8_t>(coding.whole_values | coding.repeats << 1 | maps.octahedral.has_value() << 2));
+  if (coding.normal) {
+    out.put(normal_coding);
+    out.put(static_cast<uint8_t>(maps.octahedral.has_value() << 2));
+    out.put(coding.normal->weight);
+    out.put(coding.normal->flags());
+  } else {
+    out.put(coding.tuple.predictor);
+    out.put(static_cast<uint8_t>(coding.tuple.whole_values | coding.tuple.repeats << 1 |
+                                 maps.octahedral.has_value() << 2 |
+                                 static_cast<unsigned>(coding.tuple.placement) << 3));
+  }
   if (maps.octahedral) {
     out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
   } else {
@@ -371,7 +481,7 @@ void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code>
 }
 
 template <class Code>
-Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding& coding,
+Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding& coding,
                    const ArrayMaps& maps, Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array,
                    Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
@@ -391,15 +501,10 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding&
     store_numbers<Code>(array, maps.maps, std::move(storage));
     return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
   }
-  RansDecoder decoder(bytes, lanes_for(maps.maps.size()));
-  ElementWalk walk(elements, face_of);
-  with_components(maps.maps.size(), [&](auto fixed) {
-    TupleCoder<RansDecoder, Code, fixed> coder(decoder, coding, array.type, maps.maps, codes);
-    walk.run(array.domain, tuples, [&](uint32_t element, const Stencil& stencil) {
-      coder.code(element, stencil);
-      return !decoder.exhausted() && (!pace || pace->step());
-    });
-  });
+  RansDecoder decoder(bytes, coding.normal ? 1 : lanes_for(maps.maps.size()));
+  code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
+                                codes.first(codes.size()),
+                                [&] { return !decoder.exhausted() && (!pace || pace->step()); });
   if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
@@ -410,6 +515,29 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const TupleCoding&
     store_numbers<Code>(array, maps.maps, std::move(storage));
   }
   return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+}
+
+/// No value for one that is unknown, or that the array cannot have.
+std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elements, const Array& array,
+                                       uint8_t kind, uint8_t flags) {
+  ArrayCoding coding;
+  if (kind == normal_coding) {
+    const auto weight = in.get<uint8_t>();
+    const auto how = in.get<uint8_t>();
+    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & ~4u) != 0 ||
+        !is_normal(elements, array)) {
+      return std::nullopt;
+    }
+    coding.normal = NormalCoding::from(weight, how);
+    return coding;
+  }
+  if (kind >= predictor_count) return std::nullopt;
+  coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0,
+                  static_cast<Placement>(flags >> 3 & 3)};
+  const bool placed = coding.tuple.placement != Placement::parallelogram;
+  if (placed && (coding.tuple.predictor < Predictor::nearest_gate || !can_place(elements, array)))
+    return std::nullopt;
+  return coding;
 }
 
 }  // namespace
@@ -440,14 +568,11 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
                       Pace* pace) {
   ByteReader in(bytes);
-  TupleCoding coding;
   const auto kind = in.get<uint8_t>();
-  const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
-  coding.predictor = mixed ? Predictor::previous : static_cast<Predictor>(kind);
   const auto flags = in.get<uint8_t>();
-  coding.whole_values = (flags & 1) != 0;
-  coding.repeats = (flags & 2) != 0;
-  if (!in.ok() || static_cast<unsigned>(coding.predictor) >= predictor_count || flags > (mixed ? 0 : 7)) {
+  const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
+  const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
+  if (!in.ok() || !coding || flags > (mixed ? 0 : 31)) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
   const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
@@ -456,9 +581,9 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
   const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
   if (size_of(array.type) == 8) {
-    return decode_as<int64_t>(elements, mixed, coding, maps, coded, exceptions, tuples, array, pace);
+    return decode_as<int64_t>(elements, mixed, *coding, maps, coded, exceptions, tuples, array, pace);
   }
-  return decode_as<int32_t>(elements, mixed, coding, maps, coded, exceptions, tuples, array, pace);
+  return decode_as<int32_t>(elements, mixed, *coding, maps, coded, exceptions, tuples, array, pace);
 }
 
 }  // namespace maille

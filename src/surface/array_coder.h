@@ -9,6 +9,7 @@
 #include "base/pace.h"
 #include "mesh/number_map.h"
 #include "surface/patch_surface.h"
+#include "surface/vector3.h"
 
 namespace maille {
 
@@ -22,6 +23,10 @@ struct PatchElements {
   uint32_t points = 0;
   uint32_t loose_cells = 0;
   uint32_t loose_corners = 0;
+  /// By face of the surface: was it turned over? Empty or nullptr: none was.
+  const std::vector<bool>* flipped = nullptr;
+  /// Of the points as they were decoded, finite; empty while these are coded themselves.
+  std::span<const Vector3> positions = {};
 
   uint32_t cells() const { return surface->face_count + loose_cells; }
   uint32_t corners() const { return surface->half_edges.size() + loose_corners; }

@@ -11,6 +11,7 @@
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
 #include "surface/patch_topology.h"
+#include "surface/surface_normals.h"
 
 namespace maille::testing {
 namespace {
@@ -19,14 +20,21 @@ namespace {
 struct Patch {
   Mesh mesh;
   EncodedTopology encoded;
+  std::vector<Vector3> positions;
 
   explicit Patch(Mesh from) : mesh(std::move(from)) {
     auto topology = encode_topology(mesh, 4);
     EXPECT_TRUE(topology) << topology.error().message;
     if (topology) encoded = std::move(*topology);
     find_corner_sources(mesh, encoded);
+    const auto maps = choose_maps(mesh.points, {}, true);
+    if (maps) positions = decoded_positions(mesh.points, *maps, encoded.sources.points);
   }
-  PatchElements elements() const { return encoded.topology.elements(); }
+  PatchElements elements() const {
+    PatchElements elements = encoded.topology.elements();
+    elements.positions = positions;
+    return elements;
+  }
   /// Tuples of the mesh in coded order.
   std::vector<uint32_t> sources(const Array& array) const {
     if (array.domain == Domain::point) return encoded.sources.points;
@@ -76,6 +84,7 @@ std::string round_trip(const Patch& patch, const Array& array, int effort = 5) {
 
 Array random_array(Random& random, const Mesh& mesh, Domain domain, Scalar type, uint32_t components) {
   Array array = make_array("values", domain, type, components);
+  if (components == 3 && random.chance(50)) array.role = Role::normal;
   array.resize(domain == Domain::mesh ? random.below(20) : mesh.count_of(domain));
   // Bits at random, few different values, or what is left after special ones are sprinkled over zeros.
   const uint32_t kind = random.below(3);

@@ -10,6 +10,7 @@
 #include "surface/fan_positions.h"
 #include "surface/mixed_array.h"
 #include "surface/number_maps.h"
+#include "surface/surface_normals.h"
 
 namespace maille {
 namespace {
@@ -142,10 +143,16 @@ class PatchEncoder {
     // Mixing is made for places in space.
     const bool positions = key.type == std::string_view("POSI");
     const int effort = positions ? options_.effort : std::min(options_.effort, least_mixed_effort - 1);
-    CodedStream stream{key, maille::encode_array(cells_.encoded.topology.elements(), array, coded.maps,
-                                                 sources, effort, &pace)};
+    PatchElements elements = cells_.encoded.topology.elements();
+    elements.positions = positions_;
+    CodedStream stream{key, maille::encode_array(elements, array, coded.maps, sources, effort, &pace)};
     if (pace.stopped()) return cancelled();
     return stream;
+  }
+
+  /// What arrays are predicted from.
+  void keep_positions(const ArrayToCode& positions) {
+    positions_ = decoded_positions(*positions.array, positions.maps, cells_.encoded.sources.points);
   }
 
   Result<EncodedPatch> finish(std::vector<CodedStream> arrays) {
@@ -164,6 +171,7 @@ class PatchEncoder {
   CodedCells cells_;
   uint32_t patch_;
   const EncodeOptions& options_;
+  std::vector<Vector3> positions_;
 };
 
 Array array_of(const ArrayDescription& description) {
@@ -179,6 +187,15 @@ bool needs_places(const Description& description, const DecodeOptions& options) 
                      [&](const ArrayDescription& array) {
                        return (array.domain == Domain::cell || array.domain == Domain::corner) &&
                               is_wanted(options, array.name);
+                     });
+}
+
+/// Is an array wanted that needs the list of faces: one with places, or normals of points?
+bool needs_faces(const Description& description, const DecodeOptions& options) {
+  return needs_places(description, options) ||
+         std::any_of(description.arrays.begin(), description.arrays.end(),
+                     [&](const ArrayDescription& array) {
+                       return array.role == Role::normal && is_wanted(options, array.name);
                      });
 }
 
@@ -207,8 +224,8 @@ class PatchDecoder {
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
     } else {
-      topology_ = MAILLE_TRY(
-          decode_topology(bytes, shapes_, description_.points, description_.corners, with_places_));
+      topology_ = MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners,
+                                             needs_faces(description_, options_)));
     }
     if (positions_of.number == front_coding) {
       positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
@@ -233,9 +250,14 @@ class PatchDecoder {
     if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
     Array array = array_of(described);
     const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    MAILLE_CHECK(decode_array(topology_.elements(), bytes, described.mesh_tuples, array, &pace));
+    PatchElements elements = topology_.elements();
+    elements.positions = positions_;
+    MAILLE_CHECK(decode_array(elements, bytes, described.mesh_tuples, array, &pace));
     return array;
   }
+
+  /// What arrays are predicted from.
+  void keep_positions(const Array& positions) { positions_ = positions_as_doubles(positions); }
 
   /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
   /// positions are as many.
@@ -277,6 +299,7 @@ class PatchDecoder {
   bool with_places_;
   PatchTopology topology_;
   std::optional<FanSurface> fans_;
+  std::vector<Vector3> positions_;
 };
 
 }  // namespace
@@ -288,6 +311,7 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
   std::vector<CodedStream> streams;
   streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
+  if (arrays.size() > 1) encoder.keep_positions(arrays[0]);
   for (size_t i = 1; i < arrays.size(); ++i) {
     if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
       streams.push_back({array_key(patch, i - 1), {}});
@@ -313,6 +337,7 @@ Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& d
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];
     if (!is_wanted(options, array.name)) continue;
+    if (mesh.arrays.empty()) decoder.keep_positions(mesh.points);
     if (patch > 0 && array.domain == Domain::mesh) {
       mesh.arrays.push_back(array_of(array));
     } else {

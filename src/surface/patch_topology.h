@@ -37,7 +37,7 @@ struct PatchTopology {
   uint32_t points = 0;
 
   PatchElements elements() const {
-    return {&surface, points, loose.size(), static_cast<uint32_t>(loose.nodes.size())};
+    return {&surface, points, loose.size(), static_cast<uint32_t>(loose.nodes.size()), &flipped};
   }
   uint32_t block_of_face(uint32_t face) const { return face_block.empty() ? 0 : face_block[face]; }
   bool is_flipped(uint32_t face) const { return !flipped.empty() && flipped[face]; }

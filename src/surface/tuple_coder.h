@@ -11,6 +11,7 @@
 #include "entropy/residual_model.h"
 #include "mesh/number_map.h"
 #include "predict/parallelogram.h"
+#include "surface/gate_placement.h"
 #include "surface/stencil.h"
 
 namespace maille {
@@ -21,6 +22,7 @@ struct TupleCoding {
   bool whole_values =
       false;  ///< frequent residuals are learnt as such; slower, for machine parts and voxel lattices
   bool repeats = false;  ///< a flag per element says that its tuple is its neighbour's
+  Placement placement = Placement::parallelogram;
 };
 
 /// Sizes of past residuals in half octaves. The three of a position share one word, so that those of up to
@@ -89,7 +91,7 @@ template <class Coder, class Code, unsigned Fixed>
 class TupleCoder {
  public:
   TupleCoder(Coder& coder, const TupleCoding& coding, Scalar type, std::span<const NumberMap> maps,
-             std::span<Code> codes)
+             std::span<Code> codes, const GatePlacement* places = nullptr)
       : coder_(coder),
         coding_(coding),
         type_(type),
@@ -100,7 +102,12 @@ class TupleCoder {
         predictions_(maps.size()),
         spreads_(maps.size()),
         residuals_(maps.size()),
-        lengths_(maps.size()) {
+        lengths_(maps.size()),
+        places_(coding.placement == Placement::parallelogram ? nullptr : places) {
+    if (places_ != nullptr) {
+      numbers_.resize(codes.size() - 1);
+      placed_.resize(maps.size() * (Stencil::most_gates + 1) + 1);
+    }
     for (const NumberMap& map : maps) any_curved_ |= map.is_curved();
   }
 
@@ -112,15 +119,30 @@ class TupleCoder {
     if (coding_.repeats && neighbour_ != none && code_repeat(element)) return;
     if (stencil.gate_count > 0 && coding_.predictor >= Predictor::nearest_gate) {
       choose_gates(stencil);
+      if (places_ != nullptr) place_gates(element, stencil);
       for (unsigned k = 0; k < components(); k += pack) predict_by_gates(stencil, k);
       const unsigned weight = inverse_of_triple[stencil.gate_count];
       code_lengths(element,
                    [&](unsigned k) { return (Sizes::component(past_sizes_, k) * weight + 32768) >> 16; });
+    } else if (places_ != nullptr && stencil.edge.a != none) {
+      predict_by_edge(element, stencil.edge);
+      code_lengths(element, [&](unsigned k) {
+        return (sizes_.at(stencil.edge.a, k) + sizes_.at(stencil.edge.b, k) + 1) / 2;
+      });
     } else {
       for (unsigned k = 0; k < components(); ++k) predict_by_neighbour(k);
       code_lengths(element, [&](unsigned k) { return neighbour_ == none ? 0 : sizes_.at(neighbour_, k); });
     }
     code_values(element);
+    if (places_ != nullptr) keep_numbers(element, stencil);
+  }
+
+  /// Gives an element the tuple of another one, with nothing coded.
+  void copy(uint32_t to, uint32_t from) {
+    for (unsigned k = 0; k < components(); ++k) codes_[at(to, k)] = codes_[at(from, k)];
+    sizes_.copy(to, from);
+    if (places_ == nullptr) return;
+    for (unsigned k = 0; k < components(); ++k) numbers_[at(to, k)] = numbers_[at(from, k)];
   }
 
  private:
@@ -135,10 +157,8 @@ class TupleCoder {
     }
     same = repeat_[repeated_].code(coder_, same);
     repeated_ = (repeated_ << 1 | static_cast<unsigned>(same)) & 3;
-    if (!same) return false;
-    for (unsigned k = 0; k < components(); ++k) codes_[at(element, k)] = codes_[at(neighbour_, k)];
-    sizes_.copy(element, neighbour_);
-    return true;
+    if (same) copy(element, neighbour_);
+    return same;
   }
 
   /// The two gates with the smallest past residuals (the first of equals). Selections, not branches: which is
@@ -194,7 +214,11 @@ class TupleCoder {
     Pack predictions[Stencil::most_gates] = {};
     Pack sum = {};
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      parallelogram_at(stencil.gates[i], first, predictions[i]);
+      if (places_ != nullptr) {
+        std::memcpy(&predictions[i], &placed_[i * components() + first], sizeof predictions[i]);
+      } else {
+        parallelogram_at(stencil.gates[i], first, predictions[i]);
+      }
       sum += predictions[i];
     }
     const Pack best = predictions[best_];
@@ -214,6 +238,65 @@ class TupleCoder {
     }
   }
 
+  /// The codes of what each gate predicts with positions.
+  [[gnu::noinline]] void place_gates(uint32_t element, const Stencil& stencil) {
+    for (unsigned i = 0; i < stencil.gate_count; ++i) {
+      const Gate& gate = stencil.gates[i];
+      const PlacedGate place = places_->place(element, gate);
+      for (unsigned k = 0; k < components(); ++k) {
+        placed_[i * components() + k] =
+            static_cast<Code>(maps_[k].nearest_code(type_, placed_number(gate, place, k)));
+      }
+    }
+  }
+
+  double placed_number(const Gate& gate, const PlacedGate& place, unsigned k) const {
+    const double a = numbers_[at(gate.a, k)];
+    const double edge = numbers_[at(gate.b, k)] - a;
+    const double from = numbers_[at(gate.across, k)] - a;
+    if (place.flat) return a + (edge - from);
+    const double on_edge = a + place.along * edge;
+    const double hinge = on_edge - place.beyond * (from - place.across_along * edge);
+    if (coding_.placement == Placement::hinge || gate.a == gate.b || components() != 2) return hinge;
+    // A right angle from the edge, away from `across`.
+    const unsigned other = 1 - k;
+    const double other_edge = numbers_[at(gate.b, other)] - numbers_[at(gate.a, other)];
+    const double other_from = numbers_[at(gate.across, other)] - numbers_[at(gate.a, other)];
+    const double side = edge * other_from - other_edge * from;  // the same sign for k = 0 as -side for k = 1
+    const double similar = on_edge + (side > 0 ? place.off : -place.off) * other_edge;
+    return coding_.placement == Placement::similar ? similar : (hinge + similar) / 2;
+  }
+
+  /// Without a gate: along the edge, and beside it on the side that the last such element was.
+  [[gnu::noinline]] void predict_by_edge(uint32_t element, const Gate& edge) {
+    const PlacedGate place = places_->place(element, edge);
+    const bool beside = coding_.placement != Placement::hinge && components() == 2 && !place.flat;
+    for (unsigned k = 0; k < components(); ++k) {
+      const double a = numbers_[at(edge.a, k)];
+      double number =
+          a + (place.flat ? 0.5 : std::clamp(place.along, -1.0, 2.0)) * (numbers_[at(edge.b, k)] - a);
+      if (beside) {
+        const unsigned other = 1 - k;
+        const double turned = (numbers_[at(edge.b, other)] - numbers_[at(edge.a, other)]) * (k == 0 ? -1 : 1);
+        number += side_ * place.off * turned;
+      }
+      predictions_[k] = static_cast<Code>(maps_[k].nearest_code(type_, number));
+      spreads_[k] = one_prediction - 1;
+    }
+  }
+
+  [[gnu::noinline]] void keep_numbers(uint32_t element, const Stencil& stencil) {
+    for (unsigned k = 0; k < components(); ++k)
+      numbers_[at(element, k)] = maps_[k].number_near(type_, codes_[at(element, k)]);
+    if (components() != 2 || stencil.edge.a == none) return;
+    const auto from_a = [&](uint32_t other, unsigned k) {
+      return numbers_[at(other, k)] - numbers_[at(stencil.edge.a, k)];
+    };
+    const double turn =
+        from_a(stencil.edge.b, 0) * from_a(element, 1) - from_a(stencil.edge.b, 1) * from_a(element, 0);
+    if (turn != 0) side_ = turn < 0 ? -1 : 1;
+  }
+
   void predict_by_neighbour(unsigned k) {
     const uint32_t from = coding_.predictor == Predictor::previous ? before_ : neighbour_;
     predictions_[k] = from == none ? Code{0} : codes_[at(from, k)];
@@ -225,10 +308,16 @@ class TupleCoder {
     for (unsigned k = 0; k < components(); ++k) {
       if constexpr (Coder::encoding)
         residuals_[k] = wrapped_difference(codes_[at(element, k)], predictions_[k]);
-      const ResidualContext context{expected_size(k), spreads_[k]};
+      const ResidualContext context{informed(expected_size(k), k), spreads_[k]};
       lengths_[k] =
           model_.code_length(coder_, bit_length(size_of_residual(k)), model_of(k), context, lane_of(k));
     }
+  }
+
+  /// With placed gates components are wrong together: the one before tells.
+  unsigned informed(unsigned expected, unsigned k) const {
+    if (Fixed != 0 || places_ == nullptr || k == 0) return expected;
+    return (expected + 2 * lengths_[k - 1]) / 2;
   }
 
   [[gnu::always_inline]] void code_values(uint32_t element) {
@@ -275,6 +364,10 @@ class TupleCoder {
   PerComponent<unsigned> spreads_;
   PerComponent<Code> residuals_;
   PerComponent<unsigned> lengths_;
+  const GatePlacement* places_;
+  std::vector<double> numbers_;  ///< of all codes so far, for placed gates
+  std::vector<Code> placed_;
+  double side_ = 1;    ///< of an edge, on which textures were last
   unsigned best_ = 0;  // gates
   unsigned second_ = 0;
   uint32_t neighbour_ = none;
