@@ -164,14 +164,14 @@ void append_copy(FanSurface& fans, uint32_t face) {
 
 }  // namespace
 
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const UniqueFaces unique = without_copies(faces.all_corners, points);
   const GluedSurface glued = glue({unique.all_corners, {}, points});
-  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points);
+  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;
@@ -218,6 +218,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
                                [&](uint32_t i) { return topology.face_block[i]; }));
   put_section(out, encode_loose(topology, mesh));
   result->bytes = out.take();
+  result->fan_bytes=coded.bytes; result->coded=coded.half_edges.size();
   for (uint32_t i = 0; i < count; ++i) {
     if (tracer.turned[i]) turn_over(fans, i);
   }

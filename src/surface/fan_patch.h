@@ -19,10 +19,11 @@ struct EncodedFanPatch {
   FanPatch patch;
   PatchSources sources;
   std::vector<std::byte> bytes;
+  std::vector<std::byte> fan_bytes; uint32_t coded = 0;
 };
 
 /// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh);
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models);
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {

@@ -45,7 +45,7 @@ struct CodedCells {
 Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
   CodedCells cells;
   if (options.effort <= fast_effort) {
-    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
+    auto patch = MAILLE_TRY(encode_fan_patch(mesh, FanModels::fixed));
     if (patch) {
       cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
       cells.fans = std::move(patch->patch.fans);

@@ -1,0 +1,418 @@
+#pragma once
+
+// What encoder and decoder of the positions of adaptive fans share. docs/format.md, "POSI 2".
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/pages.h"
+#include "entropy/integer_model.h"
+#include "entropy/residual_model.h"
+#include "mesh/number_map.h"
+#include "surface/valence_rows.h"
+#include "surface/value_dictionary.h"
+
+namespace maille {
+
+/// How positions are coded, chosen by the encoder.
+struct AdaptiveCoding {
+  /// What residuals are relative to. An integer parallelogram keeps what repeats visible.
+  enum class Centre : uint8_t { fitted, gate };
+  enum class Repeats : uint8_t {
+    none,
+    levels,      ///< which coordinates are in a dictionary comes first, as a pattern
+    candidates,  ///< each coordinate may be that of a neighbour or of a parallelogram, or in a dictionary
+  };
+  Centre centre = Centre::fitted;
+  Repeats repeats = Repeats::none;
+  /// Residuals of up to so many bits share a symbol, by coordinate.
+  std::array<uint8_t, 3> base{};
+  ValenceRows rows;
+  std::array<ValueDictionary, 3> dictionaries;
+};
+
+using Codes3 = std::array<int32_t, 3>;
+
+/// Positions while they are coded; those to come are zero.
+struct AdaptivePoints {
+  std::vector<Codes3> codes;
+  std::vector<std::array<double, 3>> values;  ///< the codes, or the numbers of codes in order of floats
+  std::array<bool, 3> ordered{};
+
+  AdaptivePoints(size_t count, std::span<const NumberMap> maps) {
+    reserve_pages(codes, count);
+    codes.resize(count);
+    reserve_pages(values, count);
+    values.resize(count);
+    for (unsigned k = 0; k < 3; ++k) ordered[k] = maps[k].kind == NumberMap::Kind::ordered;
+  }
+  bool any_ordered() const { return ordered[0] || ordered[1] || ordered[2]; }
+  /// Infinities would make NaN, and numbers near the largest overflow.
+  double value_of(unsigned k, int32_t code) const {
+    return ordered[k] ? std::clamp(NumberMap::ordered_value(Scalar::f32, code), -1e37, 1e37) : code;
+  }
+};
+
+/// The nearest integer (the even one of two), modulo 2^32, of numbers up to 2^51.
+[[gnu::always_inline]] inline int32_t rounded(double x) {
+  const double shifted = x + 6755399441055744.0;
+  uint64_t bits;
+  __builtin_memcpy(&bits, &shifted, sizeof bits);
+  return static_cast<int32_t>(static_cast<uint32_t>(bits));
+}
+
+/// What is expected of a vertex.
+struct Expectation {
+  Codes3 centre;
+  Codes3 fitted;
+  std::array<int32_t, 3> apart;    ///< another prediction less the centre
+  std::array<uint32_t, 3> spread;  ///< how far predictions lie apart
+  Codes3 gate, closing, late;
+};
+
+template <bool ordered>
+class Expecter {
+ public:
+  Expecter(const AdaptivePoints& points, const AdaptiveCoding& coding, const uint8_t* valences)
+      : points_(points),
+        weights_(std::make_unique<ValenceWeights>(coding.rows)),
+        by_gate_(coding.centre == AdaptiveCoding::Centre::gate),
+        valences_(valences) {}
+
+  [[gnu::always_inline]] void expect(const VertexReferences& references, unsigned kind, uint32_t v,
+                                     Expectation& result) const {
+    using R = VertexReferences;
+    const auto value = [&](unsigned r) -> const double* { return points_.values[references.at[r]].data(); };
+    const auto weights = weights_->of(ValenceRows::group_of(kind), references, v, valences_);
+    const double* last = value(R::last);
+    std::array<double, 3> fitted{};
+    for (unsigned r = 0; r < R::last; ++r) {
+      const double* at = value(r);
+      const auto weight = static_cast<double>(weights[r]);
+      for (unsigned k = 0; k < 3; ++k) fitted[k] += weight * (at[k] - last[k]);
+    }
+    const auto parallelogram = [&](unsigned a, unsigned b, unsigned across, Codes3& to) {
+      for (unsigned k = 0; k < 3; ++k) to[k] = code_of(k, value(a)[k] + value(b)[k] - value(across)[k]);
+    };
+    for (unsigned k = 0; k < 3; ++k) result.fitted[k] = code_of(k, last[k] + fitted[k]);
+    if (place_of_kind(kind) == start_place) {
+      result.gate = result.closing = result.late = result.centre = result.fitted;
+      result.apart = {};
+      result.spread = {};
+      return;
+    }
+    parallelogram(R::focus, R::last, R::before, result.gate);
+    result.closing = result.late = result.gate;
+    const bool closing = kind_is_last(kind), late = kind_has_late(kind);
+    if (closing) parallelogram(R::focus, R::next, R::next_opposite, result.closing);
+    if (late) parallelogram(R::late, R::late + 1, R::late + 2, result.late);
+    for (unsigned k = 0; k < 3; ++k) {
+      const int32_t gate = result.gate[k];
+      const int32_t to_closing = difference(result.closing[k], gate), to_late = difference(result.late[k], gate);
+      // The mean of the parallelograms, nearly.
+      const int32_t mean = closing && late ? sum(to_closing >> 2, to_late >> 2)
+                                           : sum(to_closing >> 1, to_late >> 1);
+      const int32_t to_fitted = difference(result.fitted[k], gate);
+      result.centre[k] = by_gate_ ? gate : result.fitted[k];
+      result.apart[k] = by_gate_ ? to_fitted : difference(mean, to_fitted);
+      result.spread[k] = std::max(size_of(result.apart[k]), std::max(size_of(to_closing), size_of(to_late)) >> 1);
+    }
+  }
+
+  static uint32_t size_of(int32_t x) {
+    return x < 0 ? 0 - static_cast<uint32_t>(x) : static_cast<uint32_t>(x);
+  }
+  static int32_t difference(int32_t a, int32_t b) {
+    return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
+  }
+  static int32_t sum(int32_t a, int32_t b) {
+    return static_cast<int32_t>(static_cast<uint32_t>(a) + static_cast<uint32_t>(b));
+  }
+
+ private:
+  [[gnu::always_inline]] int32_t code_of(unsigned k, double value) const {
+    if constexpr (ordered) {
+      if (points_.ordered[k]) return static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, value));
+    }
+    return rounded(value);
+  }
+
+  const AdaptivePoints& points_;
+  std::unique_ptr<ValenceWeights> weights_;
+  bool by_gate_;
+  const uint8_t* valences_;
+};
+
+/// Codes one vertex after the other. The encoder finds the codes in `wanted`; both put them into `points`.
+template <class Coder, bool ordered>
+class AdaptivePositionCoder {
+ public:
+  AdaptivePositionCoder(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans,
+                        AdaptivePoints& points, std::span<const Codes3> wanted)
+      : coder_(coder),
+        coding_(coding),
+        fans_(fans),
+        points_(points),
+        wanted_(wanted),
+        expecter_(points, coding, fans.valences.data()),
+        sizes_(points.codes.size()),
+        repeats_(coding.repeats == AdaptiveCoding::Repeats::none ? 0 : points.codes.size()),
+        models_(std::make_unique<Models>()) {
+    if (coding.repeats == AdaptiveCoding::Repeats::candidates) candidate_models_.resize(candidate_contexts);
+    if (coding.repeats != AdaptiveCoding::Repeats::none) offset_models_.resize(offset_contexts);
+  }
+
+  /// Vertex v, once all before it are coded.
+  [[gnu::always_inline]] void code(uint32_t v) {
+    VertexReferences beside;
+    const VertexReferences* references = &beside;
+    unsigned kind = start_place * valence_classes * 2;
+    if (v < fans_.vertices) {
+      references = &fans_.references[v];
+      kind = fans_.kinds[v];
+      expecter_.expect(*references, kind, v, expected_);
+    } else {
+      beside.at.fill(v == 0 ? 0 : v - 1);
+      expect_before(beside.at[0]);
+    }
+    known_ = 0;
+    if constexpr (Coder::encoding) codes_ = wanted_[v];
+    if (coding_.repeats != AdaptiveCoding::Repeats::none) [[unlikely]]
+      code_repeats(v, *references, kind);
+    code_residuals(v, *references, ValenceRows::parallelograms(ValenceRows::group_of(kind)));
+    if constexpr (!Coder::encoding) {
+      if (coding_.repeats == AdaptiveCoding::Repeats::candidates) [[unlikely]]
+        find_indices(repeats_[v]);
+    }
+    points_.codes[v] = codes_;
+    for (unsigned k = 0; k < 3; ++k)
+      points_.values[v][k] = ordered ? points_.value_of(k, codes_[k]) : static_cast<double>(codes_[k]);
+  }
+
+ private:
+  using R = VertexReferences;
+  using Expected = Expecter<ordered>;
+
+  void expect_before(uint32_t before) {
+    expected_.fitted = points_.codes[before];
+    expected_.gate = expected_.closing = expected_.late = expected_.centre = expected_.fitted;
+    expected_.apart = {};
+    expected_.spread = {};
+  }
+
+  // Lengths of residuals in contexts of sizes, in half octaves.
+  static constexpr unsigned size_classes = 48;
+  static constexpr unsigned spread_classes = 40;
+  static constexpr unsigned before_classes = 24;  // octaves of the coordinates before
+  static constexpr unsigned first_coordinate = before_classes - 1;
+  struct Models {
+    std::array<SymbolModel, size_classes * 4> by_size;
+    std::array<SymbolModel, before_classes * spread_classes> by_spread;
+    SymbolModel low;
+    std::array<SymbolModel, 33 * 4> head;
+    std::array<SymbolModel, 8 * 8 * 8> pattern;
+  };
+
+  [[gnu::always_inline]] void code_residuals(uint32_t v, const VertexReferences& references,
+                                             unsigned parallelograms) {
+    const uint32_t last = sizes_[references.at[R::last]];
+    const uint32_t around = 2 * last + 2 * sizes_[references.at[R::focus]] + sizes_[references.at[R::before]] +
+                            sizes_[references.at[R::next]];
+    std::array<unsigned, 3> length{};
+    std::array<int32_t, 3> residual{};
+    unsigned before = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const bool known = (known_ >> k & 1) != 0;
+      if (Coder::encoding || known) residual[k] = Expected::difference(codes_[k], expected_.centre[k]);
+      if (Coder::encoding || known) length[k] = bit_length(Expected::size_of(residual[k]));
+      if (!known) {
+        const unsigned own = k == 0 ? 2 * (last & 1023) : k == 1 ? 2 * before : before;
+        const unsigned size = std::min(((around >> (10 * k) & 1023) + own + 4) >> 3, size_classes - 1);
+        const unsigned octave = k == 0 ? first_coordinate : std::min(before >> k, first_coordinate - 1);
+        const unsigned apart = std::min(half_octaves(expected_.spread[k]), spread_classes - 1);
+        length[k] = code_length(length[k], k, models_->by_size[size * 4 + parallelograms],
+                                models_->by_spread[octave * spread_classes + apart]);
+      }
+      before += 2 * length[k];
+    }
+    uint32_t sizes = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      if ((known_ >> k & 1) == 0) {
+        residual[k] = code_value(residual[k], length[k], expected_.apart[k], k);
+        codes_[k] = Expected::sum(expected_.centre[k], residual[k]);
+      }
+      sizes |= half_octaves(Expected::size_of(residual[k])) << (10 * k);
+    }
+    sizes_[v] = sizes;
+  }
+
+  [[gnu::always_inline]] unsigned code_length(unsigned length, unsigned k, SymbolModel& a, SymbolModel& b) {
+    const unsigned base = coding_.base[k];
+    const unsigned above = length > base ? length - base : 0;
+    const unsigned symbol = SymbolModel::code_in_mean(coder_, a, b, std::min(above, 15u), k);
+    if (symbol == 15) [[unlikely]]
+      return std::min(base + 15 + coder_.code_raw(above - 15, 5, k), 32u);
+    if (symbol == 0 && base > 0) return models_->low.code(coder_, length, k);
+    return base + symbol;
+  }
+
+  /// Sign, relative to that of `apart`, and three bits below the top one as a symbol; the rest raw.
+  [[gnu::always_inline]] int32_t code_value(int32_t residual, unsigned length, int32_t apart, unsigned k) {
+    if (length == 0) return 0;
+    const auto relation = static_cast<int>(bit_length(Expected::size_of(apart))) - static_cast<int>(length);
+    const unsigned context = apart == 0 ? 0 : static_cast<unsigned>(std::clamp(relation + 2, 1, 3));
+    const unsigned head_bits = length < 4 ? length - 1 : 3;
+    const unsigned left = length - 1 - head_bits;
+    const uint32_t size = Expected::size_of(residual);
+    const bool other_way = (residual < 0) != (apart < 0);
+    unsigned head = static_cast<unsigned>(other_way) << head_bits | (size >> left & ((1u << head_bits) - 1));
+    head = models_->head[length * 4 + context].code(coder_, head, k);
+    const bool negative = ((head >> head_bits & 1) != 0) != (apart < 0);
+    uint32_t result = 1u << head_bits | (head & ((1u << head_bits) - 1));
+    if (left > 0) result = result << left | coder_.code_raw(size & ((1u << left) - 1), left, k);
+    return static_cast<int32_t>(negative ? 0 - result : result);
+  }
+
+  // Repeated values.
+  static constexpr uint16_t no_index = 0xffff;
+  static constexpr unsigned in_dictionary = 8;
+  struct Repeat {
+    std::array<uint16_t, 3> index;
+    std::array<uint8_t, 3> candidate;
+    uint8_t pattern;
+  };
+  static constexpr unsigned relations = 5;
+  static constexpr size_t offset_contexts = 8 * relations * relations * relations;
+  static constexpr size_t candidate_contexts = 3 * 10 * 10 * 4 * 4;
+
+  [[gnu::noinline]] void code_repeats(uint32_t v, const VertexReferences& references, unsigned kind) {
+    Repeat& repeat = repeats_[v];
+    repeat = {{no_index, no_index, no_index}, {}, 0};
+    if constexpr (Coder::encoding) {
+      for (unsigned k = 0; k < 3; ++k) {
+        const ValueDictionary& dictionary = coding_.dictionaries[k];
+        const uint32_t i = dictionary.size() == 0 ? 0 : dictionary.find(codes_[k]);
+        if (i == dictionary.size()) continue;
+        repeat.index[k] = static_cast<uint16_t>(i);
+        repeat.pattern = static_cast<uint8_t>(repeat.pattern | 1u << k);
+      }
+    }
+    // Of the vertices that come before; the others count as if they had no values in a dictionary.
+    third_ = place_of_kind(kind) < first_open_place ? R::next : R::before;
+    if (coding_.repeats == AdaptiveCoding::Repeats::levels) {
+      const auto pattern = [&](unsigned r) -> unsigned {
+        return references.at[r] < v ? repeats_[references.at[r]].pattern : 7;
+      };
+      SymbolModel& model = models_->pattern[(pattern(R::last) * 8 + pattern(R::focus)) * 8 + pattern(third_)];
+      repeat.pattern = static_cast<uint8_t>(model.code(coder_, repeat.pattern) & 7);
+      for (unsigned k = 0; k < 3; ++k) {
+        if ((repeat.pattern >> k & 1) == 0) continue;
+        known_ |= 1u << k;
+        code_index(v, references, k);
+      }
+      return;
+    }
+    unsigned before = 9;
+    for (unsigned k = 0; k < 3; ++k) {
+      before = code_candidate(v, references, kind, k, before);
+      repeat.candidate[k] = static_cast<uint8_t>(before);
+      if (before != 0) known_ |= 1u << k;
+    }
+  }
+
+  /// Later vertices want to know where in the dictionary all coordinates are.
+  void find_indices(Repeat& repeat) const {
+    for (unsigned k = 0; k < 3; ++k) {
+      const ValueDictionary& dictionary = coding_.dictionaries[k];
+      if (dictionary.size() == 0 || repeat.index[k] != no_index) continue;
+      const uint32_t i = dictionary.find(codes_[k]);
+      if (i < dictionary.size()) repeat.index[k] = static_cast<uint16_t>(i);
+    }
+  }
+
+  unsigned code_candidate(uint32_t v, const VertexReferences& references, unsigned kind, unsigned k,
+                          unsigned before) {
+    const auto code = [&](unsigned r) { return references.at[r] < v ? points_.codes[references.at[r]][k] : 0; };
+    const bool closed = third_ == R::next;
+    const std::array<int32_t, 7> candidates = {
+        expected_.gate[k],     code(R::last),        code(R::focus),     code(third_),
+        closed ? code(R::before) : expected_.closing[k], expected_.closing[k], expected_.late[k]};
+    unsigned symbol = 0;
+    if constexpr (Coder::encoding) {
+      while (symbol < 7 && candidates[symbol] != codes_[k]) ++symbol;
+      symbol = symbol < 7 ? symbol + 1 : repeats_[v].index[k] != no_index ? in_dictionary : 0;
+    }
+    const unsigned equal = static_cast<unsigned>(candidates[0] == candidates[1]) |
+                           static_cast<unsigned>(candidates[0] == candidates[2]) << 1;
+    const uint32_t last = references.at[R::last];
+    const unsigned of_last = last < v ? repeats_[last].candidate[k] : 0;
+    const unsigned parallelograms = ValenceRows::parallelograms(ValenceRows::group_of(kind));
+    const size_t context = (((size_t{k} * 10 + before) * 10 + of_last) * 4 + equal) * 4 + parallelograms;
+    symbol = std::min(candidate_models_[context].code(coder_, symbol), in_dictionary);
+    if (symbol == in_dictionary && coding_.dictionaries[k].size() == 0) symbol = 0;
+    if (symbol == in_dictionary) {
+      code_index(v, references, k);
+    } else if (symbol > 0) {
+      codes_[k] = candidates[symbol - 1];
+    }
+    return symbol;
+  }
+
+  /// The index in the dictionary, less that of the value nearest to what is expected.
+  void code_index(uint32_t v, const VertexReferences& references, unsigned k) {
+    const ValueDictionary& dictionary = coding_.dictionaries[k];
+    if (dictionary.size() == 0) {
+      codes_[k] = 0;
+      return;
+    }
+    const uint32_t near = dictionary.nearest(expected_.fitted[k]);
+    const int64_t beyond = int64_t{expected_.fitted[k]} - dictionary[near];
+    const uint32_t other = beyond >= 0 ? near + 1 : near - 1;
+    unsigned eighth = 3;
+    if (other < dictionary.size()) {
+      const int64_t gap = int64_t{dictionary[other]} - dictionary[near];
+      eighth = static_cast<unsigned>(std::min<int64_t>(8 * beyond / gap, 3));
+    }
+    const unsigned part = beyond >= 0 ? 4 + eighth : 3 - eighth;
+    const auto relation = [&](unsigned r) -> unsigned {
+      const uint32_t at = references.at[r];
+      if (at >= v || repeats_[at].index[k] == no_index) return 4;
+      const auto offset = static_cast<int>(repeats_[at].index[k]) - static_cast<int>(near);
+      return offset == 0 ? 0 : offset == 1 ? 1 : offset == -1 ? 2 : 3;
+    };
+    SymbolModel& model = offset_models_[((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations + relation(third_)];
+    int offset = 0;
+    if constexpr (Coder::encoding) offset = static_cast<int>(repeats_[v].index[k]) - static_cast<int>(near);
+    const unsigned symbol = model.code(coder_, offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : 15u);
+    uint32_t index = near + symbol - 7;
+    if (symbol == 15) index = coder_.code_raw(repeats_[v].index[k], 16);
+    // Only damaged bytes lead beyond the end.
+    index = std::min(index, dictionary.size() - 1);
+    repeats_[v].index[k] = static_cast<uint16_t>(index);
+    codes_[k] = dictionary[index];
+  }
+
+  Coder& coder_;
+  const AdaptiveCoding& coding_;
+  const FanSurface& fans_;
+  AdaptivePoints& points_;
+  std::span<const Codes3> wanted_;
+  Expected expecter_;
+  std::vector<uint32_t> sizes_;  // of residuals in half octaves, ten bits for each coordinate
+  std::vector<Repeat> repeats_;
+  std::unique_ptr<Models> models_;
+  std::vector<SymbolModel> candidate_models_;
+  std::vector<SymbolModel> offset_models_;
+  // Of the vertex at hand.
+  Expectation expected_;
+  Codes3 codes_{};
+  unsigned known_ = 0;  // coordinates, as bits
+  unsigned third_ = 0;
+};
+
+}  // namespace maille
