@@ -24,7 +24,7 @@ void run(Bytes input) {
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
-    const auto decoded = decode_fan_positions(decoder->fans, positions, points, array);
+    const auto decoded = decode_fan_positions(*decoder->fans, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }

@@ -103,7 +103,7 @@ class SymbolModel {
       const __m128i step = _mm_sra_epi16(_mm_sub_epi16(_mm_load_si128(target + i), half(i)), rate);
       _mm_store_si128(reinterpret_cast<__m128i*>(cumulative_.data()) + i, _mm_add_epi16(half(i), step));
     }
-    visits_ = static_cast<uint8_t>(visits_ + (visits_ < symbol_rates.size() - 1));
+    visits_ = static_cast<uint16_t>(visits_ + (visits_ < symbol_rates.size() - 1));
   }
   [[gnu::always_inline]] __m128i half(unsigned i) const {
     return _mm_load_si128(reinterpret_cast<const __m128i*>(cumulative_.data()) + i);
@@ -120,12 +120,12 @@ class SymbolModel {
     for (unsigned i = 0; i < 16; ++i) {
       cumulative_[i] = static_cast<int16_t>(cumulative_[i] + ((target[i] - cumulative_[i]) >> rate));
     }
-    visits_ = static_cast<uint8_t>(visits_ + (visits_ < symbol_rates.size() - 1));
+    visits_ = static_cast<uint16_t>(visits_ + (visits_ < symbol_rates.size() - 1));
   }
 #endif
 
   alignas(16) std::array<int16_t, 16> cumulative_;
-  uint8_t visits_ = 0;
+  uint16_t visits_ = 0;  // not of a type that may alias the coder's state
 };
 
 }  // namespace maille

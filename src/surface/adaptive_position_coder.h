@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lanes.h"
 #include "base/pages.h"
 #include "entropy/integer_model.h"
 #include "entropy/residual_model.h"
@@ -66,13 +67,22 @@ struct AdaptivePoints {
   return static_cast<int32_t>(static_cast<uint32_t>(bits));
 }
 
-/// What is expected of a vertex.
-struct Expectation {
-  Codes3 centre;
-  Codes3 fitted;
-  std::array<int32_t, 3> apart;    ///< another prediction less the centre
-  std::array<uint32_t, 3> spread;  ///< how far predictions lie apart
-  Codes3 gate, closing, late;
+/// Magnitude of a number of 32 bits; that of -2^31 is itself.
+[[gnu::always_inline]] inline int32_t magnitude(int32_t x) {
+  return x < 0 ? static_cast<int32_t>(0 - static_cast<uint32_t>(x)) : x;
+}
+[[gnu::always_inline]] inline int32_t wrapped_difference(int32_t a, int32_t b) {
+  return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
+}
+
+/// What is expected of a vertex, by coordinate.
+struct alignas(16) Expectation {
+  using Four = std::array<int32_t, 4>;
+  Four centre;
+  Four fitted;
+  Four gate, closing, late;
+  Four apart;   ///< another prediction less the centre
+  Four spread;  ///< how far predictions lie apart
 };
 
 template <bool ordered>
@@ -87,59 +97,88 @@ class Expecter {
   [[gnu::always_inline]] void expect(const VertexReferences& references, unsigned kind, uint32_t v,
                                      Expectation& result) const {
     using R = VertexReferences;
-    const auto value = [&](unsigned r) -> const double* { return points_.values[references.at[r]].data(); };
-    const auto weights = weights_->of(ValenceRows::group_of(kind), references, v, valences_);
-    const double* last = value(R::last);
-    std::array<double, 3> fitted{};
+    std::array<Place, R::count> at;
+    for (unsigned r = 0; r < R::count; ++r) load(references.at[r], at[r]);
+    std::array<float, 8> weights;
+    weights_->sum(ValenceRows::group_of(kind), references, v, valences_, weights);
+    Place fitted{};
     for (unsigned r = 0; r < R::last; ++r) {
-      const double* at = value(r);
       const auto weight = static_cast<double>(weights[r]);
-      for (unsigned k = 0; k < 3; ++k) fitted[k] += weight * (at[k] - last[k]);
+      fitted.xy += Pair{weight, weight} * (at[r].xy - at[R::last].xy);
+      fitted.z += weight * (at[r].z - at[R::last].z);
     }
-    const auto parallelogram = [&](unsigned a, unsigned b, unsigned across, Codes3& to) {
-      for (unsigned k = 0; k < 3; ++k) to[k] = code_of(k, value(a)[k] + value(b)[k] - value(across)[k]);
+    fitted.xy += at[R::last].xy;
+    fitted.z += at[R::last].z;
+    to_codes(fitted, result.fitted);
+    if (place_of_kind(kind) == start_place) [[unlikely]]
+      return expect_nothing(result);
+    const auto parallelogram = [&](unsigned a, unsigned b, unsigned across, Expectation::Four& to) {
+      const Place place{at[a].xy + at[b].xy - at[across].xy, at[a].z + at[b].z - at[across].z};
+      to_codes(place, to);
     };
-    for (unsigned k = 0; k < 3; ++k) result.fitted[k] = code_of(k, last[k] + fitted[k]);
-    if (place_of_kind(kind) == start_place) {
-      result.gate = result.closing = result.late = result.centre = result.fitted;
-      result.apart = {};
-      result.spread = {};
-      return;
-    }
+    const bool closing = kind_is_last(kind), late = kind_has_late(kind);
     parallelogram(R::focus, R::last, R::before, result.gate);
     result.closing = result.late = result.gate;
-    const bool closing = kind_is_last(kind), late = kind_has_late(kind);
     if (closing) parallelogram(R::focus, R::next, R::next_opposite, result.closing);
     if (late) parallelogram(R::late, R::late + 1, R::late + 2, result.late);
-    for (unsigned k = 0; k < 3; ++k) {
-      const int32_t gate = result.gate[k];
-      const int32_t to_closing = difference(result.closing[k], gate), to_late = difference(result.late[k], gate);
-      // The mean of the parallelograms, nearly.
-      const int32_t mean = closing && late ? sum(to_closing >> 2, to_late >> 2)
-                                           : sum(to_closing >> 1, to_late >> 1);
-      const int32_t to_fitted = difference(result.fitted[k], gate);
-      result.centre[k] = by_gate_ ? gate : result.fitted[k];
-      result.apart[k] = by_gate_ ? to_fitted : difference(mean, to_fitted);
-      result.spread[k] = std::max(size_of(result.apart[k]), std::max(size_of(to_closing), size_of(to_late)) >> 1);
-    }
+    compare(closing && late ? 2 : 1, result);
   }
 
-  static uint32_t size_of(int32_t x) {
-    return x < 0 ? 0 - static_cast<uint32_t>(x) : static_cast<uint32_t>(x);
-  }
-  static int32_t difference(int32_t a, int32_t b) {
-    return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
-  }
-  static int32_t sum(int32_t a, int32_t b) {
-    return static_cast<int32_t>(static_cast<uint32_t>(a) + static_cast<uint32_t>(b));
+  /// Where only `fitted` is known.
+  static void expect_nothing(Expectation& result) {
+    result.gate = result.closing = result.late = result.centre = result.fitted;
+    result.apart = {};
+    result.spread = {};
   }
 
  private:
-  [[gnu::always_inline]] int32_t code_of(unsigned k, double value) const {
+  using Pair = double __attribute__((vector_size(16)));
+  struct Place {
+    Pair xy;
+    double z;
+  };
+
+  [[gnu::always_inline]] void load(uint32_t v, Place& place) const {
+    const double* value = points_.values[v].data();
+    __builtin_memcpy(&place.xy, value, sizeof place.xy);
+    place.z = value[2];
+  }
+
+  [[gnu::always_inline]] void to_codes(const Place& place, Expectation::Four& to) const {
     if constexpr (ordered) {
-      if (points_.ordered[k]) return static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, value));
+      to = {code_of(0, place.xy[0]), code_of(1, place.xy[1]), code_of(2, place.z), 0};
+    } else {
+      to = {rounded(place.xy[0]), rounded(place.xy[1]), rounded(place.z), 0};
     }
-    return rounded(value);
+  }
+  int32_t code_of(unsigned k, double value) const {
+    return points_.ordered[k] ? static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, value))
+                              : rounded(value);
+  }
+
+  /// Four coordinates at once, of which the last is none. The mean of the parallelograms is meant, nearly.
+  [[gnu::always_inline]] void compare(int halvings, Expectation& result) const {
+    const auto get = [](const Expectation::Four& from) {
+      Lanes lanes;
+      __builtin_memcpy(&lanes, from.data(), sizeof lanes);
+      return lanes;
+    };
+    const auto put = [](Lanes lanes, Expectation::Four& to) { __builtin_memcpy(to.data(), &lanes, sizeof lanes); };
+    const auto size = [](Lanes x) {
+      const auto sign = reinterpret_cast<SignedLanes>(x) >> 31;
+      return reinterpret_cast<SignedLanes>((x ^ reinterpret_cast<Lanes>(sign)) - reinterpret_cast<Lanes>(sign));
+    };
+    const auto larger = [](SignedLanes a, SignedLanes b) { return a > b ? a : b; };
+    const Lanes gate = get(result.gate);
+    const Lanes to_closing = get(result.closing) - gate, to_late = get(result.late) - gate;
+    const Lanes to_fitted = get(result.fitted) - gate;
+    const Lanes mean = reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(to_closing) >> halvings) +
+                       reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(to_late) >> halvings);
+    const Lanes apart = by_gate_ ? to_fitted : mean - to_fitted;
+    put(by_gate_ ? gate : get(result.fitted), result.centre);
+    put(apart, result.apart);
+    const SignedLanes spread = larger(size(apart), larger(size(to_closing), size(to_late)) >> 1);
+    put(reinterpret_cast<Lanes>(spread), result.spread);
   }
 
   const AdaptivePoints& points_;
@@ -199,10 +238,9 @@ class AdaptivePositionCoder {
   using Expected = Expecter<ordered>;
 
   void expect_before(uint32_t before) {
-    expected_.fitted = points_.codes[before];
-    expected_.gate = expected_.closing = expected_.late = expected_.centre = expected_.fitted;
-    expected_.apart = {};
-    expected_.spread = {};
+    const Codes3& codes = points_.codes[before];
+    expected_.fitted = {codes[0], codes[1], codes[2], 0};
+    Expecter<ordered>::expect_nothing(expected_);
   }
 
   // Lengths of residuals in contexts of sizes, in half octaves.
@@ -223,33 +261,45 @@ class AdaptivePositionCoder {
     const uint32_t last = sizes_[references.at[R::last]];
     const uint32_t around = 2 * last + 2 * sizes_[references.at[R::focus]] + sizes_[references.at[R::before]] +
                             sizes_[references.at[R::next]];
-    std::array<unsigned, 3> length{};
-    std::array<int32_t, 3> residual{};
-    unsigned before = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-      const bool known = (known_ >> k & 1) != 0;
-      if (Coder::encoding || known) residual[k] = Expected::difference(codes_[k], expected_.centre[k]);
-      if (Coder::encoding || known) length[k] = bit_length(Expected::size_of(residual[k]));
-      if (!known) {
-        const unsigned own = k == 0 ? 2 * (last & 1023) : k == 1 ? 2 * before : before;
-        const unsigned size = std::min(((around >> (10 * k) & 1023) + own + 4) >> 3, size_classes - 1);
-        const unsigned octave = k == 0 ? first_coordinate : std::min(before >> k, first_coordinate - 1);
-        const unsigned apart = std::min(half_octaves(expected_.spread[k]), spread_classes - 1);
-        length[k] = code_length(length[k], k, models_->by_size[size * 4 + parallelograms],
-                                models_->by_spread[octave * spread_classes + apart]);
-      }
-      before += 2 * length[k];
-    }
-    uint32_t sizes = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-      if ((known_ >> k & 1) == 0) {
-        residual[k] = code_value(residual[k], length[k], expected_.apart[k], k);
-        codes_[k] = Expected::sum(expected_.centre[k], residual[k]);
-      }
-      sizes |= half_octaves(Expected::size_of(residual[k])) << (10 * k);
-    }
-    sizes_[v] = sizes;
+    Residual x, y, z;
+    // The size of a coordinate before stands in for one that is not known yet.
+    code_length<0>(x, around, 2 * (last & 1023), first_coordinate, parallelograms);
+    code_length<1>(y, around, 4 * x.length, std::min(x.length, first_coordinate - 1), parallelograms);
+    const unsigned both = x.length + y.length;
+    code_length<2>(z, around, 2 * both, std::min(both / 2, first_coordinate - 1), parallelograms);
+    sizes_[v] = code_value<0>(x) | code_value<1>(y) << 10 | code_value<2>(z) << 20;
   }
+
+  struct Residual {
+    int32_t value = 0;
+    unsigned length = 0;
+  };
+
+  template <unsigned k>
+  [[gnu::always_inline]] void code_length(Residual& residual, uint32_t around, unsigned own, unsigned before,
+                                          unsigned parallelograms) {
+    const bool known = is_known(k);
+    if (Coder::encoding || known) {
+      residual.value = wrapped_difference(codes_[k], expected_.centre[k]);
+      residual.length = bit_length(static_cast<uint32_t>(magnitude(residual.value)));
+    }
+    if (known) return;
+    const unsigned size = std::min(((around >> (10 * k) & 1023) + own + 4) >> 3, size_classes - 1);
+    const unsigned apart = std::min(half_octaves(static_cast<uint32_t>(expected_.spread[k])), spread_classes - 1);
+    residual.length = code_length(residual.length, k, models_->by_size[size * 4 + parallelograms],
+                                  models_->by_spread[before * spread_classes + apart]);
+  }
+
+  /// Returns its size in half octaves.
+  template <unsigned k>
+  [[gnu::always_inline]] uint32_t code_value(Residual& residual) {
+    if (!is_known(k)) {
+      residual.value = code_value(residual.value, residual.length, expected_.apart[k], k);
+      codes_[k] = static_cast<int32_t>(static_cast<uint32_t>(expected_.centre[k]) + static_cast<uint32_t>(residual.value));
+    }
+    return half_octaves(static_cast<uint32_t>(magnitude(residual.value)));
+  }
+  [[gnu::always_inline]] bool is_known(unsigned k) const { return (known_ >> k & 1) != 0; }
 
   [[gnu::always_inline]] unsigned code_length(unsigned length, unsigned k, SymbolModel& a, SymbolModel& b) {
     const unsigned base = coding_.base[k];
@@ -264,11 +314,11 @@ class AdaptivePositionCoder {
   /// Sign, relative to that of `apart`, and three bits below the top one as a symbol; the rest raw.
   [[gnu::always_inline]] int32_t code_value(int32_t residual, unsigned length, int32_t apart, unsigned k) {
     if (length == 0) return 0;
-    const auto relation = static_cast<int>(bit_length(Expected::size_of(apart))) - static_cast<int>(length);
+    const auto relation = static_cast<int>(bit_length(static_cast<uint32_t>(magnitude(apart)))) - static_cast<int>(length);
     const unsigned context = apart == 0 ? 0 : static_cast<unsigned>(std::clamp(relation + 2, 1, 3));
     const unsigned head_bits = length < 4 ? length - 1 : 3;
     const unsigned left = length - 1 - head_bits;
-    const uint32_t size = Expected::size_of(residual);
+    const auto size = static_cast<uint32_t>(magnitude(residual));
     const bool other_way = (residual < 0) != (apart < 0);
     unsigned head = static_cast<unsigned>(other_way) << head_bits | (size >> left & ((1u << head_bits) - 1));
     head = models_->head[length * 4 + context].code(coder_, head, k);

@@ -123,8 +123,8 @@ class AdaptivePositionEncoder {
         if (v < fans_.vertices) {
           expecter.expect(fans_.references[v], fans_.kinds[v], v, expected);
           for (unsigned k = 0; k < 3; ++k) {
-            const int32_t residual = Expecter<true>::difference(codes_[v][k], expected.centre[k]);
-            ++lengths[k][bit_length(Expecter<true>::size_of(residual))];
+            const int32_t residual = wrapped_difference(codes_[v][k], expected.centre[k]);
+            ++lengths[k][bit_length(static_cast<uint32_t>(magnitude(residual)))];
           }
         }
         points.codes[v] = codes_[v];

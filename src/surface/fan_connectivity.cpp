@@ -371,6 +371,13 @@ void FanSurface::count_valences() {
   for (const uint32_t v : corners) ++valences[v];
 }
 
+void FanSurface::forget_vertices() {
+  references = {};
+  kinds = {};
+  valences = {};
+  first = vertices;
+}
+
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models) {
   FanFinder finder(surface, real_half_edges, point_count);

@@ -60,6 +60,8 @@ struct FanSurface {
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
   void count_valences();
+  /// Lets go of what positions are predicted by.
+  void forget_vertices();
 };
 
 struct EncodedFans {

@@ -218,7 +218,6 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
                                [&](uint32_t i) { return topology.face_block[i]; }));
   put_section(out, encode_loose(topology, mesh));
   result->bytes = out.take();
-  result->fan_bytes=coded.bytes; result->coded=coded.half_edges.size();
   for (uint32_t i = 0; i < count; ++i) {
     if (tracer.turned[i]) turn_over(fans, i);
   }
@@ -226,7 +225,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   return result;
 }
 
-Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners) {
+Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners,
+                                               FanModels models) {
   ByteReader in(bytes);
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
@@ -237,9 +237,18 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
   if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
   if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
-  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(fans, static_cast<uint32_t>(triangles), points));
-  return FanPatchDecoder{std::move(decoder), copies, turned,
-                         block_numbers,      loose,  static_cast<uint32_t>(triangles)};
+  FanPatchDecoder decoder;
+  decoder.copies = copies;
+  decoder.turned = turned;
+  decoder.block_numbers = block_numbers;
+  decoder.loose = loose;
+  decoder.triangles = static_cast<uint32_t>(triangles);
+  if (models == FanModels::adaptive) {
+    decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points));
+  } else {
+    decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points));
+  }
+  return decoder;
 }
 
 Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,
@@ -247,7 +256,12 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   FanPatch patch;
   PatchTopology& topology = patch.topology;
   topology.points = points;
-  patch.fans = MAILLE_TRY(fans.finish());
+  if (fans) {
+    patch.fans = MAILLE_TRY(fans->finish());
+  } else {
+    patch.fans = std::move(adaptive_fans);
+    patch.fans.forget_vertices();
+  }
   MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
     if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
     for (uint32_t face = begin; face < end; ++face) {

@@ -7,7 +7,7 @@
 
 namespace maille {
 
-/// A patch of triangles at the fast levels: TOPO with coding `fans`, docs/format.md.
+/// A patch of triangles at the fast and default levels: TOPO 1 and 2, docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -19,18 +19,20 @@ struct EncodedFanPatch {
   FanPatch patch;
   PatchSources sources;
   std::vector<std::byte> bytes;
-  std::vector<std::byte> fan_bytes; uint32_t coded = 0;
 };
 
 /// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models);
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
+                                                         FanModels models = FanModels::fixed);
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {
-  FanDecoder fans;
+  std::optional<FanDecoder> fans;  ///< with static tables
+  FanSurface adaptive_fans;        ///< with adaptive models: complete
 
   /// `bytes` must stay. Error: corrupt.
-  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners,
+                                       FanModels models = FanModels::fixed);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lanes.h"
 #include "entropy/bit_model.h"
 #include "entropy/symbol_model.h"
 #include "surface/fan_connectivity.h"
@@ -67,21 +68,33 @@ struct ValenceWeights {
 
   explicit ValenceWeights(const ValenceRows& from);
   /// The sum of a group's rows for a vertex.
-  [[gnu::always_inline]] Padded of(unsigned group, const VertexReferences& references, uint32_t vertex,
-                                   const uint8_t* valences) const {
-    const auto& row = rows[group];
-    const std::array<float, ValenceRows::terms> factors = {
-        1,
-        valence_deviations[valences[references.at[VertexReferences::focus]]],
-        valence_deviations[valences[references.at[VertexReferences::last]]],
-        valence_deviations[valences[references.at[VertexReferences::before]]],
-        valence_deviations[valences[references.at[VertexReferences::next]]],
-        valence_deviations[valences[vertex]]};
-    Padded sum = row[0];
-    for (unsigned t = 1; t < ValenceRows::terms; ++t) {
-      for (unsigned r = 0; r < 8; ++r) sum[r] += factors[t] * row[t][r];
-    }
-    return sum;
+  [[gnu::always_inline]] void sum(unsigned group, const VertexReferences& references, uint32_t vertex,
+                                  const uint8_t* valences, std::array<float, 8>& result) const {
+    using R = VertexReferences;
+    const Padded* row = rows[group].data();
+    FloatLanes low, high;
+    load(row[0], low, high);
+    const auto add = [&](unsigned term, uint32_t of) {
+      const float degrees = valence_deviations[valences[of]];
+      const FloatLanes factor = {degrees, degrees, degrees, degrees};
+      FloatLanes a, b;
+      load(row[term], a, b);
+      low += factor * a;
+      high += factor * b;
+    };
+    add(ValenceRows::by_focus, references.at[R::focus]);
+    add(ValenceRows::by_last, references.at[R::last]);
+    add(ValenceRows::by_before, references.at[R::before]);
+    add(ValenceRows::by_next, references.at[R::next]);
+    add(ValenceRows::by_itself, vertex);
+    __builtin_memcpy(result.data(), &low, sizeof low);
+    __builtin_memcpy(result.data() + 4, &high, sizeof high);
+  }
+
+ private:
+  [[gnu::always_inline]] static void load(const Padded& row, FloatLanes& low, FloatLanes& high) {
+    __builtin_memcpy(&low, row.data(), sizeof low);
+    __builtin_memcpy(&high, row.data() + 4, sizeof high);
   }
 };
 
