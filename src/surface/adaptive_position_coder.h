@@ -60,11 +60,23 @@ struct AdaptivePoints {
 };
 
 /// The nearest integer (the even one of two), modulo 2^32, of numbers up to 2^51.
-[[gnu::always_inline]] inline int32_t rounded(double x) {
-  const double shifted = x + 6755399441055744.0;
+inline constexpr double rounding_sum = 6755399441055744.0;  // 2^52 + 2^51: the integer is in the lowest bits
+inline uint32_t rounded(double x) {
+  const double shifted = x + rounding_sum;
   uint64_t bits;
   __builtin_memcpy(&bits, &shifted, sizeof bits);
-  return static_cast<int32_t>(static_cast<uint32_t>(bits));
+  return static_cast<uint32_t>(bits);
+}
+
+/// Size of a residual: 0, else about two to the octave, 3 for 1.
+[[gnu::always_inline]] inline unsigned residual_size(uint32_t magnitude) {
+  // No branches: small and large ones alternate.
+  const uint64_t odd = uint64_t{2} * magnitude + 1;
+  const auto below = 63u - static_cast<unsigned>(__builtin_clzll(odd));
+  return 2 * below + static_cast<unsigned>(2 * odd >> below & 1);
+}
+[[gnu::always_inline]] inline unsigned residual_length(uint32_t magnitude) {
+  return 63u - static_cast<unsigned>(__builtin_clzll(uint64_t{2} * magnitude + 1));
 }
 
 /// Magnitude of a number of 32 bits; that of -2^31 is itself.
@@ -97,31 +109,45 @@ class Expecter {
   [[gnu::always_inline]] void expect(const VertexReferences& references, unsigned kind, uint32_t v,
                                      Expectation& result) const {
     using R = VertexReferences;
-    std::array<Place, R::count> at;
-    for (unsigned r = 0; r < R::count; ++r) load(references.at[r], at[r]);
-    std::array<float, 8> weights;
-    weights_->sum(ValenceRows::group_of(kind), references, v, valences_, weights);
+    FloatLanes low, high;
+    weights_->sum(ValenceRows::group_of(kind), references, v, valences_, low, high);
+    const Place last = place(references.at[R::last]), focus = place(references.at[R::focus]),
+                before = place(references.at[R::before]), next = place(references.at[R::next]),
+                beyond = place(references.at[R::next_opposite]), late_0 = place(references.at[R::late]),
+                late_1 = place(references.at[R::late + 1]), late_2 = place(references.at[R::late + 2]);
+    // The newest one last, for which the processor waits: what is multiplied by its weight makes the sum 1.
     Place fitted{};
-    for (unsigned r = 0; r < R::last; ++r) {
-      const auto weight = static_cast<double>(weights[r]);
-      fitted.xy += Pair{weight, weight} * (at[r].xy - at[R::last].xy);
-      fitted.z += weight * (at[r].z - at[R::last].z);
-    }
-    fitted.xy += at[R::last].xy;
-    fitted.z += at[R::last].z;
-    to_codes(fitted, result.fitted);
+    double rest = 1;
+    const auto add = [&](const Place& at, float weight) {
+      const auto w = static_cast<double>(weight);
+      fitted.xy += Pair{w, w} * at.xy;
+      fitted.z += w * at.z;
+      rest -= w;
+    };
+    add(focus, low[int{R::focus}]);
+    add(next, low[int{R::next}]);
+    add(beyond, low[int{R::next_opposite}]);
+    add(late_0, low[int{R::late}]);
+    add(late_1, high[R::late - 3]);
+    add(late_2, high[R::late - 2]);
+    add(before, high[R::before - 4]);
+    fitted.xy += Pair{rest, rest} * last.xy;
+    fitted.z += rest * last.z;
+    const Lanes to_fitted = to_codes(fitted);
+    put(to_fitted, result.fitted);
     if (place_of_kind(kind) == start_place) [[unlikely]]
       return expect_nothing(result);
-    const auto parallelogram = [&](unsigned a, unsigned b, unsigned across, Expectation::Four& to) {
-      const Place place{at[a].xy + at[b].xy - at[across].xy, at[a].z + at[b].z - at[across].z};
-      to_codes(place, to);
+    const auto parallelogram = [&](const Place& a, const Place& b, const Place& across) {
+      return to_codes({a.xy + b.xy - across.xy, a.z + b.z - across.z});
     };
-    const bool closing = kind_is_last(kind), late = kind_has_late(kind);
-    parallelogram(R::focus, R::last, R::before, result.gate);
-    result.closing = result.late = result.gate;
-    if (closing) parallelogram(R::focus, R::next, R::next_opposite, result.closing);
-    if (late) parallelogram(R::late, R::late + 1, R::late + 2, result.late);
-    compare(closing && late ? 2 : 1, result);
+    const bool has_closing = kind_is_last(kind), has_late = kind_has_late(kind);
+    const Lanes gate = parallelogram(focus, last, before);
+    const Lanes closing = has_closing ? parallelogram(focus, next, beyond) : gate;
+    const Lanes late = has_late ? parallelogram(late_0, late_1, late_2) : gate;
+    put(gate, result.gate);
+    put(closing, result.closing);
+    put(late, result.late);
+    compare(to_fitted, gate, closing, late, has_closing && has_late ? 2 : 1, result);
   }
 
   /// Where only `fitted` is known.
@@ -138,44 +164,50 @@ class Expecter {
     double z;
   };
 
-  [[gnu::always_inline]] void load(uint32_t v, Place& place) const {
+  [[gnu::always_inline]] Place place(uint32_t v) const {
+    Place result;
     const double* value = points_.values[v].data();
-    __builtin_memcpy(&place.xy, value, sizeof place.xy);
-    place.z = value[2];
+    __builtin_memcpy(&result.xy, value, sizeof result.xy);
+    result.z = value[2];
+    return result;
+  }
+  [[gnu::always_inline]] static void put(Lanes lanes, Expectation::Four& to) {
+    __builtin_memcpy(to.data(), &lanes, sizeof lanes);
   }
 
-  [[gnu::always_inline]] void to_codes(const Place& place, Expectation::Four& to) const {
+  [[gnu::always_inline]] Lanes to_codes(const Place& place) const {
     if constexpr (ordered) {
-      to = {code_of(0, place.xy[0]), code_of(1, place.xy[1]), code_of(2, place.z), 0};
+      return Lanes{code_of(0, place.xy[0]), code_of(1, place.xy[1]), code_of(2, place.z), 0};
     } else {
-      to = {rounded(place.xy[0]), rounded(place.xy[1]), rounded(place.z), 0};
+      // As rounded() does.
+      const Pair xy = place.xy + Pair{rounding_sum, rounding_sum};
+      const Pair z = {place.z + rounding_sum, 0};
+      return __builtin_shufflevector(reinterpret_cast<Lanes>(xy), reinterpret_cast<Lanes>(z), 0, 2, 4, 6);
     }
   }
-  int32_t code_of(unsigned k, double value) const {
-    return points_.ordered[k] ? static_cast<int32_t>(NumberMap::nearest_ordered(Scalar::f32, value))
+  uint32_t code_of(unsigned k, double value) const {
+    return points_.ordered[k] ? static_cast<uint32_t>(NumberMap::nearest_ordered(Scalar::f32, value))
                               : rounded(value);
   }
 
   /// Four coordinates at once, of which the last is none. The mean of the parallelograms is meant, nearly.
-  [[gnu::always_inline]] void compare(int halvings, Expectation& result) const {
-    const auto get = [](const Expectation::Four& from) {
-      Lanes lanes;
-      __builtin_memcpy(&lanes, from.data(), sizeof lanes);
-      return lanes;
+  [[gnu::always_inline]] void compare(Lanes to_fitted, Lanes gate, Lanes to_closing, Lanes to_late,
+                                      int halvings, Expectation& result) const {
+    const auto half = [](Lanes x, int times) {
+      return reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(x) >> times);
     };
-    const auto put = [](Lanes lanes, Expectation::Four& to) { __builtin_memcpy(to.data(), &lanes, sizeof lanes); };
     const auto size = [](Lanes x) {
-      const auto sign = reinterpret_cast<SignedLanes>(x) >> 31;
-      return reinterpret_cast<SignedLanes>((x ^ reinterpret_cast<Lanes>(sign)) - reinterpret_cast<Lanes>(sign));
+      const auto sign = reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(x) >> 31);
+      return reinterpret_cast<SignedLanes>((x ^ sign) - sign);
     };
     const auto larger = [](SignedLanes a, SignedLanes b) { return a > b ? a : b; };
-    const Lanes gate = get(result.gate);
-    const Lanes to_closing = get(result.closing) - gate, to_late = get(result.late) - gate;
-    const Lanes to_fitted = get(result.fitted) - gate;
-    const Lanes mean = reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(to_closing) >> halvings) +
-                       reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(to_late) >> halvings);
+    const Lanes fitted = to_fitted;
+    to_fitted -= gate;
+    to_closing -= gate;
+    to_late -= gate;
+    const Lanes mean = half(to_closing, halvings) + half(to_late, halvings);
     const Lanes apart = by_gate_ ? to_fitted : mean - to_fitted;
-    put(by_gate_ ? gate : get(result.fitted), result.centre);
+    put(by_gate_ ? gate : fitted, result.centre);
     put(apart, result.apart);
     const SignedLanes spread = larger(size(apart), larger(size(to_closing), size(to_late)) >> 1);
     put(reinterpret_cast<Lanes>(spread), result.spread);
@@ -229,8 +261,15 @@ class AdaptivePositionCoder {
         find_indices(repeats_[v]);
     }
     points_.codes[v] = codes_;
-    for (unsigned k = 0; k < 3; ++k)
-      points_.values[v][k] = ordered ? points_.value_of(k, codes_[k]) : static_cast<double>(codes_[k]);
+    if constexpr (ordered) {
+      for (unsigned k = 0; k < 3; ++k) points_.values[v][k] = points_.value_of(k, codes_[k]);
+    } else {
+      // In one store: the next vertex loads both at once, for which two would not do.
+      using Pair = double __attribute__((vector_size(16)));
+      const Pair xy = {static_cast<double>(codes_[0]), static_cast<double>(codes_[1])};
+      __builtin_memcpy(points_.values[v].data(), &xy, sizeof xy);
+      points_.values[v][2] = codes_[2];
+    }
   }
 
  private:
@@ -267,12 +306,20 @@ class AdaptivePositionCoder {
     code_length<1>(y, around, 4 * x.length, std::min(x.length, first_coordinate - 1), parallelograms);
     const unsigned both = x.length + y.length;
     code_length<2>(z, around, 2 * both, std::min(both / 2, first_coordinate - 1), parallelograms);
-    sizes_[v] = code_value<0>(x) | code_value<1>(y) << 10 | code_value<2>(z) << 20;
+    code_head<0>(x);
+    code_head<1>(y);
+    code_head<2>(z);
+    code_low_bits(x, y, z);
+    sizes_[v] = finish<0>(x) | finish<1>(y) << 10 | finish<2>(z) << 20;
   }
 
   struct Residual {
     int32_t value = 0;
     unsigned length = 0;
+    uint32_t high = 0;  ///< bits of the magnitude, but the lowest
+    unsigned low_count = 0;
+    uint32_t low = 0;
+    bool negative = false;
   };
 
   template <unsigned k>
@@ -281,23 +328,37 @@ class AdaptivePositionCoder {
     const bool known = is_known(k);
     if (Coder::encoding || known) {
       residual.value = wrapped_difference(codes_[k], expected_.centre[k]);
-      residual.length = bit_length(static_cast<uint32_t>(magnitude(residual.value)));
+      residual.length = residual_length(static_cast<uint32_t>(magnitude(residual.value)));
     }
     if (known) return;
     const unsigned size = std::min(((around >> (10 * k) & 1023) + own + 4) >> 3, size_classes - 1);
-    const unsigned apart = std::min(half_octaves(static_cast<uint32_t>(expected_.spread[k])), spread_classes - 1);
+    const unsigned apart = std::min(residual_size(static_cast<uint32_t>(expected_.spread[k])), spread_classes - 1);
     residual.length = code_length(residual.length, k, models_->by_size[size * 4 + parallelograms],
                                   models_->by_spread[before * spread_classes + apart]);
   }
 
+  /// Bits that no model expects: those of all coordinates at once, where they are not too many.
+  [[gnu::always_inline]] void code_low_bits(Residual& x, Residual& y, Residual& z) {
+    if (x.low_count + y.low_count + z.low_count > 32) [[unlikely]] {
+      for (Residual* one : {&x, &y, &z}) one->low = coder_.code_raw(one->low, one->low_count);
+      return;
+    }
+    const unsigned below_z = x.low_count + y.low_count;
+    const uint64_t all = x.low | uint64_t{y.low} << x.low_count | uint64_t{z.low} << below_z;
+    const uint64_t coded = coder_.code_raw(static_cast<uint32_t>(all), below_z + z.low_count);
+    x.low = static_cast<uint32_t>(coded) & ((1u << x.low_count) - 1);
+    y.low = static_cast<uint32_t>(coded >> x.low_count) & ((1u << y.low_count) - 1);
+    z.low = static_cast<uint32_t>(coded >> below_z);
+  }
+
   /// Returns its size in half octaves.
   template <unsigned k>
-  [[gnu::always_inline]] uint32_t code_value(Residual& residual) {
-    if (!is_known(k)) {
-      residual.value = code_value(residual.value, residual.length, expected_.apart[k], k);
-      codes_[k] = static_cast<int32_t>(static_cast<uint32_t>(expected_.centre[k]) + static_cast<uint32_t>(residual.value));
-    }
-    return half_octaves(static_cast<uint32_t>(magnitude(residual.value)));
+  [[gnu::always_inline]] uint32_t finish(Residual& residual) {
+    if (is_known(k)) return residual_size(static_cast<uint32_t>(magnitude(residual.value)));
+    const uint32_t size = residual.high << residual.low_count | residual.low;
+    const uint32_t value = residual.negative ? 0 - size : size;
+    codes_[k] = static_cast<int32_t>(static_cast<uint32_t>(expected_.centre[k]) + value);
+    return residual_size(size);
   }
   [[gnu::always_inline]] bool is_known(unsigned k) const { return (known_ >> k & 1) != 0; }
 
@@ -311,21 +372,25 @@ class AdaptivePositionCoder {
     return base + symbol;
   }
 
-  /// Sign, relative to that of `apart`, and three bits below the top one as a symbol; the rest raw.
-  [[gnu::always_inline]] int32_t code_value(int32_t residual, unsigned length, int32_t apart, unsigned k) {
-    if (length == 0) return 0;
-    const auto relation = static_cast<int>(bit_length(static_cast<uint32_t>(magnitude(apart)))) - static_cast<int>(length);
+  /// Sign, relative to that of `apart`, and up to three bits below the top one as a symbol.
+  template <unsigned k>
+  [[gnu::always_inline]] void code_head(Residual& residual) {
+    const unsigned length = residual.length;
+    if (is_known(k) || length == 0) return;
+    const int32_t apart = expected_.apart[k];
+    const auto relation = static_cast<int>(residual_length(static_cast<uint32_t>(magnitude(apart)))) - static_cast<int>(length);
     const unsigned context = apart == 0 ? 0 : static_cast<unsigned>(std::clamp(relation + 2, 1, 3));
-    const unsigned head_bits = length < 4 ? length - 1 : 3;
-    const unsigned left = length - 1 - head_bits;
-    const auto size = static_cast<uint32_t>(magnitude(residual));
-    const bool other_way = (residual < 0) != (apart < 0);
-    unsigned head = static_cast<unsigned>(other_way) << head_bits | (size >> left & ((1u << head_bits) - 1));
+    const unsigned head_bits = std::min(length - 1, 3u);
+    residual.low_count = length - 1 - head_bits;
+    const auto size = static_cast<uint32_t>(magnitude(residual.value));
+    const bool other_way = (residual.value < 0) != (apart < 0);
+    const uint32_t mask = (1u << head_bits) - 1;
+    unsigned head = static_cast<unsigned>(other_way) << head_bits | (size >> residual.low_count & mask);
+    residual.low = size & ((1u << residual.low_count) - 1);
     head = models_->head[length * 4 + context].code(coder_, head, k);
-    const bool negative = ((head >> head_bits & 1) != 0) != (apart < 0);
-    uint32_t result = 1u << head_bits | (head & ((1u << head_bits) - 1));
-    if (left > 0) result = result << left | coder_.code_raw(size & ((1u << left) - 1), left, k);
-    return static_cast<int32_t>(negative ? 0 - result : result);
+    // Of a damaged stream only these bits count.
+    residual.negative = ((head >> head_bits & 1) != 0) != (apart < 0);
+    residual.high = 1u << head_bits | (head & mask);
   }
 
   // Repeated values.

@@ -69,22 +69,23 @@ class AdaptivePositionEncoder {
     smallest = trial(best);
     choose_bases(other);
     consider(other, 1);
+    const AdaptiveCoding plain = best;
     other.repeats = Repeats::candidates;
-    consider(other, 0.99);
+    consider(other, 0.98);
     const auto counts = count_values();
     for (const uint32_t least : {8u, 32u, 128u}) {
       double share = 0;
       for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], least, other.dictionaries[k]);
       if (share < 0.1) break;
-      for (const Repeats repeats : {Repeats::levels, Repeats::candidates}) {
-        other.repeats = repeats;
-        for (const Centre centre : {Centre::fitted, Centre::gate}) {
-          other.centre = centre;
-          consider(other, 0.99);
-        }
+      other.repeats = Repeats::levels;
+      for (const Centre centre : {Centre::fitted, Centre::gate}) {
+        other.centre = centre;
+        consider(other, 0.98);
       }
+      other.repeats = Repeats::candidates;
+      consider(other, 0.98);
     }
-    return best;
+    return best.repeats == Repeats::none || pays(best, plain) ? best : plain;
   }
 
   std::vector<std::byte> write(AdaptiveCoding& coding, uint32_t count) const {
@@ -124,7 +125,7 @@ class AdaptivePositionEncoder {
           expecter.expect(fans_.references[v], fans_.kinds[v], v, expected);
           for (unsigned k = 0; k < 3; ++k) {
             const int32_t residual = wrapped_difference(codes_[v][k], expected.centre[k]);
-            ++lengths[k][bit_length(static_cast<uint32_t>(magnitude(residual)))];
+            ++lengths[k][residual_length(static_cast<uint32_t>(magnitude(residual)))];
           }
         }
         points.codes[v] = codes_[v];
@@ -177,6 +178,13 @@ class AdaptivePositionEncoder {
     }
     dictionary.set(std::move(values));
     return static_cast<double>(covered) / (3.0 * static_cast<double>(codes_.size() + 1));
+  }
+
+  /// Is all as much smaller as its beginning?
+  bool pays(AdaptiveCoding coding, AdaptiveCoding plain) const {
+    const auto count = static_cast<uint32_t>(codes_.size());
+    if (count <= trial_vertices) return true;
+    return 100 * write(coding, count).size() < 98 * write(plain, count).size();
   }
 
   /// About the size of all, from the first vertices.
@@ -243,10 +251,9 @@ Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t
   const size_t size = size_of(array.type);
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   array.bytes.resize(size_t{points} * array.tuple_size());
-  for (uint32_t v = 0; v < points; ++v) {
-    for (unsigned k = 0; k < 3; ++k)
-      maps[k].store_number(array.type, decoded.codes[v][k], array.bytes.data() + (size_t{3} * v + k) * size);
-  }
+  const auto* codes = reinterpret_cast<const std::byte*>(decoded.codes.data());
+  for (unsigned k = 0; k < 3; ++k)
+    maps[k].store_numbers(array.type, codes + 4 * size_t{k}, array.bytes.data() + k * size, 3, points);
   return {};
 }
 

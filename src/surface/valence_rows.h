@@ -69,10 +69,9 @@ struct ValenceWeights {
   explicit ValenceWeights(const ValenceRows& from);
   /// The sum of a group's rows for a vertex.
   [[gnu::always_inline]] void sum(unsigned group, const VertexReferences& references, uint32_t vertex,
-                                  const uint8_t* valences, std::array<float, 8>& result) const {
+                                  const uint8_t* valences, FloatLanes& low, FloatLanes& high) const {
     using R = VertexReferences;
     const Padded* row = rows[group].data();
-    FloatLanes low, high;
     load(row[0], low, high);
     const auto add = [&](unsigned term, uint32_t of) {
       const float degrees = valence_deviations[valences[of]];
@@ -87,8 +86,6 @@ struct ValenceWeights {
     add(ValenceRows::by_before, references.at[R::before]);
     add(ValenceRows::by_next, references.at[R::next]);
     add(ValenceRows::by_itself, vertex);
-    __builtin_memcpy(result.data(), &low, sizeof low);
-    __builtin_memcpy(result.data() + 4, &high, sizeof high);
   }
 
  private:
