@@ -174,14 +174,14 @@ TEST(DefaultLevels, DecodedTrianglesGiveTheSameFileAgain) {
   }
 }
 
-/// Points on the planes of a lattice, most of them, so that coordinates come again.
+/// A bumpy surface whose points have one coordinate off the planes of a lattice, as those of voxels do.
 Mesh on_planes() {
   Mesh mesh = in_triangles(torus(60, 50), false);
   Random random(3);
   auto values = mesh.points.values<float>();
   for (size_t i = 0; i < values.size(); ++i) {
-    values[i] = static_cast<float>(static_cast<int>(values[i] * 16)) / 16;
-    if (i % 3 == random.below(3)) values[i] += static_cast<float>(random.below(1000)) / 65536;
+    const float off = i % 3 == i / 3 % 3 ? static_cast<float>(random.below(5000)) / 65536 : 0;
+    values[i] = static_cast<float>(static_cast<int>(values[i] * 16 + static_cast<float>(16 * random.below(2)))) / 13 + off;
   }
   return mesh;
 }
@@ -191,7 +191,7 @@ TEST(DefaultLevels, CoordinatesThatComeAgainCostLittle) {
   EXPECT_EQ(round_trips(mesh), "");
   const auto fast_file = encode_bytes(mesh, fast()), file = encode_bytes(mesh, fast(5));
   ASSERT_TRUE(fast_file && file);
-  EXPECT_LT(4 * file->bytes.size(), 3 * fast_file->bytes.size());
+  EXPECT_LT(10 * file->bytes.size(), 8 * fast_file->bytes.size());
 }
 
 TEST(FastLevels, FacesThatLieTwiceCostLittle) {

@@ -21,7 +21,8 @@ struct EncodedFanPatch {
   std::vector<std::byte> bytes;
 };
 
-/// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
+/// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
+/// choice that depends on the order of faces. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                          FanModels models = FanModels::fixed);
 
