@@ -92,8 +92,9 @@ std::string round_trips(const Mesh& mesh, Order order = Order::canonical) {
 bool is_fan_coded(const std::vector<std::byte>& bytes, const std::string& type, uint32_t coding = 1) {
   const auto info = inspect(*memory_source(bytes));
   EXPECT_TRUE(info);
-  return info && std::any_of(info->chunks.begin(), info->chunks.end(),
-                             [&](const ChunkInfo& chunk) { return chunk.type == type && chunk.id == coding; });
+  return info && std::any_of(info->chunks.begin(), info->chunks.end(), [&](const ChunkInfo& chunk) {
+           return chunk.type == type && chunk.id == coding;
+         });
 }
 
 class FastLevel : public ::testing::TestWithParam<int> {
@@ -181,7 +182,9 @@ Mesh on_planes() {
   auto values = mesh.points.values<float>();
   for (size_t i = 0; i < values.size(); ++i) {
     const float off = i % 3 == i / 3 % 3 ? static_cast<float>(random.below(5000)) / 65536 : 0;
-    values[i] = static_cast<float>(static_cast<int>(values[i] * 16 + static_cast<float>(16 * random.below(2)))) / 13 + off;
+    values[i] =
+        static_cast<float>(static_cast<int>(values[i] * 16 + static_cast<float>(16 * random.below(2)))) / 13 +
+        off;
   }
   return mesh;
 }

@@ -82,7 +82,9 @@ class SymbolModel {
 #endif
   }
 
-  uint32_t start(unsigned symbol) const { return static_cast<uint32_t>(cumulative_[symbol]); }
+  uint32_t start(unsigned symbol) const {
+    return static_cast<uint32_t>(cumulative_[symbol]);
+  }
   uint32_t frequency(unsigned symbol) const {
     const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
     return static_cast<uint32_t>(end - cumulative_[symbol]);

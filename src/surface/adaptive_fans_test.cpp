@@ -171,8 +171,8 @@ std::vector<Encoded> files() {
   std::vector<Encoded> result;
   const auto add = [&](const Surface& shape, const Array& array, const Tolerance& tolerance) {
     Patch patch = patch_of(shape);
-    auto bytes = encode_adaptive_positions(patch.coded.patch.fans, array, *choose_maps(array, tolerance, true),
-                                           patch.coded.sources.points);
+    auto bytes = encode_adaptive_positions(patch.coded.patch.fans, array,
+                                           *choose_maps(array, tolerance, true), patch.coded.sources.points);
     result.push_back({std::move(patch), array, std::move(bytes)});
   };
   Surface shape = shapes::sphere(14, 12);

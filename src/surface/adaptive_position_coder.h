@@ -298,8 +298,8 @@ class AdaptivePositionCoder {
   [[gnu::always_inline]] void code_residuals(uint32_t v, const VertexReferences& references,
                                              unsigned parallelograms) {
     const uint32_t last = sizes_[references.at[R::last]];
-    const uint32_t around = 2 * last + 2 * sizes_[references.at[R::focus]] + sizes_[references.at[R::before]] +
-                            sizes_[references.at[R::next]];
+    const uint32_t around = 2 * last + 2 * sizes_[references.at[R::focus]] +
+                            sizes_[references.at[R::before]] + sizes_[references.at[R::next]];
     Residual x, y, z;
     // The size of a coordinate before stands in for one that is not known yet.
     code_length<0>(x, around, 2 * (last & 1023), first_coordinate, parallelograms);
@@ -332,7 +332,8 @@ class AdaptivePositionCoder {
     }
     if (known) return;
     const unsigned size = std::min(((around >> (10 * k) & 1023) + own + 4) >> 3, size_classes - 1);
-    const unsigned apart = std::min(residual_size(static_cast<uint32_t>(expected_.spread[k])), spread_classes - 1);
+    const unsigned apart =
+        std::min(residual_size(static_cast<uint32_t>(expected_.spread[k])), spread_classes - 1);
     residual.length = code_length(residual.length, k, models_->by_size[size * 4 + parallelograms],
                                   models_->by_spread[before * spread_classes + apart]);
   }
@@ -378,7 +379,8 @@ class AdaptivePositionCoder {
     const unsigned length = residual.length;
     if (is_known(k) || length == 0) return;
     const int32_t apart = expected_.apart[k];
-    const auto relation = static_cast<int>(residual_length(static_cast<uint32_t>(magnitude(apart)))) - static_cast<int>(length);
+    const auto relation =
+        static_cast<int>(residual_length(static_cast<uint32_t>(magnitude(apart)))) - static_cast<int>(length);
     const unsigned context = apart == 0 ? 0 : static_cast<unsigned>(std::clamp(relation + 2, 1, 3));
     const unsigned head_bits = std::min(length - 1, 3u);
     residual.low_count = length - 1 - head_bits;
@@ -452,11 +454,17 @@ class AdaptivePositionCoder {
 
   unsigned code_candidate(uint32_t v, const VertexReferences& references, unsigned kind, unsigned k,
                           unsigned before) {
-    const auto code = [&](unsigned r) { return references.at[r] < v ? points_.codes[references.at[r]][k] : 0; };
+    const auto code = [&](unsigned r) {
+      return references.at[r] < v ? points_.codes[references.at[r]][k] : 0;
+    };
     const bool closed = third_ == R::next;
-    const std::array<int32_t, 7> candidates = {
-        expected_.gate[k],     code(R::last),        code(R::focus),     code(third_),
-        closed ? code(R::before) : expected_.closing[k], expected_.closing[k], expected_.late[k]};
+    const std::array<int32_t, 7> candidates = {expected_.gate[k],
+                                               code(R::last),
+                                               code(R::focus),
+                                               code(third_),
+                                               closed ? code(R::before) : expected_.closing[k],
+                                               expected_.closing[k],
+                                               expected_.late[k]};
     unsigned symbol = 0;
     if constexpr (Coder::encoding) {
       while (symbol < 7 && candidates[symbol] != codes_[k]) ++symbol;
@@ -500,10 +508,13 @@ class AdaptivePositionCoder {
       const auto offset = static_cast<int>(repeats_[at].index[k]) - static_cast<int>(near);
       return offset == 0 ? 0 : offset == 1 ? 1 : offset == -1 ? 2 : 3;
     };
-    SymbolModel& model = offset_models_[((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations + relation(third_)];
+    SymbolModel& model =
+        offset_models_[((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations +
+                       relation(third_)];
     int offset = 0;
     if constexpr (Coder::encoding) offset = static_cast<int>(repeats_[v].index[k]) - static_cast<int>(near);
-    const unsigned symbol = model.code(coder_, offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : 15u);
+    const unsigned symbol =
+        model.code(coder_, offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : 15u);
     uint32_t index = near + symbol - 7;
     if (symbol == 15) index = coder_.code_raw(repeats_[v].index[k], 16);
     // Only damaged bytes lead beyond the end.

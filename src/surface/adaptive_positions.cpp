@@ -41,8 +41,7 @@ void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface&
 template <class Coder>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
                    std::span<const Codes3> wanted, uint32_t count) {
-  const auto code =
-      points.any_ordered() ? code_vertices<Coder, true> : code_vertices<Coder, false>;
+  const auto code = points.any_ordered() ? code_vertices<Coder, true> : code_vertices<Coder, false>;
   code(coder, coding, fans, points, wanted, count);
 }
 
@@ -108,8 +107,7 @@ class AdaptivePositionEncoder {
       }
     }
     // A float of the largest size has steps of 2^-24 of it.
-    for (unsigned k = 0; k < 3; ++k)
-      units[k] = points.ordered[k] ? std::max(largest[k], 1e-30) * 0x1p-24 : 1;
+    for (unsigned k = 0; k < 3; ++k) units[k] = points.ordered[k] ? std::max(largest[k], 1e-30) * 0x1p-24 : 1;
     return fit_valence_rows(fans_, values, units);
   }
 
@@ -160,7 +158,9 @@ class AdaptivePositionEncoder {
       for (size_t v = 0; v < codes_.size(); ++v) sorted[v] = codes_[v][k];
       std::sort(sorted.begin(), sorted.end());
       for (size_t i = 0; i < sorted.size();) {
-        const auto end = static_cast<size_t>(std::upper_bound(sorted.begin() + static_cast<std::ptrdiff_t>(i), sorted.end(), sorted[i]) - sorted.begin());
+        const auto end = static_cast<size_t>(
+            std::upper_bound(sorted.begin() + static_cast<std::ptrdiff_t>(i), sorted.end(), sorted[i]) -
+            sorted.begin());
         result[k].push_back({sorted[i], static_cast<uint32_t>(end - i)});
         i = end;
       }
@@ -218,7 +218,8 @@ std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const A
   AdaptivePositionEncoder encoder(fans, maps.maps, std::move(codes));
   AdaptiveCoding coding = encoder.choose();
   ByteWriter out;
-  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats) << 1));
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
+                                                                          << 1));
   for (const NumberMap& map : maps.maps) write_map(out, map);
   for (const uint8_t base : coding.base) out.put(base);
   out.put_bytes(encoder.write(coding, count));

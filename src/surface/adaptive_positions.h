@@ -13,10 +13,10 @@
 
 namespace maille {
 
-/// Positions of the vertices of adaptive fans, vertex after vertex: weights follow the valences around, residuals
-/// are coded with adaptive models in the context of what is left of neighbours and how far predictions lie apart;
-/// where coordinates have few values, by these. docs/format.md, "POSI 2". For arrays that fits_fan_positions()
-/// takes.
+/// Positions of the vertices of adaptive fans, vertex after vertex: weights follow the valences around,
+/// residuals are coded with adaptive models in the context of what is left of neighbours and how far
+/// predictions lie apart; where coordinates have few values, by these. docs/format.md, "POSI 2". For arrays
+/// that fits_fan_positions() takes.
 std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
                                                  const ArrayMaps& maps, std::span<const uint32_t> source);
 

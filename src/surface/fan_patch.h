@@ -24,7 +24,7 @@ struct EncodedFanPatch {
 /// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
 /// choice that depends on the order of faces. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
-                                                         FanModels models = FanModels::fixed);
+                                                        FanModels models = FanModels::fixed);
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {

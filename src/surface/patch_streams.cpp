@@ -35,7 +35,8 @@ uint32_t pivot_window(int effort) {
   return effort >= 7 ? 24 : 4;
 }
 
-// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive models.
+// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive
+// models.
 constexpr int fast_effort = 3;
 
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
@@ -134,8 +135,8 @@ class PatchEncoder {
     const StreamKey key = positions_key(patch_, cells_.coding());
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
     if (cells_.models == FanModels::adaptive) {
-      return CodedStream{
-          key, encode_adaptive_positions(*cells_.fans, *positions.array, positions.maps, points)};
+      return CodedStream{key,
+                         encode_adaptive_positions(*cells_.fans, *positions.array, positions.maps, points)};
     }
     return CodedStream{key, encode_fan_positions(*cells_.fans, *positions.array, positions.maps, points,
                                                  options_.effort > 1)};

@@ -40,7 +40,8 @@ class Fitter {
       : fans_(fans), values_(values), units_(units), step_(std::max(1u, fans.vertices / most_samples)) {}
 
   ValenceRows run() {
-    const auto predicted = std::make_unique<std::array<std::array<double, Normals::size>, ValenceRows::groups>>();
+    const auto predicted =
+        std::make_unique<std::array<std::array<double, Normals::size>, ValenceRows::groups>>();
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       const ValenceRows::Row plain = ValenceRows::plain_row(g);
       (*predicted)[g] = {};
@@ -81,9 +82,14 @@ class Fitter {
       }
       for (unsigned k = 0; k < 3; ++k) sample.target[k] = values_[v][k] - sample.last[k];
       const auto deviation = [&](uint32_t r) { return double{valence_deviations[fans_.valences[r]]}; };
-      sample.factors = {1, deviation(at[R::focus]), deviation(at[R::last]), deviation(at[R::before]),
-                        deviation(at[R::next]), deviation(v)};
-      if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next)) sample.factors[ValenceRows::by_next] = 0;
+      sample.factors = {1,
+                        deviation(at[R::focus]),
+                        deviation(at[R::last]),
+                        deviation(at[R::before]),
+                        deviation(at[R::next]),
+                        deviation(v)};
+      if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next))
+        sample.factors[ValenceRows::by_next] = 0;
       visit(sample);
     }
   }
@@ -131,7 +137,8 @@ class Fitter {
     std::vector<double> l(size_t{n} * n), y(n);
     const auto entry = [&](unsigned i, unsigned j) {
       const unsigned a = i / references, b = j / references;
-      const unsigned p = std::max(i % references, j % references), q = std::min(i % references, j % references);
+      const unsigned p = std::max(i % references, j % references),
+                     q = std::min(i % references, j % references);
       return normals.matrix[a * terms + b][p * references + q];
     };
     const unsigned useful = ValenceRows::useful(group);
@@ -171,8 +178,9 @@ class Fitter {
       const double unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
       for (unsigned r = 0; r < references; ++r) {
         const double weight = std::floor(solution[t * references + r] * unit + 0.5);
-        rows[t][r] = static_cast<int16_t>(
-            weight > ValenceRows::largest ? ValenceRows::largest : weight > -ValenceRows::largest ? weight : -ValenceRows::largest);
+        rows[t][r] = static_cast<int16_t>(weight > ValenceRows::largest    ? ValenceRows::largest
+                                          : weight > -ValenceRows::largest ? weight
+                                                                           : -ValenceRows::largest);
       }
     }
     return rows;
@@ -225,7 +233,8 @@ class Fitter {
     }
     visit([&](const Sample& sample) {
       if (rows_.level[sample.group] == 0) return;
-      for (unsigned l = 0; l < 3; ++l) costs[l][sample.group] += step_ * cost(sample, (*rows[l])[sample.group]);
+      for (unsigned l = 0; l < 3; ++l)
+        costs[l][sample.group] += step_ * cost(sample, (*rows[l])[sample.group]);
     });
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       if (rows_.level[g] == 0) continue;
@@ -271,7 +280,8 @@ ValenceRows::Row ValenceRows::plain_row(unsigned group) {
   if (count == 0) return row;
   const auto add = [&](unsigned a, unsigned b, unsigned across) {
     for (const auto& [reference, sign] : {std::pair{a, 1}, {b, 1}, {across, -1}}) {
-      if (reference < references) row[reference] = static_cast<int16_t>(row[reference] + sign * base_unit / static_cast<int>(count));
+      if (reference < references)
+        row[reference] = static_cast<int16_t>(row[reference] + sign * base_unit / static_cast<int>(count));
     }
   };
   add(R::focus, R::last, R::before);

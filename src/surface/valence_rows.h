@@ -15,13 +15,15 @@
 
 namespace maille {
 
-/// How much wider than 60 degrees the corners at a vertex of so many triangles are, 3 to 10 of them; others count
-/// as the nearest.
+/// How much wider than 60 degrees the corners at a vertex of so many triangles are, 3 to 10 of them; others
+/// count as the nearest.
 inline constexpr std::array<int8_t, 8> corner_degrees = {60, 30, 12, 0, -9, -15, -20, -24};
 inline constexpr auto valence_deviations = [] {
   std::array<float, 256> table{};
   for (int valence = 0; valence < 256; ++valence)
-    table[static_cast<size_t>(valence)] = corner_degrees[static_cast<size_t>(valence < 3 ? 0 : valence > 10 ? 7 : valence - 3)];
+    table[static_cast<size_t>(valence)] = corner_degrees[static_cast<size_t>(valence < 3    ? 0
+                                                                             : valence > 10 ? 7
+                                                                                            : valence - 3)];
   return table;
 }();
 

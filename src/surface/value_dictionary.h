@@ -10,7 +10,8 @@
 
 namespace maille {
 
-/// Codes that one coordinate has often, ascending: the planes of a voxel lattice, the levels of a machine part.
+/// Codes that one coordinate has often, ascending: the planes of a voxel lattice, the levels of a machine
+/// part.
 class ValueDictionary {
  public:
   static constexpr uint32_t most = 0xfffe;
@@ -81,7 +82,8 @@ bool ValueDictionary::code(Coder& coder) {
   std::vector<int32_t> values;
   for (uint32_t i = 0; i < count; ++i) {
     if (i == 0) {
-      values.push_back(static_cast<int32_t>(coder.code_raw(Coder::encoding ? static_cast<uint32_t>(values_[0]) : 0, 32)));
+      values.push_back(
+          static_cast<int32_t>(coder.code_raw(Coder::encoding ? static_cast<uint32_t>(values_[0]) : 0, 32)));
       continue;
     }
     uint64_t gap = 0;
