@@ -219,8 +219,8 @@ class Expecter {
   const uint8_t* valences_;
 };
 
-/// Codes one vertex after the other. The encoder finds the codes in `wanted`; both put them into `points`.
-template <class Coder, bool ordered>
+/// Codes one vertex after the other. `repeating`: with repeats, which are looked for beforehand. The encoder finds the codes in `wanted`; both put them into `points`.
+template <class Coder, bool ordered, bool repeating>
 class AdaptivePositionCoder {
  public:
   AdaptivePositionCoder(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans,
@@ -232,10 +232,10 @@ class AdaptivePositionCoder {
         wanted_(wanted),
         expecter_(points, coding, fans.valences.data()),
         sizes_(points.codes.size()),
-        repeats_(coding.repeats == AdaptiveCoding::Repeats::none ? 0 : points.codes.size()),
+        repeats_(repeating ? points.codes.size() : 0),
         models_(std::make_unique<Models>()) {
     if (coding.repeats == AdaptiveCoding::Repeats::candidates) candidate_models_.resize(candidate_contexts);
-    if (coding.repeats != AdaptiveCoding::Repeats::none) offset_models_.resize(offset_contexts);
+    if (repeating) offset_models_.resize(offset_contexts);
   }
 
   /// Vertex v, once all before it are coded.
@@ -253,12 +253,10 @@ class AdaptivePositionCoder {
     }
     known_ = 0;
     if constexpr (Coder::encoding) codes_ = wanted_[v];
-    if (coding_.repeats != AdaptiveCoding::Repeats::none) [[unlikely]]
-      code_repeats(v, *references, kind);
+    if constexpr (repeating) code_repeats(v, *references, kind);
     code_residuals(v, *references, ValenceRows::parallelograms(ValenceRows::group_of(kind)));
-    if constexpr (!Coder::encoding) {
-      if (coding_.repeats == AdaptiveCoding::Repeats::candidates) [[unlikely]]
-        find_indices(repeats_[v]);
+    if constexpr (repeating && !Coder::encoding) {
+      if (coding_.repeats == AdaptiveCoding::Repeats::candidates) find_indices(repeats_[v]);
     }
     points_.codes[v] = codes_;
     if constexpr (ordered) {
@@ -361,7 +359,7 @@ class AdaptivePositionCoder {
     codes_[k] = static_cast<int32_t>(static_cast<uint32_t>(expected_.centre[k]) + value);
     return residual_size(size);
   }
-  [[gnu::always_inline]] bool is_known(unsigned k) const { return (known_ >> k & 1) != 0; }
+  [[gnu::always_inline]] bool is_known(unsigned k) const { return repeating && (known_ >> k & 1) != 0; }
 
   [[gnu::always_inline]] unsigned code_length(unsigned length, unsigned k, SymbolModel& a, SymbolModel& b) {
     const unsigned base = coding_.base[k];

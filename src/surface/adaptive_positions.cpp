@@ -32,16 +32,19 @@ bool code_side(Coder& coder, AdaptiveCoding& coding) {
 }
 
 /// The first `count` vertices.
-template <class Coder, bool ordered>
+template <class Coder, bool ordered, bool repeating>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
                    std::span<const Codes3> wanted, uint32_t count) {
-  AdaptivePositionCoder<Coder, ordered> positions(coder, coding, fans, points, wanted);
+  AdaptivePositionCoder<Coder, ordered, repeating> positions(coder, coding, fans, points, wanted);
   for (uint32_t v = 0; v < count && !coder.exhausted(); ++v) positions.code(v);
 }
 template <class Coder>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
                    std::span<const Codes3> wanted, uint32_t count) {
-  const auto code = points.any_ordered() ? code_vertices<Coder, true> : code_vertices<Coder, false>;
+  const bool repeating = coding.repeats != Repeats::none;
+  const auto code = points.any_ordered()
+                        ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
+                        : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
   code(coder, coding, fans, points, wanted, count);
 }
 
