@@ -42,9 +42,10 @@ template <class Coder>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
                    std::span<const Codes3> wanted, uint32_t count) {
   const bool repeating = coding.repeats != Repeats::none;
-  const auto code = points.any_ordered()
-                        ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
-                        : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
+  const auto code =
+      points.any_ordered()
+          ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
+          : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
   code(coder, coding, fans, points, wanted, count);
 }
 
@@ -57,6 +58,10 @@ class AdaptivePositionEncoder {
   AdaptiveCoding choose() {
     AdaptiveCoding best;
     best.rows = fit();
+    AdaptiveCoding other = best;
+    other.centre = Centre::gate;
+    choose_bases(best);
+    choose_bases(other);
     double smallest = trial(best);
     // The longer ways to decode must save something.
     const auto consider = [&](const AdaptiveCoding& coding, double gain) {
@@ -65,11 +70,6 @@ class AdaptivePositionEncoder {
       smallest = size;
       best = coding;
     };
-    AdaptiveCoding other = best;
-    other.centre = Centre::gate;
-    choose_bases(best);
-    smallest = trial(best);
-    choose_bases(other);
     consider(other, 1);
     const AdaptiveCoding plain = best;
     other.repeats = Repeats::candidates;
@@ -87,6 +87,9 @@ class AdaptivePositionEncoder {
       other.repeats = Repeats::candidates;
       consider(other, 0.98);
     }
+    other = best;
+    other.centre = best.centre == Centre::gate ? Centre::fitted : Centre::gate;
+    if (best.repeats != Repeats::none) consider(other, 1);
     return best.repeats == Repeats::none || pays(best, plain) ? best : plain;
   }
 
