@@ -219,7 +219,8 @@ class Expecter {
   const uint8_t* valences_;
 };
 
-/// Codes one vertex after the other. `repeating`: with repeats, which are looked for beforehand. The encoder finds the codes in `wanted`; both put them into `points`.
+/// Codes one vertex after the other. `repeating`: with repeats, which are looked for beforehand. The encoder
+/// finds the codes in `wanted`; both put them into `points`.
 template <class Coder, bool ordered, bool repeating>
 class AdaptivePositionCoder {
  public:
