@@ -1,8 +1,9 @@
-// TOPO and POSI of fans on any bytes: points, corners, blocks, size of the topology, topology, positions.
-// What is accepted are triangles and cells over points that are there.
+// TOPO and POSI of fans on any bytes: points and models, corners, blocks, size of the topology, topology,
+// positions. What is accepted are triangles and cells over points that are there.
 
 #include "base/bytes.h"
 #include "fuzzing.h"
+#include "surface/adaptive_positions.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
 
@@ -11,7 +12,9 @@ namespace {
 
 void run(Bytes input) {
   ByteReader in(input);
-  const auto points = static_cast<uint32_t>(in.get_count() % (1 << 20));
+  const uint64_t first = in.get_count();
+  const FanModels models = first % 2 == 0 ? FanModels::fixed : FanModels::adaptive;
+  const auto points = static_cast<uint32_t>(first / 2 % (1 << 20));
   const uint64_t corners = in.get_count() % (1 << 20);
   std::vector<BlockShape> blocks(in.get<uint8_t>() % 8);
   for (BlockShape& block : blocks) {
@@ -20,11 +23,13 @@ void run(Bytes input) {
   }
   const Bytes topology = in.get_bytes(std::min<uint64_t>(in.get_count(), in.remaining()));
   const Bytes positions = in.get_bytes(in.remaining());
-  auto decoder = FanPatchDecoder::begin(topology, points, corners);
+  auto decoder = FanPatchDecoder::begin(topology, points, corners, models);
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
-    const auto decoded = decode_fan_positions(decoder->fans, positions, points, array);
+    const auto decoded = decoder->fans
+                             ? decode_fan_positions(*decoder->fans, positions, points, array)
+                             : decode_adaptive_positions(decoder->adaptive_fans, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }

@@ -14,9 +14,15 @@
 // the clear. Mutations then reach the codec, where changes of a real file mostly end in the container.
 namespace maille::fuzzing {
 
-inline constexpr char stream_types[][5] = {"DESC", "TOPO", "POSI", "ORDR", "ARRY"};
+/// By kind; further kinds are arrays.
+inline constexpr unsigned single_streams = 8;
+inline StreamKey key_of_kind(unsigned kind) {
+  constexpr StreamKey keys[single_streams] = {{"DESC", 0, 0}, {"TOPO", 0, 0}, {"POSI", 0, 0}, {"ORDR", 0, 0},
+                                              {"TOPO", 0, 1}, {"POSI", 0, 1}, {"TOPO", 0, 2}, {"POSI", 0, 2}};
+  return kind < single_streams ? keys[kind] : StreamKey{"ARRY", 0, kind - single_streams};
+}
 
-/// The file whose streams `input` lists: kind (from 4 on: array kind - 4), length, bytes.
+/// The file whose streams `input` lists: kind, length, bytes.
 inline std::vector<std::byte> file_of_streams(Bytes input) {
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
@@ -29,8 +35,7 @@ inline std::vector<std::byte> file_of_streams(Bytes input) {
     const Bytes bytes = in.get_bytes(size);
     if (!in.ok() || written[kind]) break;
     written[kind] = true;
-    StreamKey key{"ARRY", 0, kind < 4 ? 0 : kind - 4};
-    if (kind < 4) std::copy_n(stream_types[kind], 4, key.type);
+    const StreamKey key = key_of_kind(kind);
     if (kind == 0) {
       ByteWriter description;
       description.put_count(bytes.size());
@@ -50,8 +55,7 @@ inline std::vector<std::byte> streams_of_file(Bytes file) {
   const auto reader = FileReader::open(*source);
   ByteWriter out;
   for (unsigned kind = 0; kind < 256; ++kind) {
-    StreamKey key{"ARRY", 0, kind < 4 ? 0 : kind - 4};
-    if (kind < 4) std::copy_n(stream_types[kind], 4, key.type);
+    const StreamKey key = key_of_kind(kind);
     if (!reader->has_stream(key)) continue;
     std::vector<std::byte> bytes = *reader->read_stream(key);
     if (kind == 0) {

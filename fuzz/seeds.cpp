@@ -9,6 +9,7 @@
 #include "io/gzip.h"
 #include "packed_streams.h"
 #include "support/random_mesh.h"
+#include "surface/adaptive_positions.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
 #include "surface/patch_topology.h"
@@ -44,9 +45,10 @@ void save_file(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   save(folder / "decode_fuzz" / (name + ".streams"), 1, streams_of_file(*file));
 }
 
-/// What a description would say of the mesh.
-void put_shape(ByteWriter& out, const Mesh& mesh) {
-  out.put_count(mesh.point_count());
+/// What a description would say of the mesh; `first` is the number of points, with what a fuzzer has there
+/// besides.
+void put_shape(ByteWriter& out, const Mesh& mesh, uint64_t first) {
+  out.put_count(first);
   out.put_count(mesh.corner_count());
   out.put(static_cast<uint8_t>(mesh.blocks.size()));
   for (const CellBlock& block : mesh.blocks) {
@@ -59,7 +61,7 @@ void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mes
   const auto topology = encode_topology(mesh, 4, seed % 4 == 3);
   if (!topology) return;
   ByteWriter out;
-  put_shape(out, mesh);
+  put_shape(out, mesh, mesh.point_count());
   out.put_bytes(topology->bytes);
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);
@@ -67,15 +69,20 @@ void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mes
 }
 
 void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
-  const auto patch = encode_fan_patch(mesh);
+  const FanModels models = seed % 2 == 0 ? FanModels::fixed : FanModels::adaptive;
+  const auto patch = encode_fan_patch(mesh, models);
   if (!patch || !*patch) return;
   ByteWriter out;
-  put_shape(out, mesh);
+  put_shape(out, mesh, 2 * mesh.point_count() + (models == FanModels::adaptive));
   out.put_count((*patch)->bytes.size());
   out.put_bytes((*patch)->bytes);
   const auto maps = choose_maps(mesh.points, {}, true);
-  if (maps && fits_fan_positions(mesh.points, *maps))
-    out.put_bytes(encode_fan_positions((*patch)->patch.fans, mesh.points, *maps, (*patch)->sources.points));
+  if (maps && fits_fan_positions(mesh.points, *maps)) {
+    const FanSurface& fans = (*patch)->patch.fans;
+    const std::vector<uint32_t>& sources = (*patch)->sources.points;
+    out.put_bytes(models == FanModels::adaptive ? encode_adaptive_positions(fans, mesh.points, *maps, sources)
+                                                : encode_fan_positions(fans, mesh.points, *maps, sources));
+  }
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);
   save(folder / "fan_fuzz" / std::to_string(seed), first, Bytes(bytes).subspan(1));

@@ -246,7 +246,7 @@ TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
   const auto sink = memory_sink(file);
   const auto report = encode(mesh, *sink, {});
   ASSERT_TRUE(report) << report.error().message;
-  EXPECT_TRUE(file == parse_hex(block("hex tetrahedron")));
+  EXPECT_TRUE(file == parse_hex(block("hex adaptive tetrahedron")));
 }
 
 TEST(FormatDocument, StatesTheLimitsOfModeSingle) {

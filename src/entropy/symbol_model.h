@@ -51,10 +51,40 @@ class SymbolModel {
     return symbol;
   }
 
+  /// A symbol that two models expect: in the mean of their distributions. Both learn from it.
+  template <class Coder>
+  [[gnu::always_inline]] static unsigned code_in_mean(Coder& coder, SymbolModel& a, SymbolModel& b,
+                                                      unsigned symbol, unsigned lane = 0) {
+    SymbolModel mean(a, b);
+    if constexpr (Coder::encoding) {
+      coder.put(mean.start(symbol), mean.frequency(symbol), 15, lane);
+    } else {
+      symbol = mean.find(static_cast<int16_t>(coder.peek(15, lane)));
+      coder.advance(mean.start(symbol), mean.frequency(symbol), 15, lane);
+    }
+    a.adapt(symbol);
+    b.adapt(symbol);
+    return symbol;
+  }
+
  private:
   static constexpr int highest = 32768;
 
-  uint32_t start(unsigned symbol) const { return static_cast<uint32_t>(cumulative_[symbol]); }
+  /// Means rounded up: they rise from symbol to symbol as both distributions do.
+  [[gnu::always_inline]] SymbolModel(const SymbolModel& a, const SymbolModel& b) {
+#ifdef __SSE2__
+    for (unsigned i = 0; i < 2; ++i)
+      _mm_store_si128(reinterpret_cast<__m128i*>(cumulative_.data()) + i,
+                      _mm_avg_epu16(a.half(i), b.half(i)));
+#else
+    for (unsigned i = 0; i < 16; ++i)
+      cumulative_[i] = static_cast<int16_t>((a.cumulative_[i] + b.cumulative_[i] + 1) >> 1);
+#endif
+  }
+
+  uint32_t start(unsigned symbol) const {
+    return static_cast<uint32_t>(cumulative_[symbol]);
+  }
   uint32_t frequency(unsigned symbol) const {
     const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
     return static_cast<uint32_t>(end - cumulative_[symbol]);
@@ -75,7 +105,7 @@ class SymbolModel {
       const __m128i step = _mm_sra_epi16(_mm_sub_epi16(_mm_load_si128(target + i), half(i)), rate);
       _mm_store_si128(reinterpret_cast<__m128i*>(cumulative_.data()) + i, _mm_add_epi16(half(i), step));
     }
-    visits_ = static_cast<uint8_t>(visits_ + (visits_ < symbol_rates.size() - 1));
+    visits_ = static_cast<uint16_t>(visits_ + (visits_ < symbol_rates.size() - 1));
   }
   [[gnu::always_inline]] __m128i half(unsigned i) const {
     return _mm_load_si128(reinterpret_cast<const __m128i*>(cumulative_.data()) + i);
@@ -92,12 +122,12 @@ class SymbolModel {
     for (unsigned i = 0; i < 16; ++i) {
       cumulative_[i] = static_cast<int16_t>(cumulative_[i] + ((target[i] - cumulative_[i]) >> rate));
     }
-    visits_ = static_cast<uint8_t>(visits_ + (visits_ < symbol_rates.size() - 1));
+    visits_ = static_cast<uint16_t>(visits_ + (visits_ < symbol_rates.size() - 1));
   }
 #endif
 
   alignas(16) std::array<int16_t, 16> cumulative_;
-  uint8_t visits_ = 0;
+  uint16_t visits_ = 0;  // not of a type that may alias the coder's state
 };
 
 }  // namespace maille

@@ -2,9 +2,11 @@
 #include "surface/fan_connectivity.h"
 
 #include <algorithm>
+#include <memory>
 
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
+#include "surface/adaptive_fan_model.h"
 #include "surface/fan_machine.h"
 
 namespace maille {
@@ -31,11 +33,10 @@ class FanFinder {
         place_of_(real_half_edges, none) {}
 
   struct Operation {
-    uint16_t context;  ///< of an event; fan_contexts + n for numbers
-    uint16_t symbol;
-    uint32_t bits;  ///< raw ones
-    uint8_t bit_count;
+    uint32_t context;  ///< an event's surroundings; is_number + n for numbers
+    uint32_t value;    ///< a symbol, or the number
   };
+  static constexpr uint32_t is_number = 1u << 31;
 
   EncodedFans run() {
     EncodedFans result;
@@ -48,8 +49,7 @@ class FanFinder {
     while (!machine.done()) {
       if (machine.prepare()) {
         const unsigned symbol = choose();
-        operations_.push_back(
-            {static_cast<uint16_t>(machine.context()), static_cast<uint16_t>(symbol), 0, 0});
+        operations_.push_back({machine.surroundings(), symbol});
         machine.apply(symbol);
       } else {
         choose_start();
@@ -73,16 +73,7 @@ class FanFinder {
       const uint32_t delta = value - base;
       coded = delta << 1 ^ (0 - (delta >> 31));
     }
-    Operation operation{static_cast<uint16_t>(fan_contexts + static_cast<unsigned>(kind)), 0, 0, 0};
-    if (coded < direct_numbers) {
-      operation.symbol = static_cast<uint16_t>(coded);
-    } else {
-      const unsigned length = 32 - static_cast<unsigned>(__builtin_clz(coded));
-      operation.symbol = static_cast<uint16_t>(direct_numbers + length - 4);
-      operation.bit_count = static_cast<uint8_t>(length - 1);
-      operation.bits = coded - (1u << (length - 1));
-    }
-    operations_.push_back(operation);
+    operations_.push_back({is_number + static_cast<uint32_t>(kind), coded});
     return kind == FanNumber::reference ? coded : value;
   }
   void moved(uint32_t to, uint32_t from) { set_gate(to, gate(from)); }
@@ -302,14 +293,34 @@ class FanFinder {
   Machine* machine_ = nullptr;
 };
 
-std::vector<std::byte> write_operations(const std::vector<FanFinder::Operation>& operations,
-                                        uint32_t vertices) {
+using Operations = std::vector<FanFinder::Operation>;
+
+unsigned static_context(uint32_t surroundings) {
+  return fan_context(surroundings & 15, surroundings >> 4 & 15, surroundings >> 8 & 15);
+}
+
+/// A number of the static tables: its symbol, and how many bits follow.
+struct NumberSymbol {
+  explicit NumberSymbol(uint32_t number) : symbol(number) {
+    if (number < direct_numbers) return;
+    const unsigned length = 32 - static_cast<unsigned>(__builtin_clz(number));
+    symbol = direct_numbers + length - 4;
+    bit_count = length - 1;
+    bits = number - (1u << bit_count);
+  }
+  unsigned symbol;
+  unsigned bit_count = 0;
+  uint32_t bits = 0;
+};
+
+std::vector<std::byte> write_operations(const Operations& operations, uint32_t vertices) {
+  constexpr uint32_t is_number = FanFinder::is_number;
   std::vector<Histogram> events(fan_contexts), numbers(number_contexts);
-  for (const auto& operation : operations) {
-    if (operation.context < fan_contexts) {
-      ++events[operation.context][operation.symbol];
+  for (const auto& [context, value] : operations) {
+    if (context < is_number) {
+      ++events[static_context(context)][value];
     } else {
-      ++numbers[operation.context - fan_contexts][operation.symbol];
+      ++numbers[context - is_number][NumberSymbol(value).symbol];
     }
   }
   RansEncoder side;
@@ -317,15 +328,16 @@ std::vector<std::byte> write_operations(const std::vector<FanFinder::Operation>&
   const StaticTables number_tables =
       make_tables(numbers, number_symbols, fan_slot_bits, number_contexts, side);
   StaticRansEncoder encoder;
-  for (const auto& operation : operations) {
-    if (operation.context < fan_contexts) {
-      encoder.put(event_tables.of(operation.context), fan_slot_bits, operation.symbol);
+  for (const auto& [context, value] : operations) {
+    if (context < is_number) {
+      encoder.put(event_tables.of(static_context(context)), fan_slot_bits, value);
       continue;
     }
-    encoder.put(number_tables.of(operation.context - fan_contexts), fan_slot_bits, operation.symbol);
-    const unsigned low = std::min<unsigned>(operation.bit_count, 16);
-    encoder.put_raw(operation.bits & ((1u << low) - 1), low);
-    if (operation.bit_count > 16) encoder.put_raw(operation.bits >> 16, operation.bit_count - 16u);
+    const NumberSymbol number(value);
+    encoder.put(number_tables.of(context - is_number), fan_slot_bits, number.symbol);
+    const unsigned low = std::min(number.bit_count, 16u);
+    encoder.put_raw(number.bits & ((1u << low) - 1), low);
+    if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
   }
   ByteWriter out;
   out.put_count(vertices);
@@ -336,12 +348,43 @@ std::vector<std::byte> write_operations(const std::vector<FanFinder::Operation>&
   return out.take();
 }
 
+std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t vertices) {
+  RansEncoder encoder;
+  const auto model = std::make_unique<AdaptiveFanModel>();
+  for (const auto& [context, value] : operations) {
+    if (context < FanFinder::is_number) {
+      model->code_symbol(encoder, context, value);
+    } else {
+      model->code_number(encoder, static_cast<FanNumber>(context - FanFinder::is_number), value);
+    }
+  }
+  ByteWriter out;
+  out.put_count(vertices);
+  out.put_bytes(encoder.finish());
+  return out.take();
+}
+
 }  // namespace
 
-EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count) {
+void FanSurface::count_valences() {
+  valences.assign(vertices, 0);
+  for (const uint32_t v : corners) ++valences[v];
+}
+
+void FanSurface::forget_vertices() {
+  references = {};
+  kinds = {};
+  valences = {};
+  first = vertices;
+}
+
+EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                        FanModels models) {
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
-  result.bytes = write_operations(finder.operations(), result.surface.vertices);
+  if (models == FanModels::adaptive) result.surface.count_valences();
+  const auto write = models == FanModels::adaptive ? write_adaptive : write_operations;
+  result.bytes = write(finder.operations(), result.surface.vertices);
   return result;
 }
 

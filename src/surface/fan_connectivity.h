@@ -57,8 +57,12 @@ struct FanSurface {
   Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
   Unfilled<uint8_t> kinds;                ///< likewise
   bool with_late = true;                  ///< are late triples wanted?
+  std::vector<uint8_t> valences;          ///< by vertex: its triangles modulo 256; for adaptive fans only
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
+  void count_valences();
+  /// Lets go of what positions are predicted by.
+  void forget_vertices();
 };
 
 struct EncodedFans {
@@ -72,10 +76,14 @@ struct EncodedFans {
 inline constexpr unsigned fan_point_bits = 28;
 inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 
+/// Static tables are for decoding near memory speed, adaptive models for fewer bytes.
+enum class FanModels : uint8_t { fixed, adaptive };
+
 /// Codes the real triangles of a closed surface, see gluing.h: all faces are triangles, the first
 /// `real_half_edges` half-edges belong to real ones. Origins are points,
 /// at most most_fan_points; several vertices of the surface may be one point.
-EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
+EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                        FanModels models = FanModels::fixed);
 
 /// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
 /// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
@@ -110,6 +118,9 @@ class FanDecoder {
   explicit FanDecoder(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// Inverse for adaptive models, all at once, with references, kinds and valences. As safe.
+Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
 
 /// All at once, with references and kinds.
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);

@@ -423,9 +423,7 @@ Result<FanSurface> FanDecoder::finish() {
   if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
   FanSurface result = std::move(state_->surface);
   result.vertices = count;
-  result.references = {};
-  result.kinds = {};
-  result.first = count;
+  result.forget_vertices();
   return result;
 }
 

@@ -178,6 +178,12 @@ class FanMachine {
   }
 
   unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
+  /// What the head, the next and the last entry have seen, then, in rings of four and more, those beyond
+  /// these two; four bits each from the lowest.
+  uint32_t surroundings() const {
+    const uint32_t near = seen(head) | seen(head + 1) << 4 | seen(tail - 1) << 8;
+    return tail - head < 4 ? near : near | seen(head + 2) << 12 | seen(tail - 2) << 16;
+  }
 
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
   bool apply(unsigned symbol) {

@@ -164,14 +164,16 @@ void append_copy(FanSurface& fans, uint32_t face) {
 
 }  // namespace
 
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const UniqueFaces unique = without_copies(faces.all_corners, points);
   const GluedSurface glued = glue({unique.all_corners, {}, points});
-  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points);
+  // What was decoded would be glued otherwise, and give another file; those who ask for speed accept that.
+  if (glued.chosen && models == FanModels::adaptive) return std::nullopt;
+  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;
@@ -225,7 +227,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh) {
   return result;
 }
 
-Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners) {
+Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners,
+                                               FanModels models) {
   ByteReader in(bytes);
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
@@ -236,9 +239,18 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
   if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
   if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
-  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(fans, static_cast<uint32_t>(triangles), points));
-  return FanPatchDecoder{std::move(decoder), copies, turned,
-                         block_numbers,      loose,  static_cast<uint32_t>(triangles)};
+  FanPatchDecoder decoder;
+  decoder.copies = copies;
+  decoder.turned = turned;
+  decoder.block_numbers = block_numbers;
+  decoder.loose = loose;
+  decoder.triangles = static_cast<uint32_t>(triangles);
+  if (models == FanModels::adaptive) {
+    decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points));
+  } else {
+    decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points));
+  }
+  return decoder;
 }
 
 Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,
@@ -246,7 +258,12 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   FanPatch patch;
   PatchTopology& topology = patch.topology;
   topology.points = points;
-  patch.fans = MAILLE_TRY(fans.finish());
+  if (fans) {
+    patch.fans = MAILLE_TRY(fans->finish());
+  } else {
+    patch.fans = std::move(adaptive_fans);
+    patch.fans.forget_vertices();
+  }
   MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
     if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
     for (uint32_t face = begin; face < end; ++face) {

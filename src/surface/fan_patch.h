@@ -7,7 +7,7 @@
 
 namespace maille {
 
-/// A patch of triangles at the fast levels: TOPO with coding `fans`, docs/format.md.
+/// A patch of triangles at the fast and default levels: TOPO 1 and 2, docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -21,15 +21,19 @@ struct EncodedFanPatch {
   std::vector<std::byte> bytes;
 };
 
-/// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh);
+/// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
+/// choice that depends on the order of faces. Error: unsupported, for too many corners.
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
+                                                        FanModels models = FanModels::fixed);
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {
-  FanDecoder fans;
+  std::optional<FanDecoder> fans;  ///< with static tables
+  FanSurface adaptive_fans;        ///< with adaptive models: complete
 
   /// `bytes` must stay. Error: corrupt.
-  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners,
+                                       FanModels models = FanModels::fixed);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "surface/adaptive_positions.h"
 #include "surface/element_order.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
@@ -18,6 +19,8 @@ namespace {
 // The number of TOPO and POSI says how they are coded.
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
+constexpr uint32_t adaptive_fan_coding = 2;
+constexpr uint32_t last_coding = adaptive_fan_coding;
 
 StreamKey topology_key(uint32_t patch, uint32_t coding) {
   return {"TOPO", patch, coding};
@@ -34,20 +37,25 @@ uint32_t pivot_window(int effort) {
   return effort >= 7 ? 24 : 4;
 }
 
-// Efforts up to this one are for decoding near memory speed.
+// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive
+// models.
 constexpr int fast_effort = 3;
 
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
 struct CodedCells {
   EncodedTopology encoded;
   std::optional<FanSurface> fans;
-  uint32_t coding() const { return fans ? fan_coding : front_coding; }
+  FanModels models = FanModels::fixed;
+  uint32_t coding() const {
+    return !fans ? front_coding : models == FanModels::fixed ? fan_coding : adaptive_fan_coding;
+  }
 };
 
 Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
   CodedCells cells;
-  if (options.effort <= fast_effort) {
-    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
+  if (options.effort < least_mixed_effort) {
+    cells.models = options.effort <= fast_effort ? FanModels::fixed : FanModels::adaptive;
+    auto patch = MAILLE_TRY(encode_fan_patch(mesh, cells.models));
     if (patch) {
       cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
       cells.fans = std::move(patch->patch.fans);
@@ -128,9 +136,14 @@ class PatchEncoder {
     if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, cells_.encoded.sources.points);
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
-    return CodedStream{positions_key(patch_, fan_coding),
-                       encode_fan_positions(*cells_.fans, *positions.array, maps,
-                                            cells_.encoded.sources.points, options_.effort > 1)};
+    const StreamKey key = positions_key(patch_, cells_.coding());
+    const std::vector<uint32_t>& points = cells_.encoded.sources.points;
+    if (cells_.models == FanModels::adaptive) {
+      return CodedStream{key,
+                         encode_adaptive_positions(*cells_.fans, *positions.array, maps, points)};
+    }
+    return CodedStream{key, encode_fan_positions(*cells_.fans, *positions.array, maps, points,
+                                                 options_.effort > 1)};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
@@ -216,10 +229,11 @@ class PatchDecoder {
     const uint32_t coding = coding_of(topology_key);
     const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
     const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(patch_, coding)));
-    if (coding == fan_coding) {
-      auto decoder = MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners));
-      if (positions_of.number == fan_coding)
-        positions = MAILLE_TRY(decode_positions(decoder.fans, positions_of));
+    if (coding != front_coding) {
+      const FanModels models = coding == fan_coding ? FanModels::fixed : FanModels::adaptive;
+      auto decoder =
+          MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners, models));
+      if (positions_of.number == coding) positions = MAILLE_TRY(decode_positions(decoder, positions_of));
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
@@ -229,18 +243,22 @@ class PatchDecoder {
     }
     if (positions_of.number == front_coding) {
       positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
-    } else if (coding != fan_coding) {
-      return failure(ErrorCode::corrupt, "positions of fans without fans");
+    } else if (positions_of.number != coding) {
+      return failure(ErrorCode::corrupt, "positions of fans without these fans");
     }
     return {};
   }
 
-  Result<Array> decode_positions(FanDecoder& fans, const StreamKey& key) {
+  Result<Array> decode_positions(FanPatchDecoder& decoder, const StreamKey& key) {
     Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
-    MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
+    if (decoder.fans) {
+      MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
+    } else {
+      MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, bytes, description_.points, array));
+    }
     return array;
   }
 
@@ -288,7 +306,9 @@ class PatchDecoder {
 
  private:
   uint32_t coding_of(KeyOfCoding key) const {
-    return reader_.has_stream(key(patch_, fan_coding)) ? fan_coding : front_coding;
+    uint32_t coding = last_coding;
+    while (coding > front_coding && !reader_.has_stream(key(patch_, coding))) --coding;
+    return coding;
   }
 
   const FileReader& reader_;
@@ -351,11 +371,14 @@ Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& d
 
 PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays) {
   PatchSizes sizes;
-  const auto of_both = [&](KeyOfCoding key) {
-    return reader.stream_bytes(key(patch, front_coding)) + reader.stream_bytes(key(patch, fan_coding));
+  const auto of_any = [&](KeyOfCoding key) {
+    uint64_t bytes = 0;
+    for (uint32_t coding = front_coding; coding <= last_coding; ++coding)
+      bytes += reader.stream_bytes(key(patch, coding));
+    return bytes;
   };
-  sizes.topology = of_both(topology_key);
-  sizes.arrays.push_back(of_both(positions_key));
+  sizes.topology = of_any(topology_key);
+  sizes.arrays.push_back(of_any(positions_key));
   for (size_t i = 0; i < arrays; ++i) sizes.arrays.push_back(reader.stream_bytes(array_key(patch, i)));
   return sizes;
 }

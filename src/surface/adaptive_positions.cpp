@@ -1,0 +1,274 @@
+#include "surface/adaptive_positions.h"
+
+#include <string>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/rans.h"
+#include "surface/adaptive_position_coder.h"
+#include "surface/number_maps.h"
+
+namespace maille {
+namespace {
+
+using Centre = AdaptiveCoding::Centre;
+using Repeats = AdaptiveCoding::Repeats;
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("positions: ") + what);
+}
+
+// Vertices that codings are tried on.
+constexpr uint32_t trial_vertices = 1 << 14;
+
+/// What stands before the vertices in the coded sequence. False: what damaged bytes say cannot be.
+template <class Coder>
+bool code_side(Coder& coder, AdaptiveCoding& coding) {
+  coding.rows.code(coder);
+  for (unsigned k = 0; k < 3 && coding.repeats != Repeats::none; ++k) {
+    if (!coding.dictionaries[k].code(coder)) return false;
+  }
+  return !coder.exhausted();
+}
+
+/// The first `count` vertices.
+template <class Coder, bool curved, bool repeating>
+void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
+                   std::span<const Codes3> wanted, uint32_t count) {
+  AdaptivePositionCoder<Coder, curved, repeating> positions(coder, coding, fans, points, wanted);
+  for (uint32_t v = 0; v < count && !coder.exhausted(); ++v) positions.code(v);
+}
+template <class Coder>
+void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
+                   std::span<const Codes3> wanted, uint32_t count) {
+  const bool repeating = coding.repeats != Repeats::none;
+  const auto code =
+      points.any_curved()
+          ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
+          : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
+  code(coder, coding, fans, points, wanted, count);
+}
+
+/// Chooses a coding for codes by vertex, and writes them.
+class AdaptivePositionEncoder {
+ public:
+  AdaptivePositionEncoder(const FanSurface& fans, std::span<const NumberMap> maps, std::vector<Codes3> codes)
+      : fans_(fans), maps_(maps), codes_(std::move(codes)) {}
+
+  AdaptiveCoding choose() {
+    AdaptiveCoding best;
+    best.rows = fit();
+    AdaptiveCoding other = best;
+    other.centre = Centre::gate;
+    choose_bases(best);
+    choose_bases(other);
+    double smallest = trial(best);
+    // The longer ways to decode must save something.
+    const auto consider = [&](const AdaptiveCoding& coding, double gain) {
+      const double size = trial(coding);
+      if (size > gain * smallest) return;
+      smallest = size;
+      best = coding;
+    };
+    consider(other, 1);
+    const AdaptiveCoding plain = best;
+    other.repeats = Repeats::candidates;
+    consider(other, 0.98);
+    const auto counts = count_values();
+    for (const uint32_t least : {8u, 32u, 128u}) {
+      double share = 0;
+      for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], least, other.dictionaries[k]);
+      if (share < 0.1) break;
+      other.repeats = Repeats::levels;
+      for (const Centre centre : {Centre::fitted, Centre::gate}) {
+        other.centre = centre;
+        consider(other, 0.98);
+      }
+      other.repeats = Repeats::candidates;
+      consider(other, 0.98);
+    }
+    other = best;
+    other.centre = best.centre == Centre::gate ? Centre::fitted : Centre::gate;
+    if (best.repeats != Repeats::none) consider(other, 1);
+    return best.repeats == Repeats::none || pays(best, plain) ? best : plain;
+  }
+
+  std::vector<std::byte> write(AdaptiveCoding& coding, uint32_t count) const {
+    RansEncoder encoder(3);
+    code_side(encoder, coding);
+    AdaptivePoints points(count, maps_);
+    code_vertices(encoder, coding, fans_, points, codes_, count);
+    return encoder.finish();
+  }
+
+ private:
+  ValenceRows fit() const {
+    const AdaptivePoints points(0, maps_);
+    std::vector<std::array<double, 3>> values(codes_.size());
+    std::array<double, 3> largest{}, units{};
+    for (size_t v = 0; v < codes_.size(); ++v) {
+      for (unsigned k = 0; k < 3; ++k) {
+        values[v][k] = points.value_of(k, codes_[v][k]);
+        largest[k] = std::max(largest[k], std::fabs(values[v][k]));
+      }
+    }
+    for (unsigned k = 0; k < 3; ++k)
+      units[k] = points.curved[k] ? largest_step(points, k, std::max(largest[k], 1e-30)) : 1;
+    return fit_valence_rows(fans_, values, units);
+  }
+
+  /// Between the largest numbers; a float has steps of 2^-24 of it at least.
+  static double largest_step(const AdaptivePoints& points, unsigned k, double largest) {
+    const int64_t code = points.curved[k]->nearest_code(Scalar::f32, largest);
+    const double below = points.curved[k]->value_of(Scalar::f32, code - 1);
+    return std::max(largest - below, largest * 0x1p-24);
+  }
+
+  /// So that most residuals take no second symbol.
+  void choose_bases(AdaptiveCoding& coding) const {
+    const auto count = static_cast<uint32_t>(std::min<size_t>(codes_.size(), trial_vertices));
+    AdaptivePoints points(count, maps_);
+    std::array<std::array<uint32_t, 34>, 3> lengths{};
+    const auto visit = [&](const auto& expecter) {
+      Expectation expected;
+      for (uint32_t v = 0; v < count; ++v) {
+        if (v < fans_.vertices) {
+          expecter.expect(fans_.references[v], fans_.kinds[v], v, expected);
+          for (unsigned k = 0; k < 3; ++k) {
+            const int32_t residual = wrapped_difference(codes_[v][k], expected.centre[k]);
+            ++lengths[k][residual_length(static_cast<uint32_t>(magnitude(residual)))];
+          }
+        }
+        points.codes[v] = codes_[v];
+        for (unsigned k = 0; k < 3; ++k) points.values[v][k] = points.value_of(k, codes_[v][k]);
+      }
+    };
+    if (points.any_curved()) {
+      visit(Expecter<true>(points, coding, fans_.valences.data()));
+    } else {
+      visit(Expecter<false>(points, coding, fans_.valences.data()));
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+      uint64_t least = UINT64_MAX;
+      for (unsigned base = 0; base < 16; ++base) {
+        uint64_t cost = 0;
+        for (unsigned length = 0; length < 34; ++length) {
+          if (base > 0 && length <= base) cost += 3 * lengths[k][length];
+          if (length >= base + 15) cost += 5 * lengths[k][length];
+        }
+        if (cost >= least) continue;
+        least = cost;
+        coding.base[k] = static_cast<uint8_t>(base);
+      }
+    }
+  }
+
+  using Counts = std::vector<std::pair<int32_t, uint32_t>>;
+  std::array<Counts, 3> count_values() const {
+    std::array<Counts, 3> result;
+    std::vector<int32_t> sorted(codes_.size());
+    for (unsigned k = 0; k < 3; ++k) {
+      for (size_t v = 0; v < codes_.size(); ++v) sorted[v] = codes_[v][k];
+      std::sort(sorted.begin(), sorted.end());
+      for (size_t i = 0; i < sorted.size();) {
+        const auto end = static_cast<size_t>(
+            std::upper_bound(sorted.begin() + static_cast<std::ptrdiff_t>(i), sorted.end(), sorted[i]) -
+            sorted.begin());
+        result[k].push_back({sorted[i], static_cast<uint32_t>(end - i)});
+        i = end;
+      }
+    }
+    return result;
+  }
+  /// Those that are there so often; returns the share of all numbers that they are.
+  double fill(const Counts& counts, uint32_t least, ValueDictionary& dictionary) const {
+    std::vector<int32_t> values;
+    uint64_t covered = 0;
+    for (const auto& [value, count] : counts) {
+      if (count < least || values.size() == ValueDictionary::most) continue;
+      values.push_back(value);
+      covered += count;
+    }
+    dictionary.set(std::move(values));
+    return static_cast<double>(covered) / (3.0 * static_cast<double>(codes_.size() + 1));
+  }
+
+  /// Is all as much smaller as its beginning?
+  bool pays(AdaptiveCoding coding, AdaptiveCoding plain) const {
+    const auto count = static_cast<uint32_t>(codes_.size());
+    if (count <= trial_vertices) return true;
+    return 100 * write(coding, count).size() < 98 * write(plain, count).size();
+  }
+
+  /// About the size of all, from the first vertices.
+  double trial(AdaptiveCoding coding) const {
+    const auto count = static_cast<uint32_t>(std::min<size_t>(codes_.size(), trial_vertices));
+    const double side = static_cast<double>(write(coding, 0).size());
+    const double size = static_cast<double>(write(coding, count).size()) - side;
+    return side + size * static_cast<double>(codes_.size()) / std::max(count, 1u);
+  }
+
+  const FanSurface& fans_;
+  std::span<const NumberMap> maps_;
+  std::vector<Codes3> codes_;
+};
+
+constexpr uint8_t most_flags = 1 | 2 << 1;
+
+}  // namespace
+
+std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
+                                                 const ArrayMaps& maps, std::span<const uint32_t> source) {
+  const size_t size = size_of(array.type);
+  std::vector<Codes3> codes(source.size());
+  for (size_t v = 0; v < codes.size(); ++v) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::byte* number = array.bytes.data() + (size_t{source[v]} * 3 + k) * size;
+      codes[v][k] = static_cast<int32_t>(maps.maps[k].code_of(array.type, number));
+    }
+  }
+  const auto count = static_cast<uint32_t>(codes.size());
+  AdaptivePositionEncoder encoder(fans, maps.maps, std::move(codes));
+  AdaptiveCoding coding = encoder.choose();
+  ByteWriter out;
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
+                                                                          << 1));
+  for (const NumberMap& map : maps.maps) write_map(out, map);
+  for (const uint8_t base : coding.base) out.put(base);
+  out.put_bytes(encoder.write(coding, count));
+  return out.take();
+}
+
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array) {
+  ByteReader in(bytes);
+  const auto flags = in.get<uint8_t>();
+  if (!in.ok() || flags > most_flags) return corrupt("coded in an unknown way");
+  if (size_of(array.type) > 4) return corrupt("the type is too wide");
+  std::vector<NumberMap> maps;
+  for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+  AdaptiveCoding coding;
+  coding.centre = static_cast<Centre>(flags & 1);
+  coding.repeats = static_cast<Repeats>(flags >> 1);
+  for (uint8_t& base : coding.base) base = in.get<uint8_t>();
+  if (!in.ok() || *std::max_element(coding.base.begin(), coding.base.end()) > 15)
+    return corrupt("coded in an impossible way");
+  // A vertex has three symbols at least, of 2^-8 bit or more.
+  if (points / 1024 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
+  if (points < fans.vertices) return corrupt("there are fewer than vertices");
+
+  RansDecoder decoder(in.get_bytes(in.remaining()), 3);
+  if (!code_side(decoder, coding)) return corrupt("the dictionaries are damaged");
+  AdaptivePoints decoded(points, maps);
+  code_vertices(decoder, coding, fans, decoded, std::span<const Codes3>(), points);
+  if (decoder.exhausted()) return corrupt("the stream ends early");
+  std::vector<std::array<double, 3>>().swap(decoded.values);
+  const size_t size = size_of(array.type);
+  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
+  array.bytes.resize(size_t{points} * array.tuple_size());
+  const auto* codes = reinterpret_cast<const std::byte*>(decoded.codes.data());
+  for (unsigned k = 0; k < 3; ++k)
+    maps[k].store_numbers(array.type, codes + 4 * size_t{k}, array.bytes.data() + k * size, 3, points);
+  return {};
+}
+
+}  // namespace maille

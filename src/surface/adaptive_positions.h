@@ -1,0 +1,26 @@
+#pragma once
+
+#include <maille/error.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/number_map.h"
+#include "surface/fan_connectivity.h"
+
+namespace maille {
+
+/// Positions of the vertices of adaptive fans, vertex after vertex: weights follow the valences around,
+/// residuals are coded with adaptive models in the context of what is left of neighbours and how far
+/// predictions lie apart; where coordinates have few values, by these. docs/format.md, "POSI 2". For arrays
+/// that fits_fan_positions() takes.
+std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
+                                                 const ArrayMaps& maps, std::span<const uint32_t> source);
+
+/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples. Safe on any bytes.
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array);
+
+}  // namespace maille
