@@ -43,7 +43,7 @@ using Codes3 = std::array<int32_t, 3>;
 struct AdaptivePoints {
   std::vector<Codes3> codes;
   std::vector<std::array<double, 3>> values;  ///< the codes, or the numbers of curved maps
-  std::array<const NumberMap*, 3> curved{};  ///< maps whose codes are not proportional to numbers
+  std::array<const NumberMap*, 3> curved{};   ///< maps whose codes are not proportional to numbers
 
   AdaptivePoints(size_t count, std::span<const NumberMap> maps) {
     reserve_pages(codes, count);
@@ -187,7 +187,7 @@ class Expecter {
   }
   uint32_t code_of(unsigned k, double value) const {
     return points_.curved[k] ? static_cast<uint32_t>(points_.curved[k]->nearest_code(Scalar::f32, value))
-                              : rounded(value);
+                             : rounded(value);
   }
 
   /// Four coordinates at once, of which the last is none. The mean of the parallelograms is meant, nearly.
