@@ -265,6 +265,7 @@ Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t
   const size_t size = size_of(array.type);
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   array.bytes.resize(size_t{points} * array.tuple_size());
+  if (points == 0) return {};  // nor is there memory to point into
   const auto* codes = reinterpret_cast<const std::byte*>(decoded.codes.data());
   for (unsigned k = 0; k < 3; ++k)
     maps[k].store_numbers(array.type, codes + 4 * size_t{k}, array.bytes.data() + k * size, 3, points);
