@@ -55,7 +55,12 @@ class AdaptivePositionEncoder {
   AdaptivePositionEncoder(const FanSurface& fans, std::span<const NumberMap> maps, std::vector<Codes3> codes)
       : fans_(fans), maps_(maps), codes_(std::move(codes)) {}
 
-  AdaptiveCoding choose() {
+  /// The coding of which all takes the least, as far as trials tell, and the bytes it takes then.
+  struct Choice {
+    AdaptiveCoding coding;
+    double size = 0;
+  };
+  Choice choose() {
     AdaptiveCoding best;
     best.rows = fit();
     AdaptiveCoding other = best;
@@ -71,7 +76,7 @@ class AdaptivePositionEncoder {
       best = coding;
     };
     consider(other, 1);
-    const AdaptiveCoding plain = best;
+    const Choice plain{best, smallest};
     other.repeats = Repeats::candidates;
     consider(other, 0.98);
     const auto counts = count_values();
@@ -90,7 +95,7 @@ class AdaptivePositionEncoder {
     other = best;
     other.centre = best.centre == Centre::gate ? Centre::fitted : Centre::gate;
     if (best.repeats != Repeats::none) consider(other, 1);
-    return best.repeats == Repeats::none || pays(best, plain) ? best : plain;
+    return best.repeats == Repeats::none || pays(best, plain.coding) ? Choice{best, smallest} : plain;
   }
 
   std::vector<std::byte> write(AdaptiveCoding& coding, uint32_t count) const {
@@ -213,30 +218,71 @@ class AdaptivePositionEncoder {
   std::vector<Codes3> codes_;
 };
 
+std::vector<Codes3> codes_of(const Array& array, std::span<const NumberMap> maps,
+                             std::span<const uint32_t> source) {
+  const size_t size = size_of(array.type);
+  std::vector<Codes3> codes(source.size());
+  for (size_t v = 0; v < codes.size(); ++v) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::byte* number = array.bytes.data() + (size_t{source[v]} * 3 + k) * size;
+      codes[v][k] = static_cast<int32_t>(maps[k].code_of(array.type, number));
+    }
+  }
+  return codes;
+}
+
+/// Positions with these maps, and how they are coded best.
+class PositionsToCode {
+ public:
+  PositionsToCode(const FanSurface& fans, const Array& array, std::vector<NumberMap> maps,
+                  std::span<const uint32_t> source)
+      : maps_(std::move(maps)),
+        count_(static_cast<uint32_t>(source.size())),
+        encoder_(fans, maps_, codes_of(array, maps_, source)),
+        choice_(encoder_.choose()) {
+    for (const NumberMap& map : maps_) write_map(written_maps_, map);
+  }
+  PositionsToCode(const PositionsToCode&) = delete;
+  PositionsToCode& operator=(const PositionsToCode&) = delete;
+
+  /// In bytes, as far as trials tell.
+  double size() const { return choice_.size + static_cast<double>(written_maps_.size()); }
+
+  std::vector<std::byte> write() {
+    const AdaptiveCoding& coding = choice_.coding;
+    ByteWriter out;
+    out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
+                                                                            << 1));
+    out.put_bytes(written_maps_.bytes());
+    for (const uint8_t base : coding.base) out.put(base);
+    out.put_bytes(encoder_.write(choice_.coding, count_));
+    return out.take();
+  }
+
+ private:
+  std::vector<NumberMap> maps_;
+  uint32_t count_;
+  AdaptivePositionEncoder encoder_;
+  AdaptivePositionEncoder::Choice choice_;
+  ByteWriter written_maps_;
+};
+
 constexpr uint8_t most_flags = 1 | 2 << 1;
 
 }  // namespace
 
 std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
                                                  const ArrayMaps& maps, std::span<const uint32_t> source) {
-  const size_t size = size_of(array.type);
-  std::vector<Codes3> codes(source.size());
-  for (size_t v = 0; v < codes.size(); ++v) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const std::byte* number = array.bytes.data() + (size_t{source[v]} * 3 + k) * size;
-      codes[v][k] = static_cast<int32_t>(maps.maps[k].code_of(array.type, number));
+  PositionsToCode best(fans, array, maps.maps, source);
+  if (maps.lossless) {
+    std::vector<NumberMap> tables = with_tables(array, maps.maps, source);
+    const auto has_table = [](const NumberMap& map) { return !map.table.empty(); };
+    if (std::any_of(tables.begin(), tables.end(), has_table)) {
+      PositionsToCode ranks(fans, array, std::move(tables), source);
+      if (ranks.size() < best.size()) return ranks.write();
     }
   }
-  const auto count = static_cast<uint32_t>(codes.size());
-  AdaptivePositionEncoder encoder(fans, maps.maps, std::move(codes));
-  AdaptiveCoding coding = encoder.choose();
-  ByteWriter out;
-  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
-                                                                          << 1));
-  for (const NumberMap& map : maps.maps) write_map(out, map);
-  for (const uint8_t base : coding.base) out.put(base);
-  out.put_bytes(encoder.write(coding, count));
-  return out.take();
+  return best.write();
 }
 
 Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array) {

@@ -560,7 +560,8 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
                                     std::span<const uint32_t> source, int effort, Pace* pace) {
   const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
   ArrayMaps used = maps;
-  if (maps.lossless) used.maps = with_tables(array, maps.maps, source);
+  // Normals that the surface tells need no table, which would cost more than they do.
+  if (maps.lossless && array.role != Role::normal) used.maps = with_tables(array, maps.maps, source);
   if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
   return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
 }

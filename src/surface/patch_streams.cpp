@@ -132,18 +132,18 @@ class PatchEncoder {
     if (!cells_.fans || !fits_fan_positions(*positions.array, positions.maps)) {
       return encode_array(positions, positions_key(patch_, front_coding));
     }
-    ArrayMaps maps = positions.maps;
-    if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, cells_.encoded.sources.points);
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
     const StreamKey key = positions_key(patch_, cells_.coding());
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
     if (cells_.models == FanModels::adaptive) {
       return CodedStream{key,
-                         encode_adaptive_positions(*cells_.fans, *positions.array, maps, points)};
+                         encode_adaptive_positions(*cells_.fans, *positions.array, positions.maps, points)};
     }
-    return CodedStream{key, encode_fan_positions(*cells_.fans, *positions.array, maps, points,
-                                                 options_.effort > 1)};
+    ArrayMaps maps = positions.maps;
+    if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, points);
+    return CodedStream{
+        key, encode_fan_positions(*cells_.fans, *positions.array, maps, points, options_.effort > 1)};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
