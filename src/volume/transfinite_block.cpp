@@ -1,0 +1,184 @@
+#include "volume/transfinite_block.h"
+
+#include <algorithm>
+
+#include "base/result.h"
+#include "volume/transfinite_curve.h"
+#include "volume/transfinite_grading.h"
+#include "volume/transfinite_vector.h"
+
+namespace maille {
+
+namespace {
+
+// The two axes other than `axis`, in order.
+unsigned first_of(unsigned axis) {
+  return axis == 0 ? 1 : 0;
+}
+unsigned second_of(unsigned axis) {
+  return axis == 2 ? 1 : 2;
+}
+
+bool same(const Grading& a, const Grading& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.length == y.length && x.cells == y.cells && x.expansion == y.expansion;
+  });
+}
+
+}  // namespace
+
+Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const BlockTopology& topology,
+                                      size_t block) {
+  const HexBlock& from = description.blocks[block];
+  BlockPoints points;
+  for (unsigned i = 0; i < 8; ++i) points.corners_[i] = description.vertices[from.corners[i]];
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    std::vector<unsigned> spaced;  // edges whose spacing differs from those before
+    for (unsigned uv = 0; uv < 4; ++uv) {
+      std::array<unsigned, 3> at{};
+      at[first_of(axis)] = uv & 1;
+      at[second_of(axis)] = uv >> 1;
+      const unsigned e = edge_at(axis, uv & 1, uv >> 1);
+      Edge& edge = points.edges_[e];
+      edge.from = corner_at(at[0], at[1], at[2]);
+      at[axis] = 1;
+      edge.to = corner_at(at[0], at[1], at[2]);
+      const auto like = std::find_if(spaced.begin(), spaced.end(),
+                                     [&](unsigned i) { return same(from.gradings[i], from.gradings[e]); });
+      if (like != spaced.end()) {
+        edge.parameters = points.edges_[*like].parameters;
+        continue;
+      }
+      points.uniform_ = points.uniform_ && spaced.empty();
+      spaced.push_back(e);
+      edge.parameters = static_cast<uint32_t>(points.tables_.size());
+      points.tables_.push_back(edge_parameters(from.gradings[e], topology.divisions[block][axis]));
+    }
+  }
+  for (unsigned e = 0; e < 12; ++e) {
+    const auto curved = points.add_curve(description, from, e);
+    if (!curved) {
+      return failure(curved.error().code, block_text(description, block) + ": edge " +
+                                              std::to_string(from.corners[points.edges_[e].from]) + " " +
+                                              std::to_string(from.corners[points.edges_[e].to]) + ": " +
+                                              curved.error().message);
+    }
+  }
+  return points;
+}
+
+Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block, unsigned e) {
+  Edge& edge = edges_[e];
+  const uint32_t from = block.corners[edge.from];
+  const uint32_t to = block.corners[edge.to];
+  const auto found =
+      std::find_if(description.curves.begin(), description.curves.end(), [&](const BlockCurve& curve) {
+        return (curve.from == from && curve.to == to) || (curve.from == to && curve.to == from);
+      });
+  if (found == description.curves.end() || found->kind == CurveKind::line || from == to) return {};
+  const Curve curve =
+      MAILLE_TRY(Curve::make(*found, description.vertices[found->from], description.vertices[found->to]));
+  const bool backwards = found->from != from;
+  for (const double t : tables_[edge.parameters]) {
+    const Position chord = (1 - t) * corners_[edge.from] + t * corners_[edge.to];
+    edge.offset.push_back(curve.at(backwards ? 1 - t : t) - chord);
+  }
+  return {};
+}
+
+Position BlockPoints::general(const Place& at) const {
+  Position straight{};
+  Position bent{};
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    double weights[4];
+    double sum = 0;
+    for (unsigned uv = 0; uv < 4; ++uv) {
+      const unsigned e = edge_at(axis, uv & 1, uv >> 1);
+      const double t = parameter(e, at[axis]);
+      // At an end of this edge: the weight of its place along each of the other axes.
+      const auto weight = [&](unsigned end) {
+        std::array<unsigned, 3> corner{};
+        corner[axis] = end;
+        corner[first_of(axis)] = uv & 1;
+        corner[second_of(axis)] = uv >> 1;
+        double product = 1;
+        for (const unsigned other : {first_of(axis), second_of(axis)}) {
+          const unsigned along = edge_at(other, corner[first_of(other)], corner[second_of(other)]);
+          const double s = parameter(along, at[other]);
+          product *= corner[other] != 0 ? s : 1 - s;
+        }
+        return product;
+      };
+      weights[uv] = (1 - t) * weight(0) + t * weight(1);
+      sum += weights[uv];
+    }
+    for (unsigned uv = 0; uv < 4; ++uv) {
+      const Edge& edge = edges_[edge_at(axis, uv & 1, uv >> 1)];
+      const double t = tables_[edge.parameters][at[axis]];
+      const double w = weights[uv] / sum;
+      straight = straight + w * ((1 - t) * corners_[edge.from] + t * corners_[edge.to]);
+      if (!edge.offset.empty()) bent = bent + w * edge.offset[at[axis]];
+    }
+  }
+  return (1.0 / 3) * straight + bent;
+}
+
+// What both ends of a row contribute: corners, and edges across the row.
+Position BlockPoints::side(const Place& at, unsigned axis, unsigned end) const {
+  const unsigned u = first_of(axis);
+  const unsigned v = second_of(axis);
+  const double s = parameter(edge_at(u, 0, 0), at[u]);
+  const double t = parameter(edge_at(v, 0, 0), at[v]);
+  std::array<unsigned, 3> corner{};
+  corner[axis] = end;
+  Position sum{};
+  for (unsigned i = 0; i < 2; ++i) {
+    corner[u] = i;
+    corner[v] = 0;
+    const Edge& along_v = edges_[edge_at(v, corner[first_of(v)], corner[second_of(v)])];
+    sum = sum + (i != 0 ? s : 1 - s) * ((1 - t) * corners_[along_v.from] + t * corners_[along_v.to]);
+    if (!along_v.offset.empty()) sum = sum + (i != 0 ? s : 1 - s) * along_v.offset[at[v]];
+    corner[u] = 0;
+    corner[v] = i;
+    const Edge& along_u = edges_[edge_at(u, corner[first_of(u)], corner[second_of(u)])];
+    if (!along_u.offset.empty()) sum = sum + (i != 0 ? t : 1 - t) * along_u.offset[at[u]];
+  }
+  return sum;
+}
+
+void BlockPoints::uniform_row(Place at, unsigned axis, uint32_t first, uint32_t last,
+                              std::vector<double>& out) const {
+  const Position start = side(at, axis, 0);
+  const Position end = side(at, axis, 1);
+  const double s = parameter(edge_at(first_of(axis), 0, 0), at[first_of(axis)]);
+  const double t = parameter(edge_at(second_of(axis), 0, 0), at[second_of(axis)]);
+  const std::vector<double>& parameters = tables_[edges_[edge_at(axis, 0, 0)].parameters];
+  const size_t from = out.size();
+  out.resize(from + 3 * (size_t{last} - first + 1));
+  double* p = out.data() + from;
+  for (uint32_t i = first; i <= last; ++i, p += 3) {
+    const double r = parameters[i];
+    for (unsigned c = 0; c < 3; ++c) p[c] = (1 - r) * start[c] + r * end[c];
+  }
+  for (unsigned uv = 0; uv < 4; ++uv) {
+    const Edge& edge = edges_[edge_at(axis, uv & 1, uv >> 1)];
+    if (edge.offset.empty()) continue;
+    const double w = ((uv & 1) != 0 ? s : 1 - s) * ((uv >> 1) != 0 ? t : 1 - t);
+    p = out.data() + from;
+    for (uint32_t i = first; i <= last; ++i, p += 3) {
+      for (unsigned c = 0; c < 3; ++c) p[c] += w * edge.offset[i][c];
+    }
+  }
+}
+
+void BlockPoints::row(Place at, unsigned axis, uint32_t first, uint32_t last,
+                      std::vector<double>& out) const {
+  if (uniform_) return uniform_row(at, axis, first, last, out);
+  for (uint32_t i = first; i <= last; ++i) {
+    at[axis] = i;
+    const Position p = general(at);
+    out.insert(out.end(), p.begin(), p.end());
+  }
+}
+
+}  // namespace maille

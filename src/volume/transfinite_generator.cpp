@@ -1,0 +1,247 @@
+#include <algorithm>
+#include <optional>
+
+#include "base/result.h"
+#include "volume/transfinite_block.h"
+#include "volume/transfinite_cell.h"
+#include "volume/transfinite_order.h"
+#include "volume/transfinite_topology.h"
+
+namespace maille {
+
+namespace {
+
+using Place = SweepOrder::Place;
+
+/// Numbers and last cells of a row of points.
+struct PointRow {
+  std::vector<uint64_t> number;
+  std::vector<uint64_t> last_cell;
+};
+
+/// Makes the points, faces and cells of one block, a layer at a time.
+class BlockSweeper {
+ public:
+  BlockSweeper(const SweepOrder& order, uint32_t block, BlockPoints points, GeneratedOutput& output)
+      : order_(order),
+        block_(block),
+        n_(order.divisions(block)),
+        swept_(order.swept(block)),
+        points_(std::move(points)),
+        collapsed_(order.topology().any_collapsed(block)),
+        output_(output) {
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      // VTK's corners by their places along the axes of the sweep.
+      const unsigned y = corner >> 1 & 1;
+      const std::array<unsigned, 3> at{(corner & 1) ^ y, y, corner >> 2};
+      step_[corner] = at[swept_.axis[0]];
+      row_of_[corner] = at[swept_.axis[1]] + 2 * (at[swept_.axis[2]] ^ (swept_.backwards ? 1u : 0u));
+    }
+  }
+
+  Result<> layer(uint32_t layer) {
+    if (layer == 0) MAILLE_CHECK(make_points(0));
+    MAILLE_CHECK(make_points(layer + 1));
+    number_row(0, layer, rows_[0]);
+    number_row(0, layer + 1, rows_[2]);
+    for (uint32_t row = 0; row < n_[1]; ++row) {
+      number_row(row + 1, layer, rows_[1]);
+      number_row(row + 1, layer + 1, rows_[3]);
+      MAILLE_CHECK(make_faces(row, layer));
+      MAILLE_CHECK(make_cells(row, layer));
+      std::swap(rows_[0], rows_[1]);
+      std::swap(rows_[2], rows_[3]);
+    }
+    return {};
+  }
+
+ private:
+  Result<> make_points(uint32_t layer) {
+    const uint32_t layer_class = SweepOrder::class_of(layer, n_[2]);
+    for (uint32_t row = 0; row <= n_[1]; ++row) {
+      const uint32_t row_class = SweepOrder::class_of(row, n_[1]);
+      const bool first = order_.owns(block_, {0, row_class, layer_class});
+      const bool between = n_[0] > 1 && order_.owns(block_, {1, row_class, layer_class});
+      const bool last = order_.owns(block_, {2, row_class, layer_class});
+      if (!first && !between && !last) continue;
+      Place at{};
+      at[swept_.axis[1]] = row;
+      at[swept_.axis[2]] = swept_.backwards ? n_[2] - layer : layer;
+      coordinates_.clear();
+      if (first) points_.row(at, swept_.axis[0], 0, 0, coordinates_);
+      if (between) points_.row(at, swept_.axis[0], 1, n_[0] - 1, coordinates_);
+      if (last) points_.row(at, swept_.axis[0], n_[0], n_[0], coordinates_);
+      const uint64_t number = order_.owned_number(block_, {first ? 0 : between ? 1 : n_[0], row, layer});
+      MAILLE_CHECK(output_.points(number, coordinates_));
+    }
+    return {};
+  }
+
+  void number_row(uint32_t row, uint32_t layer, PointRow& out) const {
+    out.number.resize(size_t{n_[0]} + 1);
+    out.last_cell.resize(size_t{n_[0]} + 1);
+    const auto set = [&](uint32_t i) {
+      const SweepOrder::Point point = order_.point(block_, {i, row, layer});
+      out.number[i] = point.number;
+      out.last_cell[i] = point.last_cell;
+    };
+    set(0);
+    set(n_[0]);
+    const Place classes{1, SweepOrder::class_of(row, n_[1]), SweepOrder::class_of(layer, n_[2])};
+    if (!order_.topology().alone(order_.node(block_, classes))) {
+      for (uint32_t i = 1; i < n_[0]; ++i) set(i);
+    } else if (n_[0] > 1) {
+      // Nobody else's: points and cells count on along the row.
+      const SweepOrder::Point point = order_.point(block_, {1, row, layer});
+      for (uint32_t i = 1; i < n_[0]; ++i) {
+        out.number[i] = point.number + (i - 1);
+        out.last_cell[i] = point.last_cell + (i - 1);
+      }
+    }
+  }
+
+  uint64_t number_at(unsigned corner, uint32_t i) const {
+    return rows_[row_of_[corner]].number[i + step_[corner]];
+  }
+
+  Result<> make_cells(uint32_t row, uint32_t layer) {
+    nodes_.resize(8 * size_t{n_[0]});
+    finalised_.assign(n_[0], 0);
+    const uint64_t first_cell = order_.cell(block_, {0, row, layer});
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const PointRow& points = rows_[row_of_[corner]];
+      const uint64_t* const number = points.number.data() + step_[corner];
+      const uint64_t* const last = points.last_cell.data() + step_[corner];
+      for (uint32_t i = 0; i < n_[0]; ++i) {
+        nodes_[8 * size_t{i} + corner] = number[i];
+        finalised_[i] = static_cast<uint8_t>(finalised_[i] | (last[i] == first_cell + i ? 1u : 0u) << corner);
+      }
+    }
+    return collapsed_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, finalised_);
+  }
+
+  // Runs of cells of one type.
+  Result<> put_reduced() {
+    kept_.clear();
+    kept_finalised_.clear();
+    CellType type = CellType::hexahedron;
+    for (uint32_t i = 0; i < n_[0]; ++i) {
+      const uint64_t* const nodes = nodes_.data() + 8 * size_t{i};
+      const ReducedCell cell = reduce_hexahedron(nodes);
+      if (cell.type != type && !kept_.empty()) MAILLE_CHECK(flush(type));
+      type = cell.type;
+      unsigned finalised = 0;
+      for (unsigned k = 0; k < cell.count; ++k) {
+        kept_.push_back(nodes[cell.corner[k]]);
+        finalised |= (finalised_[i] >> cell.corner[k] & 1u) << k;
+      }
+      kept_finalised_.push_back(static_cast<uint8_t>(finalised));
+    }
+    return flush(type);
+  }
+
+  Result<> flush(CellType type) {
+    const auto put = output_.cells(block_, type, kept_, kept_finalised_);
+    kept_.clear();
+    kept_finalised_.clear();
+    return put;
+  }
+
+  /// Corners of a face of a block, seen from outside: first of x, last of x, first of y, ...
+  static constexpr unsigned face_corners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                                                  {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+
+  Result<> make_faces(uint32_t row, uint32_t layer) {
+    const Place first{0, row, layer};
+    for (unsigned a = 0; a < 3; ++a) {
+      for (unsigned end = 0; end < 2; ++end) {
+        const bool backwards = a == 2 && swept_.backwards;
+        const unsigned face = 2u * swept_.axis[a] + (end ^ (backwards ? 1u : 0u));
+        const int32_t patch = order_.topology().patch[block_][face];
+        if (patch < 0 || (a > 0 && first[a] != (end == 0 ? 0 : n_[a] - 1))) continue;
+        const uint32_t from = a == 0 && end == 1 ? n_[0] - 1 : 0;
+        const uint32_t to = a == 0 && end == 0 ? 1 : n_[0];
+        MAILLE_CHECK(put_faces(static_cast<uint32_t>(patch), face, from, to));
+      }
+    }
+    return {};
+  }
+
+  Result<> put_faces(uint32_t patch, unsigned face, uint32_t from, uint32_t to) {
+    kept_.clear();
+    CellType type = CellType::quad;
+    for (uint32_t i = from; i < to; ++i) {
+      std::array<uint64_t, 4> corners{};
+      size_t count = 0;
+      for (const unsigned corner : face_corners[face]) {
+        const uint64_t point = number_at(corner, i);
+        const auto end = corners.begin() + static_cast<ptrdiff_t>(count);
+        if (std::find(corners.begin(), end, point) == end) corners[count++] = point;
+      }
+      if (count < 3) continue;  // collapsed to a line
+      const CellType next = count == 3 ? CellType::triangle : CellType::quad;
+      if (next != type && !kept_.empty()) {
+        MAILLE_CHECK(output_.faces(patch, type, kept_));
+        kept_.clear();
+      }
+      type = next;
+      kept_.insert(kept_.end(), corners.begin(), corners.begin() + static_cast<ptrdiff_t>(count));
+    }
+    if (kept_.empty()) return {};
+    return output_.faces(patch, type, kept_);
+  }
+
+  const SweepOrder& order_;
+  const uint32_t block_;
+  const Place n_;
+  const SweepPlan::Block& swept_;
+  const BlockPoints points_;
+  const bool collapsed_;
+  GeneratedOutput& output_;
+  std::array<unsigned, 8> step_{};    ///< of a corner along the row
+  std::array<unsigned, 8> row_of_{};  ///< of the four of a row of cells
+  std::array<PointRow, 4> rows_;      ///< this and the next row of points; the same in the next layer
+  std::vector<double> coordinates_;
+  std::vector<uint64_t> nodes_;
+  std::vector<uint8_t> finalised_;
+  std::vector<uint64_t> kept_;
+  std::vector<uint8_t> kept_finalised_;
+};
+
+Result<> sweep_together(const BlockDescription& description, const SweepOrder& order,
+                        const SweepPlan::Sweep& sweep, GeneratedOutput& output) {
+  std::vector<BlockSweeper> blocks;
+  blocks.reserve(sweep.blocks.size());
+  for (const SweepPlan::Block& b : sweep.blocks) {
+    BlockPoints points = MAILLE_TRY(BlockPoints::make(description, order.topology(), b.block));
+    blocks.emplace_back(order, b.block, std::move(points), output);
+  }
+  for (uint32_t layer = 0; layer < sweep.layers; ++layer) {
+    for (BlockSweeper& block : blocks) MAILLE_CHECK(block.layer(layer));
+  }
+  return {};
+}
+
+Result<BlockTopology> checked_topology(const BlockDescription& description, uint32_t refine) {
+  BlockTopology topology = MAILLE_TRY(join_blocks(description, refine));
+  double cells = 0;
+  for (const auto& n : topology.divisions) cells += (n[0] + 1.0) * (n[1] + 1.0) * (n[2] + 1.0);
+  if (cells >= 0x1p62) return failure(ErrorCode::unsupported, "more than 2^62 cells");
+  return topology;
+}
+
+}  // namespace
+
+Result<> generate(const BlockDescription& description, const GenerateOptions& options,
+                  GeneratedOutput& output) {
+  const BlockTopology topology = MAILLE_TRY(checked_topology(description, options.refine));
+  const SweepOrder order(topology, options.streaming_order ? plan_streaming(topology)
+                                                           : plan_block_by_block(topology));
+  MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
+  for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {
+    MAILLE_CHECK(sweep_together(description, order, sweep, output));
+  }
+  return {};
+}
+
+}  // namespace maille
