@@ -25,7 +25,7 @@ using Grading = std::vector<GradingSection>;
 
 enum class CurveKind : uint8_t {
   line,
-  arc,       ///< circle through both ends and one point
+  arc,       ///< circle through both ends and one point; sets off towards it by the shorter way
   polyline,  ///< straight from point to point, by length
   spline,    ///< Catmull-Rom through the points, a segment as long as its chord
   b_spline,  ///< cubic B-spline near the points

@@ -169,6 +169,11 @@ class BlockReader {
     if (!at.take("hex")) return at.unsupported("'" + at.peek().text + "' where a 'hex' block is expected");
     MAILLE_CHECK(at.open_list());
     for (uint32_t& corner : block.corners) corner = MAILLE_TRY(vertex(at));
+    if (!at.at(')')) {
+      // blockMesh takes the first eight.
+      MAILLE_TRY(vertex(at));
+      note(file_.place(at.last()) + ": a block has more than eight vertices; the first eight count");
+    }
     MAILLE_CHECK(at.expect(')'));
     if (at.peek().kind == FoamToken::Kind::word) block.zone = at.take().text;
     MAILLE_CHECK(at.open_list());

@@ -83,6 +83,16 @@ Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBl
     const Position chord = (1 - t) * corners_[edge.from] + t * corners_[edge.to];
     edge.offset.push_back(curve.at(backwards ? 1 - t : t) - chord);
   }
+  const unsigned axis = e / 4;
+  Curved curved;
+  curved.edge = static_cast<uint8_t>(e);
+  curved.u = static_cast<uint8_t>(first_of(axis));
+  curved.v = static_cast<uint8_t>(second_of(axis));
+  const unsigned x = (edge.from & 1) ^ (edge.from >> 1 & 1);
+  const std::array<unsigned, 3> at{x, edge.from >> 1 & 1, edge.from >> 2};
+  curved.at_u = static_cast<uint8_t>(at[curved.u]);
+  curved.at_v = static_cast<uint8_t>(at[curved.v]);
+  curved_.push_back(curved);
   return {};
 }
 
@@ -123,61 +133,35 @@ Position BlockPoints::general(const Place& at) const {
   return (1.0 / 3) * straight + bent;
 }
 
-// What both ends of a row contribute: corners, and edges across the row.
-Position BlockPoints::side(const Place& at, unsigned axis, unsigned end) const {
-  const unsigned u = first_of(axis);
-  const unsigned v = second_of(axis);
-  const double s = parameter(edge_at(u, 0, 0), at[u]);
-  const double t = parameter(edge_at(v, 0, 0), at[v]);
-  std::array<unsigned, 3> corner{};
-  corner[axis] = end;
+// Terms and factors in an order that does not depend on anything: the same bits in any order of points.
+Position BlockPoints::uniform(const Place& at) const {
+  double w[3][2];
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    w[axis][1] = parameter(4 * axis, at[axis]);
+    w[axis][0] = 1 - w[axis][1];
+  }
   Position sum{};
-  for (unsigned i = 0; i < 2; ++i) {
-    corner[u] = i;
-    corner[v] = 0;
-    const Edge& along_v = edges_[edge_at(v, corner[first_of(v)], corner[second_of(v)])];
-    sum = sum + (i != 0 ? s : 1 - s) * ((1 - t) * corners_[along_v.from] + t * corners_[along_v.to]);
-    if (!along_v.offset.empty()) sum = sum + (i != 0 ? s : 1 - s) * along_v.offset[at[v]];
-    corner[u] = 0;
-    corner[v] = i;
-    const Edge& along_u = edges_[edge_at(u, corner[first_of(u)], corner[second_of(u)])];
-    if (!along_u.offset.empty()) sum = sum + (i != 0 ? t : 1 - t) * along_u.offset[at[u]];
+  for (unsigned i = 0; i < 8; ++i) {
+    const double weight = w[0][i & 1] * w[1][i >> 1 & 1] * w[2][i >> 2];
+    const Position& corner = corners_[corner_at(i & 1, i >> 1 & 1, i >> 2)];
+    for (unsigned c = 0; c < 3; ++c) sum[c] += weight * corner[c];
+  }
+  for (const Curved& curved : curved_) {
+    const double weight = w[curved.u][curved.at_u] * w[curved.v][curved.at_v];
+    const Position& offset = edges_[curved.edge].offset[at[curved.edge / 4]];
+    for (unsigned c = 0; c < 3; ++c) sum[c] += weight * offset[c];
   }
   return sum;
 }
 
-void BlockPoints::uniform_row(Place at, unsigned axis, uint32_t first, uint32_t last,
-                              std::vector<double>& out) const {
-  const Position start = side(at, axis, 0);
-  const Position end = side(at, axis, 1);
-  const double s = parameter(edge_at(first_of(axis), 0, 0), at[first_of(axis)]);
-  const double t = parameter(edge_at(second_of(axis), 0, 0), at[second_of(axis)]);
-  const std::vector<double>& parameters = tables_[edges_[edge_at(axis, 0, 0)].parameters];
-  const size_t from = out.size();
-  out.resize(from + 3 * (size_t{last} - first + 1));
-  double* p = out.data() + from;
-  for (uint32_t i = first; i <= last; ++i, p += 3) {
-    const double r = parameters[i];
-    for (unsigned c = 0; c < 3; ++c) p[c] = (1 - r) * start[c] + r * end[c];
-  }
-  for (unsigned uv = 0; uv < 4; ++uv) {
-    const Edge& edge = edges_[edge_at(axis, uv & 1, uv >> 1)];
-    if (edge.offset.empty()) continue;
-    const double w = ((uv & 1) != 0 ? s : 1 - s) * ((uv >> 1) != 0 ? t : 1 - t);
-    p = out.data() + from;
-    for (uint32_t i = first; i <= last; ++i, p += 3) {
-      for (unsigned c = 0; c < 3; ++c) p[c] += w * edge.offset[i][c];
-    }
-  }
-}
-
 void BlockPoints::row(Place at, unsigned axis, uint32_t first, uint32_t last,
                       std::vector<double>& out) const {
-  if (uniform_) return uniform_row(at, axis, first, last, out);
-  for (uint32_t i = first; i <= last; ++i) {
-    at[axis] = i;
-    const Position p = general(at);
-    out.insert(out.end(), p.begin(), p.end());
+  const size_t start = out.size();
+  out.resize(start + 3 * (size_t{last} - first + 1));
+  double* p = out.data() + start;
+  for (at[axis] = first; at[axis] <= last; ++at[axis], p += 3) {
+    const Position x = uniform_ ? uniform(at) : general(at);
+    std::copy(x.begin(), x.end(), p);
   }
 }
 

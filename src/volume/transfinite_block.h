@@ -36,15 +36,20 @@ class BlockPoints {
     std::vector<Position> offset;  ///< curve less chord; empty: straight
   };
 
+  /// An edge that is not straight: its place along the other two axes.
+  struct Curved {
+    uint8_t edge, u, v, at_u, at_v;
+  };
+
   Result<> add_curve(const BlockDescription& description, const HexBlock& block, unsigned edge);
   Position general(const Place& at) const;
-  /// The same where the four edges of each axis have one spacing; along a row it is a line and few terms.
-  void uniform_row(Place at, unsigned axis, uint32_t first, uint32_t last, std::vector<double>& out) const;
-  Position side(const Place& at, unsigned axis, unsigned end) const;
+  /// The same where the four edges of each axis have one spacing: corners, and what curved edges add.
+  Position uniform(const Place& at) const;
   double parameter(unsigned edge, uint32_t i) const { return tables_[edges_[edge].parameters][i]; }
 
   std::array<Position, 8> corners_{};
   std::array<Edge, 12> edges_;
+  std::vector<Curved> curved_;
   std::vector<std::vector<double>> tables_;
   bool uniform_ = true;
 };

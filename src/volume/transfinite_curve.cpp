@@ -74,6 +74,9 @@ Result<> Curve::make_arc() {
   centre_ = points_[0] + centre;
   across_ = points_[0] - centre_;
   along_ = (1 / std::sqrt(area)) * cross(normal, across_);
+  // Where the point is beyond the end, or more than half a circle away, blockMesh goes from the start
+  // towards the point by the shorter way, and may never reach it.
+  if (dot(points_[1] - centre_, along_) < -1e-12 * dot(across_, across_)) along_ = -1.0 * along_;
   const Position end = points_[2] - centre_;
   angle_ = std::atan2(dot(end, along_), dot(end, across_));
   if (angle_ < 0) angle_ += 2 * pi;

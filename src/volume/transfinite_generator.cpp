@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <optional>
+#include <memory>
 
 #include "base/result.h"
 #include "volume/transfinite_block.h"
@@ -19,15 +19,42 @@ struct PointRow {
   std::vector<uint64_t> last_cell;
 };
 
+/// Points of blocks, made when they are first asked for.
+class BlockTables {
+ public:
+  BlockTables(const BlockDescription& description, const BlockTopology& topology)
+      : description_(description), topology_(topology), tables_(description.blocks.size()) {}
+
+  Result<const BlockPoints*> of(uint32_t block) {
+    if (tables_[block] == nullptr) {
+      tables_[block] =
+          std::make_unique<BlockPoints>(MAILLE_TRY(BlockPoints::make(description_, topology_, block)));
+      held_.push_back(block);
+    }
+    return tables_[block].get();
+  }
+  /// A sweep needs its own blocks and those around it.
+  void forget() {
+    for (const uint32_t block : held_) tables_[block].reset();
+    held_.clear();
+  }
+
+ private:
+  const BlockDescription& description_;
+  const BlockTopology& topology_;
+  std::vector<std::unique_ptr<BlockPoints>> tables_;
+  std::vector<uint32_t> held_;
+};
+
 /// Makes the points, faces and cells of one block, a layer at a time.
 class BlockSweeper {
  public:
-  BlockSweeper(const SweepOrder& order, uint32_t block, BlockPoints points, GeneratedOutput& output)
+  BlockSweeper(const SweepOrder& order, uint32_t block, BlockTables& tables, GeneratedOutput& output)
       : order_(order),
         block_(block),
         n_(order.divisions(block)),
         swept_(order.swept(block)),
-        points_(std::move(points)),
+        tables_(tables),
         collapsed_(order.topology().any_collapsed(block)),
         output_(output) {
     for (unsigned corner = 0; corner < 8; ++corner) {
@@ -64,15 +91,35 @@ class BlockSweeper {
       const bool between = n_[0] > 1 && order_.owns(block_, {1, row_class, layer_class});
       const bool last = order_.owns(block_, {2, row_class, layer_class});
       if (!first && !between && !last) continue;
+      coordinates_.clear();
+      if (first) MAILLE_CHECK(place_points(0, 0, row, layer));
+      if (between) MAILLE_CHECK(place_points(1, n_[0] - 1, row, layer));
+      if (last) MAILLE_CHECK(place_points(n_[0], n_[0], row, layer));
+      const uint64_t number = order_.owned_number(block_, {first ? 0 : between ? 1 : n_[0], row, layer});
+      MAILLE_CHECK(output_.points(number, coordinates_));
+    }
+    return {};
+  }
+
+  bool alone(uint32_t at, uint32_t row, uint32_t layer) const {
+    const Place classes{SweepOrder::class_of(at, n_[0]), SweepOrder::class_of(row, n_[1]),
+                        SweepOrder::class_of(layer, n_[2])};
+    return order_.topology().alone(order_.node(block_, classes));
+  }
+
+  // Points of one node.
+  Result<> place_points(uint32_t from, uint32_t to, uint32_t row, uint32_t layer) {
+    if (alone(from, row, layer)) {
       Place at{};
       at[swept_.axis[1]] = row;
       at[swept_.axis[2]] = swept_.backwards ? n_[2] - layer : layer;
-      coordinates_.clear();
-      if (first) points_.row(at, swept_.axis[0], 0, 0, coordinates_);
-      if (between) points_.row(at, swept_.axis[0], 1, n_[0] - 1, coordinates_);
-      if (last) points_.row(at, swept_.axis[0], n_[0], n_[0], coordinates_);
-      const uint64_t number = order_.owned_number(block_, {first ? 0 : between ? 1 : n_[0], row, layer});
-      MAILLE_CHECK(output_.points(number, coordinates_));
+      MAILLE_TRY(tables_.of(block_))->row(at, swept_.axis[0], from, to, coordinates_);
+      return {};
+    }
+    for (uint32_t i = from; i <= to; ++i) {
+      const SweepOrder::Origin origin = order_.origin(block_, {i, row, layer});
+      const BlockPoints* const points = MAILLE_TRY(tables_.of(origin.block));
+      points->row(origin.at, 0, origin.at[0], origin.at[0], coordinates_);
     }
     return {};
   }
@@ -87,10 +134,10 @@ class BlockSweeper {
     };
     set(0);
     set(n_[0]);
-    const Place classes{1, SweepOrder::class_of(row, n_[1]), SweepOrder::class_of(layer, n_[2])};
-    if (!order_.topology().alone(order_.node(block_, classes))) {
+    if (n_[0] == 1) return;
+    if (!alone(1, row, layer)) {
       for (uint32_t i = 1; i < n_[0]; ++i) set(i);
-    } else if (n_[0] > 1) {
+    } else {
       // Nobody else's: points and cells count on along the row.
       const SweepOrder::Point point = order_.point(block_, {1, row, layer});
       for (uint32_t i = 1; i < n_[0]; ++i) {
@@ -195,7 +242,7 @@ class BlockSweeper {
   const uint32_t block_;
   const Place n_;
   const SweepPlan::Block& swept_;
-  const BlockPoints points_;
+  BlockTables& tables_;
   const bool collapsed_;
   GeneratedOutput& output_;
   std::array<unsigned, 8> step_{};    ///< of a corner along the row
@@ -208,14 +255,11 @@ class BlockSweeper {
   std::vector<uint8_t> kept_finalised_;
 };
 
-Result<> sweep_together(const BlockDescription& description, const SweepOrder& order,
-                        const SweepPlan::Sweep& sweep, GeneratedOutput& output) {
+Result<> sweep_together(const SweepOrder& order, const SweepPlan::Sweep& sweep, BlockTables& tables,
+                        GeneratedOutput& output) {
   std::vector<BlockSweeper> blocks;
   blocks.reserve(sweep.blocks.size());
-  for (const SweepPlan::Block& b : sweep.blocks) {
-    BlockPoints points = MAILLE_TRY(BlockPoints::make(description, order.topology(), b.block));
-    blocks.emplace_back(order, b.block, std::move(points), output);
-  }
+  for (const SweepPlan::Block& b : sweep.blocks) blocks.emplace_back(order, b.block, tables, output);
   for (uint32_t layer = 0; layer < sweep.layers; ++layer) {
     for (BlockSweeper& block : blocks) MAILLE_CHECK(block.layer(layer));
   }
@@ -238,8 +282,10 @@ Result<> generate(const BlockDescription& description, const GenerateOptions& op
   const SweepOrder order(topology, options.streaming_order ? plan_streaming(topology)
                                                            : plan_block_by_block(topology));
   MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
+  BlockTables tables(description, topology);
   for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {
-    MAILLE_CHECK(sweep_together(description, order, sweep, output));
+    MAILLE_CHECK(sweep_together(order, sweep, tables, output));
+    tables.forget();
   }
   return {};
 }

@@ -184,4 +184,22 @@ SweepOrder::Point SweepOrder::point(uint32_t block, const Place& at) const {
   return point;
 }
 
+SweepOrder::Origin SweepOrder::origin(uint32_t block, const Place& at) const {
+  const BlockOrder& b = of_block_[block];
+  Place classes{};
+  for (unsigned a = 0; a < 3; ++a) classes[a] = class_of(at[a], b.divisions[a]);
+  const BlockTopology::Node& map = topology_.nodes[node(block, classes)];
+  const auto& nodes = topology_.entities[map.entity];
+  const uint32_t last = *std::max_element(nodes.begin(), nodes.end());
+  const Place there = moved(b, map, at, last, false);
+  const BlockOrder& o = of_block_[last / per_block];
+  Origin origin;
+  origin.block = last / per_block;
+  for (unsigned a = 0; a < 3; ++a) {
+    const bool backwards = a == 2 && o.swept->backwards;
+    origin.at[o.swept->axis[a]] = backwards ? o.divisions[a] - there[a] : there[a];
+  }
+  return origin;
+}
+
 }  // namespace maille

@@ -68,6 +68,14 @@ class SweepOrder {
   /// Number of a point the block owns.
   uint64_t owned_number(uint32_t block, const Place& at) const;
 
+  /// The last block (by its number) that has a point, and where, along the block's own axes: this block says
+  /// where the point is, in any order of blocks.
+  struct Origin {
+    uint32_t block = 0;
+    Place at{};
+  };
+  Origin origin(uint32_t block, const Place& at) const;
+
  private:
   struct BlockOrder {
     const SweepPlan::Block* swept = nullptr;

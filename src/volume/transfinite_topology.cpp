@@ -81,7 +81,25 @@ class Joiner {
     }
     for (const Grading& grading : block.gradings) MAILLE_CHECK(check_grading(i, grading));
     t_.divisions.push_back(divisions);
+    if (!(volume(block) >= 0)) {
+      return bad(i, "is inside out; its first four corners must go around seen from outside clockwise");
+    }
     return add_collapsed(i);
+  }
+
+  // Six times the volume within its faces, each of four triangles around its middle.
+  double volume(const HexBlock& block) const {
+    static constexpr unsigned faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                                             {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+    const Position origin = of_.vertices[block.corners[0]];
+    double sum = 0;
+    for (const auto& face : faces) {
+      Position p[4];
+      for (unsigned i = 0; i < 4; ++i) p[i] = of_.vertices[block.corners[face[i]]] - origin;
+      const Position middle = 0.25 * (p[0] + p[1] + p[2] + p[3]);
+      for (unsigned i = 0; i < 4; ++i) sum += dot(middle, cross(p[i], p[(i + 1) % 4]));
+    }
+    return sum;
   }
 
   Result<> check_grading(size_t i, const Grading& grading) const {
