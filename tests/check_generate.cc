@@ -1,4 +1,5 @@
-// Compares what we generate with what OpenFOAM's blockMesh made of the same dictionary; scripts/check-generate runs it.
+// Compares what we generate with what OpenFOAM's blockMesh made of the same dictionary;
+// scripts/check-generate runs it.
 //
 //     maille_check_generate DICTIONARY POLYMESH    prints: cells points faces difference, or why not
 #include <maille/compare.h>
@@ -67,7 +68,8 @@ Result<std::vector<uint64_t>> read_labels(const std::string& path) {
 
 Result<PolyMesh> read_poly_mesh(const std::string& folder) {
   PolyMesh mesh;
-  for (const auto& p : MAILLE_TRY(read_list(folder + "/points"))) mesh.points.push_back({p.at(0), p.at(1), p.at(2)});
+  for (const auto& p : MAILLE_TRY(read_list(folder + "/points")))
+    mesh.points.push_back({p.at(0), p.at(1), p.at(2)});
   // Faces are written as 4(0 1 2 3): the count stands at depth 1.
   for (const auto& f : MAILLE_TRY(read_list(folder + "/faces"))) {
     if (f.size() > 2) mesh.faces.push_back(labels(f));
@@ -152,8 +154,9 @@ Result<> check(const std::string& dictionary, const std::string& folder) {
   std::vector<std::vector<uint64_t>> cells;
   size_t first_face = 0;
   for (const CellBlock& block : ours.blocks) {
-    if (block.size() > 0 && nodes_of(static_cast<CellType>(block.types.empty() ? static_cast<uint8_t>(block.type)
-                                                                                : block.types[0])) <= 4 &&
+    if (block.size() > 0 &&
+        nodes_of(static_cast<CellType>(block.types.empty() ? static_cast<uint8_t>(block.type)
+                                                           : block.types[0])) <= 4 &&
         block.type != CellType::tetrahedron) {
       break;
     }

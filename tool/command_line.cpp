@@ -58,6 +58,7 @@ struct Parser {
   ConvertOptions convert;
   StencilOptions stencil;
   SubdivideOptions subdivide;
+  GenerateOptions generate;
 
   Parser();
   CLI::App* verb(const std::string& name, const std::string& description, const std::string& examples);
@@ -70,6 +71,7 @@ struct Parser {
   void add_convert();
   void add_stencil();
   void add_subdivide();
+  void add_generate();
   void add_completion();
   Result<Command> command(const std::string& verb) const;
 };
@@ -367,6 +369,34 @@ void Parser::add_subdivide() {
   add_common(s, subdivide.common, true);
 }
 
+void Parser::add_generate() {
+  CLI::App* g = verb(
+      "generate",
+      "Generate a mesh of hexahedral blocks from OpenFOAM's blockMeshDict.\n"
+      "Blocks with gradings, edges that are arcs, splines, polylines, zones, patches: the mesh is that of "
+      "blockMesh, cell by cell and point by point. docs/generate.md says what is supported. Points and "
+      "cells come in blockMesh's order unless --any-order is given.",
+      "maille generate system/blockMeshDict mesh.maille\n"
+      "maille generate system/blockMeshDict fine.maille --refine 4\n"
+      "maille generate system/blockMeshDict --count --refine 20");
+  file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
+  file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
+  choice(g->add_option("--output-format", generate.output_format, "Format of OUT (default: by extension)"),
+         format_names(true))
+      ->group(files_group);
+  add_force(g, generate.force);
+  g->add_option("--refine", generate.generation.refine, "Multiply all divisions of blocks (default: 1)")
+      ->check(CLI::Range(1, 1 << 20))
+      ->type_name("N")
+      ->group(scheme_group);
+  g->add_flag("--any-order", generate.generation.streaming_order,
+              "Sweep blocks side by side together, so that few points are in use at any time")
+      ->group(scheme_group);
+  g->add_flag("--count", generate.count, "Generate all of it, count, and write nothing; needs no memory")
+      ->group(scheme_group);
+  add_common(g, generate.common, true);
+}
+
 void Parser::add_completion() {
   CLI::App* c = verb("completion",
                      "Print a completion script for a shell, or the manual.\n"
@@ -392,6 +422,7 @@ Parser::Parser() {
   add_convert();
   add_stencil();
   add_subdivide();
+  add_generate();
   add_completion();
 }
 
@@ -509,6 +540,7 @@ Result<Command> Parser::command(const std::string& verb) const {
   if (verb == "info") return info;
   if (verb == "verify") return with_raw(verify, raw);
   if (verb == "convert") return with_raw(convert, raw);
+  if (verb == "generate") return with_raw(generate, raw);
   if (verb == "stencil") {
     StencilOptions options = stencil;
     if (!raw.covariance.empty()) options.covariance = covariance_of(raw.covariance);

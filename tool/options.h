@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/encode.h>
+#include <maille/generate.h>
 #include <maille/limits.h>
 #include <maille/predict.h>
 #include <maille/subdivide.h>
@@ -107,12 +108,22 @@ struct SubdivideOptions {
   bool force = false;
 };
 
+struct GenerateOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;  ///< empty with `count`
+  std::string output_format;
+  maille::GenerateOptions generation;
+  bool count = false;
+  bool force = false;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
 };
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
-                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions>;
+                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, GenerateOptions>;
 
 }  // namespace maille::tool

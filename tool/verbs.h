@@ -17,5 +17,6 @@ Result<int> run(const DiffOptions& options);
 Result<int> run(const ConvertOptions& options);
 Result<int> run(const StencilOptions& options);
 Result<int> run(const SubdivideOptions& options);
+Result<int> run(const GenerateOptions& options);
 
 }  // namespace maille::tool

@@ -74,7 +74,7 @@ inline constexpr uint32_t max_block_divisions = 1u << 22;
 /// What is about to be generated.
 struct GeneratedSize {
   uint64_t points = 0;
-  uint64_t cells = 0;           ///< volume cells
+  uint64_t cells = 0;               ///< volume cells
   std::vector<BlockPatch> patches;  ///< with the default patch behind the others if it is needed
 };
 

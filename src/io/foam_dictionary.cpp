@@ -36,7 +36,8 @@ FoamDictionary::Entry& FoamDictionary::put(const std::string& keyword, const Foa
 FoamDictionary FoamDictionary::copy() const {
   FoamDictionary made = *this;
   for (Entry& entry : made.entries_) {
-    if (entry.dictionary != nullptr) entry.dictionary = std::make_shared<FoamDictionary>(entry.dictionary->copy());
+    if (entry.dictionary != nullptr)
+      entry.dictionary = std::make_shared<FoamDictionary>(entry.dictionary->copy());
   }
   return made;
 }
@@ -116,7 +117,8 @@ class Parser {
     }
   }
   Result<> entries(bool top) {
-    if (scopes_.size() > deepest) return failure(ErrorCode::malformed_input, "dictionaries nested too deeply");
+    if (scopes_.size() > deepest)
+      return failure(ErrorCode::malformed_input, "dictionaries nested too deeply");
     for (;;) {
       const FoamToken token = MAILLE_TRY(next());
       if (token.kind == Kind::end) {
@@ -157,8 +159,8 @@ class Parser {
     if (token.is('{')) {
       // What is said twice about a dictionary adds up.
       const FoamDictionary::Entry* old = scopes_.back()->find(keyword.text);
-      auto dictionary = old != nullptr && old->dictionary != nullptr ? old->dictionary
-                                                                     : std::make_shared<FoamDictionary>();
+      auto dictionary =
+          old != nullptr && old->dictionary != nullptr ? old->dictionary : std::make_shared<FoamDictionary>();
       scopes_.back()->put(keyword.text, keyword).dictionary = dictionary;
       scopes_.push_back(dictionary.get());
       MAILLE_CHECK(entries(false));
@@ -185,8 +187,8 @@ class Parser {
       if (token.is(')') || token.is('}')) {
         const char opening = token.is(')') ? '(' : '{';
         if (open.empty() || open.back() != opening) {
-          return file_.bad(token, "entry '" + keyword.text + "': a '" + token.text + "' without its '" +
-                                      opening + "'");
+          return file_.bad(
+              token, "entry '" + keyword.text + "': a '" + token.text + "' without its '" + opening + "'");
         }
         open.pop_back();
       }
@@ -274,9 +276,9 @@ class Parser {
     if (token.text == "#include" || token.text == "#includeIfPresent") return include(token);
     if (token.text != "#calc" && token.text != "#eval") {
       return file_.unsupported(
-          token, "'" + token.text + "' is not supported" +
-                     (token.text == "#codeStream" ? ": it needs OpenFOAM and a compiler; write what it makes"
-                                                  : ""));
+          token,
+          "'" + token.text + "' is not supported" +
+              (token.text == "#codeStream" ? ": it needs OpenFOAM and a compiler; write what it makes" : ""));
     }
     const FoamToken text = MAILLE_TRY(next(true));
     if (text.kind != Kind::string && text.kind != Kind::verbatim) {
@@ -370,8 +372,8 @@ Result<double> FoamCursor::number() {
 
 Result<uint64_t> FoamCursor::label(uint64_t limit, const std::string& what) {
   const double value = peek().value;
-  if (peek().kind != Kind::number || !(value >= 0) || value != static_cast<double>(static_cast<int64_t>(
-                                                                    value < 9e15 ? value : -1))) {
+  if (peek().kind != Kind::number || !(value >= 0) ||
+      value != static_cast<double>(static_cast<int64_t>(value < 9e15 ? value : -1))) {
     return bad(what + " expected, " + found() + " found");
   }
   if (value >= static_cast<double>(limit)) {

@@ -69,8 +69,7 @@ Result<> Curve::make_arc() {
   const double area = dot(normal, normal);
   if (!(area > 1e-24 * dot(a, a) * dot(b, b))) return bad("the points of the arc are on a line");
   // Centre of the circle through 0, a and b.
-  const Position centre =
-      (1 / (2 * area)) * (dot(a, a) * cross(b, normal) - dot(b, b) * cross(a, normal));
+  const Position centre = (1 / (2 * area)) * (dot(a, a) * cross(b, normal) - dot(b, b) * cross(a, normal));
   centre_ = points_[0] + centre;
   across_ = points_[0] - centre_;
   along_ = (1 / std::sqrt(area)) * cross(normal, across_);
@@ -113,12 +112,11 @@ Position Curve::on_segments(double t) const {
   const Position a = knot(i - 1);
   const Position d = knot(i + 2);
   if (kind_ == CurveKind::spline) {
-    return b + (0.5 * s) * ((c - a) + s * ((2.0 * a - 5.0 * b + 4.0 * c - d) +
-                                           s * (3.0 * (b - c) + d - a)));
+    return b + (0.5 * s) * ((c - a) + s * ((2.0 * a - 5.0 * b + 4.0 * c - d) + s * (3.0 * (b - c) + d - a)));
   }
   const double r = 1 - s;
-  return (1.0 / 6) * ((r * r * r) * a + ((3 * s - 6) * s * s + 4) * b + ((3 * r - 6) * r * r + 4) * c +
-                      (s * s * s) * d);
+  return (1.0 / 6) *
+         ((r * r * r) * a + ((3 * s - 6) * s * s + 4) * b + ((3 * r - 6) * r * r + 4) * c + (s * s * s) * d);
 }
 
 Position Curve::at(double t) const {

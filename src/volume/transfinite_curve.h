@@ -9,8 +9,8 @@ namespace maille {
 /// (malformed_input): angle or axis are none for these points.
 Result<Position> arc_middle(const Position& from, const Position& to, double degrees, const Position& axis);
 
-/// The point halfway along the shorter arc about a centre; its distance is the mean of that of both ends times
-/// `factor`. Error (malformed_input): the three points are on a line.
+/// The point halfway along the shorter arc about a centre; its distance is the mean of that of both ends
+/// times `factor`. Error (malformed_input): the three points are on a line.
 Result<Position> arc_middle_about(const Position& from, const Position& to, const Position& centre,
                                   double factor);
 
@@ -31,8 +31,8 @@ class Curve {
   Position knot(size_t i) const;
 
   CurveKind kind_ = CurveKind::line;
-  std::vector<Position> points_;  ///< with both ends
-  std::vector<double> lengths_;   ///< from the start to each point, the last 1
+  std::vector<Position> points_;            ///< with both ends
+  std::vector<double> lengths_;             ///< from the start to each point, the last 1
   Position centre_{}, across_{}, along_{};  ///< arc: centre + cos * across + sin * along
   double angle_ = 0;
 };

@@ -279,8 +279,8 @@ Result<BlockTopology> checked_topology(const BlockDescription& description, uint
 Result<> generate(const BlockDescription& description, const GenerateOptions& options,
                   GeneratedOutput& output) {
   const BlockTopology topology = MAILLE_TRY(checked_topology(description, options.refine));
-  const SweepOrder order(topology, options.streaming_order ? plan_streaming(topology)
-                                                           : plan_block_by_block(topology));
+  const SweepOrder order(topology,
+                         options.streaming_order ? plan_streaming(topology) : plan_block_by_block(topology));
   MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
   BlockTables tables(description, topology);
   for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {

@@ -23,7 +23,8 @@ SweepOrder::SweepOrder(const BlockTopology& topology, SweepPlan plan)
     for (uint32_t i = 0; i < blocks.size(); ++i) {
       BlockOrder& b = of_block_[blocks[i].block];
       b.swept = &blocks[i];
-      for (unsigned a = 0; a < 3; ++a) b.divisions[a] = topology.divisions[blocks[i].block][blocks[i].axis[a]];
+      for (unsigned a = 0; a < 3; ++a)
+        b.divisions[a] = topology.divisions[blocks[i].block][blocks[i].axis[a]];
       b.sweep = s;
       b.position = i;
     }
@@ -72,7 +73,8 @@ void SweepOrder::choose_owners() {
 }
 
 uint64_t SweepOrder::row_points(const BlockOrder& b, uint32_t row_class, uint32_t layer_class) {
-  return (owned(b, {0, row_class, layer_class}) ? 1u : 0u) + (owned(b, {2, row_class, layer_class}) ? 1u : 0u) +
+  return (owned(b, {0, row_class, layer_class}) ? 1u : 0u) +
+         (owned(b, {2, row_class, layer_class}) ? 1u : 0u) +
          (owned(b, {1, row_class, layer_class}) ? b.divisions[0] - 1 : 0);
 }
 
@@ -175,9 +177,8 @@ SweepOrder::Point SweepOrder::point(uint32_t block, const Place& at) const {
   const BlockTopology::Node& map = topology_.nodes[own];
   const uint32_t owner = owners_[map.entity];
   Point point;
-  point.number = owner == own
-                     ? owned_number(block, at)
-                     : owned_number(owner / per_block, moved(b, map, at, owner, false));
+  point.number = owner == own ? owned_number(block, at)
+                              : owned_number(owner / per_block, moved(b, map, at, owner, false));
   for (const uint32_t other : topology_.entities[map.entity]) {
     point.last_cell = std::max(point.last_cell, last_cell(other, map, at, b));
   }

@@ -79,7 +79,8 @@ class Planner {
     for (size_t left = blocks; left > 0;) {
       std::vector<uint64_t> section(3 * blocks, 0);
       for (uint32_t b = 0; b < blocks; ++b) {
-        for (unsigned a = 0; !taken[b] && a < 3; ++a) section[directions_.find(3 * b + a).first] += area(b, a);
+        for (unsigned a = 0; !taken[b] && a < 3; ++a)
+          section[directions_.find(3 * b + a).first] += area(b, a);
       }
       // A direction is judged by what it asks of memory for each layer it goes.
       uint32_t best = 0;

@@ -67,7 +67,8 @@ class Joiner {
   Result<> add_block(size_t i) {
     const HexBlock& block = of_.blocks[i];
     for (const uint32_t corner : block.corners) {
-      if (corner >= of_.vertices.size()) return bad(i, "vertex " + std::to_string(corner) + " does not exist");
+      if (corner >= of_.vertices.size())
+        return bad(i, "vertex " + std::to_string(corner) + " does not exist");
     }
     std::array<uint32_t, 3> divisions{};
     for (unsigned a = 0; a < 3; ++a) {
@@ -259,7 +260,8 @@ class Joiner {
         const unsigned eb = edge_of_face(n.face, n.axis[axis], side ^ (n.flipped[other] ? 1u : 0u));
         if (t_.collapsed[a][ea]) continue;
         if (!same_spacing(of_.blocks[a].gradings[ea], of_.blocks[b].gradings[eb], n.flipped[axis], cells)) {
-          return bad(a, "spaces the cells of an edge it shares with " + block_text(of_, b) + " in another way");
+          return bad(a,
+                     "spaces the cells of an edge it shares with " + block_text(of_, b) + " in another way");
         }
       }
     }
@@ -343,7 +345,8 @@ class Joiner {
       link.map.flipped[there] = map.parameter[a] >= 0 && map.flipped[a] != n.flipped[a];
     }
     // Across the face both blocks are at an end, which need not be the same.
-    link.node += weight[n.face / 2] * 2 * (n.face & 1) - weight[n.face / 2] * place(link.node % per_block, n.face / 2);
+    link.node +=
+        weight[n.face / 2] * 2 * (n.face & 1) - weight[n.face / 2] * place(link.node % per_block, n.face / 2);
     return link;
   }
 

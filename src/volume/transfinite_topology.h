@@ -43,12 +43,12 @@ struct BlockTopology {
 
   /// Cells along each axis, refined.
   std::vector<std::array<uint32_t, 3>> divisions;
-  std::vector<Node> nodes;                         ///< 27 for each block
-  std::vector<std::vector<uint32_t>> entities;     ///< the nodes of each
+  std::vector<Node> nodes;                           ///< 27 for each block
+  std::vector<std::vector<uint32_t>> entities;       ///< the nodes of each
   std::vector<std::array<Neighbour, 6>> neighbours;  ///< of faces x first, x last, y first, ...
-  std::vector<std::array<bool, 12>> collapsed;     ///< edges whose points are all one
-  std::vector<std::array<int32_t, 6>> patch;       ///< of each face; -1: inside, or nowhere
-  std::vector<BlockPatch> patches;                 ///< without faces; the default patch last if it is needed
+  std::vector<std::array<bool, 12>> collapsed;       ///< edges whose points are all one
+  std::vector<std::array<int32_t, 6>> patch;         ///< of each face; -1: inside, or nowhere
+  std::vector<BlockPatch> patches;  ///< without faces; the default patch last if it is needed
 
   /// Points of the entity are not those of any other node.
   bool alone(uint32_t node) const { return entities[nodes[node].entity].size() == 1; }
