@@ -63,7 +63,7 @@ tl::unexpected<Error> FoamFile::unsupported(const FoamToken& token, const std::s
 namespace {
 
 // Dictionaries people write have thousands; variables of variables could make any number of them.
-constexpr size_t most_tokens = size_t{1} << 22;
+constexpr size_t most_tokens = size_t{1} << 20;
 constexpr unsigned deepest = 64;
 
 class Parser {
