@@ -250,6 +250,24 @@ RC_GTEST_PROP(Generate, KeepsItsPromisesForBlocksTurnedAnyWay, ()) {
   expect_sound(d);
 }
 
+// Vertices made one, neighbours or not: prisms, pyramids, and much that is no mesh.
+RC_GTEST_PROP(Generate, KeepsItsPromisesOrRefusesWhateverIsCollapsed, ()) {
+  BlockDescription d = turned_blocks();
+  for (int n = *rc::gen::inRange(1, 4); n > 0; --n) {
+    const auto& corners = d.blocks[*rc::gen::inRange<size_t>(0, d.blocks.size())].corners;
+    const uint32_t from = corners[*rc::gen::inRange<size_t>(0, 8)];
+    const uint32_t to = corners[*rc::gen::inRange<size_t>(0, 8)];
+    for (HexBlock& b : d.blocks) std::replace(b.corners.begin(), b.corners.end(), from, to);
+  }
+  Watcher watcher;
+  const auto done = generate(d, {}, watcher);
+  if (done) {
+    expect_sound(d);
+  } else {
+    RC_ASSERT(!done.error().message.empty());
+  }
+}
+
 TEST(Generate, JoinsBlocksByTheirFaces) {
   const Mesh mesh = mesh_of(pipe(3, 4));
   // A square of 4 x 4 points, three rings of 12 around it, five layers.
