@@ -4,7 +4,6 @@
 #include <maille/io.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "files.h"
 #include "result.h"
@@ -35,9 +34,9 @@ class Counter final : public GeneratedOutput {
     return {};
   }
   Result<> cells(uint32_t, CellType type, std::span<const uint64_t> nodes,
-                 std::span<const uint8_t> finalised) override {
+                 std::span<const uint8_t> last_use) override {
     add(type, nodes.size() / nodes_of(type));
-    for (const uint8_t flags : finalised) alive_ -= static_cast<unsigned>(std::popcount(flags));
+    for (const uint8_t last : last_use) alive_ -= last;
     return {};
   }
 
@@ -99,10 +98,16 @@ Json json_of(const Counter& counter) {
           {"patches", patches}};
 }
 
+std::string cell_text(CellType type, uint64_t count) {
+  std::string name = maille::name_of(type);
+  const size_t greek = name.rfind("hedron");
+  if (count != 1) name = greek == std::string::npos ? name + "s" : name.substr(0, greek) + "hedra";
+  return fmt::format("{} {}", count, name);
+}
+
 std::string text_of(const Counter& counter) {
   std::string text = counted(counter.point_count, "point");
-  for (const auto& [type, count] : counter.types)
-    text += fmt::format(", {} {}", count, maille::name_of(type));
+  for (const auto& [type, count] : counter.types) text += ", " + cell_text(type, count);
   uint64_t faces = 0;
   for (const Counter::Patch& patch : counter.patches) faces += patch.faces;
   return text + fmt::format("; {} in {}", counted(faces, "outer face"),

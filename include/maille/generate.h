@@ -88,10 +88,11 @@ class GeneratedOutput {
   virtual Result<> points(uint64_t first, std::span<const double> coordinates) = 0;
   /// Outer faces, all triangles or all quads, seen from outside.
   virtual Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) = 0;
-  /// Cells of one block and one type. Bit i of a byte of `finalised`: no later face or cell has node i. A
-  /// hexahedron that is neither prism, pyramid nor tetrahedron keeps its repeated nodes.
+  /// Cells of one block and one type. `last_use`: a flag for each node, not 0 where no later face, cell or
+  /// node of the cell is the same point. A hexahedron that is neither prism, pyramid nor tetrahedron keeps
+  /// its repeated nodes.
   virtual Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
-                         std::span<const uint8_t> finalised) = 0;
+                         std::span<const uint8_t> last_use) = 0;
 };
 
 struct GenerateOptions {

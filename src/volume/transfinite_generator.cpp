@@ -153,44 +153,44 @@ class BlockSweeper {
 
   Result<> make_cells(uint32_t row, uint32_t layer) {
     nodes_.resize(8 * size_t{n_[0]});
-    finalised_.assign(n_[0], 0);
+    last_use_.resize(nodes_.size());
     const uint64_t first_cell = order_.cell(block_, {0, row, layer});
     for (unsigned corner = 0; corner < 8; ++corner) {
       const PointRow& points = rows_[row_of_[corner]];
       const uint64_t* const number = points.number.data() + step_[corner];
       const uint64_t* const last = points.last_cell.data() + step_[corner];
-      for (uint32_t i = 0; i < n_[0]; ++i) {
-        nodes_[8 * size_t{i} + corner] = number[i];
-        finalised_[i] = static_cast<uint8_t>(finalised_[i] | (last[i] == first_cell + i ? 1u : 0u) << corner);
+      for (size_t i = 0; i < n_[0]; ++i) {
+        nodes_[8 * i + corner] = number[i];
+        last_use_[8 * i + corner] = last[i] == first_cell + i ? 1 : 0;
       }
     }
-    return collapsed_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, finalised_);
+    return collapsed_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, last_use_);
   }
 
   // Runs of cells of one type.
   Result<> put_reduced() {
     kept_.clear();
-    kept_finalised_.clear();
+    kept_last_use_.clear();
     CellType type = CellType::hexahedron;
-    for (uint32_t i = 0; i < n_[0]; ++i) {
-      const uint64_t* const nodes = nodes_.data() + 8 * size_t{i};
-      const ReducedCell cell = reduce_hexahedron(nodes);
+    for (size_t i = 0; i < n_[0]; ++i) {
+      const ReducedCell cell = reduce_hexahedron(nodes_.data() + 8 * i);
       if (cell.type != type && !kept_.empty()) MAILLE_CHECK(flush(type));
       type = cell.type;
-      unsigned finalised = 0;
       for (unsigned k = 0; k < cell.count; ++k) {
-        kept_.push_back(nodes[cell.corner[k]]);
-        finalised |= (finalised_[i] >> cell.corner[k] & 1u) << k;
+        const uint64_t node = nodes_[8 * i + cell.corner[k]];
+        bool again = false;
+        for (unsigned j = k + 1; j < cell.count; ++j) again = again || nodes_[8 * i + cell.corner[j]] == node;
+        kept_.push_back(node);
+        kept_last_use_.push_back(again ? 0 : last_use_[8 * i + cell.corner[k]]);
       }
-      kept_finalised_.push_back(static_cast<uint8_t>(finalised));
     }
     return flush(type);
   }
 
   Result<> flush(CellType type) {
-    const auto put = output_.cells(block_, type, kept_, kept_finalised_);
+    const auto put = output_.cells(block_, type, kept_, kept_last_use_);
     kept_.clear();
-    kept_finalised_.clear();
+    kept_last_use_.clear();
     return put;
   }
 
@@ -250,9 +250,9 @@ class BlockSweeper {
   std::array<PointRow, 4> rows_;      ///< this and the next row of points; the same in the next layer
   std::vector<double> coordinates_;
   std::vector<uint64_t> nodes_;
-  std::vector<uint8_t> finalised_;
+  std::vector<uint8_t> last_use_;
   std::vector<uint64_t> kept_;
-  std::vector<uint8_t> kept_finalised_;
+  std::vector<uint8_t> kept_last_use_;
 };
 
 Result<> sweep_together(const SweepOrder& order, const SweepPlan::Sweep& sweep, BlockTables& tables,

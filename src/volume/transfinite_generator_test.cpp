@@ -119,20 +119,19 @@ class Watcher final : public GeneratedOutput {
     return {};
   }
   Result<> cells(uint32_t, CellType type, std::span<const uint64_t> nodes,
-                 std::span<const uint8_t> flags) override {
+                 std::span<const uint8_t> last_use) override {
+    EXPECT_EQ(nodes.size() % nodes_of(type), 0u);
+    EXPECT_EQ(nodes.size(), last_use.size());
     const size_t each = nodes_of(type);
-    EXPECT_EQ(nodes.size(), each * flags.size());
-    for (size_t i = 0; i < flags.size(); ++i) {
-      for (size_t k = 0; k < each; ++k) use(nodes[each * i + k]);
-      for (size_t k = 0; k < each; ++k) {
-        if ((flags[i] >> k & 1) == 0) continue;
-        Use& point = uses[nodes[each * i + k]];
-        finalised += point.finalised ? 0 : 1;
-        point.finalised = true;
-        point.at_last = point.count;
+    for (size_t first = 0; first < nodes.size(); first += each) {
+      for (size_t k = first; k < first + each; ++k) {
+        use(nodes[k]);
+        if (last_use[k] == 0) continue;
+        ++finalised;
+        uses[nodes[k]].finalised = true;
       }
     }
-    cells_seen += flags.size();
+    cells_seen += nodes.size() / each;
     return {};
   }
 
@@ -144,8 +143,6 @@ class Watcher final : public GeneratedOutput {
   }
 
   struct Use {
-    uint64_t count = 0;
-    uint64_t at_last = 0;
     bool finalised = false;
   };
   GeneratedSize size;
@@ -160,7 +157,6 @@ class Watcher final : public GeneratedOutput {
   void use(uint64_t node) {
     ASSERT_LT(node, uses.size()) << "a node before its point";
     used_after += uses[node].finalised ? 1 : 0;
-    ++uses[node].count;
   }
 };
 
