@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/result.h"
 #include "volume/transfinite_curve.h"
@@ -95,11 +96,7 @@ class BlockReader {
     MAILLE_CHECK(at.open_list());
     while (!at.take(')')) {
       BlockCurve curve = MAILLE_TRY(edge(at));
-      const auto same = [&](const BlockCurve& other) {
-        return (other.from == curve.from && other.to == curve.to) ||
-               (other.from == curve.to && other.to == curve.from);
-      };
-      if (std::any_of(description().curves.begin(), description().curves.end(), same)) {
+      if (!curves_.insert({std::min(curve.from, curve.to), std::max(curve.from, curve.to)}).second) {
         note("edge " + std::to_string(curve.from) + " " + std::to_string(curve.to) +
              " is given more than once; the first one counts");
         continue;
@@ -352,6 +349,7 @@ class BlockReader {
   BlockDictionary result_;
   std::map<std::string, uint32_t> vertex_names_;
   std::map<std::string, uint32_t> block_names_;
+  std::set<std::pair<uint32_t, uint32_t>> curves_;
 };
 
 }  // namespace

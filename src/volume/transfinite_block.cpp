@@ -56,7 +56,7 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
     }
   }
   for (unsigned e = 0; e < 12; ++e) {
-    const auto curved = points.add_curve(description, from, e);
+    const auto curved = points.add_curve(description, from, e, topology.curve[block][e]);
     if (!curved) {
       return failure(curved.error().code, block_text(description, block) + ": edge " +
                                               std::to_string(from.corners[points.edges_[e].from]) + " " +
@@ -67,18 +67,15 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
   return points;
 }
 
-Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block, unsigned e) {
+Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block, unsigned e,
+                                int32_t number) {
   Edge& edge = edges_[e];
   const uint32_t from = block.corners[edge.from];
-  const uint32_t to = block.corners[edge.to];
-  const auto found =
-      std::find_if(description.curves.begin(), description.curves.end(), [&](const BlockCurve& curve) {
-        return (curve.from == from && curve.to == to) || (curve.from == to && curve.to == from);
-      });
-  if (found == description.curves.end() || found->kind == CurveKind::line || from == to) return {};
+  if (number < 0) return {};
+  const BlockCurve& given = description.curves[static_cast<size_t>(number)];
   const Curve curve =
-      MAILLE_TRY(Curve::make(*found, description.vertices[found->from], description.vertices[found->to]));
-  const bool backwards = found->from != from;
+      MAILLE_TRY(Curve::make(given, description.vertices[given.from], description.vertices[given.to]));
+  const bool backwards = given.from != from;
   for (const double t : tables_[edge.parameters]) {
     const Position chord = (1 - t) * corners_[edge.from] + t * corners_[edge.to];
     edge.offset.push_back(curve.at(backwards ? 1 - t : t) - chord);

@@ -41,7 +41,8 @@ class BlockPoints {
     uint8_t edge, u, v, at_u, at_v;
   };
 
-  Result<> add_curve(const BlockDescription& description, const HexBlock& block, unsigned edge);
+  Result<> add_curve(const BlockDescription& description, const HexBlock& block, unsigned edge,
+                     int32_t curve);
   Position general(const Place& at) const;
   /// The same where the four edges of each axis have one spacing: corners, and what curved edges add.
   Position uniform(const Place& at) const;

@@ -55,6 +55,16 @@ class Joiner {
 
   Result<> check_vertices() {
     if (of_.blocks.empty()) return failure(ErrorCode::malformed_input, "there are no blocks");
+    for (size_t i = 0; i < of_.curves.size(); ++i) {
+      const BlockCurve& curve = of_.curves[i];
+      if (std::max(curve.from, curve.to) >= of_.vertices.size()) {
+        return failure(ErrorCode::malformed_input, "a curve ends at a vertex that does not exist");
+      }
+      // The first one counts.
+      if (curve.kind == CurveKind::line) continue;
+      curves_.insert(
+          {{std::min(curve.from, curve.to), std::max(curve.from, curve.to)}, static_cast<int32_t>(i)});
+    }
     for (const Position& p : of_.vertices) {
       for (const double x : p) {
         if (!std::isfinite(x)) return failure(ErrorCode::malformed_input, "a vertex is not finite");
@@ -119,21 +129,21 @@ class Joiner {
     return {};
   }
 
-  bool has_curve(uint32_t a, uint32_t b) const {
-    return std::any_of(of_.curves.begin(), of_.curves.end(), [&](const BlockCurve& curve) {
-      return (curve.from == a && curve.to == b) || (curve.from == b && curve.to == a);
-    });
+  int32_t curve_between(uint32_t a, uint32_t b) const {
+    const auto found = curves_.find({std::min(a, b), std::max(a, b)});
+    return found == curves_.end() || a == b ? -1 : found->second;
   }
 
   // Two vertices at one place are one point where they are ends of an edge.
   bool is_collapsed(uint32_t a, uint32_t b) const {
     if (a == b) return true;
-    return length(of_.vertices[a] - of_.vertices[b]) <= 1e-10 * largest_ && !has_curve(a, b);
+    return length(of_.vertices[a] - of_.vertices[b]) <= 1e-10 * largest_ && curve_between(a, b) < 0;
   }
 
   Result<> add_collapsed(size_t i) {
     const auto& corners = of_.blocks[i].corners;
     std::array<bool, 12> collapsed{};
+    std::array<int32_t, 12> curve{};
     for (unsigned axis = 0; axis < 3; ++axis) {
       bool all = true;
       for (unsigned uv = 0; uv < 4; ++uv) {
@@ -145,11 +155,13 @@ class Joiner {
         const uint32_t b = corners[corner_at(at[0], at[1], at[2])];
         const bool one = is_collapsed(a, b);
         collapsed[edge_at(axis, uv & 1, uv >> 1)] = one;
+        curve[edge_at(axis, uv & 1, uv >> 1)] = curve_between(a, b);
         all = all && one;
       }
       if (all) return bad(i, "has no thickness along " + std::string(1, "xyz"[axis]));
     }
     t_.collapsed.push_back(collapsed);
+    t_.curve.push_back(curve);
     return {};
   }
 
@@ -416,6 +428,7 @@ class Joiner {
   const BlockDescription& of_;
   const uint32_t refine_;
   double largest_ = 0;
+  std::map<std::pair<uint32_t, uint32_t>, int32_t> curves_;
   BlockTopology t_;
   std::map<Corners, std::vector<uint32_t>> faces_;  // six times the block, and the face
 };

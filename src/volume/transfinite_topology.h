@@ -47,6 +47,7 @@ struct BlockTopology {
   std::vector<std::vector<uint32_t>> entities;       ///< the nodes of each
   std::vector<std::array<Neighbour, 6>> neighbours;  ///< of faces x first, x last, y first, ...
   std::vector<std::array<bool, 12>> collapsed;       ///< edges whose points are all one
+  std::vector<std::array<int32_t, 12>> curve;        ///< of each edge, in the description; -1: straight
   std::vector<std::array<int32_t, 6>> patch;         ///< of each face; -1: inside, or nowhere
   std::vector<BlockPatch> patches;  ///< without faces; the default patch last if it is needed
 
