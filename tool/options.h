@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/encode.h>
+#include <maille/generate.h>
 #include <maille/limits.h>
 #include <maille/predict.h>
 #include <maille/subdivide.h>
@@ -120,12 +121,23 @@ struct BenchOptions {
   bool whole_file = true;
 };
 
+struct GenerateOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;  ///< empty with `count`
+  std::string output_format;
+  maille::GenerateOptions generation;
+  bool count = false;
+  bool force = false;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
 };
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
-                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions>;
+                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions,
+                             GenerateOptions>;
 
 }  // namespace maille::tool

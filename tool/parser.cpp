@@ -316,6 +316,34 @@ void Parser::add_subdivide() {
   add_common(s, subdivide.common, true);
 }
 
+void Parser::add_generate() {
+  CLI::App* g = verb(
+      "generate",
+      "Generate a mesh of hexahedral blocks from OpenFOAM's blockMeshDict.\n"
+      "Blocks with gradings, edges that are arcs, splines, polylines, zones, patches: the mesh is that of "
+      "blockMesh, cell by cell and point by point. docs/generate.md says what is supported. Points and "
+      "cells come in blockMesh's order unless --any-order is given.",
+      "maille generate system/blockMeshDict mesh.maille\n"
+      "maille generate system/blockMeshDict fine.maille --refine 4\n"
+      "maille generate system/blockMeshDict --count --refine 20");
+  file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
+  file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
+  choice(g->add_option("--output-format", generate.output_format, "Format of OUT (default: by extension)"),
+         format_names(true))
+      ->group(files_group);
+  add_force(g, generate.force);
+  g->add_option("--refine", generate.generation.refine, "Multiply all divisions of blocks (default: 1)")
+      ->check(CLI::Range(1, 1 << 20))
+      ->type_name("N")
+      ->group(scheme_group);
+  g->add_flag("--any-order", generate.generation.streaming_order,
+              "Sweep blocks side by side together, so that few points are in use at any time")
+      ->group(scheme_group);
+  g->add_flag("--count", generate.count, "Generate all of it, count, and write nothing; needs no memory")
+      ->group(scheme_group);
+  add_common(g, generate.common, true);
+}
+
 void Parser::add_bench() {
   CLI::App* b = verb(
       "bench",
@@ -392,6 +420,7 @@ Parser::Parser() {
   add_convert();
   add_stencil();
   add_subdivide();
+  add_generate();
   add_bench();
   add_completion();
 }

@@ -43,6 +43,7 @@ struct Parser {
   ConvertOptions convert;
   StencilOptions stencil;
   SubdivideOptions subdivide;
+  GenerateOptions generate;
   BenchOptions bench;
 
   Parser();
@@ -58,6 +59,7 @@ struct Parser {
   void add_convert();
   void add_stencil();
   void add_subdivide();
+  void add_generate();
   void add_bench();
   void add_completion();
 };

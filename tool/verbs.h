@@ -18,5 +18,6 @@ Result<int> run(const ConvertOptions& options);
 Result<int> run(const StencilOptions& options);
 Result<int> run(const SubdivideOptions& options);
 Result<int> run(const BenchOptions& options);
+Result<int> run(const GenerateOptions& options);
 
 }  // namespace maille::tool

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <maille/generate.h>
+#include <vector>
+
+namespace maille {
+
+/// The point halfway along the arc of `degrees` about an axis, right-handed from one point to another. Error
+/// (malformed_input): angle or axis are none for these points.
+Result<Position> arc_middle(const Position& from, const Position& to, double degrees, const Position& axis);
+
+/// The point halfway along the shorter arc about a centre; its distance is the mean of that of both ends
+/// times `factor`. Error (malformed_input): the three points are on a line.
+Result<Position> arc_middle_about(const Position& from, const Position& to, const Position& centre,
+                                  double factor);
+
+/// A curve ready to be evaluated.
+class Curve {
+ public:
+  /// Error (malformed_input): an arc whose points are on a line, no point where one is needed.
+  static Result<Curve> make(const BlockCurve& curve, const Position& from, const Position& to);
+  /// t in [0, 1]; lengths along polyline and splines are those of the polygon of their points.
+  Position at(double t) const;
+
+ private:
+  Result<> make_arc();
+  Position on_arc(double t) const;
+  Position on_bezier(double t) const;
+  Position on_segments(double t) const;
+  /// The polygon's point i, reflected beyond both ends.
+  Position knot(size_t i) const;
+
+  CurveKind kind_ = CurveKind::line;
+  std::vector<Position> points_;            ///< with both ends
+  std::vector<double> lengths_;             ///< from the start to each point, the last 1
+  Position centre_{}, across_{}, along_{};  ///< arc: centre + cos * across + sin * along
+  double angle_ = 0;
+};
+
+}  // namespace maille

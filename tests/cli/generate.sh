@@ -1,0 +1,19 @@
+# A mesh of blocks, counted, refined, written; what is not supported or wrong is named with its place.
+maille generate blockMeshDict --count
+maille generate blockMeshDict --count --any-order --refine 10
+maille generate --json blockMeshDict --count | json 'j["points"], j["cells"], j["patches"][2]'
+maille generate blockMeshDict a.maille
+maille generate --json blockMeshDict b.maille --any-order | json 'j["cell_types"]'
+maille info -q --json a.maille | json 'j["points"], j["cells"]'
+maille diff a.maille b.maille
+sed 's/boundary/mergePatchPairs ((a b)); boundary/' blockMeshDict > merge
+try maille generate merge --count
+sed 's/right (\$n 3 2)/right ($n 2 2)/' blockMeshDict > uneven
+try maille generate uneven --count
+sed 's/(2 0 0)/(2 0)/' blockMeshDict > short
+try maille generate short --count
+try maille generate blockMeshDict
+try maille generate blockMeshDict x.maille --count
+try maille generate blockMeshDict a.maille
+try maille generate blockMeshDict x.maille --refine 1000 --memory 1M
+files_like 'x.*'
