@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "surface/neighbourhood.h"
-#include "surface/online_least_squares.h"
+#include "predict/online_least_squares.h"
 #include "surface/patch_surface.h"
 #include "surface/vector3.h"
 

@@ -156,7 +156,7 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
     point.cell = static_cast<uint32_t>(out.size());
     point.node = static_cast<uint8_t>(i);
     point.fresh = static_cast<uint8_t>(cell_.fresh);
-    if (several) points_behind(point, i);
+    if (several || cell_.shape().parallelograms[i] == 0) points_behind(point, i);
     uint64_t expected = 0;
     const bool has_expected = expected_number(i, expected);
     point.slot = create_point(numbers, cell.number[i], has_expected, expected, i + (several ? 8 : 0));

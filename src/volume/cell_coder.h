@@ -73,6 +73,7 @@ class CellCoder {
   enum Question : unsigned {
     same_kind,
     kind_bit,
+    anchor_listed,
     anchor_here,
     any_anchor,
     which_cell,

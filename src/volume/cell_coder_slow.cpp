@@ -166,22 +166,26 @@ template <class Coder>
 FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   if (cell_.shape().dimension == 0) return {};
   collect_anchors();
-  unsigned met_before = 0;
-  for (unsigned i = 0; i < anchor_count_; ++i) {
+  unsigned chosen = 0;
+  if constexpr (encoding) {
+    while (chosen < anchor_count_ && !matches_any_face(anchors_[chosen].cell)) ++chosen;
+  }
+  // Asked first, so that a mesh in no order does not take fifty decisions a cell.
+  const bool listed = anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed, cell_.kind << 1,
+                                                  last_choice_, bounded(anchor_count_, 31));
+  for (unsigned i = 0; listed && i < anchor_count_; ++i) {
     const Candidate& candidate = anchors_[i];
     const Hull::Cell& other = hull_.cell(candidate.cell);
-    bool here = false;
-    if constexpr (encoding) here = matches_any_face(candidate.cell);
+    bool here = i == chosen;
     const uint32_t local = candidate.origin | bounded(candidate.rank, 7) << 3 |
                            static_cast<uint32_t>(__builtin_popcount(other.open)) << 6 | cell_.kind << 9;
     const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + bounded(candidate.rank, 7);
-    here = decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
+    here = i + 1 == anchor_count_ || decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
     if (here) {
       last_choice_ = candidate.origin * 8u + bounded(candidate.rank, 7);
       anchor_signature_ = other.signature;
       return {candidate.cell, code_face(coder, candidate.cell)};
     }
-    ++met_before;
   }
   last_choice_ = 63;
   anchor_signature_ = 0;
