@@ -31,6 +31,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
     if (damaged_) return false;
     if (cell_.kind == isolated_point) return code_isolated(numbers, cell, out);
     if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
+    if (cell_.kind == ended_point) return code_end(topology, cell, out);
     described = repeated_ == 0 && Patterns::describe(cell_, hull_, sources_, pattern);
   }
   cell.kind = cell_.kind;
@@ -102,11 +103,11 @@ bool CellCoder<Coder>::fits(const Pattern& pattern, const Assembly& guess, const
   const unsigned corners = guess.shape().corners;
   if (pattern.kind != cell.kind || pattern.final != (cell.final & ((1u << corners) - 1))) return false;
   for (unsigned i = 0; i < corners; ++i) {
-    if (guess.has(i) && number_of(guess.corner[i]) != cell.number[i]) return false;
+    if (guess.has(i) && input_number(guess.corner[i]) != cell.number[i]) return false;
   }
   for (unsigned fresh = guess.fresh; fresh != 0; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
-    if (table_.find(cell.number[i], i) != no_slot) return false;
+    if (slot_of_input(cell.number[i], i) != no_slot) return false;
     for (unsigned j = 0; j < i; ++j) {
       if (cell.number[j] == cell.number[i]) return false;
     }
@@ -129,11 +130,8 @@ bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const 
 template <class Coder>
 uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
                                         unsigned context) {
-  if (numbered_) {
-    number = numbering_.code(numbers, number, has_expected, expected, context);
-  } else {
-    number = encoding ? number : counted_;
-  }
+  const uint64_t input = number;
+  number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context) : counted_;
   ++counted_;
   if constexpr (!encoding) {
     // No point is there twice; an encoder looked before.
@@ -144,6 +142,11 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   }
   const uint32_t slot = hull_.add_point(number);
   table_.insert(number, slot);
+  if (encoding && !numbered_) {
+    inputs_.insert(input, slot);
+    if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());
+    input_numbers_[slot] = input;
+  }
   return slot;
 }
 
@@ -161,7 +164,7 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
     const bool has_expected = expected_number(i, expected);
     point.slot = create_point(numbers, cell.number[i], has_expected, expected, i + (several ? 8 : 0));
     if (damaged_) return;
-    point.number = number_of(point.slot);
+    point.number = encoding ? input_number(point.slot) : number_of(point.slot);
     cell_.set_corner(i, point.slot);
     out.points.push_back(point);
   }
@@ -234,11 +237,26 @@ template <class Coder>
 void CellCoder<Coder>::remove_final(const StreamedCell& cell, CodedCells& out) {
   for (uint32_t final = cell.final; final != 0; final &= final - 1) {
     const uint32_t slot = node_[static_cast<unsigned>(__builtin_ctz(final))];
-    if (!hull_.point(slot).alive) continue;  // a corner that repeats another
-    out.removed.push_back(slot);
-    table_.erase(number_of(slot));
-    hull_.remove_point(slot);
+    if (hull_.point(slot).alive) end_point(slot, out);  // else a corner that repeats another
   }
+}
+
+template <class Coder>
+void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
+  out.removed.push_back(slot);
+  table_.erase(number_of(slot));
+  if (encoding && !numbered_) inputs_.erase(input_numbers_[slot]);
+  hull_.remove_point(slot);
+}
+
+template <class Coder>
+bool CellCoder<Coder>::code_end(Coder& coder, StreamedCell& cell, CodedCells& out) {
+  const uint32_t slot = code_old_point(coder, encoding ? slot_of_input(cell.number[0], 0) : no_slot, group_);
+  if (damaged_) return false;
+  group_ = number_of(slot);
+  cell.kind = last_kind_ = ended_point;
+  end_point(slot, out);
+  return true;
 }
 
 template <class Coder>
@@ -246,7 +264,7 @@ bool CellCoder<Coder>::code_isolated(Coder& numbers, StreamedCell& cell, CodedCe
   NewPoint point;
   point.slot = create_point(numbers, cell.number[0], false, 0, 32);
   if (damaged_) return false;
-  point.number = cell.number[0] = number_of(point.slot);
+  point.number = encoding ? cell.number[0] : number_of(point.slot);
   out.points.push_back(point);
   cell.kind = isolated_point;
   cell.final = 1;

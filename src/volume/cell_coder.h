@@ -68,6 +68,8 @@ class CellCoder {
   /// Slots of points that left memory are free again: between blocks.
   void end_block() { hull_.free_points(); }
   const Hull& hull() const { return hull_; }
+  /// Encoder: is the point with the caller's number in memory?
+  bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
 
  private:
   enum Question : unsigned {
@@ -140,6 +142,7 @@ class CellCoder {
   void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
   void remove_final(const StreamedCell& cell, CodedCells& out);
   void follow_group(const StreamedCell& cell);
+  bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
   bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
 
@@ -149,11 +152,19 @@ class CellCoder {
     return bit;
   }
   uint64_t number_of(uint32_t slot) const { return hull_.point(slot).number; }
+  /// Encoder: the slot of a point by the caller's number; that number, if points are numbered anew.
+  uint32_t slot_of_input(uint64_t number, unsigned corner) {
+    return numbered_ ? table_.find(number, corner) : inputs_.find(number, corner);
+  }
+  uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
+  void end_point(uint32_t slot, CodedCells& out);
 
   bool numbered_;
   bool damaged_ = false;
   Hull hull_;
-  PointTable table_;
+  PointTable table_;                      ///< by number
+  PointTable inputs_;                     ///< encoder that numbers anew: by the caller's number
+  std::vector<uint64_t> input_numbers_;
   Patterns patterns_;
   Decisions<question_count> decisions_;
   Numbering numbering_;

@@ -58,7 +58,7 @@ unsigned CellCoder<Coder>::code_kind(Coder& coder, unsigned kind) {
 
 template <class Coder>
 void CellCoder<Coder>::find_targets(const StreamedCell& cell) {
-  for (unsigned i = 0; i < cell_.shape().corners; ++i) target_[i] = table_.find(cell.number[i], i);
+  for (unsigned i = 0; i < cell_.shape().corners; ++i) target_[i] = slot_of_input(cell.number[i], i);
 }
 
 // Anchor: a cell in memory with an open face that is a face of this one.
@@ -575,7 +575,7 @@ void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCe
     const auto size = static_cast<uint32_t>(__builtin_popcount(shape.lies_on[i]));
     const uint32_t candidate = extra_node_on(i);
     uint32_t target = no_slot;
-    if constexpr (encoding) target = table_.find(cell.number[i], i);
+    if constexpr (encoding) target = slot_of_input(cell.number[i], i);
     const uint32_t local = (candidate != no_slot ? 1u : 0) | size << 1 | cell_.kind << 5;
     const bool fresh_corners = (shape.lies_on[i] & cell_.fresh) != 0;
     node_[i] = candidate;
@@ -586,7 +586,7 @@ void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCe
         point.node = static_cast<uint8_t>(i);
         point.fresh = static_cast<uint8_t>(cell_.fresh);
         point.slot = create_point(numbers, cell.number[i], false, 0, 33 + i);
-        point.number = damaged_ ? 0 : number_of(point.slot);
+        point.number = damaged_ ? 0 : encoding ? cell.number[i] : number_of(point.slot);
         node_[i] = point.slot;
         if (!damaged_) out.points.push_back(point);
       } else {
@@ -645,7 +645,7 @@ template <class Coder>
 bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   const auto type = static_cast<uint8_t>(coder.code_raw(static_cast<uint32_t>(cell.type), 8));
   const int64_t count = loose_count_.code(coder, static_cast<int64_t>(cell.numbers.size()));
-  damaged_ = damaged_ || count < 0;
+  damaged_ = damaged_ || count < 0 || count > most_loose_nodes;
   cell.kind = loose_cell;
   cell.type = static_cast<CellType>(type);
   out.kinds.push_back(loose_cell);
@@ -660,12 +660,12 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
   const size_t first = out.nodes.size();
   for (int64_t i = 0; i < count && !damaged_; ++i) {
     uint64_t number = encoding ? cell.numbers[static_cast<size_t>(i)] : 0;
-    uint32_t slot = encoding ? table_.find(number, 16) : no_slot;
+    uint32_t slot = encoding ? slot_of_input(number, 16) : no_slot;
     if (decide(coder, slot == no_slot, is_new, 0x20000, 0, 0)) {
       NewPoint point;
       point.slot = slot = create_point(numbers, number, false, 0, 63);
       if (damaged_) break;
-      point.number = number_of(slot);
+      point.number = encoding ? number : number_of(slot);
       out.points.push_back(point);
     } else {
       slot = code_old_point(coder, slot, last_loose_);
@@ -682,10 +682,7 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
     final = decide(coder, final, is_final, 0x200000, 0, 0);
     if constexpr (!encoding) cell.finals.push_back(final);
     const uint32_t slot = out.nodes[first + i];
-    if (!final || !hull_.point(slot).alive) continue;
-    out.removed.push_back(slot);
-    table_.erase(number_of(slot));
-    hull_.remove_point(slot);
+    if (final && hull_.point(slot).alive) end_point(slot, out);
   }
   last_kind_ = loose_cell;
   return !damaged_;

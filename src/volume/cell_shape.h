@@ -48,10 +48,13 @@ struct CellShape {
 inline constexpr unsigned shape_count = 18;
 extern const std::array<CellShape, shape_count> cell_shapes;
 
-/// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any length.
+/// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any length; word that
+/// a point is not used again, where no cell could say so.
 inline constexpr unsigned isolated_point = shape_count;
 inline constexpr unsigned loose_cell = shape_count + 1;
-inline constexpr unsigned kind_count = shape_count + 2;
+inline constexpr unsigned ended_point = shape_count + 2;
+inline constexpr unsigned kind_count = shape_count + 3;
+inline constexpr uint32_t most_loose_nodes = uint32_t{1} << 24;
 
 /// The kind of a type; loose_cell for those without a shape.
 unsigned kind_of(CellType type);
