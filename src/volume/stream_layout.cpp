@@ -7,6 +7,11 @@
 namespace maille {
 namespace {
 
+// What codes of 32 and of 64 bits hold.
+constexpr int most_digits(Scalar type) {
+  return type == Scalar::f32 ? 7 : 15;
+}
+
 constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
 
 // One list of fields serves writing and reading: Writer and Reader have the same calls.
@@ -28,7 +33,10 @@ class Writer {
     out_.put_count(value.size());
     out_.put_bytes(value);
   }
-  void map(const NumberMap& value, Scalar) { write_map(out_, value); }
+  void map(const NumberMap& value, Scalar) {
+    write_map(out_, value);
+    if (value.kind == NumberMap::Kind::ordered) out_.put(static_cast<uint8_t>(value.exponent));
+  }
   template <class Item, class Each>
   void list(const std::vector<Item>& items, Each each) {
     out_.put_count(items.size());
@@ -65,7 +73,11 @@ class Reader {
   void map(NumberMap& value, Scalar type) {
     auto found = read_map(in_, type);
     sensible_ = sensible_ && found.has_value();
-    if (found) value = *found;
+    if (!found) return;
+    value = *found;
+    if (value.kind != NumberMap::Kind::ordered) return;
+    value.exponent = in_.get<uint8_t>();  // significant digits
+    sensible_ = sensible_ && value.exponent <= most_digits(type);
   }
   template <class Item, class Each>
   void list(std::vector<Item>& items, Each each) {
