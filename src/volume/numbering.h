@@ -26,14 +26,20 @@ class Numbering {
       guess[count++] = value;
     };
     const bool expected_first = has_expected && last_hit_ == 1;
+    // Nearly always it is the first guess, so the others are not even made before.
+    const uint64_t first = expected_first ? expected : track_[0] + 1;
+    if (flag(context, expected_first, 0).code(coder, number == first)) {
+      remember_hit(0, has_expected && first == expected);
+      move_to_front(first);
+      return first;
+    }
     if (expected_first) suggest(expected);
     suggest(track_[0] + 1);
     if (has_expected && !expected_first) suggest(expected);
     for (unsigned i = 1; i < tracks_; ++i) suggest(track_[i] + 1);
     for (unsigned i = 0; i < 2 && i < tracks_; ++i) suggest(track_[i] - 1);
-    for (unsigned i = 0; i < count; ++i) {
-      const unsigned place = ((context * 16 + history_) * 2 + expected_first) * (most_tracks + 3) + i;
-      if (!guesses_[place].code(coder, number == guess[i])) continue;
+    for (unsigned i = 1; i < count; ++i) {
+      if (!flag(context, expected_first, i).code(coder, number == guess[i])) continue;
       remember_hit(i, has_expected && guess[i] == expected);
       move_to_front(guess[i]);
       return guess[i];
@@ -43,6 +49,9 @@ class Numbering {
   }
 
  private:
+  RunModel& flag(unsigned context, bool expected_first, unsigned guess) {
+    return guesses_[((context * 16 + history_) * 2 + expected_first) * (most_tracks + 3) + guess];
+  }
   void remember_hit(unsigned place, bool as_expected) {
     history_ = (history_ * 4 + (place < 2 ? place : 2)) & 15;
     last_hit_ = as_expected ? 1 : 0;

@@ -10,8 +10,8 @@ namespace maille {
 
 /// A weighted sum of values of points in memory.
 struct PointSum {
-  std::array<uint32_t, 8> slot{};
-  std::array<double, 8> weight{};
+  std::array<uint32_t, 8> slot;  ///< `count` of them
+  std::array<double, 8> weight;
   unsigned count = 0;
 
   void add(uint32_t from, double by) {
@@ -26,12 +26,12 @@ struct PointStencil {
   enum Situation : uint8_t { full = 0, partial = 8, between = 24, alone = 31, situations = 32 };
   uint8_t situation = alone;   ///< full + corner; partial + 4 * parallelograms + neighbours; between + ...
   unsigned sums = 0;
-  std::array<PointSum, 3> sum{};
+  std::array<PointSum, 3> sum;
   unsigned near_count = 0;
-  std::array<uint32_t, 3> near{};  ///< neighbours along edges, whose residuals tell how large this one will be
+  std::array<uint32_t, 3> near;  ///< neighbours along edges, whose residuals tell how large this one will be
   /// The other seven corners, in an order that depends on the corner only: neighbours, then those across faces, then the
   /// one across the cell. Only if full.
-  std::array<uint32_t, 7> others{};
+  std::array<uint32_t, 7> others;
 
   bool is_full() const { return situation < partial; }
 };

@@ -7,6 +7,7 @@ namespace {
 
 /// At first the first candidate is trusted, later whatever did best.
 constexpr int32_t head_start = 16;
+constexpr uint32_t most_full_samples = 3 * 65536;
 
 int32_t miss_of(double difference) {
   return std::max(half_octaves_of(difference), -400) * 16;
@@ -58,6 +59,7 @@ typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(co
   result.base = result.count > 0 ? result.candidate[0] : last_[c];
   if (stencil.is_full()) {
     for (unsigned k = 0; k < 7; ++k) result.twists[k] = value(stencil.others[k], c).twist;
+    result.twists[7] = 0;
     const auto& fit = fits_[c * most_corners + stencil.situation];
     result.candidate[result.count++] = result.base + static_cast<double>(fit.predict(result.twists));
   } else if (stencil.sums == 0) {
@@ -172,7 +174,8 @@ void TupleCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectati
     const int32_t miss = miss_of(place - expectation.candidate[i]);
     record.miss[i] += (miss - record.miss[i]) / 64;
   }
-  if (!stencil.is_full()) return;
+  // Neighbouring samples say much the same: in the long run one in four is enough.
+  if (!stencil.is_full() || (++samples_ > most_full_samples && samples_ % 4 != 0)) return;
   const double error = place - expectation.base;
   // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
   double scale = 0;

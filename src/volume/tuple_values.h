@@ -55,10 +55,10 @@ class TupleCoder {
     std::array<int32_t, most_candidates> miss{};
   };
   struct Expectation {
-    std::array<double, most_candidates> candidate{};
+    std::array<double, most_candidates> candidate;
     unsigned count = 0;
     double base = 0;
-    OnlineLeastSquares<8>::Features twists{};
+    OnlineLeastSquares<8>::Features twists;  ///< if the stencil is full
   };
 
   Value& value(uint32_t slot, unsigned component) { return values_[size_t{slot} * components_ + component]; }
@@ -82,6 +82,7 @@ class TupleCoder {
   std::vector<OnlineLeastSquares<8>> fits_;  ///< by component and corner
   ResidualModel<Bits> residuals_;
   std::vector<BitModel> exceptions_;
+  uint32_t samples_ = 0;
 };
 
 }  // namespace maille
