@@ -7,6 +7,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "volume/cell_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_layout.h"
 
@@ -64,13 +65,23 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
   return stream;
 }
 
-/// The last cell of each point; none for points that no cell uses.
-std::vector<uint64_t> last_cells(const Mesh& mesh) {
+/// By block, the order in which its cells are written; none: as they are.
+using CellOrders = std::vector<std::vector<uint64_t>>;
+
+CellOrders orders_of(const Mesh& mesh, Order order) {
+  CellOrders orders(mesh.blocks.size());
+  for (size_t b = 0; b < mesh.blocks.size() && order == Order::canonical; ++b) orders[b] = front_order(mesh.blocks[b]);
+  return orders;
+}
+
+/// When each point is used last, counted in cells as written; none for points that no cell uses.
+std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
-  uint64_t cell = 0;
-  for (const CellBlock& block : mesh.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-      for (const uint32_t point : block.cell(i)) last[point] = cell;
+  uint64_t time = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const CellBlock& block = mesh.blocks[b];
+    for (uint64_t i = 0; i < block.size(); ++i, ++time) {
+      for (const uint32_t point : block.cell(orders[b].empty() ? i : orders[b][i])) last[point] = time;
     }
   }
   return last;
@@ -79,17 +90,23 @@ std::vector<uint64_t> last_cells(const Mesh& mesh) {
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
-  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const Progress& progress)
-      : mesh_(mesh), writer_(writer), last_(last_cells(mesh)), pace_(progress, "cells", mesh.cell_count()) {
+  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const EncodeOptions& options)
+      : mesh_(mesh),
+        writer_(writer),
+        orders_(orders_of(mesh, options.order)),
+        last_(last_cells(mesh, orders_)),
+        pace_(options.progress, "cells", mesh.cell_count()) {
     for (const Array& array : mesh.arrays) {
       if (array.domain == Domain::cell) columns_.push_back(&array);
     }
     arrays_.resize(columns_.size());
   }
   Result<> feed() {
-    for (const CellBlock& block : mesh_.blocks) {
+    for (size_t b = 0; b < mesh_.blocks.size(); ++b) {
+      const CellBlock& block = mesh_.blocks[b];
       MAILLE_CHECK(writer_.begin_block(block.name, block.type));
-      for (uint64_t i = 0; i < block.size();) i += MAILLE_TRY(feed_run(block, i));
+      for (uint64_t i = 0; i < block.size();) i += MAILLE_TRY(feed_run(block, orders_[b], i));
+      first_ += block.size();
     }
     std::vector<uint64_t> unused;
     for (uint64_t point = 0; point < last_.size(); ++point) {
@@ -100,41 +117,46 @@ class MeshFeeder {
 
  private:
   /// Some hundred cells of one type and size; returns how many.
-  Result<uint64_t> feed_run(const CellBlock& block, uint64_t first) {
+  Result<uint64_t> feed_run(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t first) {
+    const auto cell_at = [&](uint64_t i) { return order.empty() ? i : order[i]; };
     const auto type_of = [&](uint64_t i) {
-      return block.type == CellType::mixed ? static_cast<CellType>(block.types[i]) : block.type;
+      return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
     };
-    const size_t nodes = block.cell(first).size();
+    const size_t nodes = block.cell(cell_at(first)).size();
+    const uint64_t most = nodes == 0 ? 1 : std::min<uint64_t>(512, block.size() - first);
     numbers_.clear();
     finals_.clear();
+    for (auto& bytes : arrays_) bytes.clear();
     uint64_t count = 0;
-    while (count < (nodes == 0 ? 1 : 512) && first + count < block.size() && type_of(first + count) == type_of(first) &&
-           block.cell(first + count).size() == nodes) {
-      for (const uint32_t point : block.cell(first + count)) {
+    for (; count < most && type_of(first + count) == type_of(first); ++count) {
+      const uint64_t cell = cell_at(first + count);
+      if (block.cell(cell).size() != nodes) break;
+      for (const uint32_t point : block.cell(cell)) {
         numbers_.push_back(point);
-        finals_.push_back(last_[point] == cell_ + count);
+        finals_.push_back(last_[point] == first_ + first + count);
       }
-      ++count;
+      for (size_t k = 0; k < columns_.size(); ++k) {
+        const size_t size = columns_[k]->tuple_size();
+        const auto from = columns_[k]->bytes.begin() + static_cast<ptrdiff_t>((first_ + cell) * size);
+        arrays_[k].insert(arrays_[k].end(), from, from + static_cast<ptrdiff_t>(size));
+      }
       if (!pace_.step()) return cancelled();
     }
-    for (size_t k = 0; k < columns_.size(); ++k) {
-      const size_t size = columns_[k]->tuple_size();
-      arrays_[k] = Bytes(columns_[k]->bytes).subspan(cell_ * size, count * size);
-    }
-    cell_ += count;
-    MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays_, nodes));
+    const std::vector<Bytes> arrays(arrays_.begin(), arrays_.end());
+    MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
     return count;
   }
 
   const Mesh& mesh_;
   StreamWriter& writer_;
+  CellOrders orders_;
   std::vector<uint64_t> last_;
   Pace pace_;
   std::vector<const Array*> columns_;
-  uint64_t cell_ = 0;
+  uint64_t first_ = 0;  ///< cells of the blocks before
   std::vector<uint64_t> numbers_;
   std::vector<uint8_t> finals_;
-  std::vector<Bytes> arrays_;
+  std::vector<std::vector<std::byte>> arrays_;
 };
 
 ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound, uint64_t coded_bytes) {
@@ -190,7 +212,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   stream_options.points = &points;
   const ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
-  MAILLE_CHECK(MeshFeeder(mesh, writer, options.progress).feed());
+  MAILLE_CHECK(MeshFeeder(mesh, writer, options).feed());
   return report_of(mesh, MAILLE_TRY(writer.finish()), maps);
 }
 
