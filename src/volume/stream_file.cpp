@@ -68,11 +68,6 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
 /// By block, the order in which its cells are written; none: as they are.
 using CellOrders = std::vector<std::vector<uint64_t>>;
 
-CellOrders orders_of(const Mesh& mesh, Order order) {
-  CellOrders orders(mesh.blocks.size());
-  for (size_t b = 0; b < mesh.blocks.size() && order == Order::canonical; ++b) orders[b] = front_order(mesh.blocks[b]);
-  return orders;
-}
 
 /// When each point is used last, counted in cells as written; none for points that no cell uses.
 std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
@@ -87,13 +82,53 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   return last;
 }
 
+/// What the connectivity of the first cells takes in these orders, in bytes.
+size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed) {
+  constexpr uint64_t most_cells = 50'000;
+  RangeEncoder topology, numbers;
+  CellCoder<RangeEncoder> coder(mixed, false);
+  CodedCells out;
+  StreamedCell cell;
+  uint64_t time = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const CellBlock& block = mesh.blocks[b];
+    for (uint64_t i = 0; i < block.size() && time < most_cells; ++i, ++time) {
+      const uint64_t number = orders[b].empty() ? i : orders[b][i];
+      cell.kind = kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
+      if (cell.kind == loose_cell) continue;
+      const auto points = block.cell(number);
+      cell.final = 0;
+      for (size_t k = 0; k < points.size(); ++k) {
+        cell.number[k] = points[cell_shapes[cell.kind].place[k]];
+        cell.final |= (last[cell.number[k]] == time ? 1u : 0u) << k;
+      }
+      coder.code(topology, numbers, cell, out);
+      if (out.size() < cells_per_block) continue;
+      out.clear();
+      coder.end_block();
+    }
+  }
+  return topology.finish().size();
+}
+
+/// Where any order will do: as they are, if that is a good order, else as the front meets them.
+CellOrders choose_orders(const Mesh& mesh, const EncodeOptions& options) {
+  CellOrders as_they_are(mesh.blocks.size());
+  if (options.order == Order::keep) return as_they_are;
+  const bool mixed = mixes(options.effort);
+  CellOrders by_front;
+  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
+  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed);
+  return trial(mesh, by_front, last_cells(mesh, by_front), mixed) < natural ? by_front : as_they_are;
+}
+
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
   MeshFeeder(const Mesh& mesh, StreamWriter& writer, const EncodeOptions& options)
       : mesh_(mesh),
         writer_(writer),
-        orders_(orders_of(mesh, options.order)),
+        orders_(choose_orders(mesh, options)),
         last_(last_cells(mesh, orders_)),
         pace_(options.progress, "cells", mesh.cell_count()) {
     for (const Array& array : mesh.arrays) {

@@ -531,7 +531,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   StreamHeader header;
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
                         options.provenance, options.effort, options.any_order};
-  header.mixed = options.effort >= 4;
+  header.mixed = mixes(options.effort);
   header.maps = maps.maps;
   header.bounds = maps.bounds;
   const std::vector<std::byte> description = MAILLE_TRY(encode_header(header));
