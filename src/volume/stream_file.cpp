@@ -84,7 +84,7 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
 
 /// What the connectivity of the first cells takes in these orders, in bytes.
 size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed) {
-  constexpr uint64_t most_cells = 50'000;
+  constexpr uint64_t most_cells = 400'000;
   RangeEncoder topology, numbers;
   CellCoder<RangeEncoder> coder(mixed, false);
   CodedCells out;
