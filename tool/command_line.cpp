@@ -175,7 +175,7 @@ void Parser::add_compress() {
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
-  c->add_flag("--any-order", raw.any_order, "Let the order change (default)")
+  c->add_flag("--any-order", raw.any_order, "Let the order change (default of mode single)")
       ->group(quality_group)
       ->excludes(keep);
 
@@ -492,7 +492,9 @@ Result<Command> Parser::command(const std::string& verb) const {
     CompressOptions options = compress;
     options.mode = mode_of(raw.mode);
     if (!raw.effort.empty()) options.effort = raw.effort.back();
-    options.order = raw.keep_order ? Order::keep : Order::canonical;
+    // A stream keeps the order of its cells: what a solver wrote is mostly a sweep, and fields go with it.
+    const bool keep = raw.keep_order || (options.mode == Mode::stream && !raw.any_order);
+    options.order = keep ? Order::keep : Order::canonical;
     options.provenance = !raw.no_provenance;
     return with_raw(options, raw);
   }

@@ -13,8 +13,9 @@
 #include <utility>
 #include <vector>
 
-// Meshes of any size in one pass, with memory for the front of the sweep only: what a solver or a mesher writes, and a
-// reader takes in pieces, also from a pipe. Points and cells have numbers of 64 bits. docs/streaming.md shows it in use.
+// Meshes of any size in one pass, with memory for the front of the sweep only: what a solver or a mesher
+// writes, and a reader takes in pieces, also from a pipe. Points and cells have numbers of 64 bits.
+// docs/streaming.md shows it in use.
 
 namespace maille {
 
@@ -27,14 +28,15 @@ struct StreamArray {
   Role role = Role::none;
   std::vector<std::string> labels;
   Tolerance tolerance;
-  /// Least and largest value to come; bounds of kind `relative` and `bits` need it. Values outside are kept all the same,
-  /// and cost more.
+  /// Least and largest value to come; bounds of kind `relative` and `bits` need it. Values outside are kept
+  /// all the same, and cost more.
   std::optional<std::pair<double, double>> range;
 
   size_t tuple_size() const { return size_of(type) * components; }
 };
 
-/// Numbers of points by their position: an input that can be read anywhere, such as a file mapped into memory.
+/// Numbers of points by their position: an input that can be read anywhere, such as a file mapped into
+/// memory.
 class PointSource {
  public:
   virtual ~PointSource() = default;
@@ -65,8 +67,8 @@ struct StreamReport {
   uint64_t cells = 0;
   uint64_t corners = 0;
   uint64_t file_bytes = 0;
-  uint64_t cell_bytes = 0;     ///< how cells are joined, and which points end
-  uint64_t number_bytes = 0;   ///< the input's numbers of points
+  uint64_t cell_bytes = 0;    ///< how cells are joined, and which points end
+  uint64_t number_bytes = 0;  ///< the input's numbers of points
   uint64_t position_bytes = 0;
   std::vector<uint64_t> array_bytes;  ///< by array, as declared
   uint32_t most_live_points = 0;      ///< in memory at once: what decides a reader's memory
@@ -77,8 +79,8 @@ struct ArrayMapsList;  // the library's own
 
 /// Compresses a mesh while it comes in.
 ///
-/// Points come before the first cell that uses them; a point leaves memory after the last cell that does, if the writer is
-/// told which that is. Without it nothing is wrong, only memory grows with the mesh.
+/// Points come before the first cell that uses them; a point leaves memory after the last cell that does, if
+/// the writer is told which that is. Without it nothing is wrong, only memory grows with the mesh.
 class StreamWriter {
  public:
   /// Error: usage (the options), write_failed.
@@ -86,21 +88,24 @@ class StreamWriter {
   StreamWriter(StreamWriter&&) noexcept;
   ~StreamWriter();
 
-  /// Points with the numbers first, first + 1, ...: `positions` and, array by array in the order of their declaration, the
-  /// tuples of all arrays on points. Error: usage, for sizes that do not fit or a number that is there already.
+  /// Points with the numbers first, first + 1, ...: `positions` and, array by array in the order of their
+  /// declaration, the tuples of all arrays on points. Error: usage, for sizes that do not fit or a number
+  /// that is there already.
   Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
   /// The same with any numbers.
   Result<> add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays = {});
 
-  /// Cells from here on belong to a new block. `type` is a cell type, `polygon`, or `mixed` for any. Without it there is one
-  /// block without a name, of type mixed.
+  /// Cells from here on belong to a new block. `type` is a cell type, `polygon`, or `mixed` for any. Without
+  /// it there is one block without a name, of type mixed.
   Result<> begin_block(std::string name, CellType type);
 
-  /// Cells of one type, `nodes` numbers of points each (0: as the type has), and array by array the tuples of all arrays on
-  /// cells. `last_use`: one flag for each entry of `connectivity`, not 0 where the point is not used again by any cell; may
-  /// be empty. Errors: malformed_input (a point that was not given, or used after its last use; number of nodes), usage.
-  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t> last_use = {},
-                     std::span<const Bytes> arrays = {}, size_t nodes = 0);
+  /// Cells of one type, `nodes` numbers of points each (0: as the type has), and array by array the tuples of
+  /// all arrays on cells. `last_use`: one flag for each entry of `connectivity`, not 0 where the point is not
+  /// used again by any cell; may be empty. Errors: malformed_input (a point that was not given, or used after
+  /// its last use; number of nodes), usage.
+  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
+                     std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
+                     size_t nodes = 0);
   /// Points that no further cell uses, told after the fact.
   Result<> end_points(std::span<const uint64_t> numbers);
 
@@ -119,9 +124,10 @@ class StreamWriter {
 
 /// Some thousand cells, and the points that come up with them.
 ///
-/// Every point has its number, which is global, and a slot: a small number that no other point of the piece has, and that is
-/// free for another point in later pieces after the piece in which the point ends. All slots are below slot_count, so a
-/// reader that wants values of points of earlier pieces keeps them in a table of that size.
+/// Every point has its number, which is global, and a slot: a small number that no other point of the piece
+/// has, and that is free for another point in later pieces after the piece in which the point ends. All slots
+/// are below slot_count, so a reader that wants values of points of earlier pieces keeps them in a table of
+/// that size.
 struct StreamPiece {
   struct Block {
     uint64_t first_cell = 0;  ///< counted from the begin of the stream
@@ -131,10 +137,10 @@ struct StreamPiece {
   std::vector<Block> blocks;  ///< that begin in this piece
 
   uint64_t first_cell = 0;
-  std::vector<CellType> types;         ///< by cell
-  std::vector<uint64_t> offsets;       ///< size of types + 1
-  std::vector<uint64_t> connectivity;  ///< numbers of points
-  std::vector<uint32_t> slots;         ///< the same as slots
+  std::vector<CellType> types;                      ///< by cell
+  std::vector<uint64_t> offsets;                    ///< size of types + 1
+  std::vector<uint64_t> connectivity;               ///< numbers of points
+  std::vector<uint32_t> slots;                      ///< the same as slots
   std::vector<std::vector<std::byte>> cell_arrays;  ///< in the order of declaration, arrays on cells only
 
   std::vector<uint64_t> points;       ///< numbers of points that come up here
@@ -186,8 +192,8 @@ class StreamReader {
   ~StreamReader();
 
   const StreamDescription& description() const;
-  /// The next piece, in `piece`. False: that was all, and every checksum was right. Error: corrupt; what came before it is
-  /// whole, and nothing comes after it.
+  /// The next piece, in `piece`. False: that was all, and every checksum was right. Error: corrupt; what came
+  /// before it is whole, and nothing comes after it.
   Result<bool> next(StreamPiece& piece);
 
  private:

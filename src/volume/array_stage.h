@@ -8,8 +8,8 @@
 
 namespace maille {
 
-/// One array of the stream, block after block, behind the cells: its own coder and models, so that arrays can be coded at
-/// once, and while the next cells are.
+/// One array of the stream, block after block, behind the cells: its own coder and models, so that arrays can
+/// be coded at once, and while the next cells are.
 template <class Coder>
 class ArrayStage {
  public:
@@ -36,18 +36,30 @@ class ArrayStage {
   }
 
  private:
+  static constexpr size_t ahead = 6;
+  template <class Tuples>
+  static void prefetch(const Tuples& coder, const CodedCells& cells, const NewPoint& point) {
+    if (point.cell == no_slot) return;
+    const uint32_t begin = cells.begin[point.cell];
+    for (uint32_t k = begin; k < begin + most_corners && k < cells.nodes.size(); ++k)
+      coder.prefetch(cells.nodes[k]);
+  }
+
   template <class Tuples>
   bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples) {
     if (domain_ == Domain::point) {
-      for (const NewPoint& point : cells.points) {
-        coder.code(*coder_, stencil_of(point, cells), point.slot, tuples);
+      for (size_t i = 0; i < cells.points.size(); ++i) {
+        if (i + ahead < cells.points.size()) prefetch(coder, cells, cells.points[i + ahead]);
+        find_stencil(cells.points[i], cells, stencil_);
+        coder.code(*coder_, stencil_, cells.points[i].slot, tuples);
         tuples += array_.tuple_size();
       }
     } else {
       for (size_t i = 0; i < cells.size(); ++i) {
         // The value of slot s is at s + 1 (cell_stencil.h).
         const uint32_t slot = cells.cell_slots[i];
-        coder.code(*coder_, stencils_.of(cells, i), slot == no_slot ? 0 : slot + 1, tuples);
+        stencils_.find(cells, i, stencil_);
+        coder.code(*coder_, stencil_, slot == no_slot ? 0 : slot + 1, tuples);
         tuples += array_.tuple_size();
       }
     }
@@ -57,6 +69,7 @@ class ArrayStage {
   StreamedArray array_;
   Domain domain_;
   CellStencils stencils_;
+  PointStencil stencil_;
   std::optional<TupleCoder<Coder, 32>> narrow_;
   std::optional<TupleCoder<Coder, 64>> wide_;
   std::optional<Coder> coder_;

@@ -74,14 +74,17 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   for (unsigned f = 1; f < source_count; ++f) {
     const uint32_t slot = sources_.cell[f];
     if (slot == no_slot) continue;
-    if (newest == no_slot || hull_.cell(slot).ordinal - hull_.cell(newest).ordinal < 0x80000000) newest = slot;
-    if (oldest == no_slot || hull_.cell(oldest).ordinal - hull_.cell(slot).ordinal < 0x80000000) oldest = slot;
+    if (newest == no_slot || hull_.cell(slot).ordinal - hull_.cell(newest).ordinal < 0x80000000)
+      newest = slot;
+    if (oldest == no_slot || hull_.cell(oldest).ordinal - hull_.cell(slot).ordinal < 0x80000000)
+      oldest = slot;
   }
   std::array<uint32_t, 3> candidate{};
   candidate[0] = newest == no_slot ? 0 : hull_.cell(newest).pattern;
   candidate[1] = oldest == no_slot ? 0 : hull_.cell(oldest).pattern;
   candidate[2] = sources_.cell[0] == no_slot ? 0 : hull_.cell(sources_.cell[0]).pattern;
-  const unsigned agreement = (candidate[0] == candidate[1] ? 1u : 0u) + (candidate[0] == candidate[2] ? 2u : 0u);
+  const unsigned agreement =
+      (candidate[0] == candidate[1] ? 1u : 0u) + (candidate[0] == candidate[2] ? 2u : 0u);
   for (unsigned rank = 0; rank < 3; ++rank) {
     const uint32_t id = candidate[rank];
     if (id == 0 || (rank > 0 && id == candidate[0]) || (rank > 1 && id == candidate[1])) continue;
@@ -121,7 +124,8 @@ bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const 
   for (unsigned i = 0; i < shape.parallelograms[corner]; ++i) {
     const auto& p = shape.parallelogram[corner][i];
     if (!cell_.has(p.a) || !cell_.has(p.b) || !cell_.has(p.opposite)) continue;
-    number = number_of(cell_.corner[p.a]) + number_of(cell_.corner[p.b]) - number_of(cell_.corner[p.opposite]);
+    number =
+        number_of(cell_.corner[p.a]) + number_of(cell_.corner[p.b]) - number_of(cell_.corner[p.opposite]);
     return true;
   }
   return false;
@@ -177,8 +181,8 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
   }
 }
 
-/// Behind axis neighbour n, seen from the new corner: n's other neighbour along that edge, in the cell across the face
-/// that has n and not the corner.
+/// Behind axis neighbour n, seen from the new corner: n's other neighbour along that edge, in the cell across
+/// the face that has n and not the corner.
 template <class Coder>
 void CellCoder<Coder>::points_behind(NewPoint& point, unsigned corner) const {
   const CellShape& shape = cell_.shape();

@@ -29,18 +29,19 @@ struct NewPoint {
   uint64_t number = 0;
   uint8_t node = 0;
   uint8_t fresh = 0;  ///< a bit for each corner of the cell that is new
-  /// Where the cell does not have all but this corner: by axis neighbour (in the order of corners), the point behind it.
+  /// Where the cell does not have all but this corner: by axis neighbour (in the order of corners), the point
+  /// behind it.
   std::array<uint32_t, 3> behind{no_slot, no_slot, no_slot};
 };
 
-/// Some thousand cells as slots: what the other stages of coder and reader work on. Until the block ends a slot names
-/// one point.
+/// Some thousand cells as slots: what the other stages of coder and reader work on. Until the block ends a
+/// slot names one point.
 struct CodedCells {
   std::vector<uint8_t> kinds;
-  std::vector<CellType> loose_types;  ///< one for each loose cell
-  std::vector<uint32_t> begin;        ///< by cell: first of its nodes in `nodes`
-  std::vector<uint32_t> nodes;        ///< slots, by cell
-  std::vector<uint32_t> cell_slots;   ///< by cell; no_slot for loose ones
+  std::vector<CellType> loose_types;                     ///< one for each loose cell
+  std::vector<uint32_t> begin;                           ///< by cell: first of its nodes in `nodes`
+  std::vector<uint32_t> nodes;                           ///< slots, by cell
+  std::vector<uint32_t> cell_slots;                      ///< by cell; no_slot for loose ones
   std::vector<std::array<uint32_t, most_faces>> across;  ///< by cell: slots of its neighbours
   std::vector<NewPoint> points;
   std::vector<uint32_t> removed;  ///< points used for the last time
@@ -49,12 +50,12 @@ struct CodedCells {
   void clear();
 };
 
-/// Connectivity: each cell as it joins those in memory, then the numbers of its new points. One routine for both
-/// directions. docs/format.md, "Cells".
+/// Connectivity: each cell as it joins those in memory, then the numbers of its new points. One routine for
+/// both directions. docs/format.md, "Cells".
 ///
-/// Fast path: the cell is the pattern of the cell one row, or one layer, back, one step on: one decision, nearly free
-/// in a sweep. Slow path: an anchor cell, its face, how the cell is turned on it, glued or not at each edge of that face,
-/// the remaining corners new or old; what the slow path finds becomes a pattern.
+/// Fast path: the cell is the pattern of the cell one row, or one layer, back, one step on: one decision,
+/// nearly free in a sweep. Slow path: an anchor cell, its face, how the cell is turned on it, glued or not at
+/// each edge of that face, the remaining corners new or old; what the slow path finds becomes a pattern.
 template <class Coder>
 class CellCoder {
  public:
@@ -123,7 +124,8 @@ class CellCoder {
   void place(FaceRef anchor, Turn turn);
   void code_edges(Coder& coder, FaceRef anchor, unsigned own_face);
   unsigned faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b);
-  bool lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b, EdgeFace& found) const;
+  bool lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b,
+                EdgeFace& found) const;
   void code_faces_below(Coder& coder, FaceRef anchor);
   void code_corners(Coder& coder);
   bool code_repeat(Coder& coder, unsigned corner);
@@ -133,7 +135,8 @@ class CellCoder {
   void glue_the_rest();
 
   void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
-  uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected, unsigned context);
+  uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
+                        unsigned context);
   bool expected_number(unsigned corner, uint64_t& number) const;
   void points_behind(NewPoint& point, unsigned corner) const;
   void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -162,8 +165,8 @@ class CellCoder {
   bool numbered_;
   bool damaged_ = false;
   Hull hull_;
-  PointTable table_;                      ///< by number
-  PointTable inputs_;                     ///< encoder that numbers anew: by the caller's number
+  PointTable table_;   ///< by number
+  PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
   std::vector<uint64_t> input_numbers_;
   Patterns patterns_;
   Decisions<question_count> decisions_;
@@ -186,8 +189,8 @@ class CellCoder {
 
   // The cell being coded.
   Assembly cell_;
-  std::array<uint32_t, most_corners> target_{};        ///< encoder: slots of its corners, no_slot for new ones
-  std::array<uint8_t, most_corners> repeat_of_{};      ///< for corners that repeat another
+  std::array<uint32_t, most_corners> target_{};    ///< encoder: slots of its corners, no_slot for new ones
+  std::array<uint8_t, most_corners> repeat_of_{};  ///< for corners that repeat another
   unsigned repeated_ = 0;
   const StreamedCell* wanted_ = nullptr;
   uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;

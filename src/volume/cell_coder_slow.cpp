@@ -86,12 +86,14 @@ void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
   });
 }
 
-/// The last cell; those after its neighbours, the newest first; those around the group's point and the next one; those
-/// that share a point with the last cell, the newest first; the last sixteen.
+/// The last cell; those after its neighbours, the newest first; those around the group's point and the next
+/// one; those that share a point with the last cell, the newest first; the last sixteen.
 template <class Coder>
 void CellCoder<Coder>::collect_anchors() {
   anchor_count_ = 0;
-  const auto newer = [&](uint32_t a, uint32_t b) { return hull_.cell(a).ordinal - hull_.cell(b).ordinal - 1 < 0x7fffffff; };
+  const auto newer = [&](uint32_t a, uint32_t b) {
+    return hull_.cell(a).ordinal - hull_.cell(b).ordinal - 1 < 0x7fffffff;
+  };
   if (sources_.cell[0] != no_slot) add_anchor(sources_.cell[0], 0);
   std::array<uint32_t, 96> found{};
   unsigned count = 0;
@@ -179,8 +181,8 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
     while (chosen < anchor_count_ && !matches_any_face(anchors_[chosen].cell)) ++chosen;
   }
   // Asked first, so that a mesh in no order does not take fifty decisions a cell.
-  const bool listed = anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed, cell_.kind << 1,
-                                                  last_choice_, bounded(anchor_count_, 31));
+  const bool listed = anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed,
+                                                  cell_.kind << 1, last_choice_, bounded(anchor_count_, 31));
   for (unsigned i = 0; listed && i < anchor_count_; ++i) {
     const Candidate& candidate = anchors_[i];
     const Hull::Cell& other = hull_.cell(candidate.cell);
@@ -188,7 +190,8 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
     const uint32_t local = candidate.origin | bounded(candidate.rank, 7) << 3 |
                            static_cast<uint32_t>(__builtin_popcount(other.open)) << 6 | cell_.kind << 9;
     const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + bounded(candidate.rank, 7);
-    here = i + 1 == anchor_count_ || decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
+    here = i + 1 == anchor_count_ ||
+           decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
     if (here) {
       last_choice_ = candidate.origin * 8u + bounded(candidate.rank, 7);
       anchor_signature_ = other.signature;
@@ -201,7 +204,8 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   return code_distant_anchor(coder);
 }
 
-/// An anchor that is not among the candidates: the number of one of its points, then which of the cells there.
+/// An anchor that is not among the candidates: the number of one of its points, then which of the cells
+/// there.
 template <class Coder>
 FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
   uint32_t point = no_slot, anchor = no_slot;
@@ -209,7 +213,8 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
     for (unsigned i = 0; i < cell_.shape().corners && anchor == no_slot; ++i) {
       if (target_[i] == no_slot) continue;
       hull_.around(target_[i], [&](uint32_t cell, uint32_t) {
-        if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension || !matches_any_face(cell)) return false;
+        if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension || !matches_any_face(cell))
+          return false;
         point = target_[i];
         anchor = cell;
         return true;
@@ -224,7 +229,8 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
   hull_.around(point, [&](uint32_t cell, uint32_t) {
     const Hull::Cell& other = hull_.cell(cell);
     if (other.open == 0 || Hull::shape_of(other).dimension != cell_.shape().dimension) return false;
-    const bool here = decide(coder, cell == anchor, which_cell, bounded(rank++, 15), other.signature, other.open);
+    const bool here =
+        decide(coder, cell == anchor, which_cell, bounded(rank++, 15), other.signature, other.open);
     if (here) found = cell;
     return here;
   });
@@ -243,7 +249,8 @@ uint32_t CellCoder<Coder>::code_face(Coder& coder, uint32_t anchor) {
   const Hull::Cell& other = hull_.cell(anchor);
   unsigned open = other.open;
   for (unsigned rank = 0;; ++rank) {
-    const unsigned face = (open >> last_face_ & 1) != 0 ? last_face_ : static_cast<unsigned>(__builtin_ctz(open));
+    const unsigned face =
+        (open >> last_face_ & 1) != 0 ? last_face_ : static_cast<unsigned>(__builtin_ctz(open));
     bool here = (open & (open - 1)) == 0;
     if (!here) {
       if constexpr (encoding) here = match(other, face, no_turn) != no_turn;
@@ -269,7 +276,8 @@ void CellCoder<Coder>::code_turn(Coder& coder, FaceRef anchor) {
     unsigned node = 1;
     for (unsigned level = 0; level < 6; ++level) {
       const bool bit = (turn >> (5 - level) & 1) != 0;
-      node = node * 2 + decide(coder, bit, turn_bit, local << 6 | node, other.signature, last_choice_ * 64u + node);
+      node = node * 2 +
+             decide(coder, bit, turn_bit, local << 6 | node, other.signature, last_choice_ * 64u + node);
     }
     turn = node - 64;
   }
@@ -294,7 +302,8 @@ void CellCoder<Coder>::place(FaceRef anchor, Turn turn) {
 
 // Edges of the anchor face: is the cell glued to one of the open faces that meet there too?
 
-/// Lays an open face over own face `own`, edge on edge. False if they differ in size or contradict what is known.
+/// Lays an open face over own face `own`, edge on edge. False if they differ in size or contradict what is
+/// known.
 template <class Coder>
 bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b,
                                 EdgeFace& found) const {
@@ -312,7 +321,8 @@ bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned
     while (i < size && here.corner[i] != corner) ++i;
     return i;
   };
-  const unsigned there_a = place_there(a), there_b = place_there(b), here_a = place_here(a), here_b = place_here(b);
+  const unsigned there_a = place_there(a), there_b = place_there(b), here_a = place_here(a),
+                 here_b = place_here(b);
   if (there_a == size || there_b == size || here_a == size || here_b == size) return false;
   const unsigned step_there = (there_a + 1) % size == there_b ? 1 : size - 1;
   const unsigned step_here = (here_a + 1) % size == here_b ? 1 : size - 1;
@@ -325,7 +335,8 @@ bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned
   return true;
 }
 
-/// Fills edge_faces_ with the open faces at the edge that could be own face `own`; returns how many cells have the edge.
+/// Fills edge_faces_ with the open faces at the edge that could be own face `own`; returns how many cells
+/// have the edge.
 template <class Coder>
 unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b) {
   edge_face_count_ = 0;
@@ -340,7 +351,8 @@ unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned
       const auto end = static_cast<unsigned>(__builtin_ctz(n));
       if (other.corner[end] != to) continue;
       ++cells;
-      for (unsigned f = other.open & shape.faces_at[corner] & shape.faces_at[end]; f != 0 && slot != anchor; f &= f - 1) {
+      for (unsigned f = other.open & shape.faces_at[corner] & shape.faces_at[end]; f != 0 && slot != anchor;
+           f &= f - 1) {
         if (edge_face_count_ == edge_faces_.size()) return true;
         EdgeFace& face = edge_faces_[edge_face_count_];
         face.face = {slot, static_cast<uint32_t>(__builtin_ctz(f))};
@@ -368,13 +380,16 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
       const EdgeFace& candidate = edge_faces_[k];
       if constexpr (encoding) {
         glued = true;
-        for (unsigned c = 0; c < face.size; ++c) glued = glued && target_[face.corner[c]] == candidate.slot[c];
+        for (unsigned c = 0; c < face.size; ++c)
+          glued = glued && target_[face.corner[c]] == candidate.slot[c];
       }
       const Hull::Cell& other = hull_.cell(candidate.face.cell);
-      const uint32_t local = cells | (known - 2) << 4 | bounded(edge_face_count_, 3) << 6 | glued_so_far << 8 |
-                             i << 12 | bounded(k, 3) << 14 | cell_.kind << 16;
-      const uint32_t valence = hull_.point(cell_.corner[a]).valence * 32u + hull_.point(cell_.corner[b]).valence;
-      glued = decide(coder, glued, glued_here, local, hashed(anchor_signature_, other.signature), valence * 16 + cells);
+      const uint32_t local = cells | (known - 2) << 4 | bounded(edge_face_count_, 3) << 6 |
+                             glued_so_far << 8 | i << 12 | bounded(k, 3) << 14 | cell_.kind << 16;
+      const uint32_t valence =
+          hull_.point(cell_.corner[a]).valence * 32u + hull_.point(cell_.corner[b]).valence;
+      glued = decide(coder, glued, glued_here, local, hashed(anchor_signature_, other.signature),
+                     valence * 16 + cells);
       if (!glued) continue;
       for (unsigned c = 0; c < face.size; ++c) cell_.set_corner(face.corner[c], candidate.slot[c]);
       cell_.set_glue(own, candidate.face);
@@ -403,14 +418,16 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
         const uint32_t point = solid.corner[face.corner[i]];
         if (point == cell_.corner[a]) at_a = i;
         if (point == cell_.corner[b]) at_b = i;
-        for (unsigned j = 0; j < Hull::shape_of(neighbour).corners; ++j) shared += neighbour.corner[j] == point;
+        for (unsigned j = 0; j < Hull::shape_of(neighbour).corners; ++j)
+          shared += neighbour.corner[j] == point;
       }
       if (at_a == 4 || at_b == 4 || shared >= face.size) continue;
       const unsigned size = face.size, step = (at_a + 1) % size == at_b ? 1 : size - 1;
       const unsigned own_step = (a + 1) % size == b ? 1 : size - 1;
       bool here = encoding;
       for (unsigned i = 0; i < size && encoding; ++i) {
-        here = here && target_[(a + own_step * i) % size] == solid.corner[face.corner[(at_a + step * i) % size]];
+        here =
+            here && target_[(a + own_step * i) % size] == solid.corner[face.corner[(at_a + step * i) % size]];
       }
       here = decide(coder, here, over_face, bounded(tried++, 3), solid.signature, 0);
       for (unsigned i = 0; i < size && here; ++i) {
@@ -435,7 +452,8 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
-      valence = valence * 16 + bounded(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence, 15);
+      valence = valence * 16 +
+                bounded(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence, 15);
     }
     bool fresh = false;
     if constexpr (encoding) fresh = target_[i] == no_slot;
@@ -479,7 +497,8 @@ bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
   return true;
 }
 
-/// Points that an edge joins to known corners next to this one: those joined to most of them first. Their number.
+/// Points that an edge joins to known corners next to this one: those joined to most of them first. Their
+/// number.
 template <class Coder>
 unsigned CellCoder<Coder>::joined_points(unsigned corner) {
   unsigned count = 0;
@@ -517,7 +536,8 @@ bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
     const uint32_t slot = joined_[i].first;
     const uint32_t local = i | bounded(joined_[i].second, 7) << 4 | cell_.kind << 7;
     const uint32_t valence = bounded(hull_.point(slot).valence, 31);
-    if (!decide(coder, target_[corner] == slot, joined_here, local, anchor_signature_, valence * 16 + i)) continue;
+    if (!decide(coder, target_[corner] == slot, joined_here, local, anchor_signature_, valence * 16 + i))
+      continue;
     cell_.set_corner(corner, slot);
     return true;
   }

@@ -42,8 +42,12 @@ std::vector<FaceKey> sorted_faces(const CellBlock& block) {
       FaceKey key;
       key.point.fill(no_cell);
       key.cell = static_cast<uint32_t>(cell);
-      for (unsigned i = 0; i < shape.face[f].size; ++i) key.point[i] = points[shape.place[shape.face[f].corner[i]]];
-      std::sort(key.point.begin(), key.point.begin() + shape.face[f].size);
+      for (unsigned i = 0; i < shape.face[f].size; ++i) {
+        const uint32_t point = points[shape.place[shape.face[f].corner[i]]];
+        unsigned at = i;
+        for (; at > 0 && key.point[at - 1] > point; --at) key.point[at] = key.point[at - 1];
+        key.point[at] = point;
+      }
       faces.push_back(key);
     }
   }
@@ -51,7 +55,8 @@ std::vector<FaceKey> sorted_faces(const CellBlock& block) {
   return faces;
 }
 
-/// Neighbours across faces, by cell: at most six. Where three cells have a face, those beside each other in number.
+/// Neighbours across faces, by cell: at most six. Where three cells have a face, those beside each other in
+/// number.
 std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& block) {
   std::array<uint32_t, most_faces> none;
   none.fill(no_cell);
@@ -72,8 +77,9 @@ std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& blo
   return neighbours;
 }
 
-/// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead of 8.1 bits a
-/// tetrahedron, 0.85 instead of 1.15 a hexahedron: tetrahedra go round an edge, hexahedra in layers); then the lower number.
+/// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead
+/// of 8.1 bits a tetrahedron, 0.85 instead of 1.15 a hexahedron: tetrahedra go round an edge, hexahedra in
+/// layers); then the lower number.
 struct Waiting {
   uint32_t faces;
   uint32_t reached;

@@ -7,14 +7,15 @@ namespace {
 
 using Faces = std::initializer_list<std::initializer_list<uint8_t>>;
 
-// Faces as in VTK's vtkHexahedron.h and its siblings: seen from outside, counter-clockwise. Opposite faces of the
-// hexahedron stand side by side, which the prediction of cell arrays relies on.
+// Faces as in VTK's vtkHexahedron.h and its siblings: seen from outside, counter-clockwise. Opposite faces of
+// the hexahedron stand side by side, which the prediction of cell arrays relies on.
 constexpr Faces no_faces = {};
 constexpr Faces line_faces = {{0}, {1}};
 constexpr Faces triangle_faces = {{0, 1}, {1, 2}, {2, 0}};
 constexpr Faces quad_faces = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
 constexpr Faces tetrahedron_faces = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}};
-constexpr Faces hexahedron_faces = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+constexpr Faces hexahedron_faces = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                                    {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 constexpr Faces wedge_faces = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}};
 constexpr Faces pyramid_faces = {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
 
@@ -55,7 +56,8 @@ constexpr CellShape outline(CellType type, unsigned dimension, unsigned corners,
       shape.faces_at[corner] = static_cast<uint8_t>(shape.faces_at[corner] | 1u << shape.faces);
     }
     join_around(shape, face);
-    if (face.size == 4) add_parallelograms(shape, {face.corner[0], face.corner[1], face.corner[2], face.corner[3]});
+    if (face.size == 4)
+      add_parallelograms(shape, {face.corner[0], face.corner[1], face.corner[2], face.corner[3]});
     ++shape.faces;
   }
   if (dimension == 2 && corners == 4) add_parallelograms(shape, {0, 1, 2, 3});
@@ -93,10 +95,10 @@ constexpr CellShape higher(CellShape shape, CellType type, Faces nodes) {
 
 constexpr Faces hexahedron_edges = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
                                     {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
-constexpr Faces hexahedron_middles = {{0, 1},       {1, 2},       {2, 3},       {3, 0},       {4, 5},
-                                      {5, 6},       {6, 7},       {7, 4},       {0, 4},       {1, 5},
-                                      {2, 6},       {3, 7},       {0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
-                                      {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}, {}};
+constexpr Faces hexahedron_middles = {
+    {0, 1},       {1, 2},       {2, 3},       {3, 0},       {4, 5}, {5, 6},       {6, 7},
+    {7, 4},       {0, 4},       {1, 5},       {2, 6},       {3, 7}, {0, 4, 7, 3}, {1, 2, 6, 5},
+    {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}, {}};
 constexpr Faces tetrahedron_edges = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 constexpr Faces wedge_edges = {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}};
 constexpr Faces pyramid_edges = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}};

@@ -12,8 +12,9 @@ inline constexpr unsigned most_faces = 6;
 /// Nodes of the largest cell of fixed size, the triquadratic hexahedron.
 inline constexpr unsigned most_nodes = 27;
 
-/// A face of a cell is where it meets another cell of its dimension: a polygon of a solid, an edge of a polygon, an
-/// end of a line. So faces of cells of different dimensions have different sizes, and never match.
+/// A face of a cell is where it meets another cell of its dimension: a polygon of a solid, an edge of a
+/// polygon, an end of a line. So faces of cells of different dimensions have different sizes, and never
+/// match.
 struct CellFace {
   uint8_t size = 0;
   std::array<uint8_t, 4> corner{};  ///< in a cycle
@@ -21,18 +22,21 @@ struct CellFace {
   std::array<uint8_t, 4> across{};
 };
 
-/// What a cell of one type looks like. Corners are numbered as VTK numbers those of the type with this outline, so
-/// a voxel has the corners of a hexahedron.
+/// What a cell of one type looks like. Corners are numbered as VTK numbers those of the type with this
+/// outline, so a voxel has the corners of a hexahedron.
 struct CellShape {
   CellType type = CellType::vertex;
   uint8_t dimension = 0;
   uint8_t corners = 0;
   uint8_t faces = 0;
-  uint8_t nodes = 0;  ///< corners and what comes behind them: nodes in the middle of edges, faces, and the cell
+  uint8_t nodes =
+      0;  ///< corners and what comes behind them: nodes in the middle of edges, faces, and the cell
   std::array<CellFace, most_faces> face{};
-  std::array<uint8_t, most_corners> faces_at{};      ///< by corner, a bit for each face
-  std::array<uint8_t, most_corners> neighbours{};    ///< by corner, a bit for each corner joined to it by an edge
-  /// By corner: three corners {a, b, d} of a quad face with it, d opposite, so that a + b - d is expected there.
+  std::array<uint8_t, most_corners> faces_at{};  ///< by corner, a bit for each face
+  std::array<uint8_t, most_corners>
+      neighbours{};  ///< by corner, a bit for each corner joined to it by an edge
+  /// By corner: three corners {a, b, d} of a quad face with it, d opposite, so that a + b - d is expected
+  /// there.
   struct Parallelogram {
     uint8_t a = 0, b = 0, opposite = 0;
   };
@@ -48,8 +52,8 @@ struct CellShape {
 inline constexpr unsigned shape_count = 18;
 extern const std::array<CellShape, shape_count> cell_shapes;
 
-/// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any length; word that
-/// a point is not used again, where no cell could say so.
+/// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any
+/// length; word that a point is not used again, where no cell could say so.
 inline constexpr unsigned isolated_point = shape_count;
 inline constexpr unsigned loose_cell = shape_count + 1;
 inline constexpr unsigned ended_point = shape_count + 2;

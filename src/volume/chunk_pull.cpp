@@ -12,8 +12,8 @@ namespace maille {
 
 Result<Bytes> ChunkPull::window(size_t size) {
   if (end_ - begin_ < size) {
-    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(begin_), buffer_.begin() + static_cast<ptrdiff_t>(end_),
-              buffer_.begin());
+    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
     end_ -= begin_;
     begin_ = 0;
     if (buffer_.size() < size) buffer_.resize(std::max<size_t>(size, size_t{64} << 10));

@@ -9,16 +9,16 @@
 
 namespace maille {
 
-/// Chunks of a file front to back, each verified before it is given out. At the end the digest of the footer is compared,
-/// so that nothing was lost on the way.
+/// Chunks of a file front to back, each verified before it is given out. At the end the digest of the footer
+/// is compared, so that nothing was lost on the way.
 class ChunkPull {
  public:
   explicit ChunkPull(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {}
 
   /// Reads the file's header; first. Error: corrupt, unsupported, cannot_read.
   Result<FileHeader> begin();
-  /// The next chunk, in `header` and `content` (valid until the next call). False: the file has ended, and whole. Error:
-  /// corrupt (cut off, damaged), cannot_read.
+  /// The next chunk, in `header` and `content` (valid until the next call). False: the file has ended, and
+  /// whole. Error: corrupt (cut off, damaged), cannot_read.
   Result<bool> next(ChunkHeader& header, Bytes& content);
   std::string name() const { return bytes_->name(); }
 

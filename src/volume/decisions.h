@@ -9,9 +9,9 @@
 
 namespace maille {
 
-/// Adaptive probability for decisions that are nearly always the same: 32 bits, of which 16 are used, moved by
-/// 1 / (n + 1.6) at the n-th visit, up to the 1000th. A run costs down to 2^-15 bit a decision; with the floor of the
-/// other models structured meshes would cost thirty times as much.
+/// Adaptive probability for decisions that are nearly always the same: 32 bits, of which 16 are used, moved
+/// by 1 / (n + 1.6) at the n-th visit, up to the 1000th. A run costs down to 2^-15 bit a decision; with the
+/// floor of the other models structured meshes would cost thirty times as much.
 class RunModel {
  public:
   template <class Coder>
@@ -47,8 +47,8 @@ struct Evidence {
   uint32_t valence = 0;  ///< how many cells meet here
 };
 
-/// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context decides
-/// alone; else the four are mixed.
+/// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context
+/// decides alone; else the four are mixed.
 template <unsigned Questions>
 class Decisions {
  public:
@@ -67,7 +67,8 @@ class Decisions {
       return bit;
     }
     const uint32_t place[4] = {base, hashed(base, evidence.recent + 0x10000),
-                               hashed(base, evidence.nearby + 0x20000), hashed(base, evidence.valence + 0x30000)};
+                               hashed(base, evidence.nearby + 0x20000),
+                               hashed(base, evidence.valence + 0x30000)};
     WideCell* cell[4];
     Mixer<4>::Inputs inputs{};
     unsigned met = 0;
@@ -96,7 +97,8 @@ class Decisions {
   Mixer<4> mixer_;
 };
 
-/// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with models.
+/// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with
+/// models.
 class DifferenceModel {
  public:
   template <class Coder>

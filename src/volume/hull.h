@@ -22,12 +22,13 @@ struct FaceRef {
   uint32_t face = 0;
 };
 
-/// What is in memory while cells stream through: points that will be used again, and the cells around them. There is
-/// no table of faces: neighbours have neighbouring slots, so the cells around a point are found faster than a hashed
-/// face, and most cells need no search at all (cell_coder.h).
+/// What is in memory while cells stream through: points that will be used again, and the cells around them.
+/// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
+/// faster than a hashed face, and most cells need no search at all (cell_coder.h).
 ///
-/// The cells around a point are a list through their corners: `head` of the point, then `next` of each corner. Nothing is
-/// ever taken out of a list: a point leaves memory with its whole list, and a cell when its last point does.
+/// The cells around a point are a list through their corners: `head` of the point, then `next` of each
+/// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
+/// its last point does.
 class Hull {
  public:
   struct Point {
@@ -85,9 +86,9 @@ class Hull {
     return slot;
   }
 
-  /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is not only
-  /// tidy: its slot will be another point's, and a face left open would seem to be at that one. The slot itself is free
-  /// only after free_points(), so that slots name points within a block of cells.
+  /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is
+  /// not only tidy: its slot will be another point's, and a face left open would seem to be at that one. The
+  /// slot itself is free only after free_points(), so that slots name points within a block of cells.
   void remove_point(uint32_t slot) {
     Point& point = points_[slot];
     for (uint32_t at = point.head; at != no_slot;) {
@@ -118,7 +119,8 @@ class Hull {
     return false;
   }
 
-  /// The open face of `size` corners that has all `count` points of `known`, of which the first is alive; the newest.
+  /// The open face of `size` corners that has all `count` points of `known`, of which the first is alive; the
+  /// newest.
   FaceRef find_face(unsigned size, const uint32_t* known, unsigned count) const {
     FaceRef found;
     around(known[0], [&](uint32_t slot, uint32_t corner) {

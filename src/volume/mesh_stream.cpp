@@ -9,11 +9,12 @@
 namespace maille {
 namespace {
 
-/// Fewer digits than a float has, if nearly all numbers of a sample are written with so few, and if that beats decimal
-/// fractions with the same number of places everywhere.
+/// Fewer digits than a float has, if nearly all numbers of a sample are written with so few, and if that
+/// beats decimal fractions with the same number of places everywhere.
 NumberMap with_digits(const Array& array, uint32_t component, const NumberMap& map) {
   const bool ordered = map.kind == NumberMap::Kind::ordered;
-  if (!is_float(array.type) || (!ordered && map.kind != NumberMap::Kind::decimal) || array.count() == 0) return map;
+  if (!is_float(array.type) || (!ordered && map.kind != NumberMap::Kind::decimal) || array.count() == 0)
+    return map;
   const uint64_t stride = array.count() / 20000 + 1;
   const int most = array.type == Scalar::f32 ? 6 : 15;
   for (int digits = 3; digits <= most; ++digits) {
@@ -50,7 +51,8 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
   } else {
     maps = MAILLE_TRY(choose_maps(array, tolerance, are_positions));
   }
-  for (uint32_t c = 0; maps.lossless && c < array.components; ++c) maps.maps[c] = with_digits(array, c, maps.maps[c]);
+  for (uint32_t c = 0; maps.lossless && c < array.components; ++c)
+    maps.maps[c] = with_digits(array, c, maps.maps[c]);
   list.maps.push_back(std::move(maps.maps));
   list.bounds.push_back(maps.lossless ? 0 : maps.bound);
   return {};

@@ -14,7 +14,8 @@ struct ArrayMapsList {
   std::vector<double> bounds;
 };
 
-/// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error: usage.
+/// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:
+/// usage.
 Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options);
 
 /// A writer with such maps, instead of those that can be told from the declarations alone.

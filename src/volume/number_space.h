@@ -11,9 +11,9 @@ inline int half_octaves_of(double value) {
   return static_cast<int>(bits >> 51 & 0xfff) - 2046;
 }
 
-/// Numbers written with a few significant digits, as most text files have them: counted from zero upwards. Where a float has
-/// seven digits and the file had six, this saves four bits a number; decimal fractions have too many digits for the large
-/// numbers. Of kind `ordered`, with the number of digits as exponent.
+/// Numbers written with a few significant digits, as most text files have them: counted from zero upwards.
+/// Where a float has seven digits and the file had six, this saves four bits a number; decimal fractions have
+/// too many digits for the large numbers. Of kind `ordered`, with the number of digits as exponent.
 class SignificantDigits {
  public:
   SignificantDigits() = default;
@@ -52,7 +52,8 @@ class SignificantDigits {
     return (exponent - digits_ + 1) * 6644 / 1000;
   }
   int exponent_of(double size) const {
-    int exponent = static_cast<int>((static_cast<int64_t>(bits_as<uint64_t>(size) >> 52) - 1023) * 1233 >> 12);
+    int exponent =
+        static_cast<int>((static_cast<int64_t>(bits_as<uint64_t>(size) >> 52) - 1023) * 1233 >> 12);
     if (exponent < least_exponent) exponent = least_exponent;
     if (scaled(size, -exponent) >= 10) ++exponent;
     if (scaled(size, -exponent) < 1) --exponent;
@@ -60,7 +61,8 @@ class SignificantDigits {
   }
 
  private:
-  // Powers up to 10^22 are doubles, so that a product or quotient with one is what a parser makes of the text.
+  // Powers up to 10^22 are doubles, so that a product or quotient with one is what a parser makes of the
+  // text.
   static constexpr int least_exponent = -6;
   static constexpr int most_exponent = 14;
   static constexpr double smallest = 1e-6;
@@ -71,8 +73,9 @@ class SignificantDigits {
     return power;
   }
   static double scaled(double value, int exponent) {
-    static constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                                        1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+    static constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                        1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
     return exponent < 0 ? value / powers[-exponent] : value * powers[exponent];
   }
 
@@ -80,8 +83,8 @@ class SignificantDigits {
   int64_t first_ = 1;
 };
 
-/// Where the numbers of one component lie, for prediction: floats that keep their bits at their value, all others at
-/// their code. Predictions are made in doubles there, residuals between codes.
+/// Where the numbers of one component lie, for prediction: floats that keep their bits at their value, all
+/// others at their code. Predictions are made in doubles there, residuals between codes.
 class NumberSpace {
  public:
   NumberSpace(Scalar type, const NumberMap& map)
@@ -115,12 +118,15 @@ class NumberSpace {
       constexpr double largest = 3.4028234663852886e38;
       if (type_ != Scalar::f32) return NumberMap::nearest_ordered(type_, place);
       if (!(place == place)) return 0;
-      return ordered_bits(static_cast<float>(place < -largest ? -largest : place > largest ? largest : place));
+      return ordered_bits(static_cast<float>(place < -largest  ? -largest
+                                             : place > largest ? largest
+                                                               : place));
     }
     if (digits_) return digits_.code_of(place);
     constexpr double most = 9.0e18;
     if (!(place == place)) return 0;
-    if (place > most || place < -most) return place < 0 ? -int64_t{9'000'000'000'000'000'000} : int64_t{9'000'000'000'000'000'000};
+    if (place > most || place < -most)
+      return place < 0 ? -int64_t{9'000'000'000'000'000'000} : int64_t{9'000'000'000'000'000'000};
     const auto whole = static_cast<int64_t>(place);
     const double rest = place - static_cast<double>(whole);
     return whole + (rest >= 0.5) - (rest < -0.5);

@@ -7,9 +7,10 @@
 
 namespace maille {
 
-/// Numbers of new points, in the order in which cells meet them. Most are the last number plus one, or follow from
-/// three numbers of the cell as in any strided numbering. Generators that number corners, middles of edges, of faces and
-/// of cells each with a counter of their own are met by `tracks`: the last number of each running counter.
+/// Numbers of new points, in the order in which cells meet them. Most are the last number plus one, or follow
+/// from three numbers of the cell as in any strided numbering. Generators that number corners, middles of
+/// edges, of faces and of cells each with a counter of their own are met by `tracks`: the last number of each
+/// running counter.
 class Numbering {
  public:
   static constexpr unsigned most_tracks = 8;
@@ -78,7 +79,8 @@ class Numbering {
       node = node * 2 + which_[node].code(coder, (nearest >> (2 - level) & 1) != 0);
     }
     nearest = node - 8;
-    number = track_[nearest] + static_cast<uint64_t>(jump_.code(coder, static_cast<int64_t>(number - track_[nearest])));
+    number = track_[nearest] +
+             static_cast<uint64_t>(jump_.code(coder, static_cast<int64_t>(number - track_[nearest])));
     if (tracks_ < most_tracks) ++tracks_;
     for (unsigned i = tracks_ - 1; i > 0; --i) track_[i] = track_[i - 1];
     track_[0] = number;

@@ -7,7 +7,8 @@ namespace {
 
 uint64_t hash_of(const Pattern& pattern) {
   uint64_t hash = hash_mix(pattern.kind, pattern.final);
-  for (unsigned i = 0; i < most_corners; ++i) hash = hash_mix(hash, pattern.source[i] * 256u + pattern.corner[i]);
+  for (unsigned i = 0; i < most_corners; ++i)
+    hash = hash_mix(hash, pattern.source[i] * 256u + pattern.corner[i]);
   for (unsigned i = 0; i < most_faces; ++i) hash = hash_mix(hash, pattern.glue[i] * 256u + pattern.other[i]);
   return hash;
 }

@@ -8,14 +8,16 @@
 
 namespace maille {
 
-/// Cells that a pattern refers to: the last one, and for each of its faces the cell that was coded right after its
-/// neighbour there. In a sweep, whatever joined one cell to its neighbour joins the next one to the next neighbour.
+/// Cells that a pattern refers to: the last one, and for each of its faces the cell that was coded right
+/// after its neighbour there. In a sweep, whatever joined one cell to its neighbour joins the next one to the
+/// next neighbour.
 inline constexpr unsigned source_count = 1 + most_faces;
 struct Sources {
   std::array<uint32_t, source_count> cell{};  ///< slots; no_slot: there is none, or it has left memory
 };
 
-/// How a cell is joined to what is in memory, in terms of its sources: a whole cell is "the same again, one step on".
+/// How a cell is joined to what is in memory, in terms of its sources: a whole cell is "the same again, one
+/// step on".
 struct Pattern {
   static constexpr uint8_t new_point = 255;
   static constexpr uint8_t by_search = 254;

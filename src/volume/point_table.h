@@ -10,8 +10,9 @@ namespace maille {
 
 inline constexpr uint32_t no_slot = 0xffffffff;
 
-/// Slots of the points that are alive, by their number. Numbers come in runs in nearly every mesh, so there is one
-/// entry for 32 of them, and each corner remembers the page it had last: a look-up is mostly one comparison.
+/// Slots of the points that are alive, by their number. Numbers come in runs in nearly every mesh, so there
+/// is one entry for 32 of them, and each corner remembers the page it had last: a look-up is mostly one
+/// comparison.
 class PointTable {
  public:
   PointTable() : table_(64, no_page) {}

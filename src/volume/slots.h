@@ -5,10 +5,11 @@
 
 namespace maille {
 
-/// Numbers for things that come and go: the smallest table that holds all that are there at once. Slots taken one
-/// after the other lie side by side, which is what keeps neighbours of a mesh near one another in memory: slots come
-/// in blocks of sixteen that are used again when they are empty; holes in blocks only when half of all slots are
-/// holes. Single slots used again in any order scatter the mesh, at half the speed (measured, after 100 layers).
+/// Numbers for things that come and go: the smallest table that holds all that are there at once. Slots taken
+/// one after the other lie side by side, which is what keeps neighbours of a mesh near one another in memory:
+/// slots come in blocks of sixteen that are used again when they are empty; holes in blocks only when half of
+/// all slots are holes. Single slots used again in any order scatter the mesh, at half the speed (measured,
+/// after 100 layers).
 class Slots {
  public:
   uint32_t take() {

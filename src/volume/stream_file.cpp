@@ -68,7 +68,6 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
 /// By block, the order in which its cells are written; none: as they are.
 using CellOrders = std::vector<std::vector<uint64_t>>;
 
-
 /// When each point is used last, counted in cells as written; none for points that no cell uses.
 std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
@@ -94,7 +93,8 @@ size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint6
     const CellBlock& block = mesh.blocks[b];
     for (uint64_t i = 0; i < block.size() && time < most_cells; ++i, ++time) {
       const uint64_t number = orders[b].empty() ? i : orders[b][i];
-      cell.kind = kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
+      cell.kind =
+          kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
       if (cell.kind == loose_cell) continue;
       const auto points = block.cell(number);
       cell.final = 0;
@@ -194,7 +194,8 @@ class MeshFeeder {
   std::vector<std::vector<std::byte>> arrays_;
 };
 
-ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound, uint64_t coded_bytes) {
+ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
+                      uint64_t coded_bytes) {
   ArrayReport report;
   report.name = array.name;
   report.domain = array.domain;
@@ -232,7 +233,8 @@ EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const Array
       report.arrays.push_back(report_of(array, {}, 0, 0));
       continue;
     }
-    report.arrays.push_back(report_of(array, maps.maps[next + 1], maps.bounds[next + 1], stream.array_bytes[next]));
+    report.arrays.push_back(
+        report_of(array, maps.maps[next + 1], maps.bounds[next + 1], stream.array_bytes[next]));
     report.other_bytes -= stream.array_bytes[next++];
   }
   return report;
@@ -253,15 +255,15 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
 
 namespace {
 
-/// Puts pieces together again. Points come in the order of their first use, and go to the places of their numbers in the
-/// end: nothing is reserved for a number that a file claims.
+/// Puts pieces together again. Points come in the order of their first use, and go to the places of their
+/// numbers in the end: nothing is reserved for a number that a file claims.
 class MeshCollector {
  public:
   MeshCollector(const StreamDescription& description, const DecodeOptions& options) : options_(options) {
     mesh_.points = make(description.positions);
     for (const StreamArray& array : description.arrays) {
-      const bool wanted = !options.arrays || std::find(options.arrays->begin(), options.arrays->end(), array.name) !=
-                                                 options.arrays->end();
+      const bool wanted = !options.arrays || std::find(options.arrays->begin(), options.arrays->end(),
+                                                       array.name) != options.arrays->end();
       wanted_.push_back(wanted);
       arrays_.push_back(make(array));
     }
@@ -272,7 +274,8 @@ class MeshCollector {
   Result<> add(const StreamPiece& piece, const std::string& name) {
     size_t next_block = 0;
     for (size_t i = 0; i <= piece.cell_count(); ++i) {
-      while (next_block < piece.blocks.size() && piece.blocks[next_block].first_cell <= piece.first_cell + i) {
+      while (next_block < piece.blocks.size() &&
+             piece.blocks[next_block].first_cell <= piece.first_cell + i) {
         begin_block(piece.blocks[next_block++]);
       }
       if (i == piece.cell_count()) break;
@@ -289,7 +292,8 @@ class MeshCollector {
     }
     if (size_ > options_.limits.mesh_bytes) {
       return failure(ErrorCode::memory_bound, name + ": the mesh takes more than the " +
-                                                  std::to_string(options_.limits.mesh_bytes >> 20) + " MiB allowed");
+                                                  std::to_string(options_.limits.mesh_bytes >> 20) +
+                                                  " MiB allowed");
     }
     return {};
   }
@@ -308,7 +312,8 @@ class MeshCollector {
 
  private:
   static Array make(const StreamArray& described) {
-    Array array = make_array(described.name, described.domain, described.type, described.components, described.role);
+    Array array =
+        make_array(described.name, described.domain, described.type, described.components, described.role);
     array.labels = described.labels;
     return array;
   }
@@ -326,7 +331,8 @@ class MeshCollector {
     if (nodes_of(block.type) == 0 && block.offsets.empty()) block.offsets.push_back(0);
     for (uint64_t k = piece.offsets[i]; k < piece.offsets[i + 1]; ++k) {
       if (piece.connectivity[k] > max_points) {
-        return failure(ErrorCode::memory_bound, name + ": more points than a mesh in memory can have; read it in pieces");
+        return failure(ErrorCode::memory_bound,
+                       name + ": more points than a mesh in memory can have; read it in pieces");
       }
       block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
     }
@@ -341,7 +347,8 @@ class MeshCollector {
     bool in_order = true;
     for (size_t i = 0; i < numbers_.size(); ++i) {
       if (numbers_[i] >= seen.size() || seen[numbers_[i]]) {
-        return failure(ErrorCode::corrupt, name + ": the numbers of points have gaps or repeat; read it in pieces");
+        return failure(ErrorCode::corrupt,
+                       name + ": the numbers of points have gaps or repeat; read it in pieces");
       }
       seen[numbers_[i]] = true;
       in_order = in_order && numbers_[i] == i;
@@ -373,8 +380,8 @@ class MeshCollector {
 }  // namespace
 
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
-  StreamReader reader =
-      MAILLE_TRY(StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+  StreamReader reader = MAILLE_TRY(
+      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
   MeshCollector collector(reader.description(), options);
   StreamPiece piece;
   while (MAILLE_TRY(reader.next(piece))) {

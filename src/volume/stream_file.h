@@ -6,7 +6,8 @@
 
 namespace maille {
 
-// encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and StreamReader.
+// encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
+// StreamReader.
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);

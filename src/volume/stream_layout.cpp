@@ -131,7 +131,9 @@ void visit_header(Visitor& v, Header& header) {
   size_t i = 0;
   v.list(header.maps, [&](auto& maps) {
     const bool known = i <= description.arrays.size();
-    const Scalar type = !known ? Scalar::u8 : i == 0 ? description.positions.type : description.arrays[i - 1].type;
+    const Scalar type = !known   ? Scalar::u8
+                        : i == 0 ? description.positions.type
+                                 : description.arrays[i - 1].type;
     v.list(maps, [&](auto& map) { v.map(map, type); });
     ++i;
   });
@@ -168,7 +170,8 @@ void visit_tail(Visitor& v, Tail& tail) {
 
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
-  bool sensible = description.positions.components == 3 && header.maps.size() == description.arrays.size() + 1 &&
+  bool sensible = description.positions.components == 3 &&
+                  header.maps.size() == description.arrays.size() + 1 &&
                   header.bounds.size() == header.maps.size() && header.maps[0].size() == 3;
   for (size_t i = 0; sensible && i < description.arrays.size(); ++i) {
     const StreamArray& array = description.arrays[i];
@@ -195,8 +198,9 @@ Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
   Writer writer;
   visit_header(writer, header);
   if (writer.out().size() > most_plain_bytes) {
-    return failure(ErrorCode::unsupported, "names, labels, metadata and arrays of the mesh take more than the 16 MiB "
-                                           "a file holds");
+    return failure(ErrorCode::unsupported,
+                   "names, labels, metadata and arrays of the mesh take more than the 16 MiB "
+                   "a file holds");
   }
   ByteWriter out;
   out.put_count(writer.out().size());
@@ -232,7 +236,8 @@ Result<BatchHeader> read_batch_header(ByteReader& in) {
   visit_batch(reader, header);
   bool sensible = in.ok() && reader.ok() && reader.at_end() && header.cell_bytes <= in.remaining();
   for (const BlockStart& block : header.blocks) {
-    sensible = sensible && block.records_before <= header.records && std::string_view(name_of(block.type)) != "unknown";
+    sensible = sensible && block.records_before <= header.records &&
+               std::string_view(name_of(block.type)) != "unknown";
   }
   if (!sensible) return failure(ErrorCode::corrupt, "the front of a batch of cells is damaged");
   return header;
@@ -248,7 +253,8 @@ Result<StreamTail> decode_tail(Bytes bytes) {
   StreamTail tail;
   Reader reader(bytes);
   visit_tail(reader, tail);
-  if (!reader.ok() || !reader.at_end()) return failure(ErrorCode::corrupt, "the end of the stream is damaged");
+  if (!reader.ok() || !reader.at_end())
+    return failure(ErrorCode::corrupt, "the end of the stream is damaged");
   return tail;
 }
 

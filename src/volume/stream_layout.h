@@ -9,7 +9,8 @@
 
 namespace maille {
 
-// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode stream".
+// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
+// stream".
 
 /// DESC: what is known before the first cell.
 struct StreamHeader {
@@ -41,7 +42,8 @@ struct BatchHeader {
   uint64_t cell_bytes = 0;  ///< of the first coder; the rest is the second one's
   std::vector<BlockStart> blocks;
 };
-/// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as many.
+/// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
+/// many.
 inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
 void write_batch_header(ByteWriter& out, const BatchHeader& header);
 /// Error: corrupt.

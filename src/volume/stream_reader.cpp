@@ -31,7 +31,9 @@ void clear(StreamPiece& piece) {
 class StreamReader::Implementation {
  public:
   Implementation(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options)
-      : pull_(std::move(bytes)), options_(options), executor_(options.executor ? *options.executor : serial_executor()) {}
+      : pull_(std::move(bytes)),
+        options_(options),
+        executor_(options.executor ? *options.executor : serial_executor()) {}
 
   Result<> open();
   const StreamDescription& description() const { return header_.description; }
@@ -62,10 +64,10 @@ class StreamReader::Implementation {
   std::vector<std::vector<std::byte>> value_streams_;
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
-  unsigned ready_ = 0;       ///< the block whose cells are decoded
+  unsigned ready_ = 0;  ///< the block whose cells are decoded
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
-  size_t starts_used_ = 0;   ///< of the batch's blocks of cells
+  size_t starts_used_ = 0;  ///< of the batch's blocks of cells
   CellType block_type_ = CellType::mixed;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
@@ -76,7 +78,8 @@ class StreamReader::Implementation {
 Result<> StreamReader::Implementation::open() {
   const FileHeader file = MAILLE_TRY(pull_.begin());
   if (file.mode != Mode::stream) {
-    return failure(ErrorCode::unsupported, pull_.name() + ": a file of another mode than \"stream\"; decode() reads it");
+    return failure(ErrorCode::unsupported,
+                   pull_.name() + ": a file of another mode than \"stream\"; decode() reads it");
   }
   ChunkHeader header;
   Bytes content;
@@ -103,7 +106,8 @@ Result<bool> StreamReader::Implementation::next_chunk(ChunkHeader& header, Bytes
 }
 
 /// A stream of several chunks: its parts stand one behind the other.
-Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(const ChunkHeader& first, Bytes content) {
+Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(const ChunkHeader& first,
+                                                                            Bytes content) {
   std::vector<std::byte> bytes(content.begin(), content.end());
   ChunkHeader part = first;
   for (uint32_t number = 0;; ++number) {
@@ -154,7 +158,8 @@ Result<> StreamReader::Implementation::read_values() {
       Bytes content;
       const ChunkType wanted = s == 0 ? ChunkType{'P', 'O', 'S', 'I'} : ChunkType{'A', 'R', 'R', 'Y'};
       const bool there = MAILLE_TRY(next_chunk(header, content));
-      if (!there || header.type != wanted || header.patch != batches_ || header.number != (s == 0 ? 0 : s - 1)) {
+      if (!there || header.type != wanted || header.patch != batches_ ||
+          header.number != (s == 0 ? 0 : s - 1)) {
         return damaged("numbers are missing");
       }
       value_streams_[s] = MAILLE_TRY(rest_of_stream(header, content));
@@ -177,7 +182,8 @@ Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
 
 void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
   const uint64_t before = batch_.records - records_left_;
-  for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before; ++starts_used_) {
+  for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before;
+       ++starts_used_) {
     const BlockStart& start = batch_.blocks[starts_used_];
     piece.blocks.push_back({cells_seen_, start.name, start.type});
     block_type_ = start.type;
@@ -216,7 +222,8 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   piece.offsets.push_back(piece.connectivity.size());
   ++cells_seen_;
   if (piece.connectivity.size() * 16 > options_.limits.mesh_bytes) {
-    return failure(ErrorCode::memory_bound, pull_.name() + ": some thousand cells take more memory than allowed");
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand cells take more memory than allowed");
   }
   return {};
 }
@@ -230,7 +237,8 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   for (uint64_t i = 0; i < count; ++i) {
     begin_blocks(block.piece);
     const size_t cells = block.cells.size();
-    if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() || numbers_->exhausted()) {
+    if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
+        numbers_->exhausted()) {
       return damaged("the cells are damaged");
     }
     if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
@@ -264,9 +272,11 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   std::vector<std::byte*> out(stages_.size());
   for (size_t s = 0; s < stages_.size(); ++s) {
     const bool of_points = stages_[s].domain() == Domain::point;
-    const size_t size = (of_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+    const size_t size =
+        (of_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
     if (size > options_.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound, pull_.name() + ": some thousand tuples take more memory than allowed");
+      return failure(ErrorCode::memory_bound,
+                     pull_.name() + ": some thousand tuples take more memory than allowed");
     }
     if (s == 0) {
       block.piece.positions.assign(size, std::byte{});
@@ -296,7 +306,8 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   return true;
 }
 
-StreamReader::StreamReader(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+StreamReader::StreamReader(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 StreamReader::StreamReader(StreamReader&&) noexcept = default;
 StreamReader::~StreamReader() = default;
 

@@ -77,7 +77,8 @@ void expect_column(const std::vector<std::byte>& bytes, uint64_t cells) {
     if (!*more) break;
     for (size_t i = 0; i < piece.cell_count(); ++i, ++seen) {
       const std::vector<uint64_t> wanted = Column::cell(seen);
-      ASSERT_TRUE(std::equal(wanted.begin(), wanted.end(), piece.connectivity.begin() + static_cast<ptrdiff_t>(8 * i)));
+      ASSERT_TRUE(std::equal(wanted.begin(), wanted.end(),
+                             piece.connectivity.begin() + static_cast<ptrdiff_t>(8 * i)));
     }
     points += piece.points.size();
     ASSERT_LT(piece.slot_count, 60000u);

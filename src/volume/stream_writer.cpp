@@ -90,23 +90,27 @@ Result<std::vector<NumberMap>> maps_of(const StreamArray& array, double diagonal
   using Kind = Tolerance::Kind;
   const Tolerance& tolerance = array.tolerance;
   bound = 0;
-  const NumberMap exact = {.kind = is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
+  const NumberMap exact = {.kind =
+                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
   if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
   if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
     return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
   }
   if (tolerance.kind != Kind::absolute && !array.range) {
-    return failure(ErrorCode::usage, "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
+    return failure(ErrorCode::usage,
+                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
   }
   double step = 2 * tolerance.value;
   const double width = array.range ? array.range->second - array.range->first : 0;
   if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
-  if (tolerance.kind == Kind::bits) step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
+  if (tolerance.kind == Kind::bits)
+    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
   if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
   bound = step / 2;
   const double origin = array.range ? array.range->first : 0;
   // Rounding to the type takes a little of the bound.
-  const NumberMap lattice = {.kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
+  const NumberMap lattice = {
+      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
   return std::vector<NumberMap>(array.components, lattice);
 }
 
@@ -127,7 +131,8 @@ class StreamWriter::Implementation {
         coder_(header_.mixed, !options_.any_order),
         waiting_(stride_of(options_)) {
     stages_.emplace_back(header_.positions(), Domain::point);
-    for (size_t i = 0; i < options_.arrays.size(); ++i) stages_.emplace_back(header_.array(i), options_.arrays[i].domain);
+    for (size_t i = 0; i < options_.arrays.size(); ++i)
+      stages_.emplace_back(header_.array(i), options_.arrays[i].domain);
     for (auto& stage : stages_) stage.begin_batch(RansEncoder(stage.lanes()));
     for (const StreamArray& array : options_.arrays) {
       if (array.domain == Domain::cell) intake_.cell_arrays.emplace_back();
@@ -149,7 +154,8 @@ class StreamWriter::Implementation {
  private:
   static size_t stride_of(const StreamOptions& options) {
     size_t stride = options.positions.tuple_size();
-    for (const StreamArray& array : options.arrays) stride += array.domain == Domain::point ? array.tuple_size() : 0;
+    for (const StreamArray& array : options.arrays)
+      stride += array.domain == Domain::point ? array.tuple_size() : 0;
     return stride;
   }
   friend class StreamWriter;
@@ -158,7 +164,8 @@ class StreamWriter::Implementation {
   unsigned kind_in_block(CellType type, size_t nodes) const;
   Result<> check_cells(CellType type, size_t count, size_t nodes, std::span<const uint8_t> last_use,
                        std::span<const Bytes> arrays) const;
-  void add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers, std::span<const uint8_t> last_use);
+  void add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                  std::span<const uint8_t> last_use);
   void resolve_ends(std::vector<uint64_t>& late);
   Result<> run_records();
   Result<> run_block();
@@ -180,7 +187,7 @@ class StreamWriter::Implementation {
   std::vector<std::byte> point_buffer_;
   Intake intake_;
   std::array<Block, 2> blocks_;
-  unsigned current_ = 0;      ///< the block whose cells come next; the other one may wait for its values
+  unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values
   bool values_wait_ = false;
   BatchHeader batch_;
   StreamedCell cell_;
@@ -213,7 +220,8 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
     fit = fit && next < arrays.size() && add_part(arrays[next], array);
     ++next;
   }
-  if (!fit || next != arrays.size()) return failure(ErrorCode::usage, "values of points do not have the size declared");
+  if (!fit || next != arrays.size())
+    return failure(ErrorCode::usage, "values of points do not have the size declared");
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t number = number_at(i);
     if (number == ~uint64_t{0} || waiting_.has(number)) {
@@ -226,7 +234,8 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
 }
 
 Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
-  if (std::string_view(name_of(type)) == "unknown") return failure(ErrorCode::usage, "a block of an unknown cell type");
+  if (std::string_view(name_of(type)) == "unknown")
+    return failure(ErrorCode::usage, "a block of an unknown cell type");
   intake_.blocks.push_back({records_taken_ + intake_.records.size(), name, type});
   tail_.blocks.push_back({std::move(name), type, 0});
   return {};
@@ -271,12 +280,13 @@ void StreamWriter::Implementation::add_record(unsigned kind, CellType type, std:
 }
 
 Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const uint64_t> connectivity,
-                                                 std::span<const uint8_t> last_use, std::span<const Bytes> arrays,
-                                                 size_t nodes) {
+                                                 std::span<const uint8_t> last_use,
+                                                 std::span<const Bytes> arrays, size_t nodes) {
   if (tail_.blocks.empty()) MAILLE_CHECK(begin_block("", CellType::mixed));
   if (nodes == 0) nodes = nodes_of(type);
   if (nodes == 0 ? !connectivity.empty() : connectivity.size() % nodes != 0) {
-    return failure(ErrorCode::malformed_input, "the number of nodes of a " + std::string(name_of(type)) + " is not clear");
+    return failure(ErrorCode::malformed_input,
+                   "the number of nodes of a " + std::string(name_of(type)) + " is not clear");
   }
   // A cell without any node is one cell.
   const size_t count = nodes == 0 ? 1 : connectivity.size() / nodes;
@@ -420,7 +430,8 @@ Result<> StreamWriter::Implementation::run_records() {
   current_ = 1 - current_;
   size_t bytes = cells_.size() + numbers_.size();
   for (auto& stage : stages_) bytes += stage.coder().size();
-  if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch) return end_batch();
+  if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch)
+    return end_batch();
   return {};
 }
 
@@ -448,7 +459,8 @@ Result<> StreamWriter::Implementation::end_batch() {
     const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
     (s == 0 ? report_.position_bytes : report_.array_bytes[s - 1]) += bytes.size();
     if (tuples == 0) continue;
-    const StreamKey key = s == 0 ? StreamKey{"POSI", patch, 0} : StreamKey{"ARRY", patch, static_cast<uint32_t>(s - 1)};
+    const StreamKey key =
+        s == 0 ? StreamKey{"POSI", patch, 0} : StreamKey{"ARRY", patch, static_cast<uint32_t>(s - 1)};
     MAILLE_CHECK(file_.write_stream(key, bytes));
   }
   batch_ = {};
@@ -486,15 +498,18 @@ Result<StreamReport> StreamWriter::Implementation::finish() {
   return report_;
 }
 
-StreamWriter::StreamWriter(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+StreamWriter::StreamWriter(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 StreamWriter::StreamWriter(StreamWriter&&) noexcept = default;
 StreamWriter::~StreamWriter() = default;
 
 namespace {
 
 Result<> check_options(const StreamOptions& options) {
-  if (options.positions.components != 3) return failure(ErrorCode::usage, "positions must have three components");
-  if (options.effort < 1 || options.effort > 9) return failure(ErrorCode::usage, "the effort must be from 1 to 9");
+  if (options.positions.components != 3)
+    return failure(ErrorCode::usage, "positions must have three components");
+  if (options.effort < 1 || options.effort > 9)
+    return failure(ErrorCode::usage, "the effort must be from 1 to 9");
   for (const StreamArray& array : options.arrays) {
     if (array.components == 0 || array.components > 0xffff) {
       return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
@@ -517,7 +532,8 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
   const double diagonal = width_of(options.positions) * 1.7320508075688772;
   maps.maps.push_back(MAILLE_TRY(maps_of(options.positions, diagonal, maps.bounds[0])));
   for (size_t i = 0; i < options.arrays.size(); ++i) {
-    maps.maps.push_back(MAILLE_TRY(maps_of(options.arrays[i], width_of(options.arrays[i]), maps.bounds[i + 1])));
+    maps.maps.push_back(
+        MAILLE_TRY(maps_of(options.arrays[i], width_of(options.arrays[i]), maps.bounds[i + 1])));
   }
   return begin(sink, std::move(options), maps);
 }
@@ -535,8 +551,8 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   header.maps = maps.maps;
   header.bounds = maps.bounds;
   const std::vector<std::byte> description = MAILLE_TRY(encode_header(header));
-  FileWriter file =
-      MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
+  FileWriter file = MAILLE_TRY(
+      FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
   MAILLE_CHECK(file.write_stream({"DESC", 0, 0}, description));
   return StreamWriter(
       std::make_unique<Implementation>(sink, std::move(options), std::move(header), std::move(file)));
@@ -547,15 +563,17 @@ Result<> StreamWriter::add_points(uint64_t first, Bytes positions, std::span<con
   return implementation_->add_points(
       positions.size() / size, [first](uint64_t i) { return first + i; }, positions, arrays);
 }
-Result<> StreamWriter::add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays) {
+Result<> StreamWriter::add_points(std::span<const uint64_t> numbers, Bytes positions,
+                                  std::span<const Bytes> arrays) {
   return implementation_->add_points(
       numbers.size(), [numbers](uint64_t i) { return numbers[i]; }, positions, arrays);
 }
 Result<> StreamWriter::begin_block(std::string name, CellType type) {
   return implementation_->begin_block(std::move(name), type);
 }
-Result<> StreamWriter::add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t> last_use,
-                                 std::span<const Bytes> arrays, size_t nodes) {
+Result<> StreamWriter::add_cells(CellType type, std::span<const uint64_t> connectivity,
+                                 std::span<const uint8_t> last_use, std::span<const Bytes> arrays,
+                                 size_t nodes) {
   return implementation_->add_cells(type, connectivity, last_use, arrays, nodes);
 }
 Result<> StreamWriter::end_points(std::span<const uint64_t> numbers) {

@@ -44,8 +44,9 @@ inline Mesh grid(unsigned nx, unsigned ny, unsigned nz) {
     for (unsigned y = 0; y < ny; ++y) {
       for (unsigned x = 0; x < nx; ++x) {
         for (const unsigned top : {0u, 1u}) {
-          block.connectivity.insert(block.connectivity.end(), {id(x, y, z + top), id(x + 1, y, z + top),
-                                                               id(x + 1, y + 1, z + top), id(x, y + 1, z + top)});
+          block.connectivity.insert(
+              block.connectivity.end(),
+              {id(x, y, z + top), id(x + 1, y, z + top), id(x + 1, y + 1, z + top), id(x, y + 1, z + top)});
         }
       }
     }
@@ -54,8 +55,8 @@ inline Mesh grid(unsigned nx, unsigned ny, unsigned nz) {
   return mesh;
 }
 
-/// Any cells over any points: corners repeat, faces are used three times, cells are mirrored and doubled, points are left
-/// over.
+/// Any cells over any points: corners repeat, faces are used three times, cells are mirrored and doubled,
+/// points are left over.
 inline Mesh soup(unsigned seed, unsigned cells, unsigned points) {
   std::mt19937 random(seed);
   const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
@@ -66,7 +67,8 @@ inline Mesh soup(unsigned seed, unsigned cells, unsigned points) {
   CellBlock block;
   block.type = CellType::mixed;
   block.offsets.push_back(0);
-  const CellType loose[] = {CellType::polygon, CellType::poly_line, CellType::pentagonal_prism, CellType::polyhedron};
+  const CellType loose[] = {CellType::polygon, CellType::poly_line, CellType::pentagonal_prism,
+                            CellType::polyhedron};
   for (unsigned i = 0; i < cells; ++i) {
     const unsigned kind = below(shape_count + 4);
     const CellType type = kind < shape_count ? cell_shapes[kind].type : loose[kind - shape_count];
@@ -90,8 +92,8 @@ inline void add_arrays(Mesh& mesh, unsigned seed) {
   std::mt19937 random(seed);
   for (unsigned type = 0; type < scalar_count; ++type) {
     for (const Domain domain : {Domain::point, Domain::cell}) {
-      Array array = make_array(std::string(name_of(domain)) + "_" + name_of(static_cast<Scalar>(type)), domain,
-                               static_cast<Scalar>(type), 1 + type % 4);
+      Array array = make_array(std::string(name_of(domain)) + "_" + name_of(static_cast<Scalar>(type)),
+                               domain, static_cast<Scalar>(type), 1 + type % 4);
       array.resize(mesh.count_of(domain));
       for (std::byte& byte : array.bytes) byte = static_cast<std::byte>(random());
       mesh.arrays.push_back(std::move(array));

@@ -13,6 +13,11 @@ int32_t miss_of(double difference) {
   return std::max(half_octaves_of(difference), -400) * 16;
 }
 
+uint64_t magnitude(int64_t residual) {
+  const auto bits = static_cast<uint64_t>(residual);
+  return residual < 0 ? -bits : bits;
+}
+
 }  // namespace
 
 template <class Coder, unsigned Bits>
@@ -32,17 +37,13 @@ TupleCoder<Coder, Bits>::TupleCoder(const StreamedArray& array)
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple) {
+void TupleCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                   std::byte* tuple) {
   const size_t needed = (size_t{slot} + 1) * components_;
   if (needed > values_.size()) values_.resize((size_t{slot} + 16) * components_);
   const size_t size = size_of(array_.type);
-  for (unsigned c = 0; c < components_; ++c) code_number(coder, stencil, c, slot, tuple + c * size);
-}
-
-template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::value_at(uint32_t slot, std::byte* tuple) const {
-  for (unsigned c = 0; c < components_; ++c) {
-    spaces_[c].store_number(values_[size_t{slot} * components_ + c].code, tuple + c * size_of(array_.type));
+  for (unsigned c = 0; c < components_; c += group_size) {
+    code_group(coder, stencil, c, std::min(group_size, components_ - c), slot, tuple + c * size);
   }
 }
 
@@ -50,6 +51,20 @@ template <class Coder, unsigned Bits>
 typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(const PointStencil& stencil,
                                                                               unsigned c) {
   Expectation result;
+  if (stencil.is_full()) {
+    double base = 0;
+    for (unsigned k = 0; k < 7; ++k) {
+      const Value& other = value(stencil.others[k], c);
+      base += k >= 3 && k < 6 ? -other.place : other.place;
+      result.twists[k] = other.twist;
+    }
+    result.twists[7] = 0;
+    const auto& fit = fits_[c * most_corners + stencil.situation];
+    result.candidate[0] = result.base = base;
+    result.candidate[1] = base + static_cast<double>(fit.predict(result.twists));
+    result.count = 2;
+    return result;
+  }
   for (unsigned i = 0; i < stencil.sums; ++i) {
     const PointSum& sum = stencil.sum[i];
     double place = 0;
@@ -57,12 +72,7 @@ typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(co
     result.candidate[result.count++] = place;
   }
   result.base = result.count > 0 ? result.candidate[0] : last_[c];
-  if (stencil.is_full()) {
-    for (unsigned k = 0; k < 7; ++k) result.twists[k] = value(stencil.others[k], c).twist;
-    result.twists[7] = 0;
-    const auto& fit = fits_[c * most_corners + stencil.situation];
-    result.candidate[result.count++] = result.base + static_cast<double>(fit.predict(result.twists));
-  } else if (stencil.sums == 0) {
+  if (stencil.sums == 0) {
     result.candidate[result.count++] = last_[c];
   }
   return result;
@@ -79,8 +89,7 @@ unsigned TupleCoder<Coder, Bits>::choose(const Expectation& expectation, const R
 
 /// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit.
 template <class Coder, unsigned Bits>
-ResidualContext TupleCoder<Coder, Bits>::context_of(const PointStencil& stencil, unsigned c, double place,
-                                                    unsigned choice) {
+ResidualContext TupleCoder<Coder, Bits>::context_of(const PointStencil& stencil, unsigned c, double place) {
   int sum = 0, least = 1 << 20, most = -(1 << 20);
   for (unsigned i = 0; i < stencil.near_count; ++i) {
     const int size = value(stencil.near[i], c).size;
@@ -93,10 +102,12 @@ ResidualContext TupleCoder<Coder, Bits>::context_of(const PointStencil& stencil,
   const int expected = std::clamp(mean - spaces_[c].unit_at(place), 0, 2 * static_cast<int>(Bits) - 1);
   const unsigned spread = count < 2 ? 0 : most - least < 3 ? 0 : most - least < 8 ? 1 : 2;
   unsigned group = 3;
-  if (stencil.is_full()) group = 0;
-  else if (stencil.situation >= PointStencil::partial + 4 && stencil.situation < PointStencil::between) group = 1;
-  else if (stencil.situation < PointStencil::alone) group = 2;
-  static_cast<void>(choice);
+  if (stencil.is_full())
+    group = 0;
+  else if (stencil.situation >= PointStencil::partial + 4 && stencil.situation < PointStencil::between)
+    group = 1;
+  else if (stencil.situation < PointStencil::alone)
+    group = 2;
   return {static_cast<unsigned>(expected), group * 3 + spread};
 }
 
@@ -107,7 +118,8 @@ bool TupleCoder<Coder, Bits>::keeps(unsigned c, const std::byte* number) const {
   if constexpr (Bits == 32) code = static_cast<int32_t>(code);
   spaces_[c].store_number(code, back.data());
   if (array_.bound == 0) return std::equal(number, number + size_of(array_.type), back.data());
-  const double difference = number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
+  const double difference =
+      number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
   return difference <= array_.bound && -difference <= array_.bound;
 }
 
@@ -121,50 +133,79 @@ bool TupleCoder<Coder, Bits>::code_exception(Coder& coder, unsigned c, const std
 }
 
 template <class Coder, unsigned Bits>
-int64_t TupleCoder<Coder, Bits>::code_residual(Coder& coder, int64_t residual, unsigned c,
-                                               const ResidualContext& context) {
-  const unsigned model = c < 3 ? c : 2, lane = c % 3;
-  const uint64_t size = residual < 0 ? -static_cast<uint64_t>(residual) : static_cast<uint64_t>(residual);
-  const unsigned length = residuals_.code_length(coder, bit_length(size), model, context, lane);
-  return residuals_.code_value(coder, residual, length, model, lane);
+void TupleCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
+  const size_t size = size_of(array_.type);
+  uint64_t bits = 0;
+  if constexpr (encoding) std::memcpy(&bits, bytes, size);
+  const uint64_t low =
+      coder.code_raw(static_cast<uint32_t>(bits), static_cast<unsigned>(std::min<size_t>(size, 4) * 8));
+  const uint64_t high = size == 8 ? coder.code_raw(static_cast<uint32_t>(bits >> 32), 32) : 0;
+  bits = high << 32 | low;
+  if constexpr (!encoding) std::memcpy(bytes, &bits, size);
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil& stencil, unsigned c, uint32_t slot,
-                                          std::byte* number) {
-  const Expectation expectation = expect(stencil, c);
-  Record& record = records_[c * size_t{PointStencil::situations} + stencil.situation];
-  const double expected = expectation.candidate[choose(expectation, record)];
+void TupleCoder<Coder, Bits>::prepare(Coder& coder, const PointStencil& stencil, unsigned c,
+                                      const std::byte* bytes, Number& number) {
+  number.expectation = expect(stencil, c);
+  number.record = &records_[c * size_t{PointStencil::situations} + stencil.situation];
+  number.expected = number.expectation.candidate[choose(number.expectation, *number.record)];
+  number.exception = code_exception(coder, c, bytes);
+  number.context = context_of(stencil, c, number.expected);
+  number.guess = spaces_[c].code_near(number.expected);
+  if constexpr (encoding) {
+    const int64_t code = number.exception ? 0 : spaces_[c].code_of(bytes);
+    number.residual = static_cast<int64_t>(static_cast<uint64_t>(code) - static_cast<uint64_t>(number.guess));
+    if constexpr (Bits == 32) number.residual = static_cast<int32_t>(number.residual);
+  }
+}
+
+template <class Coder, unsigned Bits>
+void TupleCoder<Coder, Bits>::code_group(Coder& coder, const PointStencil& stencil, unsigned first,
+                                         unsigned count, uint32_t slot, std::byte* numbers) {
+  const size_t size = size_of(array_.type);
+  std::array<Number, group_size> group;
+  for (unsigned k = 0; k < count; ++k) prepare(coder, stencil, first + k, numbers + k * size, group[k]);
+  // Models are for three components; further ones share those of the last.
+  const auto model = [&](unsigned k) { return std::min(first + k, 2u); };
+  for (unsigned k = 0; k < count; ++k) {
+    Number& number = group[k];
+    if (number.exception) continue;
+    const unsigned length = encoding ? bit_length(magnitude(number.residual)) : 0;
+    number.length = residuals_.code_length(coder, length, model(k), number.context, k);
+  }
+  for (unsigned k = 0; k < count; ++k) {
+    Number& number = group[k];
+    if (number.exception) {
+      code_bits(coder, numbers + k * size);
+    } else {
+      number.residual =
+          residuals_.code_value(coder, encoding ? number.residual : 0, number.length, model(k), k);
+    }
+  }
+  for (unsigned k = 0; k < count; ++k) finish(stencil, first + k, slot, numbers + k * size, group[k]);
+}
+
+template <class Coder, unsigned Bits>
+void TupleCoder<Coder, Bits>::finish(const PointStencil& stencil, unsigned c, uint32_t slot, std::byte* bytes,
+                                     Number& number) {
   Value& value_here = value(slot, c);
-  if (code_exception(coder, c, number)) {
-    const size_t size = size_of(array_.type);
-    uint64_t bits = 0;
-    if constexpr (encoding) std::memcpy(&bits, number, size);
-    bits = coder.code_raw(static_cast<uint32_t>(bits), static_cast<unsigned>(std::min<size_t>(size, 4) * 8)) |
-           (size == 8 ? uint64_t{coder.code_raw(static_cast<uint32_t>(bits >> 32), 32)} << 32 : 0);
-    if constexpr (!encoding) std::memcpy(number, &bits, size);
-    value_here = {expected == expected ? expected : 0, 0, 0, 0};
+  if (number.exception) {
+    value_here = {number.expected == number.expected ? number.expected : 0, 0, 0};
     return;
   }
-  const ResidualContext context = context_of(stencil, c, expected, 0);
-  const int64_t guess = spaces_[c].code_near(expected);
-  int64_t code = encoding ? spaces_[c].code_of(number) : 0;
-  int64_t residual = static_cast<int64_t>(static_cast<uint64_t>(code) - static_cast<uint64_t>(guess));
-  if constexpr (Bits == 32) residual = static_cast<int32_t>(residual);
-  residual = code_residual(coder, residual, c, context);
-  code = static_cast<int64_t>(static_cast<uint64_t>(guess) + static_cast<uint64_t>(residual));
+  int64_t code =
+      static_cast<int64_t>(static_cast<uint64_t>(number.guess) + static_cast<uint64_t>(number.residual));
   if constexpr (Bits == 32) code = static_cast<int32_t>(code);
-  if constexpr (!encoding) spaces_[c].store_number(code, number);
+  if constexpr (!encoding) spaces_[c].store_number(code, bytes);
   const double place = spaces_[c].place_of(code);
-  const uint64_t size = residual < 0 ? -static_cast<uint64_t>(residual) : static_cast<uint64_t>(residual);
-  const int unit = spaces_[c].unit_at(expected);
+  const auto size = static_cast<int>(half_octaves(magnitude(number.residual)));
   value_here.place = place;
-  value_here.code = code;
-  value_here.twist = static_cast<float>(place - expectation.base);
-  value_here.size = static_cast<int16_t>(static_cast<int>(half_octaves(size)) + unit);
+  value_here.twist = static_cast<float>(place - number.expectation.base);
+  value_here.size = static_cast<int16_t>(size + spaces_[c].unit_at(number.expected));
   last_[c] = place;
   last_size_[c] = value_here.size;
-  learn(stencil, expectation, c, place, record);
+  learn(stencil, number.expectation, c, place, *number.record);
 }
 
 template <class Coder, unsigned Bits>

@@ -26,8 +26,9 @@ struct StreamedArray {
   size_t tuple_size() const { return size_of(type) * components; }
 };
 
-/// The numbers of one array, tuple after tuple, each predicted from those of points or cells in memory. Both directions;
-/// the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of eight bytes.
+/// The numbers of one array, tuple after tuple, each predicted from those of points or cells in memory. Both
+/// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of
+/// eight bytes.
 template <class Coder, unsigned Bits>
 class TupleCoder {
  public:
@@ -39,18 +40,21 @@ class TupleCoder {
 
   /// One tuple: what the stencil suggests, then the difference. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
-  /// The tuple in a slot, as a number of the array's type.
-  void value_at(uint32_t slot, std::byte* tuple) const;
+  /// A hint that the value in a slot is wanted soon: those of the last layer are far away.
+  void prefetch(uint32_t slot) const {
+    const size_t at = size_t{slot} * components_;
+    if (at < values_.size()) __builtin_prefetch(&values_[at]);
+  }
 
  private:
   static constexpr unsigned most_candidates = 4;
   struct Value {
     double place = 0;
-    int64_t code = 0;
     float twist = 0;   ///< of points whose cell had all other corners: what the stencil's first sum missed
     int16_t size = 0;  ///< half octaves of the residual, in units of the place
   };
-  /// How well each candidate has done lately in a situation, in 1/16 half octaves, and how large residuals were.
+  /// How well each candidate has done lately in a situation, in 1/16 half octaves, and how large residuals
+  /// were.
   struct Record {
     std::array<int32_t, most_candidates> miss{};
   };
@@ -64,10 +68,28 @@ class TupleCoder {
   Value& value(uint32_t slot, unsigned component) { return values_[size_t{slot} * components_ + component]; }
   Expectation expect(const PointStencil& stencil, unsigned component);
   unsigned choose(const Expectation& expectation, const Record& record) const;
-  ResidualContext context_of(const PointStencil& stencil, unsigned component, double place, unsigned choice);
-  void code_number(Coder& coder, const PointStencil& stencil, unsigned component, uint32_t slot, std::byte* number);
+  ResidualContext context_of(const PointStencil& stencil, unsigned component, double place);
+  /// Up to three components at a time: what does not depend on the coder is done for all of them first, so
+  /// that a processor can do it at once.
+  struct Number {
+    Expectation expectation;
+    Record* record;
+    ResidualContext context;
+    double expected;
+    int64_t guess;
+    int64_t residual;
+    unsigned length;
+    bool exception;
+  };
+  static constexpr unsigned group_size = 3;
+  void code_group(Coder& coder, const PointStencil& stencil, unsigned first, unsigned count, uint32_t slot,
+                  std::byte* numbers);
+  void prepare(Coder& coder, const PointStencil& stencil, unsigned component, const std::byte* bytes,
+               Number& number);
+  void finish(const PointStencil& stencil, unsigned component, uint32_t slot, std::byte* bytes,
+              Number& number);
   bool code_exception(Coder& coder, unsigned component, const std::byte* number);
-  int64_t code_residual(Coder& coder, int64_t residual, unsigned component, const ResidualContext& context);
+  void code_bits(Coder& coder, std::byte* bytes);
   void learn(const PointStencil& stencil, const Expectation& expectation, unsigned component, double place,
              Record& record);
   bool keeps(unsigned component, const std::byte* number) const;
@@ -78,7 +100,7 @@ class TupleCoder {
   std::vector<Value> values_;
   std::vector<double> last_;
   std::vector<int> last_size_;
-  std::vector<Record> records_;  ///< by component and situation
+  std::vector<Record> records_;              ///< by component and situation
   std::vector<OnlineLeastSquares<8>> fits_;  ///< by component and corner
   ResidualModel<Bits> residuals_;
   std::vector<BitModel> exceptions_;
