@@ -88,6 +88,13 @@ Result<> StreamReader::Implementation::open() {
   }
   const std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
   header_ = MAILLE_TRY(decode_header(bytes));
+  uint64_t models = tuple_coder_bytes(header_.positions());
+  for (size_t i = 0; i < header_.description.arrays.size(); ++i)
+    models += tuple_coder_bytes(header_.array(i));
+  if (models > options_.limits.mesh_bytes) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": the models of the arrays take more memory than allowed");
+  }
   coder_.emplace(header_.mixed, !header_.description.any_order);
   stages_.emplace_back(header_.positions(), Domain::point);
   for (size_t i = 0; i < header_.description.arrays.size(); ++i) {

@@ -201,6 +201,15 @@ TEST(Stream, DamageCostsOnlyWhatComesBehindIt) {
   EXPECT_EQ(more.error().code, ErrorCode::corrupt);
 }
 
+TEST(Stream, ReaderKeepsItsMemoryLimit) {
+  const std::vector<std::byte> bytes = written_column(20000, false);
+  StreamReadOptions options;
+  options.limits.mesh_bytes = 4096;
+  const auto reader = StreamReader::open(std::make_unique<Trickle>(bytes), options);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::memory_bound);
+}
+
 // Checksums keep accidents out, not attackers: the coder itself must take any bytes.
 TEST(CellCoder, AnyBytesDecodeOrAreRefused) {
   std::mt19937 random(1);

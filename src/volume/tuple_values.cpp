@@ -7,6 +7,8 @@ namespace {
 
 /// At first the first candidate is trusted, later whatever did best.
 constexpr int32_t head_start = 16;
+/// Components of an array with least squares of their own, which take 4 KiB each.
+constexpr uint32_t most_fitted = 16;
 constexpr uint32_t most_full_samples = 3 * 65536;
 
 int32_t miss_of(double difference) {
@@ -20,6 +22,11 @@ uint64_t magnitude(int64_t residual) {
 
 }  // namespace
 
+uint64_t tuple_coder_bytes(const StreamedArray& array) {
+  const uint64_t fits = array.components <= most_fitted ? most_corners * sizeof(OnlineLeastSquares<8>) : 0;
+  return (uint64_t{256} << 10) + array.components * (PointStencil::situations * uint64_t{16} + 64 + fits);
+}
+
 template <class Coder, unsigned Bits>
 TupleCoder<Coder, Bits>::TupleCoder(const StreamedArray& array)
     : array_(array),
@@ -27,7 +34,7 @@ TupleCoder<Coder, Bits>::TupleCoder(const StreamedArray& array)
       last_(components_),
       last_size_(components_),
       records_(size_t{components_} * PointStencil::situations),
-      fits_(size_t{components_} * most_corners),
+      fits_(components_ <= most_fitted ? size_t{components_} * most_corners : 0),
       residuals_(true),
       exceptions_(components_) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
@@ -52,15 +59,18 @@ typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(co
                                                                               unsigned c) {
   Expectation result;
   if (stencil.is_full()) {
-    double base = 0;
+    std::array<double, 7> place;
     for (unsigned k = 0; k < 7; ++k) {
       const Value& other = value(stencil.others[k], c);
-      base += k >= 3 && k < 6 ? -other.place : other.place;
+      place[k] = other.place;
       result.twists[k] = other.twist;
     }
+    const double base = ((place[0] + place[1]) + place[2]) - ((place[3] + place[4]) + place[5]) + place[6];
     result.twists[7] = 0;
-    const auto& fit = fits_[c * most_corners + stencil.situation];
     result.candidate[0] = result.base = base;
+    result.count = 1;
+    if (fits_.empty()) return result;
+    const auto& fit = fits_[c * most_corners + stencil.situation];
     result.candidate[1] = base + static_cast<double>(fit.predict(result.twists));
     result.count = 2;
     return result;
@@ -216,7 +226,7 @@ void TupleCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectati
     record.miss[i] += (miss - record.miss[i]) / 64;
   }
   // Neighbouring samples say much the same: in the long run one in four is enough.
-  if (!stencil.is_full() || (++samples_ > most_full_samples && samples_ % 4 != 0)) return;
+  if (!stencil.is_full() || fits_.empty() || (++samples_ > most_full_samples && samples_ % 4 != 0)) return;
   const double error = place - expectation.base;
   // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
   double scale = 0;

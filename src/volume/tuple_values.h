@@ -26,6 +26,9 @@ struct StreamedArray {
   size_t tuple_size() const { return size_of(type) * components; }
 };
 
+/// About what a coder of the array takes before it has met any number: a description could ask for thousands.
+uint64_t tuple_coder_bytes(const StreamedArray& array);
+
 /// The numbers of one array, tuple after tuple, each predicted from those of points or cells in memory. Both
 /// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of
 /// eight bytes.
