@@ -146,6 +146,31 @@ TEST(Stream, GivesWhatWasFlushedBeforeTheEnd) {
   EXPECT_EQ(end.error().code, ErrorCode::corrupt);
 }
 
+TEST(Stream, BlocksBeginWhereTheyWereToldAcrossBatches) {
+  std::vector<std::byte> bytes;
+  const auto sink = memory_sink(bytes);
+  StreamWriter writer = *StreamWriter::begin(*sink, {});
+  ASSERT_TRUE(writer.add_points(0, bytes_of(Column::layer(0))));
+  const std::vector<uint64_t> quad = {0, 1, 2, 3}, triangle = {0, 1, 2};
+  ASSERT_TRUE(writer.begin_block("a", CellType::quad));
+  ASSERT_TRUE(writer.add_cells(CellType::quad, quad));
+  ASSERT_TRUE(writer.begin_block("b", CellType::polygon));
+  ASSERT_TRUE(writer.flush());
+  ASSERT_TRUE(writer.add_cells(CellType::polygon, triangle, {}, {}, 3));
+  EXPECT_FALSE(writer.add_cells(CellType::quad, quad));
+  ASSERT_TRUE(writer.flush());
+  ASSERT_TRUE(writer.begin_block("c", CellType::mixed));
+  ASSERT_TRUE(writer.finish());
+  const auto mesh = decode(*memory_source(Bytes(bytes)));
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  ASSERT_EQ(mesh->blocks.size(), 3u);
+  EXPECT_EQ(mesh->blocks[0].size(), 1u);
+  EXPECT_EQ(mesh->blocks[1].size(), 1u);
+  EXPECT_EQ(mesh->blocks[1].name, "b");
+  EXPECT_EQ(mesh->blocks[1].type, CellType::polygon);
+  EXPECT_EQ(mesh->blocks[2].name, "c");
+}
+
 TEST(Stream, RefusesPointsUsedAfterTheirLastUse) {
   std::vector<std::byte> bytes;
   const auto sink = memory_sink(bytes);

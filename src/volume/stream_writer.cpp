@@ -465,6 +465,7 @@ Result<> StreamWriter::Implementation::end_batch() {
   }
   batch_ = {};
   records_taken_ = 0;
+  for (BlockStart& start : intake_.blocks) start.records_before = 0;
   return {};
 }
 
