@@ -4,6 +4,31 @@
 
 namespace maille {
 
+/// The other seven around a corner of eight cells: A, B, C, AB, AC, BC, ABC.
+bool CellStencils::find_others(const std::array<uint32_t, axes>& cell, const std::array<unsigned, axes>& face,
+                               PointStencil& stencil) const {
+  const uint32_t ab = across(cell[0], face[1]), ac = across(cell[0], face[2]), bc = across(cell[1], face[2]);
+  const uint32_t abc = ab == no_slot ? no_slot : across(ab, face[2]);
+  if (ac == no_slot || bc == no_slot || abc == no_slot) return false;
+  stencil.others = {cell[0] + 1, cell[1] + 1, cell[2] + 1, ab + 1, ac + 1, bc + 1, abc + 1};
+  return true;
+}
+
+/// A + B - AB, if there are two; the mean; A.
+void CellStencils::add_sums(std::span<const uint32_t> cell, const std::array<unsigned, axes>& face,
+                            PointStencil& stencil) const {
+  const uint32_t both = cell.size() == 2 ? across(cell[0], face[1]) : no_slot;
+  if (both != no_slot) {
+    PointSum& sum = stencil.add_sum();
+    sum.add(cell[0] + 1, 1);
+    sum.add(cell[1] + 1, 1);
+    sum.add(both + 1, -1);
+  }
+  PointSum& mean = stencil.add_sum();
+  for (const uint32_t each : cell) mean.add(each + 1, 1.0 / static_cast<double>(cell.size()));
+  stencil.add_sum().add(cell[0] + 1, 1);
+}
+
 // In a sweep the frames of neighbouring cells agree, so "the neighbour of A across face g" is the cell across
 // the edge of A and B. Where they do not agree, a wrong cell is asked, and the choice by error passes the sum
 // over. Slots may have been taken by other cells since; both sides see the same.
@@ -22,32 +47,12 @@ void CellStencils::find(const CodedCells& cells, size_t i, PointStencil& stencil
     face[count++] = f;
   }
   for (unsigned k = 0; k < count; ++k) stencil.near[stencil.near_count++] = cell[k] + 1;
-  // A + B + C - AB - AC - BC + ABC, and its analogues for one and two neighbours.
-  if (count > 0) {
-    PointSum& sum = stencil.add_sum();
-    for (unsigned k = 0; k < count; ++k) sum.add(cell[k] + 1, 1);
-    bool whole = true;
-    for (unsigned a = 0; a < count; ++a) {
-      for (unsigned b = a + 1; b < count; ++b) {
-        const uint32_t both = across(cell[a], face[b]);
-        whole = whole && both != no_slot;
-        if (whole) sum.add(both + 1, -1);
-      }
-    }
-    const uint32_t all = count == 3 && whole ? across(across(cell[0], face[1]), face[2]) : no_slot;
-    if (count == 3 && all != no_slot) sum.add(all + 1, 1);
-    if (!whole || (count == 3 && all == no_slot)) {
-      stencil.sums = 0;
-    }
-  }
-  if (count > 0) {
-    PointSum& mean = stencil.add_sum();
-    for (unsigned k = 0; k < count; ++k) mean.add(cell[k] + 1, 1.0 / count);
-    PointSum& first = stencil.add_sum();
-    first.add(cell[0] + 1, 1);
-  }
-  if (count > 0)
+  if (count == axes && find_others(cell, face, stencil)) {
+    stencil.situation = PointStencil::full;
+  } else if (count > 0) {
+    add_sums(std::span(cell).first(count), face, stencil);
     stencil.situation = static_cast<uint8_t>(PointStencil::partial + 4 * (stencil.sums - 1) + count);
+  }
   if (slot >= links_.size())
     links_.resize(slot + size_t{slot} / 2 + 16, [] {
       std::array<uint32_t, most_faces> none;

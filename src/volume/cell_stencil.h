@@ -14,6 +14,10 @@ class CellStencils {
 
  private:
   static constexpr unsigned axes = 3;
+  bool find_others(const std::array<uint32_t, axes>& cell, const std::array<unsigned, axes>& face,
+                   PointStencil& stencil) const;
+  void add_sums(std::span<const uint32_t> cell, const std::array<unsigned, axes>& face,
+                PointStencil& stencil) const;
   uint32_t across(uint32_t slot, unsigned face) const {
     return slot < links_.size() ? links_[slot][face] : no_slot;
   }
