@@ -157,12 +157,17 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
 template <class Coder>
 void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out) {
   const bool several = (cell_.fresh & (cell_.fresh - 1)) != 0;
+  // Repetitions of a new corner come behind it, and have no value before it has.
+  unsigned without_value = cell_.fresh;
+  for (unsigned i = 0; i < cell_.shape().corners && repeated_ != 0; ++i) {
+    if ((repeated_ >> i & 1) != 0 && cell_.is_fresh(repeat_of_[i])) without_value |= 1u << i;
+  }
   for (unsigned fresh = cell_.fresh; fresh != 0 && !damaged_; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
     NewPoint point;
     point.cell = static_cast<uint32_t>(out.size());
     point.node = static_cast<uint8_t>(i);
-    point.fresh = static_cast<uint8_t>(cell_.fresh);
+    point.fresh = static_cast<uint8_t>(without_value);
     if (several || cell_.shape().parallelograms[i] == 0) points_behind(point, i);
     uint64_t expected = 0;
     const bool has_expected = expected_number(i, expected);

@@ -28,7 +28,7 @@ struct NewPoint {
   uint32_t cell = no_slot;  ///< within the block; no_slot: isolated
   uint64_t number = 0;
   uint8_t node = 0;
-  uint8_t fresh = 0;  ///< a bit for each corner of the cell that is new
+  uint8_t fresh = 0;  ///< a bit for each corner of the cell that is new, or repeats a new one
   /// Where the cell does not have all but this corner: by axis neighbour (in the order of corners), the point
   /// behind it.
   std::array<uint32_t, 3> behind{no_slot, no_slot, no_slot};

@@ -48,6 +48,17 @@ RC_GTEST_PROP(StreamFile, KeepsAnySoupOfCells, ()) {
   RC_ASSERT(back->points.bytes == mesh.points.bytes);
 }
 
+// A corner that repeats a new one has no value yet when that one is predicted.
+TEST(StreamFile, KeepsCellsThatRepeatNewCorners) {
+  Mesh mesh = grid(1, 1, 40);
+  CellBlock& block = mesh.blocks[0];
+  for (size_t i = 0; i < block.connectivity.size(); i += 8) {
+    block.connectivity[i + 5] = block.connectivity[i + 4];
+    block.connectivity[i + 7] = block.connectivity[i + 6];
+  }
+  expect_round_trip(mesh);
+}
+
 TEST(StreamFile, KeepsArraysOfEveryTypeBitForBit) {
   Mesh mesh = soup(7, 500, 200);
   add_arrays(mesh, 3);
