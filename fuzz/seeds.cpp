@@ -28,6 +28,7 @@ EncodeOptions options_for(uint64_t seed, const Mesh& mesh) {
   EncodeOptions options;
   if (seed % 3 == 1) options.order = Order::keep;
   if (seed % 7 == 3) options.most_cells_per_part = 10;
+  if (seed % 5 == 4) options.mode = Mode::stream;
   if (seed % 4 != 0) options.effort = seed % 4 == 3 ? 9 : seed % 4 == 2 ? 2 : 5;
   if (seed % 5 == 2) {
     options.positions = {Tolerance::Kind::bits, 8};

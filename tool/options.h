@@ -136,8 +136,8 @@ struct PrintText {
   std::string text;
 };
 
-using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
-                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions,
-                             GenerateOptions>;
+using Command =
+    std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions, DiffOptions,
+                 ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions, GenerateOptions>;
 
 }  // namespace maille::tool

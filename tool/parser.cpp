@@ -134,7 +134,7 @@ void Parser::add_compress() {
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
-  c->add_flag("--any-order", raw.any_order, "Let the order change (default)")
+  c->add_flag("--any-order", raw.any_order, "Let the order change (default of mode single)")
       ->group(quality_group)
       ->excludes(keep);
 

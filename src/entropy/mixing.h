@@ -86,6 +86,8 @@ class RangeEncoder {
     if (range_ >> 32 == 0) flush_word();
   }
   bool exhausted() const { return false; }
+  /// Bytes so far.
+  size_t size() const { return bytes_.size(); }
   /// Ends the stream and gives its bytes.
   std::vector<std::byte> finish();
 

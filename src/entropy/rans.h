@@ -47,6 +47,8 @@ class RansEncoder {
 
   /// False: an encoder never runs out.
   bool exhausted() const { return false; }
+  /// About how many bytes so far: four bits for each operation that waits.
+  size_t size() const { return bytes_.size() + operations_.size() / 2; }
   /// Ends the stream and gives its bytes; none when nothing was coded.
   std::vector<std::byte> finish();
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "predict/online_least_squares.h"
 #include "surface/neighbourhood.h"
-#include "surface/online_least_squares.h"
 #include "surface/patch_surface.h"
 #include "surface/vector3.h"
 

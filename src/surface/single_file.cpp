@@ -1,5 +1,6 @@
-// encode(), decode() and inspect() for files of mode `single`: a description, the patches, and what joins
-// them.
+// Files of mode `single`: a description, the patches, and what joins them.
+#include "surface/single_file.h"
+
 #include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/file.h>
@@ -68,9 +69,6 @@ Description describe(const Mesh& mesh, const EncodeOptions& options) {
 }
 
 Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
-  if (options.mode != Mode::single) {
-    return failure(ErrorCode::unsupported, "only mode \"single\" can be written by this version");
-  }
   if (options.effort < 1 || options.effort > 9)
     return failure(ErrorCode::usage, "the effort must be from 1 to 9");
   if (options.most_cells_per_part == 0) return failure(ErrorCode::usage, "parts must have a cell at least");
@@ -179,7 +177,7 @@ Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
 
 }  // namespace
 
-Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   const std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
@@ -271,7 +269,7 @@ ArrayInfo info_of(const Description& description, const ArrayDescription& array,
 
 }  // namespace
 
-Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
+Result<Mesh> decode_single(const Source& source, const DecodeOptions& options) {
   const FileReader reader = MAILLE_TRY(open_file(source));
   MAILLE_CHECK(reader.check_complete());
   Result<Mesh> mesh = decode_mesh(reader, options);
@@ -279,7 +277,7 @@ Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   return mesh;
 }
 
-Result<FileInfo> inspect(const Source& source) {
+Result<FileInfo> inspect_single(const Source& source) {
   const FileReader reader = MAILLE_TRY(open_file(source));
   auto described = decode_description(MAILLE_TRY(reader.read_stream(description_key)), {});
   if (!described) return tl::unexpected(with_name(std::move(described).error(), source));

@@ -117,9 +117,9 @@ TEST(Encode, RefusesOptionsThatMakeNoSense) {
     options.effort = effort;
     expect_refused(options, ErrorCode::usage, "effort");
   }
-  EncodeOptions stream;
-  stream.mode = Mode::stream;
-  expect_refused(stream, ErrorCode::unsupported, "mode");
+  EncodeOptions random;
+  random.mode = Mode::random;
+  expect_refused(random, ErrorCode::unsupported, "mode");
 }
 
 TEST(Encode, WritesNothingWhenTheMeshIsInvalid) {

@@ -1,4 +1,4 @@
-#include "surface/online_least_squares.h"
+#include "predict/online_least_squares.h"
 
 #include <gtest/gtest.h>
 

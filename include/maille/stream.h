@@ -1,0 +1,205 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/executor.h>
+#include <maille/limits.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+// Meshes of any size in one pass, with memory for the front of the sweep only: what a solver or a mesher
+// writes, and a reader takes in pieces, also from a pipe. Points and cells have numbers of 64 bits.
+// docs/streaming.md shows it in use.
+
+namespace maille {
+
+/// One array of a stream, declared before the first point.
+struct StreamArray {
+  std::string name;
+  Domain domain = Domain::point;  ///< point or cell
+  Scalar type = Scalar::f32;
+  uint32_t components = 1;
+  Role role = Role::none;
+  std::vector<std::string> labels;
+  Tolerance tolerance;
+  /// Least and largest value to come; bounds of kind `relative` and `bits` need it. Values outside are kept
+  /// all the same, and cost more.
+  std::optional<std::pair<double, double>> range;
+
+  size_t tuple_size() const { return size_of(type) * components; }
+};
+
+/// Numbers of points by their position: an input that can be read anywhere, such as a file mapped into
+/// memory.
+class PointSource {
+ public:
+  virtual ~PointSource() = default;
+  /// Writes the position of a point, then its tuple of each point array as declared, one after the other.
+  virtual Result<> read(uint64_t number, std::byte* out) = 0;
+};
+
+struct StreamOptions {
+  StreamArray positions{"position", Domain::point, Scalar::f32, 3, Role::none, {}, {}, {}};
+  std::vector<StreamArray> arrays;  ///< their names differ within a domain
+  std::vector<Array> mesh_arrays;   ///< arrays of the mesh as a whole (Domain::mesh), with their values
+  std::vector<std::pair<std::string, std::string>> metadata;
+  std::string provenance;
+  int effort = 5;  ///< 1 (fast) to 9 (small)
+  /// Points are numbered in the order in which cells meet them. Cells keep their order.
+  bool any_order = false;
+  /// Where values of points come from, if not from add_points(). Must outlive the writer.
+  PointSource* points = nullptr;
+  /// A batch ends, and goes to the sink, after so many cells or about so many bytes.
+  uint32_t most_cells_per_batch = 1u << 19;
+  uint32_t bytes_per_batch = 192u << 10;
+  Executor* executor = nullptr;  ///< nullptr: serial
+};
+
+/// What was written; bytes by what they hold.
+struct StreamReport {
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  uint64_t corners = 0;
+  uint64_t file_bytes = 0;
+  uint64_t cell_bytes = 0;    ///< how cells are joined, and which points end
+  uint64_t number_bytes = 0;  ///< the input's numbers of points
+  uint64_t position_bytes = 0;
+  std::vector<uint64_t> array_bytes;  ///< by array, as declared
+  uint32_t most_live_points = 0;      ///< in memory at once: what decides a reader's memory
+  uint32_t most_live_cells = 0;
+};
+
+struct ArrayMapsList;  // the library's own
+
+/// Compresses a mesh while it comes in.
+///
+/// Points come before the first cell that uses them; a point leaves memory after the last cell that does, if
+/// the writer is told which that is. Without it nothing is wrong, only memory grows with the mesh.
+class StreamWriter {
+ public:
+  /// Error: usage (the options), write_failed.
+  static Result<StreamWriter> begin(Sink& sink, StreamOptions options);
+  StreamWriter(StreamWriter&&) noexcept;
+  ~StreamWriter();
+
+  /// Points with the numbers first, first + 1, ...: `positions` and, array by array in the order of their
+  /// declaration, the tuples of all arrays on points. Error: usage, for sizes that do not fit or a number
+  /// that is there already.
+  Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
+  /// The same with any numbers.
+  Result<> add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays = {});
+
+  /// Cells from here on belong to a new block. `type` is a cell type, `polygon`, or `mixed` for any. Without
+  /// it there is one block without a name, of type mixed.
+  Result<> begin_block(std::string name, CellType type);
+
+  /// Cells of one type, `nodes` numbers of points each (0: as the type has), and array by array the tuples of
+  /// all arrays on cells. `last_use`: one flag for each entry of `connectivity`, not 0 where the point is not
+  /// used again by any cell; may be empty. Errors: malformed_input (a point that was not given, or used after
+  /// its last use; number of nodes), usage.
+  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
+                     std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
+                     size_t nodes = 0);
+  /// Points that no further cell uses, told after the fact.
+  Result<> end_points(std::span<const uint64_t> numbers);
+
+  /// Writes what was given so far, so that a reader at the other end of a pipe gets it.
+  Result<> flush();
+  /// Writes points that no cell used, the index, and commits the sink.
+  Result<StreamReport> finish();
+
+ private:
+  class Implementation;
+  friend Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
+  explicit StreamWriter(std::unique_ptr<Implementation> implementation);
+  static Result<StreamWriter> begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Some thousand cells, and the points that come up with them.
+///
+/// Every point has its number, which is global, and a slot: a small number that no other point of the piece
+/// has, and that is free for another point in later pieces after the piece in which the point ends. All slots
+/// are below slot_count, so a reader that wants values of points of earlier pieces keeps them in a table of
+/// that size.
+struct StreamPiece {
+  struct Block {
+    uint64_t first_cell = 0;  ///< counted from the begin of the stream
+    std::string name;
+    CellType type = CellType::mixed;
+  };
+  std::vector<Block> blocks;  ///< that begin in this piece
+
+  uint64_t first_cell = 0;
+  std::vector<CellType> types;                      ///< by cell
+  std::vector<uint64_t> offsets;                    ///< size of types + 1
+  std::vector<uint64_t> connectivity;               ///< numbers of points
+  std::vector<uint32_t> slots;                      ///< the same as slots
+  std::vector<std::vector<std::byte>> cell_arrays;  ///< in the order of declaration, arrays on cells only
+
+  std::vector<uint64_t> points;       ///< numbers of points that come up here
+  std::vector<uint32_t> point_slots;  ///< by point
+  std::vector<std::byte> positions;
+  std::vector<std::vector<std::byte>> point_arrays;  ///< in the order of declaration, arrays on points only
+
+  std::vector<uint32_t> ended_slots;  ///< points that no later piece uses
+  uint32_t slot_count = 0;            ///< so far
+
+  size_t cell_count() const { return types.size(); }
+};
+
+/// Where bytes come from that can be read once, front to back: a pipe, a socket.
+class ByteStream {
+ public:
+  virtual ~ByteStream() = default;
+  /// Reads at most out.size() bytes and returns how many; 0 only at the end. May wait.
+  virtual Result<size_t> read(std::span<std::byte> out) = 0;
+  virtual std::string name() const = 0;
+};
+/// Standard input, or any open file descriptor; it is not closed.
+std::unique_ptr<ByteStream> descriptor_stream(int descriptor, std::string name);
+/// A Source from its begin; it must outlive the stream.
+std::unique_ptr<ByteStream> source_stream(const Source& source);
+
+/// What is known before the first piece.
+struct StreamDescription {
+  StreamArray positions;
+  std::vector<StreamArray> arrays;
+  std::vector<Array> mesh_arrays;
+  std::vector<std::pair<std::string, std::string>> metadata;
+  std::string provenance;
+  int effort = 5;
+  bool any_order = false;
+};
+
+struct StreamReadOptions {
+  Limits limits;  ///< of what the reader holds at once
+  Executor* executor = nullptr;
+};
+
+/// Decompresses a stream piece by piece. Safe on any input.
+class StreamReader {
+ public:
+  /// Error: corrupt, unsupported, cannot_read.
+  static Result<StreamReader> open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options = {});
+  StreamReader(StreamReader&&) noexcept;
+  ~StreamReader();
+
+  const StreamDescription& description() const;
+  /// The next piece, in `piece`. False: that was all, and every checksum was right. Error: corrupt; what came
+  /// before it is whole, and nothing comes after it.
+  Result<bool> next(StreamPiece& piece);
+
+ private:
+  class Implementation;
+  explicit StreamReader(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace maille

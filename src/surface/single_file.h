@@ -1,0 +1,15 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+#include <maille/file.h>
+
+namespace maille {
+
+// encode(), decode() and inspect() for files of mode `single`.
+
+Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
+Result<Mesh> decode_single(const Source& source, const DecodeOptions& options);
+Result<FileInfo> inspect_single(const Source& source);
+
+}  // namespace maille

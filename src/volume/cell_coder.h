@@ -1,0 +1,207 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/assembly.h"
+#include "volume/decisions.h"
+#include "volume/numbering.h"
+#include "volume/patterns.h"
+
+namespace maille {
+
+/// A cell on its way in or out, its nodes as cell_shapes number them.
+struct StreamedCell {
+  unsigned kind = 0;
+  std::array<uint64_t, most_nodes> number{};  ///< of its points
+  uint32_t final = 0;                         ///< a bit for each node that is not used again
+  /// Loose cells have these instead.
+  CellType type = CellType::vertex;
+  std::vector<uint64_t> numbers;
+  std::vector<uint8_t> finals;
+};
+
+/// A point that came up with a cell.
+struct NewPoint {
+  uint32_t slot = 0;
+  uint32_t cell = no_slot;  ///< within the block; no_slot: isolated
+  uint64_t number = 0;
+  uint8_t node = 0;
+  uint8_t fresh = 0;  ///< a bit for each corner of the cell that is new, or repeats a new one
+  /// Where the cell does not have all but this corner: by axis neighbour (in the order of corners), the point
+  /// behind it.
+  std::array<uint32_t, 3> behind{no_slot, no_slot, no_slot};
+};
+
+/// Some thousand cells as slots: what the other stages of coder and reader work on. Until the block ends a
+/// slot names one point.
+struct CodedCells {
+  std::vector<uint8_t> kinds;
+  std::vector<CellType> loose_types;                     ///< one for each loose cell
+  std::vector<uint32_t> begin;                           ///< by cell: first of its nodes in `nodes`
+  std::vector<uint32_t> nodes;                           ///< slots, by cell
+  std::vector<uint32_t> cell_slots;                      ///< by cell; no_slot for loose ones
+  std::vector<std::array<uint32_t, most_faces>> across;  ///< by cell: slots of its neighbours
+  std::vector<NewPoint> points;
+  std::vector<uint32_t> removed;  ///< points used for the last time
+
+  size_t size() const { return kinds.size(); }
+  void clear();
+};
+
+/// Connectivity: each cell as it joins those in memory, then the numbers of its new points. One routine for
+/// both directions. docs/format.md, "Cells".
+///
+/// Fast path: the cell is the pattern of the cell one row, or one layer, back, one step on: one decision,
+/// nearly free in a sweep. Slow path: an anchor cell, its face, how the cell is turned on it, glued or not at
+/// each edge of that face, the remaining corners new or old; what the slow path finds becomes a pattern.
+template <class Coder>
+class CellCoder {
+ public:
+  static constexpr bool encoding = Coder::encoding;
+
+  /// `mixed`: slow decisions with four contexts instead of one. `numbered`: numbers of points are kept.
+  CellCoder(bool mixed, bool numbered) : numbered_(numbered), decisions_(mixed) {}
+
+  /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
+  bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  /// Slots of points that left memory are free again: between blocks.
+  void end_block() { hull_.free_points(); }
+  const Hull& hull() const { return hull_; }
+  /// Encoder: is the point with the caller's number in memory?
+  bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
+
+ private:
+  enum Question : unsigned {
+    same_kind,
+    kind_bit,
+    anchor_listed,
+    anchor_here,
+    any_anchor,
+    which_cell,
+    face_here,
+    same_turn,
+    turn_bit,
+    glued_here,
+    is_new,
+    repeats,
+    joined_here,
+    over_face,
+    is_final,
+    node_known,
+    question_count
+  };
+  struct Candidate {
+    uint32_t cell;
+    uint8_t origin;
+    uint8_t rank;
+  };
+  struct EdgeFace {
+    FaceRef face;
+    std::array<uint32_t, 4> slot;  ///< by corner of the own face
+  };
+  using Turn = unsigned;  ///< own face * 8 + mirrored * 4 + rotation
+  static constexpr Turn no_turn = 255;
+
+  void find_sources();
+  bool code_by_pattern(Coder& coder, const StreamedCell& cell);
+  bool fits(const Pattern& pattern, const Assembly& guess, const StreamedCell& cell);
+
+  void code_slowly(Coder& coder, StreamedCell& cell);
+  unsigned code_kind(Coder& coder, unsigned kind);
+  void find_targets(const StreamedCell& cell);
+  void collect_anchors();
+  void add_anchor(uint32_t cell, unsigned origin);
+  void add_anchors_around(uint64_t number, unsigned origin);
+  FaceRef code_anchor(Coder& coder);
+  FaceRef code_distant_anchor(Coder& coder);
+  uint32_t code_face(Coder& coder, uint32_t anchor);
+  void code_turn(Coder& coder, FaceRef anchor);
+  Turn match(const Hull::Cell& other, unsigned face, Turn preferred) const;
+  bool matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const;
+  bool matches_any_face(uint32_t cell) const;
+  void place(FaceRef anchor, Turn turn);
+  void code_edges(Coder& coder, FaceRef anchor, unsigned own_face);
+  unsigned faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b);
+  bool lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b,
+                EdgeFace& found) const;
+  void code_faces_below(Coder& coder, FaceRef anchor);
+  void code_corners(Coder& coder);
+  bool code_repeat(Coder& coder, unsigned corner);
+  bool code_joined(Coder& coder, unsigned corner);
+  unsigned joined_points(unsigned corner);
+  uint32_t code_old_point(Coder& coder, uint32_t slot, uint64_t base);
+  void glue_the_rest();
+
+  void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
+                        unsigned context);
+  bool expected_number(unsigned corner, uint64_t& number) const;
+  void points_behind(NewPoint& point, unsigned corner) const;
+  void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  uint32_t extra_node_on(unsigned node) const;
+  void enter(const StreamedCell& cell, CodedCells& out);
+  void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
+  void remove_final(const StreamedCell& cell, CodedCells& out);
+  void follow_group(const StreamedCell& cell);
+  bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
+  bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+
+  bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
+    bit = decisions_.code(coder, bit, question, {local, recent_, nearby, valence});
+    signature_ = hashed(signature_, static_cast<uint32_t>(bit));
+    return bit;
+  }
+  uint64_t number_of(uint32_t slot) const { return hull_.point(slot).number; }
+  /// Encoder: the slot of a point by the caller's number; that number, if points are numbered anew.
+  uint32_t slot_of_input(uint64_t number, unsigned corner) {
+    return numbered_ ? table_.find(number, corner) : inputs_.find(number, corner);
+  }
+  uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
+  void end_point(uint32_t slot, CodedCells& out);
+
+  bool numbered_;
+  bool damaged_ = false;
+  Hull hull_;
+  PointTable table_;   ///< by number
+  PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
+  std::vector<uint64_t> input_numbers_;
+  Patterns patterns_;
+  Decisions<question_count> decisions_;
+  Numbering numbering_;
+  DifferenceModel old_point_, loose_count_;
+  std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
+  unsigned outcomes_ = 0;  ///< of the last two pattern flags
+
+  CellRef last_;
+  CellRef last_anchor_;
+  std::array<CellRef, most_faces> successors_{};  ///< of the last cell's neighbours
+  Sources sources_;
+  std::array<CellRef, 16> recent_cells_{};
+  uint32_t ordinal_ = 0;
+  unsigned last_kind_ = 0;
+  uint64_t counted_ = 0;  ///< points so far
+  uint64_t group_ = 0;    ///< many generators write the cells around point 1, 2, 3, ...
+  uint64_t last_loose_ = 0;
+  std::array<uint32_t, 3> last_signatures_{};
+
+  // The cell being coded.
+  Assembly cell_;
+  std::array<uint32_t, most_corners> target_{};    ///< encoder: slots of its corners, no_slot for new ones
+  std::array<uint8_t, most_corners> repeat_of_{};  ///< for corners that repeat another
+  unsigned repeated_ = 0;
+  const StreamedCell* wanted_ = nullptr;
+  uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
+  std::array<uint32_t, most_nodes> node_{};
+  std::array<Candidate, 48> anchors_{};
+  unsigned anchor_count_ = 0, last_choice_ = 0, last_face_ = 0;
+  std::array<EdgeFace, 8> edge_faces_{};
+  unsigned edge_face_count_ = 0;
+  std::array<std::pair<uint32_t, uint8_t>, 24> joined_{};
+  std::array<std::array<std::array<uint8_t, kind_count>, most_faces>, kind_count> last_turn_{};
+  std::vector<std::array<uint32_t, most_nodes - 8 + 4>> extra_;  ///< by cell slot, once there are such nodes
+};
+
+}  // namespace maille

@@ -1,0 +1,724 @@
+// The slow path: cells that no pattern fits, in the order in which docs/format.md, "Cells", has the steps.
+#include <algorithm>
+
+#include "volume/cell_coder.h"
+
+namespace maille {
+namespace {
+
+/// Turns are written as own face * 8 + mirrored * 4 + rotation.
+constexpr unsigned face_of_turn(unsigned turn) {
+  return turn / 8;
+}
+
+/// Corner of the own face that lies on corner `i` of the other.
+unsigned own_corner(const CellFace& own, unsigned turn, unsigned i) {
+  const unsigned size = own.size, rotation = turn % 4;
+  const bool mirrored = (turn / 4) % 2 != 0;
+  return own.corner[(mirrored ? rotation + size - i : rotation + i) % size];
+}
+
+bool is_turn(const CellShape& shape, unsigned size, unsigned turn) {
+  const unsigned face = face_of_turn(turn);
+  if (face >= shape.faces || shape.face[face].size != size || turn % 4 >= size) return false;
+  return (turn / 4) % 2 == 0 || size > 2;
+}
+
+uint32_t bounded(uint32_t value, uint32_t most) {
+  return value < most ? value : most;
+}
+
+}  // namespace
+
+template <class Coder>
+void CellCoder<Coder>::code_slowly(Coder& coder, StreamedCell& cell) {
+  const unsigned kind = code_kind(coder, cell.kind);
+  cell_.kind = kind;
+  cell_.known = cell_.fresh = cell_.glued = 0;
+  if (damaged_ || kind >= shape_count) return;
+  if constexpr (encoding) find_targets(cell);
+  const FaceRef anchor = code_anchor(coder);
+  if (damaged_) return;
+  if (anchor.cell != no_slot) code_turn(coder, anchor);
+  if (!damaged_) code_corners(coder);
+  if (!damaged_) glue_the_rest();
+}
+
+template <class Coder>
+unsigned CellCoder<Coder>::code_kind(Coder& coder, unsigned kind) {
+  if (decide(coder, kind == last_kind_, same_kind, last_kind_, 0, 0)) return last_kind_;
+  unsigned node = 1;
+  for (unsigned level = 0; level < 5; ++level) {
+    const bool bit = (kind >> (4 - level) & 1) != 0;
+    node = node * 2 + decide(coder, bit, kind_bit, last_kind_ * 32 + node, 0, 0);
+  }
+  damaged_ = damaged_ || node - 32 >= kind_count;
+  return node - 32;
+}
+
+template <class Coder>
+void CellCoder<Coder>::find_targets(const StreamedCell& cell) {
+  for (unsigned i = 0; i < cell_.shape().corners; ++i) target_[i] = slot_of_input(cell.number[i], i);
+}
+
+// Anchor: a cell in memory with an open face that is a face of this one.
+
+template <class Coder>
+void CellCoder<Coder>::add_anchor(uint32_t cell, unsigned origin) {
+  if (anchor_count_ == anchors_.size() || hull_.cell(cell).open == 0) return;
+  if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension) return;
+  unsigned rank = 0;
+  for (unsigned i = 0; i < anchor_count_; ++i) {
+    if (anchors_[i].cell == cell) return;
+    rank += anchors_[i].origin == origin;
+  }
+  anchors_[anchor_count_++] = {cell, static_cast<uint8_t>(origin), static_cast<uint8_t>(rank)};
+}
+
+template <class Coder>
+void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
+  const uint32_t slot = table_.find(number, 9 + origin);
+  if (slot == no_slot) return;
+  unsigned left = 12;
+  hull_.around(slot, [&](uint32_t cell, uint32_t) {
+    add_anchor(cell, origin);
+    return --left == 0;
+  });
+}
+
+/// The last cell; those after its neighbours, the newest first; those around the group's point and the next
+/// one; those that share a point with the last cell, the newest first; the last sixteen.
+template <class Coder>
+void CellCoder<Coder>::collect_anchors() {
+  anchor_count_ = 0;
+  const auto newer = [&](uint32_t a, uint32_t b) {
+    return hull_.cell(a).ordinal - hull_.cell(b).ordinal - 1 < 0x7fffffff;
+  };
+  if (sources_.cell[0] != no_slot) add_anchor(sources_.cell[0], 0);
+  std::array<uint32_t, 96> found{};
+  unsigned count = 0;
+  for (unsigned f = 1; f < source_count; ++f) {
+    if (sources_.cell[f] != no_slot) found[count++] = sources_.cell[f];
+  }
+  std::sort(found.begin(), found.begin() + count, newer);
+  for (unsigned i = 0; i < count; ++i) add_anchor(found[i], 1);
+  // Breadth first: the last anchor again, then those coded after it.
+  uint32_t next = hull_.valid(last_anchor_) ? last_anchor_.slot : no_slot;
+  for (unsigned i = 0; i < 12 && next != no_slot; ++i) {
+    add_anchor(next, 6);
+    const uint32_t ordinal = hull_.cell(next).ordinal;
+    const CellRef after = {hull_.cell(next).successor, ordinal + 1};
+    next = hull_.valid(after) ? after.slot : no_slot;
+  }
+  add_anchors_around(group_, 2);
+  add_anchors_around(group_ + 1, 3);
+  count = 0;
+  for (unsigned i = 0; i < most_corners && sources_.cell[0] != no_slot; ++i) {
+    const uint32_t point = hull_.cell(sources_.cell[0]).corner[i];
+    if (point == no_slot) continue;
+    unsigned left = 24;
+    hull_.around(point, [&](uint32_t cell, uint32_t) {
+      const auto end = found.begin() + count;
+      if (hull_.cell(cell).open != 0 && count < found.size() && std::find(found.begin(), end, cell) == end) {
+        found[count++] = cell;
+      }
+      return --left == 0;
+    });
+  }
+  std::sort(found.begin(), found.begin() + count, newer);
+  for (unsigned i = 0; i < count && i < 24; ++i) add_anchor(found[i], 4);
+  for (unsigned i = 0; i < recent_cells_.size(); ++i) {
+    const CellRef& ref = recent_cells_[(ordinal_ - 1 - i) % recent_cells_.size()];
+    if (hull_.valid(ref)) add_anchor(ref.slot, 5);
+  }
+}
+
+template <class Coder>
+bool CellCoder<Coder>::matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const {
+  const CellFace& there = Hull::shape_of(other).face[face];
+  if (!is_turn(cell_.shape(), there.size, turn)) return false;
+  const CellFace& own = cell_.shape().face[face_of_turn(turn)];
+  for (unsigned i = 0; i < there.size; ++i) {
+    if (target_[own_corner(own, turn, i)] != other.corner[there.corner[i]]) return false;
+  }
+  return true;
+}
+
+template <class Coder>
+typename CellCoder<Coder>::Turn CellCoder<Coder>::match(const Hull::Cell& other, unsigned face,
+                                                        Turn preferred) const {
+  if (matches_turn(other, face, preferred)) return preferred;
+  const CellFace& there = Hull::shape_of(other).face[face];
+  const CellShape& shape = cell_.shape();
+  unsigned there_too = 0;  // own corners at the first corner of that face
+  for (unsigned i = 0; i < shape.corners; ++i) {
+    if (target_[i] == other.corner[there.corner[0]]) there_too |= 1u << i;
+  }
+  if (there_too == 0) return no_turn;
+  for (Turn turn = 0; turn < 8u * shape.faces; ++turn) {
+    const CellFace& own = shape.face[face_of_turn(turn)];
+    if (turn % 4 >= own.size || (there_too >> own.corner[turn % 4] & 1) == 0) continue;
+    if (matches_turn(other, face, turn)) return turn;
+  }
+  return no_turn;
+}
+
+template <class Coder>
+bool CellCoder<Coder>::matches_any_face(uint32_t slot) const {
+  const Hull::Cell& other = hull_.cell(slot);
+  for (unsigned faces = other.open; faces != 0; faces &= faces - 1) {
+    if (match(other, static_cast<unsigned>(__builtin_ctz(faces)), no_turn) != no_turn) return true;
+  }
+  return false;
+}
+
+template <class Coder>
+FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
+  if (cell_.shape().dimension == 0) return {};
+  collect_anchors();
+  unsigned chosen = 0;
+  if constexpr (encoding) {
+    while (chosen < anchor_count_ && !matches_any_face(anchors_[chosen].cell)) ++chosen;
+  }
+  // Asked first, so that a mesh in no order does not take fifty decisions a cell.
+  const bool listed = anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed,
+                                                  cell_.kind << 1, last_choice_, bounded(anchor_count_, 31));
+  for (unsigned i = 0; listed && i < anchor_count_; ++i) {
+    const Candidate& candidate = anchors_[i];
+    const Hull::Cell& other = hull_.cell(candidate.cell);
+    bool here = i == chosen;
+    const uint32_t local = candidate.origin | bounded(candidate.rank, 7) << 3 |
+                           static_cast<uint32_t>(__builtin_popcount(other.open)) << 6 | cell_.kind << 9;
+    const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + bounded(candidate.rank, 7);
+    here = i + 1 == anchor_count_ ||
+           decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
+    if (here) {
+      last_choice_ = candidate.origin * 8u + bounded(candidate.rank, 7);
+      anchor_signature_ = other.signature;
+      last_anchor_ = {candidate.cell, other.ordinal};
+      return {candidate.cell, code_face(coder, candidate.cell)};
+    }
+  }
+  last_choice_ = 63;
+  anchor_signature_ = 0;
+  return code_distant_anchor(coder);
+}
+
+/// An anchor that is not among the candidates: the number of one of its points, then which of the cells
+/// there.
+template <class Coder>
+FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
+  uint32_t point = no_slot, anchor = no_slot;
+  if constexpr (encoding) {
+    for (unsigned i = 0; i < cell_.shape().corners && anchor == no_slot; ++i) {
+      if (target_[i] == no_slot) continue;
+      hull_.around(target_[i], [&](uint32_t cell, uint32_t) {
+        if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension || !matches_any_face(cell))
+          return false;
+        point = target_[i];
+        anchor = cell;
+        return true;
+      });
+    }
+  }
+  if (!decide(coder, anchor != no_slot, any_anchor, cell_.kind, 0, 0)) return {};
+  point = code_old_point(coder, point, group_);
+  if (damaged_) return {};
+  uint32_t found = no_slot;
+  unsigned rank = 0;
+  hull_.around(point, [&](uint32_t cell, uint32_t) {
+    const Hull::Cell& other = hull_.cell(cell);
+    if (other.open == 0 || Hull::shape_of(other).dimension != cell_.shape().dimension) return false;
+    const bool here =
+        decide(coder, cell == anchor, which_cell, bounded(rank++, 15), other.signature, other.open);
+    if (here) found = cell;
+    return here;
+  });
+  if (found == no_slot) {
+    damaged_ = true;
+    return {};
+  }
+  anchor_signature_ = hull_.cell(found).signature;
+  last_anchor_ = {found, hull_.cell(found).ordinal};
+  return {found, code_face(coder, found)};
+}
+
+/// Which of the open faces: the one used last time is asked first, the last one left is not asked.
+template <class Coder>
+uint32_t CellCoder<Coder>::code_face(Coder& coder, uint32_t anchor) {
+  const Hull::Cell& other = hull_.cell(anchor);
+  unsigned open = other.open;
+  for (unsigned rank = 0;; ++rank) {
+    const unsigned face =
+        (open >> last_face_ & 1) != 0 ? last_face_ : static_cast<unsigned>(__builtin_ctz(open));
+    bool here = (open & (open - 1)) == 0;
+    if (!here) {
+      if constexpr (encoding) here = match(other, face, no_turn) != no_turn;
+      const uint32_t local = face | rank << 3 | (face == last_face_ ? 64u : 0) | other.kind * 128u;
+      here = decide(coder, here, face_here, local, other.signature, other.open | last_choice_ << 8);
+    }
+    if (here) return last_face_ = face;
+    open &= ~(1u << face);
+  }
+}
+
+template <class Coder>
+void CellCoder<Coder>::code_turn(Coder& coder, FaceRef anchor) {
+  const Hull::Cell& other = hull_.cell(anchor.cell);
+  const unsigned size = Hull::shape_of(other).face[anchor.face].size;
+  uint8_t& last = last_turn_[other.kind][anchor.face][cell_.kind];
+  Turn turn = last;
+  if constexpr (encoding) turn = match(other, anchor.face, last);
+  const uint32_t local = anchor.face | cell_.kind << 3 | static_cast<uint32_t>(other.kind) << 8;
+  if (decide(coder, turn == last, same_turn, local, other.signature, last_choice_)) {
+    turn = last;
+  } else {
+    unsigned node = 1;
+    for (unsigned level = 0; level < 6; ++level) {
+      const bool bit = (turn >> (5 - level) & 1) != 0;
+      node = node * 2 +
+             decide(coder, bit, turn_bit, local << 6 | node, other.signature, last_choice_ * 64u + node);
+    }
+    turn = node - 64;
+  }
+  damaged_ = damaged_ || !is_turn(cell_.shape(), size, turn);
+  if (damaged_) return;
+  last = static_cast<uint8_t>(turn);
+  place(anchor, turn);
+  if (cell_.shape().dimension == 3) code_edges(coder, anchor, face_of_turn(turn));
+  if (cell_.shape().dimension == 2) code_faces_below(coder, anchor);
+}
+
+template <class Coder>
+void CellCoder<Coder>::place(FaceRef anchor, Turn turn) {
+  const Hull::Cell& other = hull_.cell(anchor.cell);
+  const CellFace& there = Hull::shape_of(other).face[anchor.face];
+  const CellFace& own = cell_.shape().face[face_of_turn(turn)];
+  for (unsigned i = 0; i < there.size; ++i) {
+    cell_.set_corner(own_corner(own, turn, i), other.corner[there.corner[i]]);
+  }
+  cell_.set_glue(face_of_turn(turn), anchor);
+}
+
+// Edges of the anchor face: is the cell glued to one of the open faces that meet there too?
+
+/// Lays an open face over own face `own`, edge on edge. False if they differ in size or contradict what is
+/// known.
+template <class Coder>
+bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b,
+                                EdgeFace& found) const {
+  const CellFace& there = Hull::shape_of(other).face[face];
+  const CellFace& here = cell_.shape().face[own];
+  const unsigned size = here.size;
+  if (there.size != size) return false;
+  const auto place_there = [&](unsigned corner) {
+    unsigned i = 0;
+    while (i < size && other.corner[there.corner[i]] != cell_.corner[corner]) ++i;
+    return i;
+  };
+  const auto place_here = [&](unsigned corner) {
+    unsigned i = 0;
+    while (i < size && here.corner[i] != corner) ++i;
+    return i;
+  };
+  const unsigned there_a = place_there(a), there_b = place_there(b), here_a = place_here(a),
+                 here_b = place_here(b);
+  if (there_a == size || there_b == size || here_a == size || here_b == size) return false;
+  const unsigned step_there = (there_a + 1) % size == there_b ? 1 : size - 1;
+  const unsigned step_here = (here_a + 1) % size == here_b ? 1 : size - 1;
+  for (unsigned i = 0; i < size; ++i) {
+    const unsigned corner = here.corner[(here_a + step_here * i) % size];
+    const uint32_t slot = other.corner[there.corner[(there_a + step_there * i) % size]];
+    if (cell_.has(corner) && cell_.corner[corner] != slot) return false;
+    found.slot[(here_a + step_here * i) % size] = slot;
+  }
+  return true;
+}
+
+/// Fills edge_faces_ with the open faces at the edge that could be own face `own`; returns how many cells
+/// have the edge.
+template <class Coder>
+unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b) {
+  edge_face_count_ = 0;
+  unsigned cells = 0;
+  uint32_t from = cell_.corner[a], to = cell_.corner[b];
+  if (hull_.point(from).valence > hull_.point(to).valence) std::swap(from, to);
+  hull_.around(from, [&](uint32_t slot, uint32_t corner) {
+    const Hull::Cell& other = hull_.cell(slot);
+    const CellShape& shape = Hull::shape_of(other);
+    if (shape.dimension != 3) return false;
+    for (unsigned n = shape.neighbours[corner]; n != 0; n &= n - 1) {
+      const auto end = static_cast<unsigned>(__builtin_ctz(n));
+      if (other.corner[end] != to) continue;
+      ++cells;
+      for (unsigned f = other.open & shape.faces_at[corner] & shape.faces_at[end]; f != 0 && slot != anchor;
+           f &= f - 1) {
+        if (edge_face_count_ == edge_faces_.size()) return true;
+        EdgeFace& face = edge_faces_[edge_face_count_];
+        face.face = {slot, static_cast<uint32_t>(__builtin_ctz(f))};
+        edge_face_count_ += lay_over(other, face.face.face, own, a, b, face);
+      }
+    }
+    return false;
+  });
+  return cells;
+}
+
+template <class Coder>
+void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_face) {
+  const CellFace& base = cell_.shape().face[own_face];
+  uint32_t glued_so_far = 0;
+  for (unsigned i = 0; i < base.size; ++i) {
+    const unsigned own = base.across[i], a = base.corner[i], b = base.corner[(i + 1u) % base.size];
+    const CellFace& face = cell_.shape().face[own];
+    if (cell_.is_glued(own)) continue;
+    const unsigned cells = bounded(faces_at_edge(anchor.cell, own, a, b), 15);
+    std::array<uint32_t, 4> slots{};
+    const unsigned known = cell_.known_of(face, slots);
+    bool glued = false;
+    for (unsigned k = 0; k < edge_face_count_ && !glued; ++k) {
+      const EdgeFace& candidate = edge_faces_[k];
+      if constexpr (encoding) {
+        glued = true;
+        for (unsigned c = 0; c < face.size; ++c)
+          glued = glued && target_[face.corner[c]] == candidate.slot[c];
+      }
+      const Hull::Cell& other = hull_.cell(candidate.face.cell);
+      const uint32_t local = cells | (known - 2) << 4 | bounded(edge_face_count_, 3) << 6 |
+                             glued_so_far << 8 | i << 12 | bounded(k, 3) << 14 | cell_.kind << 16;
+      const uint32_t valence =
+          hull_.point(cell_.corner[a]).valence * 32u + hull_.point(cell_.corner[b]).valence;
+      glued = decide(coder, glued, glued_here, local, hashed(anchor_signature_, other.signature),
+                     valence * 16 + cells);
+      if (!glued) continue;
+      for (unsigned c = 0; c < face.size; ++c) cell_.set_corner(face.corner[c], candidate.slot[c]);
+      cell_.set_glue(own, candidate.face);
+    }
+    glued_so_far |= (glued ? 1u : 0u) << i;
+  }
+}
+
+/// A polygon next to solids mostly lies on the open face at its first edge where its neighbour does not lie.
+template <class Coder>
+void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
+  const CellShape& shape = cell_.shape();
+  const Hull::Cell& neighbour = hull_.cell(anchor.cell);
+  const unsigned own = static_cast<unsigned>(__builtin_ctz(cell_.glued));
+  const unsigned a = shape.face[own].corner[0], b = shape.face[own].corner[1];
+  unsigned tried = 0;
+  hull_.around(cell_.corner[a], [&](uint32_t slot, uint32_t corner) {
+    const Hull::Cell& solid = hull_.cell(slot);
+    const CellShape& solid_shape = Hull::shape_of(solid);
+    if (solid_shape.dimension != 3) return false;
+    for (unsigned f = solid.open & solid_shape.faces_at[corner]; f != 0; f &= f - 1) {
+      const CellFace& face = solid_shape.face[__builtin_ctz(f)];
+      if (face.size != shape.corners) continue;
+      unsigned at_a = 4, at_b = 4, shared = 0;
+      for (unsigned i = 0; i < face.size; ++i) {
+        const uint32_t point = solid.corner[face.corner[i]];
+        if (point == cell_.corner[a]) at_a = i;
+        if (point == cell_.corner[b]) at_b = i;
+        for (unsigned j = 0; j < Hull::shape_of(neighbour).corners; ++j)
+          shared += neighbour.corner[j] == point;
+      }
+      if (at_a == 4 || at_b == 4 || shared >= face.size) continue;
+      const unsigned size = face.size, step = (at_a + 1) % size == at_b ? 1 : size - 1;
+      const unsigned own_step = (a + 1) % size == b ? 1 : size - 1;
+      bool here = encoding;
+      for (unsigned i = 0; i < size && encoding; ++i) {
+        here =
+            here && target_[(a + own_step * i) % size] == solid.corner[face.corner[(at_a + step * i) % size]];
+      }
+      here = decide(coder, here, over_face, bounded(tried++, 3), solid.signature, 0);
+      for (unsigned i = 0; i < size && here; ++i) {
+        cell_.set_corner((a + own_step * i) % size, solid.corner[face.corner[(at_a + step * i) % size]]);
+      }
+      if (here || tried > 8) return true;
+    }
+    return false;
+  });
+}
+
+// Corners that no face gave.
+
+template <class Coder>
+void CellCoder<Coder>::code_corners(Coder& coder) {
+  const CellShape& shape = cell_.shape();
+  for (unsigned i = 0; i < shape.corners && !damaged_; ++i) {
+    if (cell_.has(i)) continue;
+    if (code_repeat(coder, i)) continue;
+    const auto joined = static_cast<uint32_t>(__builtin_popcount(shape.neighbours[i] & cell_.known));
+    const auto glued = static_cast<uint32_t>(__builtin_popcount(cell_.glued));
+    const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
+    uint32_t valence = 0;
+    for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
+      valence = valence * 16 +
+                bounded(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence, 15);
+    }
+    bool fresh = false;
+    if constexpr (encoding) fresh = target_[i] == no_slot;
+    if (decide(coder, fresh, is_new, local, anchor_signature_, valence * 8 + i)) {
+      cell_.fresh |= 1u << i;
+      continue;
+    }
+    if (code_joined(coder, i)) continue;
+    uint64_t base = group_;
+    if (sources_.cell[0] != no_slot && hull_.cell(sources_.cell[0]).corner[i] != no_slot) {
+      base = number_of(hull_.cell(sources_.cell[0]).corner[i]);
+    }
+    const uint32_t slot = code_old_point(coder, target_[i], base);
+    if (!damaged_) cell_.set_corner(i, slot);
+  }
+}
+
+/// Damaged or odd meshes have cells with a corner twice.
+template <class Coder>
+bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
+  const unsigned before = cell_.known | cell_.fresh | repeated_;
+  if (before == 0) return false;
+  unsigned of = 8;
+  if constexpr (encoding) {
+    for (unsigned j = 0; j < cell_.shape().corners && of == 8; ++j) {
+      if ((before >> j & 1) != 0 && wanted_->number[j] == wanted_->number[corner]) of = j;
+    }
+  }
+  if (!decide(coder, of < 8, repeats, cell_.kind, 0, 0)) return false;
+  of = coder.code_raw(of, 3);
+  if ((before >> of & 1) == 0) {
+    damaged_ = true;
+    return true;
+  }
+  // A corner before this one may be new and without slot; a chain of repetitions leads to one that is not.
+  if (cell_.has(of)) {
+    cell_.set_corner(corner, cell_.corner[of]);
+  }
+  repeat_of_[corner] = static_cast<uint8_t>((repeated_ >> of & 1) != 0 ? repeat_of_[of] : of);
+  repeated_ |= 1u << corner;
+  return true;
+}
+
+/// Points that an edge joins to known corners next to this one: those joined to most of them first. Their
+/// number.
+template <class Coder>
+unsigned CellCoder<Coder>::joined_points(unsigned corner) {
+  unsigned count = 0;
+  const auto add = [&](uint32_t slot) {
+    for (unsigned i = 0; i < cell_.shape().corners; ++i) {
+      if (cell_.has(i) && cell_.corner[i] == slot) return;
+    }
+    for (unsigned i = 0; i < count; ++i) {
+      if (joined_[i].first != slot) continue;
+      joined_[i].second = static_cast<uint8_t>(joined_[i].second + (joined_[i].second < 255));
+      return;
+    }
+    if (count < joined_.size()) joined_[count++] = {slot, uint8_t{1}};
+  };
+  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0; n &= n - 1) {
+    unsigned left = 48;
+    hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))], [&](uint32_t slot, uint32_t at) {
+      const Hull::Cell& other = hull_.cell(slot);
+      for (unsigned m = Hull::shape_of(other).neighbours[at]; m != 0; m &= m - 1) {
+        const uint32_t point = other.corner[static_cast<unsigned>(__builtin_ctz(m))];
+        if (point != no_slot) add(point);
+      }
+      return --left == 0;
+    });
+  }
+  std::stable_sort(joined_.begin(), joined_.begin() + count,
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return bounded(count, 12);
+}
+
+template <class Coder>
+bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
+  const unsigned count = joined_points(corner);
+  for (unsigned i = 0; i < count; ++i) {
+    const uint32_t slot = joined_[i].first;
+    const uint32_t local = i | bounded(joined_[i].second, 7) << 4 | cell_.kind << 7;
+    const uint32_t valence = bounded(hull_.point(slot).valence, 31);
+    if (!decide(coder, target_[corner] == slot, joined_here, local, anchor_signature_, valence * 16 + i))
+      continue;
+    cell_.set_corner(corner, slot);
+    return true;
+  }
+  return false;
+}
+
+template <class Coder>
+uint32_t CellCoder<Coder>::code_old_point(Coder& coder, uint32_t slot, uint64_t base) {
+  uint64_t number = encoding ? number_of(slot) : 0;
+  number = base + static_cast<uint64_t>(old_point_.code(coder, static_cast<int64_t>(number - base)));
+  if constexpr (!encoding) {
+    slot = table_.find(number, 15);
+    damaged_ = damaged_ || slot == no_slot || coder.exhausted();
+  }
+  return slot;
+}
+
+/// Faces that nobody asked about, but that close here all the same.
+template <class Coder>
+void CellCoder<Coder>::glue_the_rest() {
+  const CellShape& shape = cell_.shape();
+  for (unsigned f = 0; f < shape.faces; ++f) {
+    if (cell_.is_glued(f)) continue;
+    std::array<uint32_t, 4> slots{};
+    if (cell_.known_of(shape.face[f], slots) < shape.face[f].size) continue;
+    const FaceRef found = hull_.find_face(shape.face[f].size, slots.data(), shape.face[f].size);
+    if (found.cell != no_slot) cell_.set_glue(f, found);
+  }
+}
+
+// Nodes behind the corners.
+
+/// The node of a cell in memory that lies between the same corners; no_slot when there is none.
+template <class Coder>
+uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
+  const unsigned corners = cell_.shape().lies_on[node];
+  if ((corners & cell_.fresh) != 0) return no_slot;
+  uint32_t found = no_slot;
+  hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(corners))], [&](uint32_t slot, uint32_t) {
+    const Hull::Cell& other = hull_.cell(slot);
+    const CellShape& shape = Hull::shape_of(other);
+    for (unsigned i = shape.corners; i < shape.nodes; ++i) {
+      if (__builtin_popcount(shape.lies_on[i]) != __builtin_popcount(corners)) continue;
+      bool same = true;
+      for (unsigned c = corners; c != 0 && same; c &= c - 1) {
+        const uint32_t point = cell_.corner[static_cast<unsigned>(__builtin_ctz(c))];
+        bool has = false;
+        for (unsigned d = shape.lies_on[i]; d != 0; d &= d - 1) {
+          has = has || other.corner[static_cast<unsigned>(__builtin_ctz(d))] == point;
+        }
+        same = has;
+      }
+      const uint32_t candidate = extra_[slot][i - shape.corners];
+      if (same && hull_.point(candidate).alive) found = candidate;
+    }
+    return found != no_slot;
+  });
+  return found;
+}
+
+template <class Coder>
+void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
+  const CellShape& shape = cell_.shape();
+  for (unsigned i = shape.corners; i < shape.nodes && !damaged_; ++i) {
+    const auto size = static_cast<uint32_t>(__builtin_popcount(shape.lies_on[i]));
+    const uint32_t candidate = extra_node_on(i);
+    uint32_t target = no_slot;
+    if constexpr (encoding) target = slot_of_input(cell.number[i], i);
+    const uint32_t local = (candidate != no_slot ? 1u : 0) | size << 1 | cell_.kind << 5;
+    const bool fresh_corners = (shape.lies_on[i] & cell_.fresh) != 0;
+    node_[i] = candidate;
+    if (candidate == no_slot || !decide(coder, target == candidate, node_known, local, i, 0)) {
+      if (decide(coder, target == no_slot, is_new, local + 0x10000, i, fresh_corners)) {
+        NewPoint point;
+        point.cell = static_cast<uint32_t>(out.size());
+        point.node = static_cast<uint8_t>(i);
+        point.fresh = static_cast<uint8_t>(cell_.fresh);
+        point.slot = create_point(numbers, cell.number[i], false, 0, 33 + i);
+        point.number = damaged_ ? 0 : encoding ? cell.number[i] : number_of(point.slot);
+        node_[i] = point.slot;
+        if (!damaged_) out.points.push_back(point);
+      } else {
+        node_[i] = code_old_point(coder, target, number_of(cell_.corner[0]));
+      }
+    }
+    if constexpr (!encoding) cell.number[i] = damaged_ ? 0 : number_of(node_[i]);
+  }
+}
+
+// Ends of points.
+
+template <class Coder>
+void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corners_too) {
+  const CellShape& shape = cell_.shape();
+  uint32_t final = corners_too ? 0 : cell.final & ((1u << shape.corners) - 1);
+  for (unsigned i = corners_too ? 0 : shape.corners; i < shape.nodes; ++i) {
+    bool before = false;
+    for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
+    if (before) continue;
+    const Hull::Point& point = hull_.point(node_[i]);
+    uint32_t open = 0;
+    hull_.around(node_[i], [&](uint32_t slot, uint32_t corner) {
+      const Hull::Cell& other = hull_.cell(slot);
+      open += static_cast<uint32_t>(__builtin_popcount(other.open & Hull::shape_of(other).faces_at[corner]));
+      return open > 30;
+    });
+    uint32_t local = bounded(point.valence, 63) | bounded(open, 31) << 6 | cell_.kind << 11;
+    if (i >= shape.corners) {
+      const bool with_corners = (shape.lies_on[i] & ~final) == 0;
+      local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;
+    }
+    const bool fresh = i < shape.corners && cell_.is_fresh(i);
+    const uint32_t nearby = i | (fresh ? 32u : 0) | (last_signatures_[0] & 0xffff) << 6;
+    if (decide(coder, (cell.final >> i & 1) != 0, is_final, local, nearby, local * 32 + i)) final |= 1u << i;
+  }
+  cell.final = final;
+}
+
+template <class Coder>
+void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
+  uint64_t least = ~uint64_t{0};
+  bool next = false;
+  for (unsigned i = 0; i < cell_.shape().corners; ++i) {
+    const uint64_t number = number_of(node_[i]);
+    if (number == group_) return;
+    next = next || number == group_ + 1;
+    least = std::min(least, number);
+  }
+  static_cast<void>(cell);
+  group_ = next ? group_ + 1 : least;
+}
+
+/// A cell without known shape: a list of points, each new or named by its number.
+template <class Coder>
+bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
+  const auto type = static_cast<uint8_t>(coder.code_raw(static_cast<uint32_t>(cell.type), 8));
+  const int64_t count = loose_count_.code(coder, static_cast<int64_t>(cell.numbers.size()));
+  damaged_ = damaged_ || count < 0 || count > most_loose_nodes;
+  cell.kind = loose_cell;
+  cell.type = static_cast<CellType>(type);
+  out.kinds.push_back(loose_cell);
+  out.loose_types.push_back(cell.type);
+  out.begin.push_back(static_cast<uint32_t>(out.nodes.size()));
+  out.cell_slots.push_back(no_slot);
+  out.across.emplace_back().fill(no_slot);
+  if constexpr (!encoding) {
+    cell.numbers.clear();
+    cell.finals.clear();
+  }
+  const size_t first = out.nodes.size();
+  for (int64_t i = 0; i < count && !damaged_; ++i) {
+    uint64_t number = encoding ? cell.numbers[static_cast<size_t>(i)] : 0;
+    uint32_t slot = encoding ? slot_of_input(number, 16) : no_slot;
+    if (decide(coder, slot == no_slot, is_new, 0x20000, 0, 0)) {
+      NewPoint point;
+      point.slot = slot = create_point(numbers, number, false, 0, 63);
+      if (damaged_) break;
+      point.number = encoding ? number : number_of(slot);
+      out.points.push_back(point);
+    } else {
+      slot = code_old_point(coder, slot, last_loose_);
+      if (damaged_) break;
+    }
+    last_loose_ = number_of(slot);
+    out.nodes.push_back(slot);
+    // The loop is bounded by the stream: every node costs at least one decision, 2^-11 bit.
+    damaged_ = !encoding && coder.exhausted();
+    if constexpr (!encoding) cell.numbers.push_back(last_loose_);
+  }
+  for (size_t i = 0; i < static_cast<size_t>(count) && !damaged_; ++i) {
+    bool final = encoding && cell.finals[i] != 0;
+    final = decide(coder, final, is_final, 0x200000, 0, 0);
+    if constexpr (!encoding) cell.finals.push_back(final);
+    const uint32_t slot = out.nodes[first + i];
+    if (final && hull_.point(slot).alive) end_point(slot, out);
+  }
+  last_kind_ = loose_cell;
+  return !damaged_;
+}
+
+template class CellCoder<RangeEncoder>;
+template class CellCoder<RangeDecoder>;
+
+}  // namespace maille

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace maille {
+
+/// The cells of a block in an order that is cheap to code and keeps the front small: always the cell that
+/// most faces of the front wait for, among equals the one that the front reached first. A cell may come at
+/// any time, so that meshes in no order (most unstructured generators) become streams with a narrow front.
+/// Memory: about 100 bytes a cell.
+std::vector<uint64_t> front_order(const CellBlock& block);
+
+}  // namespace maille

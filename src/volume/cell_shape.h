@@ -1,0 +1,66 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <array>
+#include <cstdint>
+
+namespace maille {
+
+inline constexpr unsigned most_corners = 8;
+inline constexpr unsigned most_faces = 6;
+/// Nodes of the largest cell of fixed size, the triquadratic hexahedron.
+inline constexpr unsigned most_nodes = 27;
+
+/// A face of a cell is where it meets another cell of its dimension: a polygon of a solid, an edge of a
+/// polygon, an end of a line. So faces of cells of different dimensions have different sizes, and never
+/// match.
+struct CellFace {
+  uint8_t size = 0;
+  std::array<uint8_t, 4> corner{};  ///< in a cycle
+  /// across[i]: the other face at the edge from corner i to corner i + 1. Solids only.
+  std::array<uint8_t, 4> across{};
+};
+
+/// What a cell of one type looks like. Corners are numbered as VTK numbers those of the type with this
+/// outline, so a voxel has the corners of a hexahedron.
+struct CellShape {
+  CellType type = CellType::vertex;
+  uint8_t dimension = 0;
+  uint8_t corners = 0;
+  uint8_t faces = 0;
+  uint8_t nodes =
+      0;  ///< corners and what comes behind them: nodes in the middle of edges, faces, and the cell
+  std::array<CellFace, most_faces> face{};
+  std::array<uint8_t, most_corners> faces_at{};  ///< by corner, a bit for each face
+  std::array<uint8_t, most_corners>
+      neighbours{};  ///< by corner, a bit for each corner joined to it by an edge
+  /// By corner: three corners {a, b, d} of a quad face with it, d opposite, so that a + b - d is expected
+  /// there.
+  struct Parallelogram {
+    uint8_t a = 0, b = 0, opposite = 0;
+  };
+  std::array<std::array<Parallelogram, 3>, most_corners> parallelogram{};
+  std::array<uint8_t, most_corners> parallelograms{};
+  /// place[i]: where node i stands in a tuple of the type, as files and Mesh have it.
+  std::array<uint8_t, most_nodes> place{};
+  /// For nodes from `corners` on: a bit for each corner of the edge, face or cell they lie on.
+  std::array<uint8_t, most_nodes> lies_on{};
+};
+
+/// Shapes that the hull codec knows, by an index of their own ("kind").
+inline constexpr unsigned shape_count = 18;
+extern const std::array<CellShape, shape_count> cell_shapes;
+
+/// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any
+/// length; word that a point is not used again, where no cell could say so.
+inline constexpr unsigned isolated_point = shape_count;
+inline constexpr unsigned loose_cell = shape_count + 1;
+inline constexpr unsigned ended_point = shape_count + 2;
+inline constexpr unsigned kind_count = shape_count + 3;
+inline constexpr uint32_t most_loose_nodes = uint32_t{1} << 24;
+
+/// The kind of a type; loose_cell for those without a shape.
+unsigned kind_of(CellType type);
+
+}  // namespace maille

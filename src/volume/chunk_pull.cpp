@@ -1,0 +1,126 @@
+#include "volume/chunk_pull.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "base/posix.h"
+#include "base/result.h"
+
+namespace maille {
+
+Result<Bytes> ChunkPull::window(size_t size) {
+  if (end_ - begin_ < size) {
+    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
+    end_ -= begin_;
+    begin_ = 0;
+    if (buffer_.size() < size) buffer_.resize(std::max<size_t>(size, size_t{64} << 10));
+    while (end_ < size) {
+      const size_t count = MAILLE_TRY(bytes_->read(std::span(buffer_).subspan(end_)));
+      if (count == 0) break;
+      end_ += count;
+    }
+  }
+  return Bytes(buffer_).subspan(begin_, std::min(size, end_ - begin_));
+}
+
+Result<FileHeader> ChunkPull::begin() {
+  const Bytes bytes = MAILLE_TRY(window(file_header_bytes));
+  const FileHeader header = MAILLE_TRY(read_file_header(bytes, name()));
+  digest_.emplace(bytes);
+  begin_ += file_header_bytes;
+  offset_ = file_header_bytes;
+  return header;
+}
+
+Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
+  for (;;) {
+    // A pipe may hold less than the longest header: the next batch is still being made.
+    std::optional<ParsedChunkHeader> parsed;
+    for (size_t size = footer_bytes; !parsed && size <= max_chunk_header_bytes; ++size) {
+      parsed = read_chunk_header(MAILLE_TRY(window(size)));
+    }
+    if (!parsed) {
+      MAILLE_CHECK(check_end());
+      return false;
+    }
+    const auto total = static_cast<size_t>(parsed->total_bytes());
+    const Bytes chunk = MAILLE_TRY(window(total));
+    ChunkRecord record = {parsed->header, offset_, 0};
+    if (chunk.size() == total) record.checksum = load<uint64_t>(chunk.data() + total - chunk_checksum_bytes);
+    const auto found = chunk.size() == total ? chunk_content(chunk, record) : std::nullopt;
+    if (!found) {
+      const std::string what = chunk.size() < total ? "is cut off" : "is damaged";
+      return failure(ErrorCode::corrupt, name() + ": " + describe(parsed->header) + " at byte " +
+                                             std::to_string(offset_) + " " + what);
+    }
+    const bool of_index = parsed->header.type == index_type;
+    if (of_index && index_offset_ == 0) index_offset_ = offset_;
+    offset_ += total;
+    begin_ += total;
+    if (of_index) continue;
+    digest_->add_chunk(parsed->header, record.checksum);
+    header = parsed->header;
+    content = *found;
+    return true;
+  }
+}
+
+Result<> ChunkPull::check_end() {
+  const Bytes rest = MAILLE_TRY(window(footer_bytes + 1));
+  const auto footer = rest.size() == footer_bytes ? read_footer(rest) : std::nullopt;
+  if (!footer || !checksum_matches(footer->digest, digest_->finish(footer->index_offset)) ||
+      footer->index_offset != index_offset_) {
+    return failure(ErrorCode::corrupt, name() + ": damaged or cut off at byte " + std::to_string(offset_));
+  }
+  return {};
+}
+
+namespace {
+
+class DescriptorStream final : public ByteStream {
+ public:
+  DescriptorStream(int descriptor, std::string name) : descriptor_(descriptor), name_(std::move(name)) {}
+  Result<size_t> read(std::span<std::byte> out) override {
+    for (;;) {
+      const ssize_t count = ::read(descriptor_, out.data(), out.size());
+      if (count >= 0) return static_cast<size_t>(count);
+      if (errno != EINTR) return cannot_read(name_);
+    }
+  }
+  std::string name() const override { return name_; }
+
+ private:
+  int descriptor_;
+  std::string name_;
+};
+
+class SourceStream final : public ByteStream {
+ public:
+  explicit SourceStream(const Source& source) : source_(source) {}
+  Result<size_t> read(std::span<std::byte> out) override {
+    const auto count = static_cast<size_t>(std::min<uint64_t>(out.size(), source_.size() - at_));
+    MAILLE_CHECK(source_.read_at(at_, out.first(count)));
+    at_ += count;
+    return count;
+  }
+  std::string name() const override { return source_.name(); }
+
+ private:
+  const Source& source_;
+  uint64_t at_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ByteStream> descriptor_stream(int descriptor, std::string name) {
+  return std::make_unique<DescriptorStream>(descriptor, std::move(name));
+}
+
+std::unique_ptr<ByteStream> source_stream(const Source& source) {
+  return std::make_unique<SourceStream>(source);
+}
+
+}  // namespace maille

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "entropy/bit_model.h"
+#include "entropy/mixing.h"
+
+namespace maille {
+
+/// Adaptive probability for decisions that are nearly always the same: 32 bits, of which 16 are used, moved
+/// by 1 / (n + 1.6) at the n-th visit, up to the 1000th. A run costs down to 2^-15 bit a decision; with the
+/// floor of the other models structured meshes would cost thirty times as much.
+class RunModel {
+ public:
+  template <class Coder>
+  [[gnu::always_inline]] bool code(Coder& coder, bool bit) {
+    const uint32_t high = probability_ >> 16;
+    bit = coder.code(bit, high == 0 ? 1 : high);
+    const int64_t error = (bit ? int64_t{0xffffffff} : int64_t{0}) - int64_t{probability_};
+    probability_ = static_cast<uint32_t>(int64_t{probability_} + error * rates()[visits_] / 65536);
+    visits_ = static_cast<uint16_t>(visits_ + (visits_ < limit));
+    return bit;
+  }
+
+ private:
+  static constexpr unsigned limit = 1000;
+  static const std::array<int32_t, limit + 1>& rates() {
+    static constexpr auto table = [] {
+      std::array<int32_t, limit + 1> rate{};
+      for (unsigned n = 0; n <= limit; ++n) rate[n] = static_cast<int32_t>(655360 / (10 * n + 16));
+      return rate;
+    }();
+    return table;
+  }
+
+  uint32_t probability_ = 0x80000000;
+  uint16_t visits_ = 0;
+};
+
+/// What is known when a decision of the slow path is coded: four contexts, of which each alone predicts.
+struct Evidence {
+  uint32_t local = 0;    ///< the geometry of the decision itself
+  uint32_t recent = 0;   ///< how the last cells were coded
+  uint32_t nearby = 0;   ///< how the cell next to it was coded
+  uint32_t valence = 0;  ///< how many cells meet here
+};
+
+/// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context
+/// decides alone; else the four are mixed.
+template <unsigned Questions>
+class Decisions {
+ public:
+  explicit Decisions(bool mixed)
+      : mixed_(mixed),
+        cells_(size_t{1} << (mixed ? table_bits : small_table_bits)),
+        mixer_(Questions * 4, Questions * 16, Questions, {24576, 24576, 24576, 24576}) {}
+
+  template <class Coder>
+  bool code(Coder& coder, bool bit, unsigned question, const Evidence& evidence) {
+    const uint32_t base = hashed(question + 1, evidence.local);
+    if (!mixed_) {
+      WideCell& cell = cells_[base >> (32 - small_table_bits)];
+      bit = coder.code(bit, bounded(cell.probability));
+      cell.update(bit);
+      return bit;
+    }
+    const uint32_t place[4] = {base, hashed(base, evidence.recent + 0x10000),
+                               hashed(base, evidence.nearby + 0x20000),
+                               hashed(base, evidence.valence + 0x30000)};
+    WideCell* cell[4];
+    Mixer<4>::Inputs inputs{};
+    unsigned met = 0;
+    for (unsigned i = 0; i < 4; ++i) {
+      cell[i] = &cells_[(place[i] * 0x9e3779b1u) >> (32 - table_bits)];
+      inputs[0][i] = cell[i]->logit();
+      met += cell[i]->visits > 2;
+    }
+    const unsigned first = question * 4 + (met == 0 ? 0 : met - 1);
+    const unsigned second = question * 16 + (evidence.local & 15);
+    bit = coder.code(bit, mixer_.predict(inputs, first, second, question));
+    mixer_.update(bit);
+    for (WideCell* each : cell) each->update(bit);
+    return bit;
+  }
+
+ private:
+  static constexpr unsigned table_bits = 19;
+  static constexpr unsigned small_table_bits = 14;
+  static uint32_t bounded(uint32_t probability) {
+    return probability < 32 ? 32 : probability > 65536 - 32 ? 65536 - 32 : probability;
+  }
+
+  bool mixed_;
+  std::vector<WideCell> cells_;
+  Mixer<4> mixer_;
+};
+
+/// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with
+/// models.
+class DifferenceModel {
+ public:
+  template <class Coder>
+  int64_t code(Coder& coder, int64_t value) {
+    const uint64_t size = value < 0 ? ~static_cast<uint64_t>(value) : static_cast<uint64_t>(value);
+    const unsigned length = code_length(coder, bit_length(size));
+    const bool negative = sign_[length].code(coder, value < 0);
+    uint64_t found = length == 0 ? 0 : 1;
+    for (unsigned left = length == 0 ? 0 : length - 1; left > 0; --left) {
+      const bool bit = (size >> (left - 1) & 1) != 0;
+      const bool modelled = length - left <= 2;
+      found = found << 1 | (modelled ? head_[length * 8 + found].code(coder, bit)
+                                     : coder.code_raw(static_cast<uint32_t>(bit), 1) != 0);
+    }
+    return static_cast<int64_t>(negative ? ~found : found);
+  }
+
+ private:
+  template <class Coder>
+  unsigned code_length(Coder& coder, unsigned length) {
+    unsigned node = 1;
+    for (unsigned level = 0; level < 6; ++level) {
+      node = node * 2 + length_[node].code(coder, (length >> (5 - level) & 1) != 0);
+    }
+    return node - 64;  // up to 63: sizes have at most 63 bits
+  }
+
+  std::array<BitModel, 64> length_;
+  std::array<BitModel, 64> sign_;
+  std::array<BitModel, 64 * 8> head_;
+};
+
+}  // namespace maille

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/cell_shape.h"
+#include "volume/point_table.h"
+#include "volume/slots.h"
+
+namespace maille {
+
+/// A cell that may have left memory since: the ordinal tells.
+struct CellRef {
+  uint32_t slot = no_slot;
+  uint32_t ordinal = 0;
+};
+
+/// A face of a cell in memory.
+struct FaceRef {
+  uint32_t cell = no_slot;
+  uint32_t face = 0;
+};
+
+/// What is in memory while cells stream through: points that will be used again, and the cells around them.
+/// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
+/// faster than a hashed face, and most cells need no search at all (cell_coder.h).
+///
+/// The cells around a point are a list through their corners: `head` of the point, then `next` of each
+/// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
+/// its last point does.
+class Hull {
+ public:
+  struct Point {
+    uint64_t number = 0;
+    uint32_t head = no_slot;  ///< cell slot * 8 + corner
+    uint16_t valence = 0;     ///< cells in the list, not above 65535
+    bool alive = false;
+  };
+  struct Cell {
+    std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
+    std::array<uint32_t, most_corners> next;
+    uint32_t successor = no_slot;  ///< slot of the cell coded after it
+    uint32_t ordinal = 0;
+    uint32_t pattern = 0;
+    uint32_t signature = 0;
+    uint8_t open = 0;  ///< a bit for each face that no second cell has met
+    uint8_t live = 0;  ///< corners whose point is alive
+    uint8_t kind = 0;
+  };
+
+  bool valid(const CellRef& ref) const {
+    return ref.slot != no_slot && cells_[ref.slot].ordinal == ref.ordinal && cells_[ref.slot].live != 0;
+  }
+  const Cell& cell(uint32_t slot) const { return cells_[slot]; }
+  Cell& cell(uint32_t slot) { return cells_[slot]; }
+  const Point& point(uint32_t slot) const { return points_[slot]; }
+  static const CellShape& shape_of(const Cell& cell) { return cell_shapes[cell.kind]; }
+
+  uint32_t add_point(uint64_t number) {
+    const uint32_t slot = point_slots_.take();
+    if (slot >= points_.size()) points_.resize(point_slots_.capacity());
+    points_[slot] = {number, no_slot, 0, true};
+    return slot;
+  }
+
+  /// Enters a cell into the lists of its corners. `glued` has a bit for each face that met another.
+  uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    const CellShape& shape = cell_shapes[kind];
+    Cell& cell = cells_[slot];
+    for (unsigned i = 0; i < shape.corners; ++i) {
+      Point& point = points_[corners[i]];
+      cell.corner[i] = corners[i];
+      cell.next[i] = point.head;
+      point.head = slot * most_corners + i;
+      point.valence = static_cast<uint16_t>(point.valence + (point.valence < 0xffff));
+    }
+    for (unsigned i = shape.corners; i < most_corners; ++i) cell.corner[i] = no_slot;
+    cell.successor = no_slot;
+    cell.ordinal = ordinal;
+    cell.open = static_cast<uint8_t>(((1u << shape.faces) - 1) & ~glued);
+    cell.live = shape.corners;
+    cell.kind = static_cast<uint8_t>(kind);
+    return slot;
+  }
+
+  /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is
+  /// not only tidy: its slot will be another point's, and a face left open would seem to be at that one. The
+  /// slot itself is free only after free_points(), so that slots name points within a block of cells.
+  void remove_point(uint32_t slot) {
+    Point& point = points_[slot];
+    for (uint32_t at = point.head; at != no_slot;) {
+      Cell& cell = cells_[at / most_corners];
+      const unsigned corner = at % most_corners;
+      at = cell.next[corner];
+      cell.open = static_cast<uint8_t>(cell.open & ~shape_of(cell).faces_at[corner]);
+      cell.corner[corner] = no_slot;
+      if (--cell.live == 0) cell_slots_.give_back(static_cast<uint32_t>(&cell - cells_.data()));
+    }
+    point.head = no_slot;
+    point.alive = false;
+    removed_.push_back(slot);
+  }
+  void free_points() {
+    for (const uint32_t slot : removed_) point_slots_.give_back(slot);
+    removed_.clear();
+  }
+
+  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true.
+  template <class Visit>
+  bool around(uint32_t slot, Visit visit) const {
+    for (uint32_t at = points_[slot].head; at != no_slot;) {
+      const uint32_t cell = at / most_corners, corner = at % most_corners;
+      if (visit(cell, corner)) return true;
+      at = cells_[cell].next[corner];
+    }
+    return false;
+  }
+
+  /// The open face of `size` corners that has all `count` points of `known`, of which the first is alive; the
+  /// newest.
+  FaceRef find_face(unsigned size, const uint32_t* known, unsigned count) const {
+    FaceRef found;
+    around(known[0], [&](uint32_t slot, uint32_t corner) {
+      const Cell& cell = cells_[slot];
+      for (unsigned faces = cell.open & shape_of(cell).faces_at[corner]; faces != 0; faces &= faces - 1) {
+        const auto f = static_cast<uint32_t>(__builtin_ctz(faces));
+        const CellFace& face = shape_of(cell).face[f];
+        if (face.size != size || !has_all(cell, face, known + 1, count - 1)) continue;
+        found = {slot, f};
+        return true;
+      }
+      return false;
+    });
+    return found;
+  }
+
+  uint32_t live_points() const { return point_slots_.taken(); }
+  uint32_t live_cells() const { return cell_slots_.taken(); }
+  uint32_t point_capacity() const { return point_slots_.capacity(); }
+  uint32_t cell_capacity() const { return cell_slots_.capacity(); }
+
+ private:
+  static bool has_all(const Cell& cell, const CellFace& face, const uint32_t* points, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      bool has = false;
+      for (unsigned j = 0; j < face.size; ++j) has = has || cell.corner[face.corner[j]] == points[i];
+      if (!has) return false;
+    }
+    return true;
+  }
+
+  std::vector<Point> points_;
+  std::vector<Cell> cells_;
+  Slots point_slots_;
+  Slots cell_slots_;
+  std::vector<uint32_t> removed_;
+};
+
+}  // namespace maille

@@ -1,0 +1,74 @@
+#include "volume/mesh_stream.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/result.h"
+#include "volume/number_space.h"
+
+namespace maille {
+namespace {
+
+/// Fewer digits than a float has, if nearly all numbers of a sample are written with so few, and if that
+/// beats decimal fractions with the same number of places everywhere.
+NumberMap with_digits(const Array& array, uint32_t component, const NumberMap& map) {
+  const bool ordered = map.kind == NumberMap::Kind::ordered;
+  if (!is_float(array.type) || (!ordered && map.kind != NumberMap::Kind::decimal) || array.count() == 0)
+    return map;
+  const uint64_t stride = array.count() / 20000 + 1;
+  const int most = array.type == Scalar::f32 ? 6 : 15;
+  for (int digits = 3; digits <= most; ++digits) {
+    NumberMap candidate = {.kind = NumberMap::Kind::ordered};
+    candidate.exponent = digits;
+    const NumberSpace space(array.type, candidate);
+    const SignificantDigits places(digits);
+    uint64_t sample = 0, kept = 0;
+    int64_t finer = 0;
+    for (uint64_t i = 0; i < array.count(); i += stride) {
+      const std::byte* number = array.bytes.data() + i * array.tuple_size() + component * size_of(array.type);
+      std::array<std::byte, 8> back{};
+      space.store_number(space.code_of(number), back.data());
+      const double value = number_as_double(array.type, number);
+      ++sample;
+      kept += std::equal(number, number + size_of(array.type), back.data());
+      const double size = value < 0 ? -value : value;
+      if (size > 1e-6 && size < 1e15) finer += map.exponent - (digits - 1 - places.exponent_of(size));
+    }
+    if (kept < sample - sample / 128) continue;
+    const bool pays = ordered || finer * 10 > static_cast<int64_t>(sample);
+    return pays ? candidate : map;
+  }
+  return map;
+}
+
+Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {
+  ArrayMaps maps;
+  if (array.role == Role::normal && tolerance.kind != Tolerance::Kind::lossless) {
+    // Octahedral maps are of whole tuples, streams code numbers one by one.
+    Array plain = array;
+    plain.role = Role::none;
+    maps = MAILLE_TRY(choose_maps(plain, tolerance, are_positions));
+  } else {
+    maps = MAILLE_TRY(choose_maps(array, tolerance, are_positions));
+  }
+  for (uint32_t c = 0; maps.lossless && c < array.components; ++c)
+    maps.maps[c] = with_digits(array, c, maps.maps[c]);
+  list.maps.push_back(std::move(maps.maps));
+  list.bounds.push_back(maps.lossless ? 0 : maps.bound);
+  return {};
+}
+
+}  // namespace
+
+Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options) {
+  ArrayMapsList list;
+  MAILLE_CHECK(add_maps(mesh.points, options.positions.tolerance, true, list));
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    MAILLE_CHECK(add_maps(array, options.arrays[next++].tolerance, false, list));
+  }
+  return list;
+}
+
+}  // namespace maille

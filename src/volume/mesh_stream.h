@@ -1,0 +1,24 @@
+#pragma once
+
+#include <maille/stream.h>
+
+#include <vector>
+
+#include "mesh/number_map.h"
+
+namespace maille {
+
+/// Number maps of positions, then of each array of a stream, with the error each may have.
+struct ArrayMapsList {
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+};
+
+/// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:
+/// usage.
+Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options);
+
+/// A writer with such maps, instead of those that can be told from the declarations alone.
+Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
+
+}  // namespace maille

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/assembly.h"
+
+namespace maille {
+
+/// Cells that a pattern refers to: the last one, and for each of its faces the cell that was coded right
+/// after its neighbour there. In a sweep, whatever joined one cell to its neighbour joins the next one to the
+/// next neighbour.
+inline constexpr unsigned source_count = 1 + most_faces;
+struct Sources {
+  std::array<uint32_t, source_count> cell{};  ///< slots; no_slot: there is none, or it has left memory
+};
+
+/// How a cell is joined to what is in memory, in terms of its sources: a whole cell is "the same again, one
+/// step on".
+struct Pattern {
+  static constexpr uint8_t new_point = 255;
+  static constexpr uint8_t by_search = 254;
+
+  uint8_t kind = 0;
+  uint8_t final = 0;                           ///< a bit for each corner that is used for the last time
+  std::array<uint8_t, most_corners> source{};  ///< by corner: a source, new_point, or by_search
+  std::array<uint8_t, most_corners> corner{};  ///< in the source
+  std::array<uint8_t, most_faces> glue{};      ///< by face: 0 none, 1 + source, by_search
+  std::array<uint8_t, most_faces> other{};     ///< face of the source
+
+  bool operator==(const Pattern&) const = default;
+};
+
+/// The patterns met so far, numbered from 1; 0 stands for none.
+class Patterns {
+ public:
+  static constexpr uint32_t most = 65535;
+
+  const Pattern& operator[](uint32_t id) const { return patterns_[id]; }
+  uint32_t signature(uint32_t id) const { return signatures_[id]; }
+  /// Its number, new if there is room; else 0. `signature`: how a cell of this pattern was coded first.
+  uint32_t add(const Pattern& pattern, uint32_t signature);
+
+  /// Puts a cell together. False when the pattern does not apply here: a source has gone, a face is closed.
+  static bool apply(const Pattern& pattern, const Hull& hull, const Sources& sources, Assembly& cell);
+  /// The pattern of a cell, all corners known or fresh; false if it cannot be said in terms of sources.
+  static bool describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern);
+
+ private:
+  std::vector<Pattern> patterns_ = {{}};
+  std::vector<uint32_t> signatures_ = {0};
+  std::vector<uint32_t> table_ = std::vector<uint32_t>(2 * (most + 1), 0);
+};
+
+}  // namespace maille

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/hash.h"
+
+namespace maille {
+
+inline constexpr uint32_t no_slot = 0xffffffff;
+
+/// Slots of the points that are alive, by their number. Numbers come in runs in nearly every mesh, so there
+/// is one entry for 32 of them, and each corner remembers the page it had last: a look-up is mostly one
+/// comparison.
+class PointTable {
+ public:
+  PointTable() : table_(64, no_page) {}
+
+  uint32_t find(uint64_t number, unsigned corner) {
+    const uint32_t page = page_of(number / 32, corner);
+    return page == no_page ? no_slot : pages_[page].slot[number % 32];
+  }
+  void insert(uint64_t number, uint32_t slot) {
+    uint32_t page = page_of(number / 32, 0);
+    if (page == no_page) page = add_page(number / 32);
+    pages_[page].slot[number % 32] = slot;
+    ++pages_[page].used;
+  }
+  void erase(uint64_t number) {
+    const uint32_t page = page_of(number / 32, 0);
+    pages_[page].slot[number % 32] = no_slot;
+    if (--pages_[page].used == 0) remove_page(page);
+  }
+
+ private:
+  static constexpr uint32_t no_page = 0xffffffff;
+  static constexpr uint64_t no_key = ~uint64_t{0};
+  struct Page {
+    uint64_t key = no_key;
+    uint32_t used = 0;
+    std::array<uint32_t, 32> slot{};
+  };
+
+  size_t home(uint64_t key) const { return hash_mix(key, 0) & (table_.size() - 1); }
+  uint32_t page_of(uint64_t key, unsigned corner) {
+    uint32_t& last = last_[corner % last_.size()];
+    if (last < pages_.size() && pages_[last].key == key) return last;
+    for (size_t at = home(key); table_[at] != no_page; at = (at + 1) & (table_.size() - 1)) {
+      if (pages_[table_[at]].key == key) return last = table_[at];
+    }
+    return no_page;
+  }
+  uint32_t add_page(uint64_t key) {
+    if (2 * (pages_.size() - unused_.size() + 1) > table_.size()) grow();
+    uint32_t page = static_cast<uint32_t>(pages_.size());
+    if (unused_.empty()) {
+      pages_.emplace_back();
+    } else {
+      page = unused_.back();
+      unused_.pop_back();
+    }
+    pages_[page].key = key;
+    pages_[page].slot.fill(no_slot);
+    put(page);
+    return page;
+  }
+  void put(uint32_t page) {
+    size_t at = home(pages_[page].key);
+    while (table_[at] != no_page) at = (at + 1) & (table_.size() - 1);
+    table_[at] = page;
+  }
+  void grow() {
+    table_.assign(table_.size() * 2, no_page);
+    for (uint32_t page = 0; page < pages_.size(); ++page) {
+      if (pages_[page].key != no_key) put(page);
+    }
+  }
+  /// Entries behind move up into the gap, so that no search stops early (Knuth, volume 3, 6.4, algorithm R).
+  void remove_page(uint32_t page) {
+    const size_t mask = table_.size() - 1;
+    size_t gap = home(pages_[page].key);
+    while (table_[gap] != page) gap = (gap + 1) & mask;
+    for (size_t at = (gap + 1) & mask; table_[at] != no_page; at = (at + 1) & mask) {
+      const size_t wanted = home(pages_[table_[at]].key);
+      if (((at - wanted) & mask) >= ((at - gap) & mask)) {
+        table_[gap] = table_[at];
+        gap = at;
+      }
+    }
+    table_[gap] = no_page;
+    pages_[page].key = no_key;
+    unused_.push_back(page);
+  }
+
+  std::vector<uint32_t> table_;
+  std::vector<Page> pages_;
+  std::vector<uint32_t> unused_;
+  std::array<uint32_t, 32> last_{};
+};
+
+}  // namespace maille

@@ -1,0 +1,261 @@
+#include "volume/stream_layout.h"
+
+#include "base/result.h"
+#include "entropy/byte_model.h"
+#include "surface/number_maps.h"
+
+namespace maille {
+namespace {
+
+// What codes of 32 and of 64 bits hold.
+constexpr int most_digits(Scalar type) {
+  return type == Scalar::f32 ? 7 : 15;
+}
+
+constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
+
+// One list of fields serves writing and reading: Writer and Reader have the same calls.
+
+class Writer {
+ public:
+  template <class Enum>
+  void choice(const Enum& value, unsigned) {
+    out_.put(static_cast<uint8_t>(value));
+  }
+  template <class Number>
+  void count(const Number& value, uint64_t) {
+    out_.put_count(static_cast<uint64_t>(value));
+  }
+  void real(const double& value) { out_.put(value); }
+  void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
+  void text(const std::string& value) { out_.put_string(value); }
+  void bytes(const std::vector<std::byte>& value) {
+    out_.put_count(value.size());
+    out_.put_bytes(value);
+  }
+  void map(const NumberMap& value, Scalar) {
+    write_map(out_, value);
+    if (value.kind == NumberMap::Kind::ordered) out_.put(static_cast<uint8_t>(value.exponent));
+  }
+  template <class Item, class Each>
+  void list(const std::vector<Item>& items, Each each) {
+    out_.put_count(items.size());
+    for (const Item& item : items) each(item);
+  }
+  ByteWriter& out() { return out_; }
+
+ private:
+  ByteWriter out_;
+};
+
+class Reader {
+ public:
+  explicit Reader(Bytes bytes) : in_(bytes) {}
+  template <class Enum>
+  void choice(Enum& value, unsigned count) {
+    const auto number = in_.get<uint8_t>();
+    sensible_ = sensible_ && number < count;
+    value = static_cast<Enum>(number);
+  }
+  template <class Number>
+  void count(Number& value, uint64_t most) {
+    const uint64_t found = in_.get_count();
+    sensible_ = sensible_ && found <= most;
+    value = static_cast<Number>(found);
+  }
+  void real(double& value) { value = in_.get<double>(); }
+  void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
+  void text(std::string& value) { value = in_.get_string(); }
+  void bytes(std::vector<std::byte>& value) {
+    const Bytes found = in_.get_bytes(in_.get_count());
+    value.assign(found.begin(), found.end());
+  }
+  void map(NumberMap& value, Scalar type) {
+    auto found = read_map(in_, type);
+    sensible_ = sensible_ && found.has_value();
+    if (!found) return;
+    value = *found;
+    if (value.kind != NumberMap::Kind::ordered) return;
+    value.exponent = in_.get<uint8_t>();  // significant digits
+    sensible_ = sensible_ && value.exponent <= most_digits(type);
+  }
+  template <class Item, class Each>
+  void list(std::vector<Item>& items, Each each) {
+    // Every item takes a byte or more, so the list ends with the bytes at the latest.
+    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
+  }
+  bool ok() const { return sensible_ && in_.ok(); }
+  bool at_end() const { return in_.remaining() == 0; }
+
+ private:
+  ByteReader in_;
+  bool sensible_ = true;
+};
+
+template <class Visitor, class Array>
+void visit_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.domain, domain_count);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  v.choice(array.tolerance.kind, 4);
+  v.real(array.tolerance.value);
+}
+
+template <class Visitor, class Array>
+void visit_mesh_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  v.bytes(array.bytes);
+}
+
+template <class Visitor, class Header>
+void visit_header(Visitor& v, Header& header) {
+  auto& description = header.description;
+  v.count(description.effort, 9);
+  v.flag(description.any_order);
+  v.flag(header.mixed);
+  visit_array(v, description.positions);
+  v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
+  v.list(description.mesh_arrays, [&](auto& array) { visit_mesh_array(v, array); });
+  v.list(description.metadata, [&](auto& entry) {
+    v.text(entry.first);
+    v.text(entry.second);
+  });
+  v.text(description.provenance);
+  size_t i = 0;
+  v.list(header.maps, [&](auto& maps) {
+    const bool known = i <= description.arrays.size();
+    const Scalar type = !known   ? Scalar::u8
+                        : i == 0 ? description.positions.type
+                                 : description.arrays[i - 1].type;
+    v.list(maps, [&](auto& map) { v.map(map, type); });
+    ++i;
+  });
+  v.list(header.bounds, [&](auto& bound) { v.real(bound); });
+}
+
+template <class Visitor, class Header>
+void visit_batch(Visitor& v, Header& header) {
+  v.count(header.records, most_records_per_batch);
+  v.count(header.cells, most_records_per_batch);
+  v.count(header.points, most_records_per_batch * 32);
+  v.count(header.cell_bytes, uint64_t{1} << 32);
+  v.list(header.blocks, [&](auto& block) {
+    v.count(block.records_before, most_records_per_batch);
+    v.text(block.name);
+    v.choice(block.type, 256);
+  });
+}
+
+template <class Visitor, class Tail>
+void visit_tail(Visitor& v, Tail& tail) {
+  v.count(tail.points, ~uint64_t{0});
+  v.count(tail.cells, ~uint64_t{0});
+  v.count(tail.corners, ~uint64_t{0});
+  v.count(tail.batches, ~uint64_t{0});
+  v.count(tail.most_live_points, ~uint64_t{0});
+  v.count(tail.most_live_cells, ~uint64_t{0});
+  v.list(tail.blocks, [&](auto& block) {
+    v.text(block.name);
+    v.choice(block.type, 256);
+    v.count(block.cells, ~uint64_t{0});
+  });
+}
+
+bool is_sensible(const StreamHeader& header) {
+  const StreamDescription& description = header.description;
+  bool sensible = description.positions.components == 3 &&
+                  header.maps.size() == description.arrays.size() + 1 &&
+                  header.bounds.size() == header.maps.size() && header.maps[0].size() == 3;
+  for (size_t i = 0; sensible && i < description.arrays.size(); ++i) {
+    const StreamArray& array = description.arrays[i];
+    sensible = array.components > 0 && header.maps[i + 1].size() == array.components &&
+               (array.domain == Domain::point || array.domain == Domain::cell);
+  }
+  for (const Array& array : description.mesh_arrays) {
+    sensible = sensible && array.components > 0 && array.bytes.size() % array.tuple_size() == 0;
+  }
+  return sensible;
+}
+
+}  // namespace
+
+StreamedArray StreamHeader::positions() const {
+  return {description.positions.type, 3, maps[0], bounds[0]};
+}
+
+StreamedArray StreamHeader::array(size_t i) const {
+  return {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]};
+}
+
+Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
+  Writer writer;
+  visit_header(writer, header);
+  if (writer.out().size() > most_plain_bytes) {
+    return failure(ErrorCode::unsupported,
+                   "names, labels, metadata and arrays of the mesh take more than the 16 MiB "
+                   "a file holds");
+  }
+  ByteWriter out;
+  out.put_count(writer.out().size());
+  out.put_bytes(encode_bytes(writer.out().bytes()));
+  return out.take();
+}
+
+Result<StreamHeader> decode_header(Bytes bytes) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of the stream is damaged");
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  StreamHeader header;
+  Reader reader(plain);
+  visit_header(reader, header);
+  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header)) {
+    return failure(ErrorCode::corrupt, "the description of the stream is damaged");
+  }
+  for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
+  return header;
+}
+
+void write_batch_header(ByteWriter& out, const BatchHeader& header) {
+  Writer writer;
+  visit_batch(writer, header);
+  out.put_count(writer.out().size());
+  out.put_bytes(writer.out().bytes());
+}
+
+Result<BatchHeader> read_batch_header(ByteReader& in) {
+  BatchHeader header;
+  Reader reader(in.get_bytes(in.get_count()));
+  visit_batch(reader, header);
+  bool sensible = in.ok() && reader.ok() && reader.at_end() && header.cell_bytes <= in.remaining();
+  for (const BlockStart& block : header.blocks) {
+    sensible = sensible && block.records_before <= header.records &&
+               std::string_view(name_of(block.type)) != "unknown";
+  }
+  if (!sensible) return failure(ErrorCode::corrupt, "the front of a batch of cells is damaged");
+  return header;
+}
+
+std::vector<std::byte> encode_tail(const StreamTail& tail) {
+  Writer writer;
+  visit_tail(writer, tail);
+  return writer.out().take();
+}
+
+Result<StreamTail> decode_tail(Bytes bytes) {
+  StreamTail tail;
+  Reader reader(bytes);
+  visit_tail(reader, tail);
+  if (!reader.ok() || !reader.at_end())
+    return failure(ErrorCode::corrupt, "the end of the stream is damaged");
+  return tail;
+}
+
+}  // namespace maille

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <maille/stream.h>
+
+#include <vector>
+
+#include "base/bytes.h"
+#include "volume/tuple_values.h"
+
+namespace maille {
+
+// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
+// stream".
+
+/// DESC: what is known before the first cell.
+struct StreamHeader {
+  StreamDescription description;
+  bool mixed = true;  ///< slow decisions are mixed
+  /// Of positions, then of each array.
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+
+  StreamedArray positions() const;
+  StreamedArray array(size_t i) const;
+};
+Result<std::vector<std::byte>> encode_header(const StreamHeader& header);
+/// Safe on any bytes. Error: corrupt, memory_bound.
+Result<StreamHeader> decode_header(Bytes bytes);
+
+/// Where a block of cells begins.
+struct BlockStart {
+  uint64_t records_before = 0;  ///< within the batch
+  std::string name;
+  CellType type = CellType::mixed;
+};
+
+/// The front of a CELL chunk.
+struct BatchHeader {
+  uint64_t records = 0;  ///< cells, isolated points, and ends of points
+  uint64_t cells = 0;
+  uint64_t points = 0;
+  uint64_t cell_bytes = 0;  ///< of the first coder; the rest is the second one's
+  std::vector<BlockStart> blocks;
+};
+/// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
+/// many.
+inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
+void write_batch_header(ByteWriter& out, const BatchHeader& header);
+/// Error: corrupt.
+Result<BatchHeader> read_batch_header(ByteReader& in);
+
+/// TAIL: what is known after the last cell.
+struct StreamTail {
+  struct Block {
+    std::string name;
+    CellType type = CellType::mixed;
+    uint64_t cells = 0;
+  };
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  uint64_t corners = 0;
+  uint64_t batches = 0;
+  uint64_t most_live_points = 0;
+  uint64_t most_live_cells = 0;
+  std::vector<Block> blocks;
+};
+std::vector<std::byte> encode_tail(const StreamTail& tail);
+/// Error: corrupt.
+Result<StreamTail> decode_tail(Bytes bytes);
+
+inline constexpr uint32_t cells_per_block = 4096;
+/// Mixing makes the slow path a fifth smaller and half as fast.
+inline bool mixes(int effort) {
+  return effort >= 4;
+}
+
+}  // namespace maille

@@ -1,0 +1,333 @@
+#include <maille/stream.h>
+#include <maille/version.h>
+
+#include "base/result.h"
+#include "volume/array_stage.h"
+#include "volume/chunk_pull.h"
+#include "volume/stream_layout.h"
+
+namespace maille {
+namespace {
+
+/// A block between the stages: cells are decoded, values not yet.
+struct Block {
+  CodedCells cells;
+  StreamPiece piece;
+};
+
+void clear(StreamPiece& piece) {
+  piece.blocks.clear();
+  piece.types.clear();
+  piece.offsets.assign(1, 0);
+  piece.connectivity.clear();
+  piece.slots.clear();
+  piece.points.clear();
+  piece.point_slots.clear();
+  piece.ended_slots.clear();
+}
+
+}  // namespace
+
+class StreamReader::Implementation {
+ public:
+  Implementation(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options)
+      : pull_(std::move(bytes)),
+        options_(options),
+        executor_(options.executor ? *options.executor : serial_executor()) {}
+
+  Result<> open();
+  const StreamDescription& description() const { return header_.description; }
+  Result<bool> next(StreamPiece& piece);
+
+ private:
+  tl::unexpected<Error> damaged(const std::string& what) const {
+    return failure(ErrorCode::corrupt, pull_.name() + ": batch " + std::to_string(batches_) + ": " + what);
+  }
+  Result<bool> next_chunk(ChunkHeader& header, Bytes& content);
+  Result<std::vector<std::byte>> rest_of_stream(const ChunkHeader& first, Bytes content);
+  Result<bool> begin_batch();
+  Result<> read_values();
+  Result<> check_tail(Bytes bytes);
+  Result<> decode_cells(Block& block);
+  Result<> append_cell(const StreamedCell& cell, Block& block);
+  void begin_blocks(StreamPiece& piece);
+  Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
+
+  ChunkPull pull_;
+  StreamReadOptions options_;
+  Executor& executor_;
+  StreamHeader header_;
+  std::optional<CellCoder<RangeDecoder>> coder_;
+  std::vector<ArrayStage<RansDecoder>> stages_;
+  BatchHeader batch_;
+  std::vector<std::byte> cell_stream_, number_stream_;
+  std::vector<std::vector<std::byte>> value_streams_;
+  std::optional<RangeDecoder> cells_, numbers_;
+  std::array<Block, 2> blocks_;
+  unsigned ready_ = 0;  ///< the block whose cells are decoded
+  bool is_ready_ = false;
+  uint64_t records_left_ = 0;
+  size_t starts_used_ = 0;  ///< of the batch's blocks of cells
+  CellType block_type_ = CellType::mixed;
+  uint64_t batches_ = 0;
+  uint64_t cells_seen_ = 0, points_seen_ = 0;
+  bool ended_ = false;
+  StreamedCell cell_;
+};
+
+Result<> StreamReader::Implementation::open() {
+  const FileHeader file = MAILLE_TRY(pull_.begin());
+  if (file.mode != Mode::stream) {
+    return failure(ErrorCode::unsupported,
+                   pull_.name() + ": a file of another mode than \"stream\"; decode() reads it");
+  }
+  ChunkHeader header;
+  Bytes content;
+  if (!MAILLE_TRY(next_chunk(header, content)) || header.type != ChunkType{'D', 'E', 'S', 'C'}) {
+    return failure(ErrorCode::corrupt, pull_.name() + ": the stream does not begin with its description");
+  }
+  const std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+  header_ = MAILLE_TRY(decode_header(bytes));
+  uint64_t models = tuple_coder_bytes(header_.positions());
+  for (size_t i = 0; i < header_.description.arrays.size(); ++i)
+    models += tuple_coder_bytes(header_.array(i));
+  if (models > options_.limits.mesh_bytes) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": the models of the arrays take more memory than allowed");
+  }
+  coder_.emplace(header_.mixed, !header_.description.any_order);
+  stages_.emplace_back(header_.positions(), Domain::point);
+  for (size_t i = 0; i < header_.description.arrays.size(); ++i) {
+    stages_.emplace_back(header_.array(i), header_.description.arrays[i].domain);
+  }
+  value_streams_.resize(stages_.size());
+  return {};
+}
+
+/// Ancillary chunks are passed over.
+Result<bool> StreamReader::Implementation::next_chunk(ChunkHeader& header, Bytes& content) {
+  for (;;) {
+    if (!MAILLE_TRY(pull_.next(header, content))) return false;
+    if (header.type[0] >= 'A' && header.type[0] <= 'Z') return true;
+  }
+}
+
+/// A stream of several chunks: its parts stand one behind the other.
+Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(const ChunkHeader& first,
+                                                                            Bytes content) {
+  std::vector<std::byte> bytes(content.begin(), content.end());
+  ChunkHeader part = first;
+  for (uint32_t number = 0;; ++number) {
+    const bool same = part.type == first.type && part.patch == first.patch && part.number == first.number;
+    if (!same || part.part() != number) return damaged("parts of " + describe(first) + " are not in order");
+    if (number > 0) bytes.insert(bytes.end(), content.begin(), content.end());
+    if (part.last()) return bytes;
+    if (bytes.size() > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound, pull_.name() + ": one stream takes more memory than allowed");
+    }
+    if (!MAILLE_TRY(next_chunk(part, content))) return damaged("the stream ends within it");
+  }
+}
+
+/// False: there is no batch more.
+Result<bool> StreamReader::Implementation::begin_batch() {
+  ChunkHeader header;
+  Bytes content;
+  if (!MAILLE_TRY(next_chunk(header, content))) return damaged("the end of the stream is missing");
+  std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+  if (header.type == ChunkType{'T', 'A', 'I', 'L'}) {
+    MAILLE_CHECK(check_tail(bytes));
+    return false;
+  }
+  if (header.type != ChunkType{'C', 'E', 'L', 'L'} || header.patch != batches_ || header.number != 0) {
+    return damaged("cells are missing");
+  }
+  ByteReader in(bytes);
+  batch_ = MAILLE_TRY(read_batch_header(in));
+  const Bytes cells = in.get_bytes(batch_.cell_bytes), numbers = in.get_bytes(in.remaining());
+  cell_stream_.assign(cells.begin(), cells.end());
+  number_stream_.assign(numbers.begin(), numbers.end());
+  cells_.emplace(cell_stream_);
+  numbers_.emplace(number_stream_);
+  MAILLE_CHECK(read_values());
+  records_left_ = batch_.records;
+  starts_used_ = 0;
+  ++batches_;
+  return true;
+}
+
+Result<> StreamReader::Implementation::read_values() {
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    value_streams_[s].clear();
+    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+    if (tuples > 0) {
+      ChunkHeader header;
+      Bytes content;
+      const ChunkType wanted = s == 0 ? ChunkType{'P', 'O', 'S', 'I'} : ChunkType{'A', 'R', 'R', 'Y'};
+      const bool there = MAILLE_TRY(next_chunk(header, content));
+      if (!there || header.type != wanted || header.patch != batches_ ||
+          header.number != (s == 0 ? 0 : s - 1)) {
+        return damaged("numbers are missing");
+      }
+      value_streams_[s] = MAILLE_TRY(rest_of_stream(header, content));
+    }
+    stages_[s].begin_batch(RansDecoder(value_streams_[s], stages_[s].lanes()));
+  }
+  return {};
+}
+
+Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
+  const StreamTail tail = MAILLE_TRY(decode_tail(bytes));
+  if (tail.batches != batches_ || tail.cells != cells_seen_ || tail.points != points_seen_) {
+    return damaged("the stream does not hold what its end says");
+  }
+  ChunkHeader header;
+  Bytes content;
+  if (MAILLE_TRY(next_chunk(header, content))) return damaged("something follows the end of the stream");
+  return {};
+}
+
+void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
+  const uint64_t before = batch_.records - records_left_;
+  for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before;
+       ++starts_used_) {
+    const BlockStart& start = batch_.blocks[starts_used_];
+    piece.blocks.push_back({cells_seen_, start.name, start.type});
+    block_type_ = start.type;
+  }
+}
+
+Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cell, size_t nodes) const {
+  CellType type = cell.kind == loose_cell ? cell.type : cell_shapes[cell.kind].type;
+  const bool renamed = type == CellType::triangle || type == CellType::quad;
+  if (block_type_ == CellType::polygon && renamed) type = CellType::polygon;
+  const bool known = type != CellType::mixed && std::string_view(name_of(type)) != "unknown";
+  const bool fits = block_type_ == CellType::mixed || block_type_ == type;
+  if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
+    return damaged("a cell of an impossible type");
+  }
+  return type;
+}
+
+Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
+  StreamPiece& piece = block.piece;
+  const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
+  piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
+  const size_t at = piece.connectivity.size();
+  if (cell.kind == loose_cell) {
+    piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
+    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
+  } else {
+    piece.connectivity.resize(at + slots.size());
+    piece.slots.resize(at + slots.size());
+    for (size_t i = 0; i < slots.size(); ++i) {
+      const size_t place = at + cell_shapes[cell.kind].place[i];
+      piece.connectivity[place] = cell.number[i];
+      piece.slots[place] = slots[i];
+    }
+  }
+  piece.offsets.push_back(piece.connectivity.size());
+  ++cells_seen_;
+  if (piece.connectivity.size() * 16 > options_.limits.mesh_bytes) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand cells take more memory than allowed");
+  }
+  return {};
+}
+
+Result<> StreamReader::Implementation::decode_cells(Block& block) {
+  block.cells.clear();
+  clear(block.piece);
+  block.piece.first_cell = cells_seen_;
+  coder_->end_block();
+  const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
+  for (uint64_t i = 0; i < count; ++i) {
+    begin_blocks(block.piece);
+    const size_t cells = block.cells.size();
+    if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
+        numbers_->exhausted()) {
+      return damaged("the cells are damaged");
+    }
+    if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
+    --records_left_;
+  }
+  if (records_left_ == 0) begin_blocks(block.piece);
+  for (const NewPoint& point : block.cells.points) {
+    block.piece.points.push_back(point.number);
+    block.piece.point_slots.push_back(point.slot);
+  }
+  points_seen_ += block.piece.points.size();
+  block.piece.ended_slots = block.cells.removed;
+  block.piece.slot_count = coder_->hull().point_capacity();
+  return {};
+}
+
+/// Values of one block at the same time as the cells of the next.
+Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
+  if (ended_) return false;
+  if (!is_ready_) {
+    if (!MAILLE_TRY(begin_batch())) {
+      ended_ = true;
+      return false;
+    }
+    MAILLE_CHECK(decode_cells(blocks_[ready_]));
+  }
+  Block& block = blocks_[ready_];
+  Block& following = blocks_[1 - ready_];
+  block.piece.point_arrays.resize(0);
+  block.piece.cell_arrays.resize(0);
+  std::vector<std::byte*> out(stages_.size());
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const bool of_points = stages_[s].domain() == Domain::point;
+    const size_t size =
+        (of_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+    if (size > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound,
+                     pull_.name() + ": some thousand tuples take more memory than allowed");
+    }
+    if (s == 0) {
+      block.piece.positions.assign(size, std::byte{});
+      out[s] = block.piece.positions.data();
+    } else {
+      auto& bytes = (of_points ? block.piece.point_arrays : block.piece.cell_arrays).emplace_back(size);
+      out[s] = bytes.data();
+    }
+  }
+  const bool more = records_left_ > 0;
+  Result<> cells;
+  std::vector<uint8_t> whole(stages_.size());
+  executor_.parallel_for(stages_.size() + (more ? 1 : 0), [&](size_t task) {
+    if (task == stages_.size()) {
+      cells = decode_cells(following);
+    } else {
+      whole[task] = stages_[task].code(block.cells, out[task]);
+    }
+  });
+  for (const uint8_t each : whole) {
+    if (each == 0) return damaged("the numbers are damaged");
+  }
+  MAILLE_CHECK(cells);
+  std::swap(piece, block.piece);
+  is_ready_ = more;
+  if (more) ready_ = 1 - ready_;
+  return true;
+}
+
+StreamReader::StreamReader(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+StreamReader::StreamReader(StreamReader&&) noexcept = default;
+StreamReader::~StreamReader() = default;
+
+Result<StreamReader> StreamReader::open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options) {
+  auto implementation = std::make_unique<Implementation>(std::move(bytes), options);
+  MAILLE_CHECK(implementation->open());
+  return StreamReader(std::move(implementation));
+}
+const StreamDescription& StreamReader::description() const {
+  return implementation_->description();
+}
+Result<bool> StreamReader::next(StreamPiece& piece) {
+  return implementation_->next(piece);
+}
+
+}  // namespace maille

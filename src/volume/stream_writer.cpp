@@ -1,0 +1,590 @@
+#include <maille/stream.h>
+#include <maille/version.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "base/result.h"
+#include "container/file_writer.h"
+#include "volume/array_stage.h"
+#include "volume/mesh_stream.h"
+#include "volume/stream_layout.h"
+
+namespace maille {
+namespace {
+
+/// Cells as they were given, until there is a block of them.
+struct Intake {
+  struct Record {
+    uint8_t kind;
+    CellType type;
+    uint32_t nodes;
+  };
+  std::vector<Record> records;
+  std::vector<uint64_t> numbers;
+  std::vector<uint8_t> last_use;
+  std::vector<std::vector<std::byte>> cell_arrays;
+  std::vector<BlockStart> blocks;
+  std::unordered_set<uint64_t> ended;  ///< points told to be used no more; only looked up
+
+  void clear() {
+    records.clear();
+    numbers.clear();
+    last_use.clear();
+    for (auto& array : cell_arrays) array.clear();
+    blocks.clear();
+    ended.clear();
+  }
+};
+
+/// A block between the stages: its cells, and the tuples of each array (positions first).
+struct Block {
+  CodedCells cells;
+  std::vector<std::vector<std::byte>> tuples;
+};
+
+/// Points that were given and not used yet.
+class WaitingPoints {
+ public:
+  explicit WaitingPoints(size_t stride) : stride_(stride) {}
+  bool has(uint64_t number) { return table_.find(number, 0) != no_slot; }
+  std::byte* add(uint64_t number) {
+    const uint32_t slot = slots_.take();
+    if (slot >= numbers_.size()) {
+      numbers_.resize(slots_.capacity());
+      bytes_.resize(size_t{slots_.capacity()} * stride_);
+    }
+    table_.insert(number, slot);
+    numbers_[slot] = number + 1;
+    return bytes_.data() + slot * stride_;
+  }
+  bool take(uint64_t number, std::byte* out) {
+    const uint32_t slot = table_.find(number, 0);
+    if (slot == no_slot) return false;
+    std::copy_n(bytes_.data() + slot * stride_, stride_, out);
+    table_.erase(number);
+    numbers_[slot] = 0;
+    slots_.give_back(slot);
+    return true;
+  }
+  std::vector<uint64_t> numbers() const {
+    std::vector<uint64_t> found;
+    for (const uint64_t number : numbers_) {
+      if (number != 0) found.push_back(number - 1);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+ private:
+  size_t stride_;
+  PointTable table_;
+  Slots slots_;
+  std::vector<uint64_t> numbers_;  ///< number + 1; 0: free
+  std::vector<std::byte> bytes_;
+};
+
+/// A lattice for a declared range, or the numbers as they are.
+Result<std::vector<NumberMap>> maps_of(const StreamArray& array, double diagonal, double& bound) {
+  using Kind = Tolerance::Kind;
+  const Tolerance& tolerance = array.tolerance;
+  bound = 0;
+  const NumberMap exact = {.kind =
+                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
+  if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
+  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
+    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
+  }
+  if (tolerance.kind != Kind::absolute && !array.range) {
+    return failure(ErrorCode::usage,
+                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
+  }
+  double step = 2 * tolerance.value;
+  const double width = array.range ? array.range->second - array.range->first : 0;
+  if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
+  if (tolerance.kind == Kind::bits)
+    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
+  if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
+  bound = step / 2;
+  const double origin = array.range ? array.range->first : 0;
+  // Rounding to the type takes a little of the bound.
+  const NumberMap lattice = {
+      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
+  return std::vector<NumberMap>(array.components, lattice);
+}
+
+double width_of(const StreamArray& array) {
+  return array.range ? array.range->second - array.range->first : 0;
+}
+
+}  // namespace
+
+class StreamWriter::Implementation {
+ public:
+  Implementation(Sink& sink, StreamOptions options, StreamHeader header, FileWriter file)
+      : sink_(sink),
+        options_(std::move(options)),
+        executor_(options_.executor ? *options_.executor : serial_executor()),
+        header_(std::move(header)),
+        file_(std::move(file)),
+        coder_(header_.mixed, !options_.any_order),
+        waiting_(stride_of(options_)) {
+    stages_.emplace_back(header_.positions(), Domain::point);
+    for (size_t i = 0; i < options_.arrays.size(); ++i)
+      stages_.emplace_back(header_.array(i), options_.arrays[i].domain);
+    for (auto& stage : stages_) stage.begin_batch(RansEncoder(stage.lanes()));
+    for (const StreamArray& array : options_.arrays) {
+      if (array.domain == Domain::cell) intake_.cell_arrays.emplace_back();
+    }
+    report_.array_bytes.resize(options_.arrays.size());
+    point_buffer_.resize(stride_of(options_));
+    for (Block& block : blocks_) block.tuples.resize(stages_.size());
+  }
+
+  template <class NumberAt>
+  Result<> add_points(uint64_t count, NumberAt number_at, Bytes positions, std::span<const Bytes> arrays);
+  Result<> begin_block(std::string name, CellType type);
+  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t> last_use,
+                     std::span<const Bytes> arrays, size_t nodes);
+  Result<> end_points(std::span<const uint64_t> numbers);
+  Result<> flush();
+  Result<StreamReport> finish();
+
+ private:
+  static size_t stride_of(const StreamOptions& options) {
+    size_t stride = options.positions.tuple_size();
+    for (const StreamArray& array : options.arrays)
+      stride += array.domain == Domain::point ? array.tuple_size() : 0;
+    return stride;
+  }
+  friend class StreamWriter;
+  size_t position_size() const { return options_.positions.tuple_size(); }
+  bool is_full() const { return intake_.records.size() == cells_per_block; }
+  unsigned kind_in_block(CellType type, size_t nodes) const;
+  Result<> check_cells(CellType type, size_t count, size_t nodes, std::span<const uint8_t> last_use,
+                       std::span<const Bytes> arrays) const;
+  void add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                  std::span<const uint8_t> last_use);
+  void resolve_ends(std::vector<uint64_t>& late);
+  Result<> run_records();
+  Result<> run_block();
+  Result<> code_cells(Block& block);
+  void code_records(Block& block);
+  Result<> take_values(Block& block);
+  void code_values(Block& block, size_t stage);
+  Result<> end_batch();
+
+  Sink& sink_;
+  StreamOptions options_;
+  Executor& executor_;
+  StreamHeader header_;
+  FileWriter file_;
+  CellCoder<RangeEncoder> coder_;
+  RangeEncoder cells_, numbers_;
+  std::vector<ArrayStage<RansEncoder>> stages_;
+  WaitingPoints waiting_;
+  std::vector<std::byte> point_buffer_;
+  Intake intake_;
+  std::array<Block, 2> blocks_;
+  unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values
+  bool values_wait_ = false;
+  BatchHeader batch_;
+  StreamedCell cell_;
+  StreamTail tail_;
+  StreamReport report_;
+  uint64_t records_taken_ = 0;  ///< into the intake, in this batch
+  uint64_t cells_given_ = 0;
+};
+
+unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes) const {
+  // Polygons of three and four corners are triangles and quads with another name, which the block remembers.
+  const bool polygons = !tail_.blocks.empty() && tail_.blocks.back().type == CellType::polygon;
+  if (polygons && type == CellType::polygon && nodes == 3) return kind_of(CellType::triangle);
+  if (polygons && type == CellType::polygon && nodes == 4) return kind_of(CellType::quad);
+  return kind_of(type);
+}
+
+template <class NumberAt>
+Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt number_at, Bytes positions,
+                                                  std::span<const Bytes> arrays) {
+  std::vector<std::pair<const std::byte*, size_t>> parts;
+  const auto add_part = [&](Bytes bytes, const StreamArray& array) {
+    parts.emplace_back(bytes.data(), array.tuple_size());
+    return bytes.size() == count * array.tuple_size();
+  };
+  bool fit = add_part(positions, options_.positions);
+  size_t next = 0;
+  for (const StreamArray& array : options_.arrays) {
+    if (array.domain != Domain::point) continue;
+    fit = fit && next < arrays.size() && add_part(arrays[next], array);
+    ++next;
+  }
+  if (!fit || next != arrays.size())
+    return failure(ErrorCode::usage, "values of points do not have the size declared");
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t number = number_at(i);
+    if (number == ~uint64_t{0} || waiting_.has(number)) {
+      return failure(ErrorCode::usage, "point " + std::to_string(number) + " was given twice");
+    }
+    std::byte* out = waiting_.add(number);
+    for (const auto& [bytes, size] : parts) out = std::copy_n(bytes + i * size, size, out);
+  }
+  return {};
+}
+
+Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
+  if (std::string_view(name_of(type)) == "unknown")
+    return failure(ErrorCode::usage, "a block of an unknown cell type");
+  intake_.blocks.push_back({records_taken_ + intake_.records.size(), name, type});
+  tail_.blocks.push_back({std::move(name), type, 0});
+  return {};
+}
+
+Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, size_t nodes,
+                                                   std::span<const uint8_t> last_use,
+                                                   std::span<const Bytes> arrays) const {
+  const auto wrong = [&](const std::string& what) {
+    return failure(ErrorCode::malformed_input, "cell " + std::to_string(cells_given_) + ": " + what);
+  };
+  const CellType block = tail_.blocks.back().type;
+  if (block != CellType::mixed && block != type) {
+    return wrong(std::string(name_of(type)) + " in a block of type " + name_of(block));
+  }
+  if (type == CellType::mixed || std::string_view(name_of(type)) == "unknown") return wrong("unknown type");
+  const unsigned needed = nodes_of(type);
+  if ((needed != 0 && nodes != needed) || nodes > most_loose_nodes) {
+    return wrong(std::string(name_of(type)) + " with " + std::to_string(nodes) + " nodes");
+  }
+  if (!last_use.empty() && last_use.size() != count * nodes) return wrong("flags of last use do not fit");
+  size_t next = 0;
+  for (const StreamArray& array : options_.arrays) {
+    if (array.domain != Domain::cell) continue;
+    if (next >= arrays.size() || arrays[next].size() != count * array.tuple_size()) {
+      return wrong("values of \"" + array.name + "\" do not have the size declared");
+    }
+    ++next;
+  }
+  return next == arrays.size() ? Result<>{} : wrong("more arrays than declared");
+}
+
+void StreamWriter::Implementation::add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                                              std::span<const uint8_t> last_use) {
+  intake_.records.push_back({static_cast<uint8_t>(kind), type, static_cast<uint32_t>(numbers.size())});
+  intake_.numbers.insert(intake_.numbers.end(), numbers.begin(), numbers.end());
+  if (last_use.empty()) {
+    intake_.last_use.resize(intake_.numbers.size());
+  } else {
+    intake_.last_use.insert(intake_.last_use.end(), last_use.begin(), last_use.end());
+  }
+}
+
+Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const uint64_t> connectivity,
+                                                 std::span<const uint8_t> last_use,
+                                                 std::span<const Bytes> arrays, size_t nodes) {
+  if (tail_.blocks.empty()) MAILLE_CHECK(begin_block("", CellType::mixed));
+  if (nodes == 0) nodes = nodes_of(type);
+  if (nodes == 0 ? !connectivity.empty() : connectivity.size() % nodes != 0) {
+    return failure(ErrorCode::malformed_input,
+                   "the number of nodes of a " + std::string(name_of(type)) + " is not clear");
+  }
+  // A cell without any node is one cell.
+  const size_t count = nodes == 0 ? 1 : connectivity.size() / nodes;
+  MAILLE_CHECK(check_cells(type, count, nodes, last_use, arrays));
+  const unsigned kind = kind_in_block(type, nodes);
+  for (size_t i = 0; i < count; ++i) {
+    add_record(kind, type, connectivity.subspan(i * nodes, nodes),
+               last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes));
+    for (size_t k = 0; k < arrays.size(); ++k) {
+      const size_t size = arrays[k].size() / count;
+      const auto from = arrays[k].begin() + static_cast<ptrdiff_t>(i * size);
+      intake_.cell_arrays[k].insert(intake_.cell_arrays[k].end(), from, from + static_cast<ptrdiff_t>(size));
+    }
+    ++tail_.blocks.back().cells;
+    ++cells_given_;
+    tail_.corners += nodes;
+    if (is_full()) MAILLE_CHECK(run_block());
+  }
+  return {};
+}
+
+Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
+  intake_.ended.insert(numbers.begin(), numbers.end());
+  return {};
+}
+
+/// Points told to have ended end with the last cell that waits and uses them; `late` gets the others.
+void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
+  for (size_t i = intake_.numbers.size(); i-- > 0 && !intake_.ended.empty();) {
+    if (intake_.ended.erase(intake_.numbers[i]) > 0) intake_.last_use[i] = 1;
+  }
+  late.assign(intake_.ended.begin(), intake_.ended.end());
+  std::sort(late.begin(), late.end());
+  intake_.ended.clear();
+}
+
+void StreamWriter::Implementation::code_records(Block& block) {
+  size_t at = 0;
+  for (const Intake::Record& record : intake_.records) {
+    const auto numbers = std::span(intake_.numbers).subspan(at, record.nodes);
+    const auto last_use = std::span(intake_.last_use).subspan(at, record.nodes);
+    at += record.nodes;
+    cell_.kind = record.kind;
+    if (record.kind == loose_cell) {
+      cell_.type = record.type;
+      cell_.numbers.assign(numbers.begin(), numbers.end());
+      cell_.finals.assign(last_use.begin(), last_use.end());
+    } else {
+      cell_.final = 0;
+      for (size_t i = 0; i < record.nodes; ++i) {
+        const size_t place = record.kind < shape_count ? cell_shapes[record.kind].place[i] : i;
+        cell_.number[i] = numbers[place];
+        cell_.final |= (last_use[place] != 0 ? 1u : 0u) << i;
+      }
+    }
+    coder_.code(cells_, numbers_, cell_, block.cells);
+  }
+}
+
+/// The values of the points that came up, out of the waiting ones or from the caller.
+Result<> StreamWriter::Implementation::take_values(Block& block) {
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const bool of_points = stages_[s].domain() == Domain::point;
+    block.tuples[s].clear();
+    if (of_points) block.tuples[s].resize(block.cells.points.size() * stages_[s].tuple_size());
+  }
+  for (size_t i = 0; i < block.cells.points.size(); ++i) {
+    const uint64_t number = block.cells.points[i].number;
+    if (options_.points) {
+      MAILLE_CHECK(options_.points->read(number, point_buffer_.data()));
+    } else if (!waiting_.take(number, point_buffer_.data())) {
+      const uint64_t cell = block.cells.points[i].cell;
+      const std::string where = cell == no_slot ? "" : "cell " + std::to_string(report_.cells + cell) + ": ";
+      return failure(ErrorCode::malformed_input, where + "point " + std::to_string(number) +
+                                                     " was not given, or is used after its last use");
+    }
+    const std::byte* from = point_buffer_.data();
+    for (size_t s = 0; s < stages_.size(); ++s) {
+      if (stages_[s].domain() != Domain::point) continue;
+      const size_t size = stages_[s].tuple_size();
+      std::copy_n(from, size, block.tuples[s].data() + i * size);
+      from += size;
+    }
+  }
+  size_t next = 0;
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    if (stages_[s].domain() == Domain::cell) block.tuples[s].swap(intake_.cell_arrays[next++]);
+  }
+  return {};
+}
+
+Result<> StreamWriter::Implementation::code_cells(Block& block) {
+  block.cells.clear();
+  coder_.end_block();
+  code_records(block);
+  MAILLE_CHECK(take_values(block));
+  report_.cells += block.cells.size();
+  report_.points += block.cells.points.size();
+  batch_.records += intake_.records.size();
+  batch_.cells += block.cells.size();
+  batch_.points += block.cells.points.size();
+  batch_.blocks.insert(batch_.blocks.end(), intake_.blocks.begin(), intake_.blocks.end());
+  report_.most_live_points = std::max(report_.most_live_points, coder_.hull().live_points());
+  report_.most_live_cells = std::max(report_.most_live_cells, coder_.hull().live_cells());
+  records_taken_ += intake_.records.size();
+  intake_.clear();
+  return {};
+}
+
+void StreamWriter::Implementation::code_values(Block& block, size_t stage) {
+  stages_[stage].code(block.cells, block.tuples[stage].data());
+}
+
+/// Codes what waits; ends of points that no waiting cell uses follow as records of their own.
+Result<> StreamWriter::Implementation::run_block() {
+  std::vector<uint64_t> late;
+  if (!intake_.ended.empty()) resolve_ends(late);
+  MAILLE_CHECK(run_records());
+  for (const uint64_t number : late) {
+    add_record(coder_.is_alive(number) ? ended_point : isolated_point, CellType::vertex, {&number, 1}, {});
+    if (is_full()) MAILLE_CHECK(run_records());
+  }
+  return {};
+}
+
+/// The cells of one block at the same time as the values of the block before.
+Result<> StreamWriter::Implementation::run_records() {
+  if (intake_.records.empty()) return {};
+  Result<> result;
+  Block& cells = blocks_[current_];
+  Block& values = blocks_[1 - current_];
+  executor_.parallel_for(1 + (values_wait_ ? stages_.size() : 0), [&](size_t task) {
+    if (task == 0) {
+      result = code_cells(cells);
+    } else {
+      code_values(values, task - 1);
+    }
+  });
+  MAILLE_CHECK(result);
+  values_wait_ = true;
+  current_ = 1 - current_;
+  size_t bytes = cells_.size() + numbers_.size();
+  for (auto& stage : stages_) bytes += stage.coder().size();
+  if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch)
+    return end_batch();
+  return {};
+}
+
+Result<> StreamWriter::Implementation::end_batch() {
+  if (values_wait_) {
+    executor_.parallel_for(stages_.size(), [&](size_t stage) { code_values(blocks_[1 - current_], stage); });
+    values_wait_ = false;
+  }
+  if (batch_.records == 0) return {};
+  const auto patch = static_cast<uint32_t>(tail_.batches++);
+  const std::vector<std::byte> cell_bytes = cells_.finish(), number_bytes = numbers_.finish();
+  cells_ = {};
+  numbers_ = {};
+  batch_.cell_bytes = cell_bytes.size();
+  ByteWriter out;
+  write_batch_header(out, batch_);
+  out.put_bytes(cell_bytes);
+  out.put_bytes(number_bytes);
+  report_.cell_bytes += cell_bytes.size();
+  report_.number_bytes += number_bytes.size();
+  MAILLE_CHECK(file_.write_stream({"CELL", patch, 0}, out.bytes()));
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const std::vector<std::byte> bytes = stages_[s].coder().finish();
+    stages_[s].begin_batch(RansEncoder(stages_[s].lanes()));
+    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+    (s == 0 ? report_.position_bytes : report_.array_bytes[s - 1]) += bytes.size();
+    if (tuples == 0) continue;
+    const StreamKey key =
+        s == 0 ? StreamKey{"POSI", patch, 0} : StreamKey{"ARRY", patch, static_cast<uint32_t>(s - 1)};
+    MAILLE_CHECK(file_.write_stream(key, bytes));
+  }
+  batch_ = {};
+  records_taken_ = 0;
+  for (BlockStart& start : intake_.blocks) start.records_before = 0;
+  return {};
+}
+
+Result<> StreamWriter::Implementation::flush() {
+  MAILLE_CHECK(run_block());
+  MAILLE_CHECK(run_records());
+  return end_batch();
+}
+
+Result<StreamReport> StreamWriter::Implementation::finish() {
+  MAILLE_CHECK(flush());
+  for (const uint64_t number : waiting_.numbers()) {  // what waits now is used by no cell
+    add_record(isolated_point, CellType::vertex, {&number, 1}, {});
+    if (is_full()) MAILLE_CHECK(run_records());
+  }
+  MAILLE_CHECK(flush());
+  if (!intake_.blocks.empty()) {  // blocks without cells, behind all others
+    batch_.blocks = intake_.blocks;
+    ByteWriter out;
+    write_batch_header(out, batch_);
+    MAILLE_CHECK(file_.write_stream({"CELL", static_cast<uint32_t>(tail_.batches++), 0}, out.bytes()));
+  }
+  tail_.points = report_.points;
+  tail_.cells = report_.cells;
+  report_.corners = tail_.corners;
+  tail_.most_live_points = report_.most_live_points;
+  tail_.most_live_cells = report_.most_live_cells;
+  MAILLE_CHECK(file_.write_stream({"TAIL", 0, 0}, encode_tail(tail_)));
+  report_.file_bytes = MAILLE_TRY(file_.finish());
+  MAILLE_CHECK(sink_.commit());
+  return report_;
+}
+
+StreamWriter::StreamWriter(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+StreamWriter::StreamWriter(StreamWriter&&) noexcept = default;
+StreamWriter::~StreamWriter() = default;
+
+namespace {
+
+Result<> check_options(const StreamOptions& options) {
+  if (options.positions.components != 3)
+    return failure(ErrorCode::usage, "positions must have three components");
+  if (options.effort < 1 || options.effort > 9)
+    return failure(ErrorCode::usage, "the effort must be from 1 to 9");
+  for (const StreamArray& array : options.arrays) {
+    if (array.components == 0 || array.components > 0xffff) {
+      return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
+    }
+    if (array.domain != Domain::point && array.domain != Domain::cell) {
+      return failure(ErrorCode::unsupported, "array \"" + array.name + "\" is on " + name_of(array.domain) +
+                                                 "s; a stream has arrays on points and on cells");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
+  MAILLE_CHECK(check_options(options));
+  ArrayMapsList maps;
+  maps.bounds.resize(options.arrays.size() + 1);
+  // The diagonal of a box with equal sides: the bound is kept, if the box is in the range declared.
+  const double diagonal = width_of(options.positions) * 1.7320508075688772;
+  maps.maps.push_back(MAILLE_TRY(maps_of(options.positions, diagonal, maps.bounds[0])));
+  for (size_t i = 0; i < options.arrays.size(); ++i) {
+    maps.maps.push_back(
+        MAILLE_TRY(maps_of(options.arrays[i], width_of(options.arrays[i]), maps.bounds[i + 1])));
+  }
+  return begin(sink, std::move(options), maps);
+}
+
+Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
+  MAILLE_CHECK(check_options(options));
+  return StreamWriter::begin(sink, std::move(options), maps);
+}
+
+Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
+  StreamHeader header;
+  header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
+                        options.provenance, options.effort, options.any_order};
+  header.mixed = mixes(options.effort);
+  header.maps = maps.maps;
+  header.bounds = maps.bounds;
+  const std::vector<std::byte> description = MAILLE_TRY(encode_header(header));
+  FileWriter file = MAILLE_TRY(
+      FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
+  MAILLE_CHECK(file.write_stream({"DESC", 0, 0}, description));
+  return StreamWriter(
+      std::make_unique<Implementation>(sink, std::move(options), std::move(header), std::move(file)));
+}
+
+Result<> StreamWriter::add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays) {
+  const size_t size = implementation_->position_size();
+  return implementation_->add_points(
+      positions.size() / size, [first](uint64_t i) { return first + i; }, positions, arrays);
+}
+Result<> StreamWriter::add_points(std::span<const uint64_t> numbers, Bytes positions,
+                                  std::span<const Bytes> arrays) {
+  return implementation_->add_points(
+      numbers.size(), [numbers](uint64_t i) { return numbers[i]; }, positions, arrays);
+}
+Result<> StreamWriter::begin_block(std::string name, CellType type) {
+  return implementation_->begin_block(std::move(name), type);
+}
+Result<> StreamWriter::add_cells(CellType type, std::span<const uint64_t> connectivity,
+                                 std::span<const uint8_t> last_use, std::span<const Bytes> arrays,
+                                 size_t nodes) {
+  return implementation_->add_cells(type, connectivity, last_use, arrays, nodes);
+}
+Result<> StreamWriter::end_points(std::span<const uint64_t> numbers) {
+  return implementation_->end_points(numbers);
+}
+Result<> StreamWriter::flush() {
+  return implementation_->flush();
+}
+Result<StreamReport> StreamWriter::finish() {
+  return implementation_->finish();
+}
+
+}  // namespace maille
