@@ -123,10 +123,22 @@ struct CellBlock {
   /// number of cells and of connectivity entries has no such limit.
   std::vector<uint32_t> connectivity;
 
+  /// Polyhedra only, otherwise both empty: the number of corners of each face, face after face, and the
+  /// size() + 1 positions in it where cells begin, first 0. The entries of `connectivity` of a polyhedron are
+  /// the corners of its faces, one face after the other, so a point stands there once for each face it is
+  /// part of; the other cells of a mixed block have no faces here.
+  std::vector<uint32_t> face_sizes;
+  std::vector<uint64_t> cell_faces;
+
   /// Number of cells.
   uint64_t size() const;
   /// Point numbers of one cell.
   std::span<const uint32_t> cell(uint64_t i) const;
+  CellType type_of(uint64_t i) const {
+    return type == CellType::mixed ? static_cast<CellType>(types[i]) : type;
+  }
+  /// Corners of each face of a polyhedron; they add up to cell(i).size(). Empty for every other cell.
+  std::span<const uint32_t> faces(uint64_t i) const;
 };
 
 /// Largest number of points of a Mesh in memory.
@@ -151,8 +163,8 @@ struct Mesh {
 };
 
 /// Checks that a mesh keeps its own rules: array sizes, offsets that never decrease and end at the
-/// connectivity's end, node counts per type, every index below point_count(). Error: malformed_input, naming
-/// block, cell or array.
+/// connectivity's end, node counts per type, faces of polyhedra, every index below point_count(). Error:
+/// malformed_input, naming block, cell or array.
 Result<void> validate(const Mesh& mesh);
 
 }  // namespace maille
