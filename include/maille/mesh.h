@@ -97,8 +97,26 @@ enum class CellType : uint8_t {
   quadratic_hexahedron = 25,
   quadratic_wedge = 26,
   quadratic_pyramid = 27,
+  biquadratic_quad = 28,
   triquadratic_hexahedron = 29,
+  quadratic_linear_quad = 30,
+  quadratic_linear_wedge = 31,
+  biquadratic_quadratic_wedge = 32,
+  biquadratic_quadratic_hexahedron = 33,
+  biquadratic_triangle = 34,
+  cubic_line = 35,
+  quadratic_polygon = 36,
+  triquadratic_pyramid = 37,
+  convex_point_set = 41,
   polyhedron = 42,
+  /// Any order: the number of nodes tells it.
+  lagrange_curve = 68,
+  lagrange_triangle = 69,
+  lagrange_quad = 70,
+  lagrange_tetrahedron = 71,
+  lagrange_hexahedron = 72,
+  lagrange_wedge = 73,
+  lagrange_pyramid = 74,
   mixed = 255,  ///< not a VTK type: the block's `types` holds one type per cell
 };
 
@@ -127,8 +145,8 @@ struct CellBlock {
   /// size() + 1 positions in it where cells begin, first 0. The entries of `connectivity` of a polyhedron are
   /// the corners of its faces, one face after the other, so a point stands there once for each face it is
   /// part of; the other cells of a mixed block have no faces here.
-  std::vector<uint32_t> face_sizes;
-  std::vector<uint64_t> cell_faces;
+  std::vector<uint32_t> face_sizes = {};
+  std::vector<uint64_t> cell_faces = {};
 
   /// Number of cells.
   uint64_t size() const;

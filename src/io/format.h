@@ -22,5 +22,6 @@ const Format& glb_format();
 const Format& gltf_format();
 const Format& vrml_format();
 const Format& vtp_format();
+const Format& vtu_format();
 
 }  // namespace maille

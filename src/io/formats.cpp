@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstring>
 #include "base/result.h"
@@ -12,9 +11,9 @@ namespace maille {
 namespace {
 
 /// In the order in which first bytes are tried: the clear signatures first.
-std::array<const Format*, 8> all_formats() {
-  return {&ply_format(), &glb_format(), &gltf_format(), &vrml_format(),
-          &vtp_format(), &off_format(), &stl_format(),  &obj_format()};
+std::vector<const Format*> all_formats() {
+  return {&ply_format(), &glb_format(), &gltf_format(), &vrml_format(), &vtp_format(),
+          &vtu_format(), &off_format(), &stl_format(),  &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -81,13 +80,6 @@ Result<std::vector<std::byte>> first_bytes_of(const Source& source) {
 
 /// What to say of a file whose format is not known; `what` where nothing better can be said.
 tl::unexpected<Error> unknown_format(const std::string& name, Bytes first_bytes, const std::string& what) {
-  const std::string extension = extension_of(name);
-  for (const char* volume : {".vtu", ".vtk", ".msh", ".mesh", ".su2", ".e", ".hedra"}) {
-    if (extension == volume) {
-      return failure(ErrorCode::usage, name + ": volume formats like " + volume +
-                                           " come with a later version; known are " + known_formats());
-    }
-  }
   const bool packed = is_gzip(first_bytes);
   const std::vector<std::byte> front =
       packed ? gunzip_front(first_bytes, file_magic.size()) : std::vector<std::byte>();
