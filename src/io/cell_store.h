@@ -60,23 +60,45 @@ class CellStore {
   Lengths lengths_, faces_;
 };
 
-/// Cells that follow each other and have the same type and name become blocks; where these would be more than
-/// `most_blocks`, there are none of them and the cells are to be taken as one.
+/// Blocks for cells that come one by one with a name: those that follow each other with the same type and
+/// name; where the type changes often under one name, one mixed block; where the name changes often, one
+/// block without a name.
 class BlockShapes {
  public:
   void add(uint64_t cells, CellType type, const std::string& name) {
     if (cells == 0 || too_many()) return;
-    if (shapes_.empty() || shapes_.back().type != type || shapes_.back().name != name) {
-      shapes_.push_back({0, type, name});
+    if (sections_.empty() || sections_.back().name != name) sections_.push_back({name, {}, 0});
+    Section& section = sections_.back();
+    section.cells += cells;
+    if (!section.runs.empty() && section.runs.back().type == type) {
+      section.runs.back().cells += cells;
+    } else if (section.runs.size() <= most_runs) {
+      section.runs.push_back({cells, type, name});
     }
-    shapes_.back().cells += cells;
   }
-  bool too_many() const { return shapes_.size() > most_blocks; }
-  std::vector<CellBlock> take(CellStore& cells) { return too_many() ? cells.take() : cells.take(shapes_); }
+  bool too_many() const { return sections_.size() > most_sections; }
+  std::vector<CellBlock> take(CellStore& cells) {
+    if (too_many()) return cells.take();
+    std::vector<BlockShape> shapes;
+    for (const Section& section : sections_) {
+      if (section.runs.size() > most_runs) {
+        shapes.push_back({section.cells, CellType::mixed, section.name});
+      } else {
+        shapes.insert(shapes.end(), section.runs.begin(), section.runs.end());
+      }
+    }
+    return cells.take(shapes);
+  }
 
  private:
-  static constexpr size_t most_blocks = 1024;
-  std::vector<BlockShape> shapes_;
+  static constexpr size_t most_sections = 4096;
+  static constexpr size_t most_runs = 16;
+  struct Section {
+    std::string name;
+    std::vector<BlockShape> runs;
+    uint64_t cells;
+  };
+  std::vector<Section> sections_;
 };
 
 }  // namespace maille

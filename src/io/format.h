@@ -23,5 +23,11 @@ const Format& gltf_format();
 const Format& vrml_format();
 const Format& vtp_format();
 const Format& vtu_format();
+const Format& vtk_legacy_format();
+const Format& medit_format();
+const Format& meditb_format();
+const Format& gmsh_format();
+const Format& su2_format();
+const Format& hedra_format();
 
 }  // namespace maille

@@ -308,23 +308,9 @@ Result<> VtuReader::add_file(const VtkXml& xml) {
   return {};
 }
 
-/// What our own writer says of blocks, if it is there and belongs to these cells.
-std::vector<BlockShape> block_shapes(VtkFieldData& field) {
-  const std::optional<Array> sizes = field.take_array(vtu_blocks_name);
-  const std::vector<std::string> names = field.take_strings(vtu_block_names_name);
-  std::vector<BlockShape> shapes;
-  if (!sizes || sizes->type != Scalar::u64 || sizes->components != 2 || sizes->count() != names.size()) {
-    return shapes;
-  }
-  for (size_t b = 0; b < names.size(); ++b) {
-    const uint64_t type = std::min<uint64_t>(integer_at(*sizes, 2 * b + 1), 255);
-    shapes.push_back({integer_at(*sizes, 2 * b), static_cast<CellType>(type), names[b]});
-  }
-  return shapes;
-}
-
 void VtuReader::build_blocks() {
-  const std::vector<BlockShape> shapes = block_shapes(field_);
+  const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
+  const std::vector<BlockShape> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
   if (shapes.empty() || !cells_.fits(shapes)) {
     mesh_.blocks = cells_.take();
     return;

@@ -86,8 +86,22 @@ VtkXmlSection section_of(VtuCells cells) {
   return section;
 }
 
-/// Whether a reader could not tell the blocks from the cells.
-bool needs_blocks(const Mesh& mesh) {
+void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
+  if (!vtk_needs_blocks(mesh)) return;
+  Array sizes = vtk_block_sizes(mesh);
+  VtkXmlData blocks;
+  blocks.type = sizes.type;
+  blocks.components = sizes.components;
+  blocks.attributes = "type=\"UInt64\" Name=\"" + sizes.name +
+                      "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(sizes.count()) + "\"";
+  blocks.owned = std::move(sizes.bytes);
+  xml.field().arrays.push_back(std::move(blocks));
+  xml.field().arrays.push_back(xml.strings(vtu_block_names_name, vtk_block_names(mesh)));
+}
+
+}  // namespace
+
+bool vtk_needs_blocks(const Mesh& mesh) {
   if (mesh.blocks.size() != 1) return !mesh.blocks.empty();
   const CellBlock& block = mesh.blocks[0];
   if (!block.name.empty() || block.size() == 0) return true;
@@ -96,26 +110,31 @@ bool needs_blocks(const Mesh& mesh) {
          block.types.end();
 }
 
-void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
-  if (!needs_blocks(mesh)) return;
-  VtkXmlData blocks;
-  blocks.type = Scalar::u64;
-  blocks.components = 2;
-  blocks.attributes = std::string("type=\"UInt64\" Name=\"") + vtu_blocks_name +
-                      "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(mesh.blocks.size()) +
-                      "\"";
-  std::vector<std::string> names;
-  for (const CellBlock& block : mesh.blocks) {
-    const uint64_t tuple[2] = {block.size(), static_cast<uint64_t>(block.type)};
-    const Bytes bytes = std::as_bytes(std::span(tuple));
-    blocks.owned.insert(blocks.owned.end(), bytes.begin(), bytes.end());
-    names.push_back(block.name);
+Array vtk_block_sizes(const Mesh& mesh) {
+  Array array = make_array(vtu_blocks_name, Domain::mesh, Scalar::u64, 2);
+  array.resize(mesh.blocks.size());
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    array.values<uint64_t>()[2 * b] = mesh.blocks[b].size();
+    array.values<uint64_t>()[2 * b + 1] = static_cast<uint64_t>(mesh.blocks[b].type);
   }
-  xml.field().arrays.push_back(std::move(blocks));
-  xml.field().arrays.push_back(xml.strings(vtu_block_names_name, names));
+  return array;
 }
 
-}  // namespace
+std::vector<std::string> vtk_block_names(const Mesh& mesh) {
+  std::vector<std::string> names;
+  for (const CellBlock& block : mesh.blocks) names.push_back(block.name);
+  return names;
+}
+
+std::vector<BlockShape> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
+  std::vector<BlockShape> shapes;
+  if (sizes.type != Scalar::u64 || sizes.components != 2 || sizes.count() != names.size()) return shapes;
+  for (size_t b = 0; b < names.size(); ++b) {
+    const auto tuple = sizes.values<uint64_t>().subspan(2 * b, 2);
+    shapes.push_back({tuple[0], static_cast<CellType>(std::min<uint64_t>(tuple[1], 255)), names[b]});
+  }
+  return shapes;
+}
 
 Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
   VtkXmlWriter xml(mesh, sink, options, "VTU");
