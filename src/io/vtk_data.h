@@ -32,8 +32,8 @@ struct VtkXml {
   Bytes appended;  ///< behind the underscore
 };
 
-/// Parses the XML of a file whose VTKFile element has one of these types. Errors: malformed_input with the line;
-/// unsupported for another type or compressor.
+/// Parses the XML of a file whose VTKFile element has one of these types. Errors: malformed_input with the
+/// line; unsupported for another type or compressor.
 Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::initializer_list<std::string_view> types);
 
 /// The size of the file's mesh cannot be beyond what a file of so many bytes holds, see Budget.

@@ -32,7 +32,9 @@ struct CellArray {
 class VtpReader {
  public:
   VtpReader(VtkXml xml, uint64_t file_bytes, const ReadOptions& options)
-      : xml_(std::move(xml)), options_(options), budget_(xml_.file, plausible_bytes(xml_, file_bytes), options.limits) {}
+      : xml_(std::move(xml)),
+        options_(options),
+        budget_(xml_.file, plausible_bytes(xml_, file_bytes), options.limits) {}
 
   Result<ReadResult> read();
 
