@@ -29,5 +29,6 @@ const Format& meditb_format();
 const Format& gmsh_format();
 const Format& su2_format();
 const Format& hedra_format();
+const Format& polymesh_format();
 
 }  // namespace maille

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <filesystem>
 #include "base/result.h"
 #include "container/layout.h"
 #include "io/format.h"
@@ -12,9 +13,10 @@ namespace {
 
 /// In the order in which first bytes are tried: the clear signatures first.
 std::vector<const Format*> all_formats() {
-  return {&ply_format(), &glb_format(),        &gltf_format(),  &vrml_format(),   &vtp_format(),
-          &vtu_format(), &vtk_legacy_format(), &medit_format(), &meditb_format(), &gmsh_format(),
-          &su2_format(), &hedra_format(),      &off_format(),   &stl_format(),    &obj_format()};
+  return {&ply_format(),      &glb_format(),  &gltf_format(),       &vrml_format(),
+          &vtp_format(),      &vtu_format(),  &vtk_legacy_format(), &medit_format(),
+          &meditb_format(),   &gmsh_format(), &su2_format(),        &hedra_format(),
+          &polymesh_format(), &off_format(),  &stl_format(),        &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -143,6 +145,10 @@ Result<std::string> format_of(const std::string& path) {
 }
 
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
+  if (std::filesystem::is_directory(path)) {
+    // The only format that is a folder.
+    return read_checked(polymesh_format(), *memory_source(Bytes(), path), options);
+  }
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return read_mesh(*source, options);
 }

@@ -6,9 +6,7 @@
 #include "base/bytes.h"
 
 namespace maille {
-namespace {
-
-std::string escaped(std::string_view text) {
+std::string vtk_xml_escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
     if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
@@ -19,6 +17,8 @@ std::string escaped(std::string_view text) {
   }
   return out;
 }
+
+namespace {
 
 template <class T>
 VtkXmlData numbers_of(const char* name, std::span<const T> values) {
@@ -64,8 +64,9 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
   VtkXmlData data;
   data.type = array.type;
   data.components = array.components;
-  data.attributes = "type=\"" + std::string(vtk_name_of(array.type)) + "\" Name=\"" + escaped(array.name) +
-                    "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"" + more;
+  data.attributes = "type=\"" + std::string(vtk_name_of(array.type)) + "\" Name=\"" +
+                    vtk_xml_escaped(array.name) + "\" NumberOfComponents=\"" +
+                    std::to_string(array.components) + "\"" + more;
   const auto* const order = array.domain == Domain::cell     ? cell_order_
                             : array.domain == Domain::corner ? corner_order_
                                                              : nullptr;
@@ -79,7 +80,7 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
 
 VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values) const {
   VtkXmlData data;
-  data.attributes = "type=\"String\" Name=\"" + escaped(name) + "\" NumberOfTuples=\"" +
+  data.attributes = "type=\"String\" Name=\"" + vtk_xml_escaped(name) + "\" NumberOfTuples=\"" +
                     std::to_string(values.size()) + "\"";
   for (const std::string& value : values) {
     const Bytes bytes = std::as_bytes(std::span(value.data(), value.size()));
@@ -109,7 +110,7 @@ std::string VtkXmlWriter::active_attributes(Domain domain) const {
                                                      {"TCoords", Role::texture_coordinate}};
   for (const auto& [attribute, role] : attributes) {
     if (const Array* array = first_of(domain, role)) {
-      text += std::string(" ") + attribute + "=\"" + escaped(array->name) + "\"";
+      text += std::string(" ") + attribute + "=\"" + vtk_xml_escaped(array->name) + "\"";
     }
   }
   return text;

@@ -31,6 +31,9 @@ struct VtkXmlSection {
   std::vector<VtkXmlData> arrays;
 };
 
+/// As the value of an attribute.
+std::string vtk_xml_escaped(std::string_view text);
+
 /// Integers, in 32 bits where they do: VTK reads either, and the file is half the size.
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint32_t> values);
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint64_t> values);
