@@ -57,6 +57,9 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path) {
     }
     return stdin_source();
   }
+  // OpenFOAM's meshes are folders; their reader opens the files in them by itself.
+  const auto status = status_of(path);
+  if (status && S_ISDIR(status->st_mode)) return memory_source(std::vector<std::byte>(), path);
   return file_source(path);
 }
 

@@ -101,6 +101,8 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
   if (const Format* format = format_by_extension(source.name())) return format;
+  // The only format that is a folder.
+  if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (const Format* format = format_by_content(first)) return format;
   return unknown_format(source.name(), first,
@@ -138,6 +140,7 @@ const std::vector<FormatInfo>& formats() {
 
 Result<std::string> format_of(const std::string& path) {
   if (const Format* format = format_by_extension(path)) return format->info.name;
+  if (std::filesystem::is_directory(path)) return polymesh_format().info.name;
   std::vector<std::byte> first;
   if (const auto source = file_source(path)) first = first_bytes_of(**source).value_or(first);
   if (const Format* format = format_by_content(first)) return format->info.name;
@@ -145,10 +148,7 @@ Result<std::string> format_of(const std::string& path) {
 }
 
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
-  if (std::filesystem::is_directory(path)) {
-    // The only format that is a folder.
-    return read_checked(polymesh_format(), *memory_source(Bytes(), path), options);
-  }
+  if (std::filesystem::is_directory(path)) return read_mesh(*memory_source(Bytes(), path), options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return read_mesh(*source, options);
 }

@@ -18,8 +18,10 @@ constexpr uint8_t tet10[] = {0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
 constexpr uint8_t hex20[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15};
 constexpr uint8_t hex27[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  11, 13, 9,  16, 18,
                              19, 17, 10, 12, 14, 15, 22, 23, 21, 24, 20, 25, 26};
-constexpr uint8_t prism15[] = {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11};
-constexpr uint8_t prism18[] = {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16};
+// The triangle 0 1 2 of a wedge is seen from outside in VTK, from inside in Gmsh.
+constexpr uint8_t prism6[] = {0, 2, 1, 3, 5, 4};
+constexpr uint8_t prism15[] = {0, 2, 1, 3, 5, 4, 7, 9, 6, 13, 14, 12, 8, 11, 10};
+constexpr uint8_t prism18[] = {0, 2, 1, 3, 5, 4, 7, 9, 6, 13, 14, 12, 8, 11, 10, 16, 17, 15};
 constexpr uint8_t pyramid13[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12};
 constexpr uint8_t pyramid14[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13};
 
@@ -28,7 +30,7 @@ constexpr GmshType types[] = {{1, CellType::line, 2, {}},
                               {3, CellType::quad, 4, {}},
                               {4, CellType::tetrahedron, 4, {}},
                               {5, CellType::hexahedron, 8, {}},
-                              {6, CellType::wedge, 6, {}},
+                              {6, CellType::wedge, 6, prism6},
                               {7, CellType::pyramid, 5, {}},
                               {8, CellType::quadratic_edge, 3, {}},
                               {9, CellType::quadratic_triangle, 6, {}},

@@ -72,6 +72,7 @@ class GmshWriter {
   void put_nodes_of(const Element& element);
   void end(const char* section) { out_.put((binary_ ? "\n$End" : "$End") + std::string(section) + "\n"); }
   const Array* integers(const char* name, Domain domain) const;
+  const Array* numbers(const char* name, Domain domain);
   int64_t node_number(uint64_t point) const {
     return node_numbers_ ? value_at(*node_numbers_, point) : static_cast<int64_t>(point) + 1;
   }
@@ -96,10 +97,24 @@ const Array* GmshWriter::integers(const char* name, Domain domain) const {
   return array != nullptr && array->components == 1 && !is_float(array->type) ? array : nullptr;
 }
 
+/// Numbers of nodes or elements, if they are the numbers of a file: positive, each once.
+const Array* GmshWriter::numbers(const char* name, Domain domain) {
+  const Array* array = integers(name, domain);
+  if (array == nullptr) return nullptr;
+  std::vector<int64_t> sorted;
+  for (uint64_t i = 0; i < array->count(); ++i) sorted.push_back(value_at(*array, i));
+  std::sort(sorted.begin(), sorted.end());
+  const bool positive = sorted.empty() || (sorted.front() > 0 && sorted.back() <= INT32_MAX);
+  if (positive && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) return array;
+  notes_.push_back(std::string("array \"") + name +
+                   "\" left out: it is not one positive number of 31 bits each");
+  return nullptr;
+}
+
 void GmshWriter::collect() {
-  const Array* const numbers = integers(gmsh_element_name, Domain::cell);
+  const Array* const numbers = this->numbers(gmsh_element_name, Domain::cell);
   const Array* const geometrical = integers(gmsh_geometrical_name, Domain::cell);
-  node_numbers_ = integers(gmsh_node_name, Domain::point);
+  node_numbers_ = this->numbers(gmsh_node_name, Domain::point);
   uint64_t dropped = 0;
   for_each_cell(mesh_, [&](CellType type, uint64_t cell, uint64_t, std::span<const uint32_t> nodes) {
     const GmshType* const known = type_of(type, nodes.size());
@@ -362,7 +377,8 @@ Result<std::vector<std::string>> GmshWriter::write() {
   std::string periodic;
   for (const auto& [key, value] : mesh_.metadata) {
     if (key == gmsh_version_key && value.starts_with("2")) version_ = 2;
-    if (key == gmsh_periodic_key) periodic = value;
+    // Text that is none of a file's sections is left out.
+    if (key == gmsh_periodic_key && value.find('$') == std::string::npos) periodic = value;
   }
   if (mesh_.point_count() > INT32_MAX || mesh_.cell_count() > INT32_MAX) version_ = 4;
   collect();

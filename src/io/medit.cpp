@@ -50,6 +50,11 @@ constexpr FlagKind flag_kinds[] = {
 };
 constexpr int32_t code_dimension = 3, code_vertices = 4, code_end = 54;
 
+void swap_wedge(uint32_t* nodes) {
+  std::swap(nodes[1], nodes[2]);
+  std::swap(nodes[4], nodes[5]);
+}
+
 const CellKind* kind_of(CellType type) {
   for (const CellKind& kind : cell_kinds) {
     if (kind.type == type) return &kind;
@@ -137,6 +142,8 @@ Result<> MeditReader::read_cells(const CellKind& kind) {
       }
       cells_.nodes.push_back(static_cast<uint32_t>(value - 1));
     }
+    // As in Gmsh, the triangle 0 1 2 of a prism is seen from inside; in VTK from outside.
+    if (kind.type == CellType::wedge) swap_wedge(cells_.nodes.data() + cells_.nodes.size() - nodes);
     if (!integer(value)) return expected("a reference (" + element + std::to_string(i + 1) + ")");
     cell_references_.push_back(static_cast<int32_t>(value));
     cells_.end_cells(1, kind.type, nodes);
@@ -575,11 +582,14 @@ Result<std::vector<std::string>> MeditWriter::write() {
     if (mesh_.points.type != Scalar::f64) notes_.push_back("positions are written as doubles");
   }
   put_vertices();
+  std::vector<uint32_t> nodes;
   for (const CellType type : order_) {
     const CellKind& kind = *kind_of(type);
     begin(kind.name, kind.code, cells_[type].size(), (nodes_of(type) + 1) * sizeof(int32_t));
     for (const Cell& cell : cells_[type]) {
-      for (const uint32_t node : cell.nodes) put_int(int64_t{node} + 1, ' ');
+      nodes.assign(cell.nodes.begin(), cell.nodes.end());
+      if (type == CellType::wedge) swap_wedge(nodes.data());
+      for (const uint32_t node : nodes) put_int(int64_t{node} + 1, ' ');
       put_int(cell_references_[cell.number], '\n');
     }
   }

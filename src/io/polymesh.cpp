@@ -364,6 +364,8 @@ bool PolyMeshReader::add_known_cell(std::span<const uint64_t> faces) {
                                  [&](const auto& face) { return face.size() == base_size; });
   std::vector<uint32_t> nodes{(*base)[0]};
   for (size_t i = base_size; i > 1; --i) nodes.push_back((*base)[i - 1]);
+  // VTK's wedge is the exception: its triangle 0 1 2 is seen from outside.
+  if (type == CellType::wedge) std::reverse(nodes.begin() + 1, nodes.end());
   const auto in_base = [&](uint32_t point) {
     return std::find(base->begin(), base->end(), point) != base->end();
   };

@@ -17,6 +17,9 @@ constexpr char dimension_key[] = "su2.dimension";
 constexpr char other_key[] = "su2.other";
 constexpr char zone_name[] = "su2:zone";
 
+constexpr std::string_view known_keys[] = {"NZONE", "IZONE", "NDIME",      "NELEM",
+                                           "NPOIN", "NMARK", "MARKER_TAG", "MARKER_ELEMS"};
+
 bool is_su2_type(int64_t type) {
   return type == 1 || type == 3 || type == 5 || type == 9 || type == 10 || (type >= 12 && type <= 14);
 }
@@ -129,7 +132,7 @@ Result<> Su2Reader::read_line(const std::string& key, std::string_view value) {
     const uint64_t points = MAILLE_TRY(count(value, key));
     return read_points(points);
   } else if (key == "MARKER_TAG") {
-    marker_ = trim(value);
+    marker_ = from_word(trim(value));
   } else if (key == "MARKER_ELEMS") {
     const uint64_t elements = MAILLE_TRY(count(value, key));
     return read_elements(elements, marker_);
@@ -198,13 +201,13 @@ class Su2Writer {
   void put_cells(const CellBlock& block, int dimension);
   void put_points();
   void put_markers();
+  void put_other(std::string_view text);
   uint64_t count_cells(const CellBlock& block, int dimension) const;
 
   const Mesh& mesh_;
   BufferedWriter out_;
   int dimension_ = 3;
   uint64_t written_ = 0;
-  std::string other_;
   std::vector<std::string> notes_;
 };
 
@@ -286,6 +289,19 @@ void Su2Writer::put_markers() {
   }
 }
 
+/// Sections that were kept as text, unless the mesh has them (the text may come from elsewhere).
+void Su2Writer::put_other(std::string_view text) {
+  bool put = false;
+  for (TextScanner scanner(text); !scanner.at_end(); scanner.skip_line_end()) {
+    const std::string_view line = trim(scanner.rest_of_line());
+    if (const size_t equals = line.find('='); equals != std::string_view::npos) {
+      const std::string_view key = trim(line.substr(0, equals));
+      put = std::find(std::begin(known_keys), std::end(known_keys), key) == std::end(known_keys);
+    }
+    if (put) out_.put(std::string(line) + "\n");
+  }
+}
+
 Result<std::vector<std::string>> Su2Writer::write() {
   choose_dimension();
   uint64_t elements = 0, named = 0;
@@ -298,7 +314,7 @@ Result<std::vector<std::string>> Su2Writer::write() {
   put_points();
   put_markers();
   for (const auto& [key, value] : mesh_.metadata) {
-    if (key == other_key) out_.put(value);
+    if (key == other_key) put_other(value);
     note_metadata(key, notes_);
   }
   if (written_ != mesh_.cell_count()) {

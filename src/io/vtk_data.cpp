@@ -62,7 +62,9 @@ class Decoder {
   Decoder(const VtkXml& xml, const std::string& where, Budget& budget, Payload payload)
       : xml_(xml), where_(where), budget_(budget), payload_(payload) {}
 
-  Result<std::vector<std::byte>> decode() { return xml_.compressor == VtkCompressor::none ? plain() : compressed(); }
+  Result<std::vector<std::byte>> decode() {
+    return xml_.compressor == VtkCompressor::none ? plain() : compressed();
+  }
 
  private:
   Result<uint64_t> number() {
@@ -289,9 +291,9 @@ bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byt
     }
     case VtkCompressor::lz4: {
       if (packed.size() > INT_MAX || out.size() > INT_MAX) return false;
-      const int size =
-          LZ4_decompress_safe(reinterpret_cast<const char*>(packed.data()), reinterpret_cast<char*>(out.data()),
-                              static_cast<int>(packed.size()), static_cast<int>(out.size()));
+      const int size = LZ4_decompress_safe(reinterpret_cast<const char*>(packed.data()),
+                                           reinterpret_cast<char*>(out.data()),
+                                           static_cast<int>(packed.size()), static_cast<int>(out.size()));
       return size >= 0 && static_cast<size_t>(size) == out.size();
     }
     case VtkCompressor::lzma: {

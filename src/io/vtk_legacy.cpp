@@ -671,7 +671,9 @@ Result<ReadResult> VtkReader::read() {
                          " tuples for " + std::to_string(mesh_.count_of(array.domain)) + " " +
                          name_of(array.domain) + "s");
   }
-  MAILLE_CHECK(validate(mesh_));
+  if (auto ok = validate(mesh_); !ok) {
+    return failure(ErrorCode::malformed_input, in_.name() + ": " + ok.error().message);
+  }
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 

@@ -330,7 +330,7 @@ Result<ReadResult> VtuReader::finish() {
   for (Array& array : mesh_.arrays) field_.give_labels(array);
   mesh_.metadata = field_.metadata();
   check_vtk_corner_arrays(mesh_, notes_);
-  MAILLE_CHECK(validate(mesh_));
+  if (auto ok = validate(mesh_); !ok) return malformed(name_, ok.error().message);
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
