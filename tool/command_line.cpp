@@ -78,9 +78,11 @@ CLI::Option* choice(CLI::Option* option, const std::vector<std::string>& values)
   return option->check(CLI::IsMember(values))->type_name(fmt::format("{}", fmt::join(values, "|")));
 }
 
-std::vector<std::string> format_names(bool with_maille) {
+std::vector<std::string> format_names(bool with_maille, bool for_output) {
   std::vector<std::string> names;
-  for (const FormatInfo& format : formats()) names.push_back(format.name);
+  for (const FormatInfo& format : formats()) {
+    if (format.writable || !for_output) names.push_back(format.name);
+  }
   if (with_maille) names.push_back("maille");
   return names;
 }
@@ -149,7 +151,7 @@ void Parser::add_compress() {
        "File to write; - is standard output (default: IN with the extension .maille)");
   choice(c->add_option("--input-format", compress.input_format,
                        "Format of IN (default: by extension, then by first bytes)"),
-         format_names(true))
+         format_names(true, false))
       ->group(files_group);
   add_force(c, compress.force);
   c->add_flag("--no-provenance", raw.no_provenance,
@@ -203,7 +205,7 @@ void Parser::add_decompress() {
        "File to write; - is standard output (default: IN with the extension .ply)");
   choice(d->add_option("--output-format", decompress.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
-         format_names(false))
+         format_names(false, true))
       ->group(files_group);
   add_force(d, decompress.force);
   d->add_option(
@@ -241,7 +243,7 @@ void Parser::add_verify() {
       ->group(answer_group);
   choice(v->add_option("--input-format", verify.original_format,
                        "Format of the original (default: by extension, then by first bytes)"),
-         format_names(true))
+         format_names(true, false))
       ->group(answer_group);
   add_common(v, verify.common, true);
 }
@@ -258,7 +260,7 @@ void Parser::add_diff() {
   d->add_option("B", diff.b, "Second mesh; - is standard input")->type_name("FILE")->required();
   choice(d->add_option("--input-format", diff.input_format,
                        "Format of both (default: by extension, then by first bytes)"),
-         format_names(true))
+         format_names(true, false))
       ->group(files_group);
   d->add_flag(
        "--same-order", diff.same_order,
@@ -282,10 +284,10 @@ void Parser::add_convert() {
   file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
   choice(c->add_option("--input-format", convert.input_format,
                        "Format of IN (default: by extension, then by first bytes)"),
-         format_names(true))
+         format_names(true, false))
       ->group(files_group);
   choice(c->add_option("--output-format", convert.output_format, "Format of OUT (default: by extension)"),
-         format_names(true))
+         format_names(true, true))
       ->group(files_group);
   add_force(c, convert.force);
   c->add_flag("--ascii", convert.ascii, "Text instead of binary, where the format has both")
@@ -350,11 +352,11 @@ void Parser::add_subdivide() {
   file(s, "-o,--output,OUT", subdivide.output, "File to write; - is standard output")->required();
   choice(s->add_option("--input-format", subdivide.input_format,
                        "Format of IN (default: by extension, then by first bytes)"),
-         format_names(true))
+         format_names(true, false))
       ->group(files_group);
   choice(s->add_option("--output-format", subdivide.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
-         format_names(false))
+         format_names(false, true))
       ->group(files_group);
   add_force(s, subdivide.force);
   choice(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),

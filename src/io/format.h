@@ -30,5 +30,6 @@ const Format& gmsh_format();
 const Format& su2_format();
 const Format& hedra_format();
 const Format& polymesh_format();
+const Format& exodus_format();
 
 }  // namespace maille

@@ -501,7 +501,13 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
     return failure(ErrorCode::malformed_input,
                    source.name() + ": a polyMesh is a folder of files; name the folder or a file in it");
   }
-  return PolyMeshReader(folder_of(source.name()), options).read();
+  const std::string folder = folder_of(source.name());
+  if (!std::filesystem::exists(folder + "/points") && !std::filesystem::exists(folder + "/points.gz")) {
+    return failure(
+        ErrorCode::cannot_read,
+        "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
+  }
+  return PolyMeshReader(folder, options).read();
 }
 
 Result<std::vector<std::string>> write_polymesh(const Mesh&, Sink& sink, const WriteOptions&) {
@@ -519,10 +525,11 @@ bool recognise_polymesh(Bytes first_bytes) {
 }  // namespace
 
 const Format& polymesh_format() {
-  static const Format format{{"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder; reading only", true},
-                             recognise_polymesh,
-                             read_polymesh,
-                             write_polymesh};
+  static const Format format{
+      {"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder; reading only", true, false},
+      recognise_polymesh,
+      read_polymesh,
+      write_polymesh};
   return format;
 }
 

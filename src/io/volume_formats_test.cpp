@@ -355,6 +355,45 @@ TEST(PolyMeshReader, OtherCellsArePolyhedra) {
   std::filesystem::remove_all(folder);
 }
 
+/// Two hexahedra and a wedge, as scipy's netCDF writes them.
+TEST(ExodusReader, ReadsBlocksSetsAndTheLastStep) {
+  const auto result = read_file(exodus_format(), sample_path("small.e"));
+  ASSERT_TRUE(result) << result.error().message;
+  const Mesh& mesh = result->mesh;
+  ASSERT_EQ(mesh.blocks.size(), 3u);
+  EXPECT_EQ(mesh.blocks[0].name, "pipe");
+  EXPECT_EQ(mesh.blocks[0].connectivity, sample_mesh_by_type().blocks[2].connectivity);
+  EXPECT_EQ(mesh.blocks[1].name, "block 20");
+  EXPECT_EQ(mesh.blocks[1].connectivity, sample_of_meshio().blocks[3].connectivity);
+  EXPECT_EQ(mesh.blocks[2].name, "inlet");
+  EXPECT_EQ(mesh.blocks[2].type, CellType::mixed);
+  EXPECT_THAT(mesh.blocks[2].connectivity, ElementsAre(0, 6, 9, 3, 8, 14, 11));
+  EXPECT_TRUE(mesh.points.bytes == sample_mesh().points.bytes);
+  EXPECT_EQ(values_of<uint8_t>(mesh, "fixed", Domain::point)[15], 1);
+  EXPECT_EQ(values_of<double>(mesh, "T", Domain::point)[3], 6);
+  const auto pressure = values_of<double>(mesh, "p", Domain::cell);
+  EXPECT_EQ(pressure[1], 1.25);
+  EXPECT_NE(pressure[2], pressure[2]);
+  EXPECT_THAT(values_of<double>(mesh, "TimeValue", Domain::mesh), ElementsAre(1.5));
+  EXPECT_THAT(result->notes, ElementsAre("variables are those of the last of 2 time steps"));
+}
+
+TEST(ExodusReader, SurvivesRandomDamageAndCuts) {
+  const auto file = file_source(sample_path("small.e"));
+  ASSERT_TRUE(file);
+  const Bytes bytes = (*file)->view();
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  Random random(5);
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string damaged = text.substr(0, random.chance(30) ? random.below(text.size()) : text.size());
+    for (uint32_t i = random.between(0, 4); i > 0 && !damaged.empty(); --i) {
+      damaged[random.below(damaged.size())] =
+          static_cast<char>(random.chance(50) ? random.below(4) : random.below(256));
+    }
+    read_text(exodus_format(), damaged);  // checks that what is read is valid
+  }
+}
+
 struct Trip {
   const Format* format;
   std::vector<CellType> types;
@@ -504,7 +543,7 @@ std::vector<Entry> manifest() {
     std::getline(fields, kind, '\t');
     if (kind != "hex" && kind != "tet" && kind != "mixed") continue;
     fields >> entry.points >> elements;
-    if (entry.file.ends_with(".e") || !std::ifstream(data_folder() + "/" + entry.file)) continue;
+    if (!std::ifstream(data_folder() + "/" + entry.file)) continue;
     list.push_back(entry);
   }
   return list;
@@ -517,10 +556,14 @@ TEST(RealVolumes, ComeBackThroughVtuAndTheirOwnFormat) {
   for (const Entry& entry : entries) {
     const auto first = read_mesh(data_folder() + "/" + entry.file);
     ASSERT_TRUE(first) << first.error().message;
-    EXPECT_EQ(first->mesh.point_count(), entry.points) << entry.file;
+    // The manifest counts nodes of Exodus files once for each block, as VTK does.
+    if (!entry.file.ends_with(".e")) {
+      EXPECT_EQ(first->mesh.point_count(), entry.points) << entry.file;
+    }
     const auto own = format_of(entry.file);
     ASSERT_TRUE(own);
     for (const std::string& format : {std::string("vtu"), *own}) {
+      if (format == "exodus") continue;  // is not written
       // Written again, it has one zone.
       if (format == "su2" && first->mesh.find("su2:zone", Domain::cell) != nullptr) continue;
       WriteOptions write;
