@@ -137,6 +137,11 @@ std::vector<BlockShape> vtk_block_shapes(const Array& sizes, const std::vector<s
 }
 
 Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+  if (sink.name().ends_with(".pvtu")) {
+    return failure(
+        ErrorCode::usage,
+        sink.name() + ": .pvtu files name the pieces of a mesh, which are not written; write .vtu");
+  }
   VtkXmlWriter xml(mesh, sink, options, "VTU");
   xml.add_field_data();
   add_blocks(mesh, xml);
