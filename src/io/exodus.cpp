@@ -99,7 +99,10 @@ const std::vector<std::vector<uint8_t>>* sides_of(CellType type) {
 class ExodusReader {
  public:
   ExodusReader(NetcdfFile file, std::string name, uint64_t bytes, const ReadOptions& options)
-      : file_(std::move(file)), name_(std::move(name)), budget_(name_, bytes, options.limits) {}
+      : file_(std::move(file)),
+        name_(std::move(name)),
+        budget_(name_, bytes, options.limits),
+        most_sets_(bytes / 16) {}
 
   Result<ReadResult> read();
 
@@ -122,6 +125,7 @@ class ExodusReader {
   NetcdfFile file_;
   std::string name_;
   Budget budget_;
+  uint64_t most_sets_;  ///< each needs a variable with a name
   Mesh mesh_;
   uint64_t points_ = 0, elements_ = 0, steps_ = 0;
   CellStore cells_;
@@ -192,7 +196,7 @@ Result<> ExodusReader::read_block(uint64_t number, const std::string& name) {
   const NetcdfFile::Variable* const variable = file_.find(key);
   // Blocks without elements have no connectivity.
   block_cells_.push_back(0);
-  if (variable == nullptr || variable->shape.size() != 2) {
+  if (variable == nullptr || variable->shape.size() != 2 || variable->has_records) {
     if (file_.dimension(numbered("num_el_in_blk", number)) != 0)
       return malformed("\"" + key + "\" is missing or no table");
     return {};
@@ -216,7 +220,7 @@ Result<> ExodusReader::read_block(uint64_t number, const std::string& name) {
                        std::to_string(points_));
     nodes_.push_back(static_cast<uint32_t>(value - 1));
   }
-  const uint64_t cells = variable->shape[0];
+  const uint64_t cells = values.size() / nodes;
   const uint32_t* from = nodes_.data() + nodes_.size() - values.size();
   for (uint64_t i = 0; i < cells; ++i, from += nodes) {
     first_node_.push_back(static_cast<uint64_t>(from - nodes_.data()));
@@ -232,7 +236,7 @@ Result<> ExodusReader::read_block(uint64_t number, const std::string& name) {
 Result<> ExodusReader::read_blocks() {
   const uint64_t count = file_.dimension("num_el_blk");
   const std::vector<std::string> names = MAILLE_TRY(
-      names_of(file_, "eb_names", "eb_prop1", "block", std::min<uint64_t>(count, 1 << 20), budget_));
+      names_of(file_, "eb_names", "eb_prop1", "block", std::min<uint64_t>(count, most_sets_), budget_));
   for (uint64_t b = 0; b < count && b < names.size(); ++b) MAILLE_CHECK(read_block(b, names[b]));
   elements_ = cells_.count();
   return {};
@@ -277,7 +281,7 @@ Result<> ExodusReader::read_side_set(uint64_t number, const std::string& name) {
 }
 
 Result<> ExodusReader::read_side_sets() {
-  const uint64_t count = std::min<uint64_t>(file_.dimension("num_side_sets"), 1 << 20);
+  const uint64_t count = std::min<uint64_t>(file_.dimension("num_side_sets"), most_sets_);
   const std::vector<std::string> names =
       MAILLE_TRY(names_of(file_, "ss_names", "ss_prop1", "side set", count, budget_));
   for (uint64_t s = 0; s < count; ++s) MAILLE_CHECK(read_side_set(s, names[s]));
@@ -285,7 +289,7 @@ Result<> ExodusReader::read_side_sets() {
 }
 
 Result<> ExodusReader::read_node_sets() {
-  const uint64_t count = std::min<uint64_t>(file_.dimension("num_node_sets"), 1 << 20);
+  const uint64_t count = std::min<uint64_t>(file_.dimension("num_node_sets"), most_sets_);
   const std::vector<std::string> names =
       MAILLE_TRY(names_of(file_, "ns_names", "ns_prop1", "node set", count, budget_));
   for (uint64_t s = 0; s < count; ++s) {
