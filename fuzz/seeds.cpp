@@ -9,6 +9,7 @@
 #include "io/gzip.h"
 #include "packed_streams.h"
 #include "support/random_mesh.h"
+#include "support/random_volume.h"
 #include "surface/adaptive_positions.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
@@ -127,6 +128,7 @@ int main(int count, char** arguments) {
     fuzzing::save_topology(arguments[1], seed, mesh);
     fuzzing::save_fans(arguments[1], seed, mesh);
     if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
+    if (seed < 20) fuzzing::save_foreign(arguments[1], 1000 + seed, testing::random_volume(seed));
   }
   return 0;
 }

@@ -57,6 +57,9 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path) {
     }
     return stdin_source();
   }
+  // OpenFOAM's meshes are folders; their reader opens the files in them by itself.
+  const auto status = status_of(path);
+  if (status && S_ISDIR(status->st_mode)) return memory_source(std::vector<std::byte>(), path);
   return file_source(path);
 }
 
@@ -199,7 +202,9 @@ Result<std::string> output_format(const std::string& path, const std::string& fo
   if (!fallback.empty()) return fallback;
   if (const std::string extension = extension_of(path); path != "-" && !extension.empty()) {
     std::string known;
-    for (const FormatInfo& info : formats()) known += (known.empty() ? "" : ", ") + info.name;
+    for (const FormatInfo& info : formats()) {
+      if (info.writable) known += (known.empty() ? "" : ", ") + info.name;
+    }
     return failure(
         ErrorCode::usage,
         fmt::format("{}: {} files cannot be written; name another extension or --output-format: {}; "
@@ -212,8 +217,12 @@ Result<std::string> output_format(const std::string& path, const std::string& fo
 }
 
 bool is_binary(const std::string& format, bool ascii) {
-  const bool text_only = format == "obj" || format == "off" || format == "wrl";
-  return !text_only && !(ascii && (format == "ply" || format == "stl" || format == "vtp"));
+  static constexpr std::string_view text_only[] = {"obj", "off", "wrl", "mesh", "su2", "hedra"};
+  static constexpr std::string_view either[] = {"ply", "stl", "vtp", "vtu", "vtk", "msh"};
+  const auto is_in = [&](const auto& list) {
+    return std::find(std::begin(list), std::end(list), format) != std::end(list);
+  };
+  return !is_in(text_only) && !(ascii && is_in(either));
 }
 
 Result<> CountingSink::write(Bytes bytes) {

@@ -22,9 +22,11 @@ CLI::Option* choice(CLI::Option* option, const std::vector<std::string>& values)
   return option->check(CLI::IsMember(values))->type_name(fmt::format("{}", fmt::join(values, "|")));
 }
 
-std::vector<std::string> format_names(bool with_maille) {
+std::vector<std::string> format_names(bool with_maille, bool for_output) {
   std::vector<std::string> names;
-  for (const FormatInfo& format : formats()) names.push_back(format.name);
+  for (const FormatInfo& format : formats()) {
+    if (format.writable || !for_output) names.push_back(format.name);
+  }
   if (with_maille) names.push_back("maille");
   return names;
 }
@@ -44,7 +46,7 @@ CLI::Option* file(CLI::App* verb, const std::string& names, std::string& variabl
 
 void add_input_format(CLI::App* verb, std::string& variable, const std::string& what, const char* group) {
   const std::string help = fmt::format("Format of {} (default: by extension, then by first bytes)", what);
-  choice(verb->add_option("--input-format", variable, help), format_names(true))->group(group);
+  choice(verb->add_option("--input-format", variable, help), format_names(true, false))->group(group);
 }
 
 void add_force(CLI::App* verb, bool& force) {
@@ -162,7 +164,7 @@ void Parser::add_decompress() {
        "File to write; - is standard output (default: IN with the extension .ply)");
   choice(d->add_option("--output-format", decompress.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
-         format_names(false))
+         format_names(false, true))
       ->group(files_group);
   add_force(d, decompress.force);
   d->add_option(
@@ -235,7 +237,7 @@ void Parser::add_convert() {
   file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
   add_input_format(c, convert.input_format, "IN", files_group);
   choice(c->add_option("--output-format", convert.output_format, "Format of OUT (default: by extension)"),
-         format_names(true))
+         format_names(true, true))
       ->group(files_group);
   add_force(c, convert.force);
   c->add_flag("--ascii", convert.ascii, "Text instead of binary, where the format has both")
@@ -303,7 +305,7 @@ void Parser::add_subdivide() {
   add_input_format(s, subdivide.input_format, "IN", files_group);
   choice(s->add_option("--output-format", subdivide.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
-         format_names(false))
+         format_names(false, true))
       ->group(files_group);
   add_force(s, subdivide.force);
   choice(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),
@@ -329,7 +331,7 @@ void Parser::add_generate() {
   file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
   file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
   choice(g->add_option("--output-format", generate.output_format, "Format of OUT (default: by extension)"),
-         format_names(true))
+         format_names(true, true))
       ->group(files_group);
   add_force(g, generate.force);
   g->add_option("--refine", generate.generation.refine, "Multiply all divisions of blocks (default: 1)")

@@ -97,8 +97,26 @@ enum class CellType : uint8_t {
   quadratic_hexahedron = 25,
   quadratic_wedge = 26,
   quadratic_pyramid = 27,
+  biquadratic_quad = 28,
   triquadratic_hexahedron = 29,
+  quadratic_linear_quad = 30,
+  quadratic_linear_wedge = 31,
+  biquadratic_quadratic_wedge = 32,
+  biquadratic_quadratic_hexahedron = 33,
+  biquadratic_triangle = 34,
+  cubic_line = 35,
+  quadratic_polygon = 36,
+  triquadratic_pyramid = 37,
+  convex_point_set = 41,
   polyhedron = 42,
+  /// Any order: the number of nodes tells it.
+  lagrange_curve = 68,
+  lagrange_triangle = 69,
+  lagrange_quad = 70,
+  lagrange_tetrahedron = 71,
+  lagrange_hexahedron = 72,
+  lagrange_wedge = 73,
+  lagrange_pyramid = 74,
   mixed = 255,  ///< not a VTK type: the block's `types` holds one type per cell
 };
 
@@ -123,10 +141,22 @@ struct CellBlock {
   /// number of cells and of connectivity entries has no such limit.
   std::vector<uint32_t> connectivity;
 
+  /// Polyhedra only, otherwise both empty: the number of corners of each face, face after face, and the
+  /// size() + 1 positions in it where cells begin, first 0. The entries of `connectivity` of a polyhedron are
+  /// the corners of its faces, one face after the other, so a point stands there once for each face it is
+  /// part of; the other cells of a mixed block have no faces here.
+  std::vector<uint32_t> face_sizes = {};
+  std::vector<uint64_t> cell_faces = {};
+
   /// Number of cells.
   uint64_t size() const;
   /// Point numbers of one cell.
   std::span<const uint32_t> cell(uint64_t i) const;
+  CellType type_of(uint64_t i) const {
+    return type == CellType::mixed ? static_cast<CellType>(types[i]) : type;
+  }
+  /// Corners of each face of a polyhedron; they add up to cell(i).size(). Empty for every other cell.
+  std::span<const uint32_t> faces(uint64_t i) const;
 };
 
 /// Largest number of points of a Mesh in memory.
@@ -151,8 +181,8 @@ struct Mesh {
 };
 
 /// Checks that a mesh keeps its own rules: array sizes, offsets that never decrease and end at the
-/// connectivity's end, node counts per type, every index below point_count(). Error: malformed_input, naming
-/// block, cell or array.
+/// connectivity's end, node counts per type, faces of polyhedra, every index below point_count(). Error:
+/// malformed_input, naming block, cell or array.
 Result<void> validate(const Mesh& mesh);
 
 }  // namespace maille

@@ -22,5 +22,14 @@ const Format& glb_format();
 const Format& gltf_format();
 const Format& vrml_format();
 const Format& vtp_format();
+const Format& vtu_format();
+const Format& vtk_legacy_format();
+const Format& medit_format();
+const Format& meditb_format();
+const Format& gmsh_format();
+const Format& su2_format();
+const Format& hedra_format();
+const Format& polymesh_format();
+const Format& exodus_format();
 
 }  // namespace maille

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstring>
+#include <filesystem>
 #include "base/result.h"
 #include "container/layout.h"
 #include "io/format.h"
@@ -12,9 +12,11 @@ namespace maille {
 namespace {
 
 /// In the order in which first bytes are tried: the clear signatures first.
-std::array<const Format*, 8> all_formats() {
-  return {&ply_format(), &glb_format(), &gltf_format(), &vrml_format(),
-          &vtp_format(), &off_format(), &stl_format(),  &obj_format()};
+std::vector<const Format*> all_formats() {
+  return {&ply_format(), &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
+          &vtu_format(), &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
+          &su2_format(), &hedra_format(),      &polymesh_format(), &exodus_format(), &off_format(),
+          &stl_format(), &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -81,13 +83,6 @@ Result<std::vector<std::byte>> first_bytes_of(const Source& source) {
 
 /// What to say of a file whose format is not known; `what` where nothing better can be said.
 tl::unexpected<Error> unknown_format(const std::string& name, Bytes first_bytes, const std::string& what) {
-  const std::string extension = extension_of(name);
-  for (const char* volume : {".vtu", ".vtk", ".msh", ".mesh", ".su2", ".e", ".hedra"}) {
-    if (extension == volume) {
-      return failure(ErrorCode::usage, name + ": volume formats like " + volume +
-                                           " come with a later version; known are " + known_formats());
-    }
-  }
   const bool packed = is_gzip(first_bytes);
   const std::vector<std::byte> front =
       packed ? gunzip_front(first_bytes, file_magic.size()) : std::vector<std::byte>();
@@ -106,6 +101,8 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
   if (const Format* format = format_by_extension(source.name())) return format;
+  // The only format that is a folder.
+  if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (const Format* format = format_by_content(first)) return format;
   return unknown_format(source.name(), first,
@@ -143,6 +140,7 @@ const std::vector<FormatInfo>& formats() {
 
 Result<std::string> format_of(const std::string& path) {
   if (const Format* format = format_by_extension(path)) return format->info.name;
+  if (std::filesystem::is_directory(path)) return polymesh_format().info.name;
   std::vector<std::byte> first;
   if (const auto source = file_source(path)) first = first_bytes_of(**source).value_or(first);
   if (const Format* format = format_by_content(first)) return format->info.name;
@@ -150,6 +148,7 @@ Result<std::string> format_of(const std::string& path) {
 }
 
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
+  if (std::filesystem::is_directory(path)) return read_mesh(*memory_source(Bytes(), path), options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return read_mesh(*source, options);
 }

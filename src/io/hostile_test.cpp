@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +11,7 @@
 #include "support/cases.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
+#include "support/random_volume.h"
 
 namespace maille {
 namespace {
@@ -54,7 +56,12 @@ std::vector<Sample> samples(uint64_t seed) {
   random.several_blocks = false;
   const Mesh mesh = testing::random_surface(seed, random);
   std::vector<Sample> list;
-  for (const char* format : {"ply", "obj", "off", "stl"}) {
+  const Mesh volume = testing::random_volume(seed);
+  for (const char* format :
+       {"ply", "obj", "off", "stl", "vtu", "vtk", "mesh", "meshb", "msh", "su2", "hedra"}) {
+    static constexpr std::string_view of_surfaces[] = {"ply", "obj", "off", "stl"};
+    const bool surface =
+        std::find(std::begin(of_surfaces), std::end(of_surfaces), format) != std::end(of_surfaces);
     for (const bool ascii : {false, true}) {
       for (const bool big_endian : {false, true}) {
         WriteOptions options;
@@ -63,7 +70,7 @@ std::vector<Sample> samples(uint64_t seed) {
         options.big_endian = big_endian;
         std::vector<std::byte> bytes;
         const auto sink = memory_sink(bytes);
-        if (!write_mesh(mesh, *sink, options)) continue;
+        if (!write_mesh(surface ? mesh : volume, *sink, options)) continue;
         list.push_back({format, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())});
       }
     }
@@ -93,6 +100,11 @@ void expect_survives(const Sample& sample) {
   const auto sink = memory_sink(bytes);
   const auto written = write_mesh(result->mesh, *sink, write);
   EXPECT_TRUE(written || written.error().code == ErrorCode::usage);
+  if (!written) return;
+  // What we write, we read.
+  options.limits = {};
+  const auto again = read_mesh(*memory_source(Bytes(bytes), "y"), options);
+  EXPECT_TRUE(again) << sample.format << ": " << again.error().message;
 }
 
 TEST(HostileInput, ReadersSurviveChangedBytes) {

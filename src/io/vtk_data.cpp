@@ -1,10 +1,13 @@
 #include "io/vtk_data.h"
 
 #include <fast_float/fast_float.h>
+#include <lz4.h>
+#include <lzma.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <charconv>
+#include <climits>
 
 #include "base/bytes.h"
 #include "io/base64.h"
@@ -59,7 +62,9 @@ class Decoder {
   Decoder(const VtkXml& xml, const std::string& where, Budget& budget, Payload payload)
       : xml_(xml), where_(where), budget_(budget), payload_(payload) {}
 
-  Result<std::vector<std::byte>> decode() { return xml_.compressed ? compressed() : plain(); }
+  Result<std::vector<std::byte>> decode() {
+    return xml_.compressor == VtkCompressor::none ? plain() : compressed();
+  }
 
  private:
   Result<uint64_t> number() {
@@ -98,20 +103,17 @@ class Decoder {
   }
 
   Result<> inflate_block(uint64_t block, Bytes packed, uint64_t size, std::vector<std::byte>& data) {
-    // Deflate never gains more than a factor of 1032.
-    if (size / 1040 > packed.size() + 1) return bad_block(block);
+    // Deflate never gains more than a factor of 1032, LZ4 255; the budget bounds LZMA.
+    if (xml_.compressor != VtkCompressor::lzma && size / 1040 > packed.size() + 1) return bad_block(block);
     MAILLE_CHECK(budget_.take(size, 1));
     const size_t at = data.size();
     data.resize(at + size);
-    uLongf written = size;
-    const int status = uncompress(reinterpret_cast<Bytef*>(data.data() + at), &written,
-                                  reinterpret_cast<const Bytef*>(packed.data()), packed.size());
-    if (status != Z_OK || written != size) return bad_block(block);
+    if (!unpack_vtk_block(xml_.compressor, packed, std::span(data).subspan(at))) return bad_block(block);
     return {};
   }
 
   tl::unexpected<Error> bad_block(uint64_t block) {
-    return malformed(where_, "its zlib block " + std::to_string(block) +
+    return malformed(where_, "its compressed block " + std::to_string(block) +
                                  " does not decompress to the size stated; the file is damaged");
   }
   tl::unexpected<Error> too_short(uint64_t size) {
@@ -232,13 +234,17 @@ Result<std::string_view> cut_appended(VtkXml& xml, std::string_view text) {
   return text.substr(0, tag);
 }
 
-Result<> read_root(VtkXml& xml, std::string_view type) {
+/// In the order of VtkCompressor.
+constexpr std::string_view vtk_compressors[] = {"", "vtkZLibDataCompressor", "vtkLZ4DataCompressor",
+                                                "vtkLZMADataCompressor"};
+
+Result<> read_root(VtkXml& xml, std::initializer_list<std::string_view> types) {
   const pugi::xml_node root = xml.document.child("VTKFile");
   if (!root) return malformed(xml.file, "there is no VTKFile element, so this is not a VTK XML file");
   const std::string found = root.attribute("type").as_string();
-  if (found != type) {
+  if (std::find(types.begin(), types.end(), found) == types.end()) {
     return failure(ErrorCode::unsupported, xml.file + ": it holds a VTK data set of type \"" + found +
-                                               "\"; only " + std::string(type) + " can be read");
+                                               "\"; only " + std::string(*types.begin()) + " can be read");
   }
   xml.swapped = std::string_view(root.attribute("byte_order").as_string("LittleEndian")) == "BigEndian";
   const std::string header = root.attribute("header_type").as_string("UInt32");
@@ -247,12 +253,13 @@ Result<> read_root(VtkXml& xml, std::string_view type) {
   }
   xml.header_size = header == "UInt64" ? 8 : 4;
   const std::string compressor = root.attribute("compressor").as_string();
-  if (!compressor.empty() && compressor != "vtkZLibDataCompressor") {
+  const auto known = std::find(std::begin(vtk_compressors), std::end(vtk_compressors), compressor);
+  if (known == std::end(vtk_compressors)) {
     return failure(ErrorCode::unsupported, xml.file + ": its data are compressed by " + compressor +
-                                               "; only zlib can be read: save it again with zlib or without "
+                                               ", which cannot be read: save it again with zlib or without "
                                                "compression (in ParaView: Compressor Type)");
   }
-  xml.compressed = !compressor.empty();
+  xml.compressor = static_cast<VtkCompressor>(known - std::begin(vtk_compressors));
   return {};
 }
 
@@ -272,7 +279,41 @@ const char* vtk_name_of(Scalar type) {
   return "";
 }
 
-Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::string_view type) {
+bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byte> out) {
+  switch (compressor) {
+    case VtkCompressor::none:
+      break;
+    case VtkCompressor::zlib: {
+      uLongf written = out.size();
+      const int status = uncompress(reinterpret_cast<Bytef*>(out.data()), &written,
+                                    reinterpret_cast<const Bytef*>(packed.data()), packed.size());
+      return status == Z_OK && written == out.size();
+    }
+    case VtkCompressor::lz4: {
+      if (packed.size() > INT_MAX || out.size() > INT_MAX) return false;
+      const int size = LZ4_decompress_safe(reinterpret_cast<const char*>(packed.data()),
+                                           reinterpret_cast<char*>(out.data()),
+                                           static_cast<int>(packed.size()), static_cast<int>(out.size()));
+      return size >= 0 && static_cast<size_t>(size) == out.size();
+    }
+    case VtkCompressor::lzma: {
+      uint64_t memory = uint64_t{256} << 20;
+      size_t read = 0, written = 0;
+      const lzma_ret status = lzma_stream_buffer_decode(
+          &memory, 0, nullptr, reinterpret_cast<const uint8_t*>(packed.data()), &read, packed.size(),
+          reinterpret_cast<uint8_t*>(out.data()), &written, out.size());
+      return status == LZMA_OK && written == out.size();
+    }
+  }
+  return false;
+}
+
+uint64_t plausible_bytes(const VtkXml& xml, uint64_t file_bytes) {
+  // Structured numbering and constant fields compress a hundredfold and more.
+  return xml.compressor == VtkCompressor::none ? file_bytes : file_bytes * 16;
+}
+
+Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::initializer_list<std::string_view> types) {
   VtkXml xml;
   xml.file = std::move(file);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -289,7 +330,7 @@ Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::string_view typ
     return malformed(xml.file, "line " + std::to_string(line_of(text, offset)) + ": not well-formed XML (" +
                                    parsed.description() + ")");
   }
-  MAILLE_CHECK(read_root(xml, type));
+  MAILLE_CHECK(read_root(xml, types));
   return xml;
 }
 

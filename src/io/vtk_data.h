@@ -3,6 +3,7 @@
 #include <maille/mesh.h>
 #include <maille/source.h>
 
+#include <initializer_list>
 #include <optional>
 #include <pugixml.hpp>
 #include <string>
@@ -13,6 +14,11 @@
 
 namespace maille {
 
+enum class VtkCompressor : uint8_t { none, zlib, lz4, lzma };
+
+/// Unpacks one block of compressed data into exactly `out`; false when it is damaged.
+bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byte> out);
+
 /// A VTK XML file, taken apart: the XML proper, and the appended data cut out before parsing.
 struct VtkXml {
   enum class Encoding : uint8_t { none, raw, base64 };
@@ -21,14 +27,17 @@ struct VtkXml {
   pugi::xml_document document;
   bool swapped = false;      ///< numbers are in the other byte order
   unsigned header_size = 4;  ///< bytes of one number in the headers of binary data: 4 or 8
-  bool compressed = false;   ///< by zlib
+  VtkCompressor compressor = VtkCompressor::none;
   Encoding appended_encoding = Encoding::none;
   Bytes appended;  ///< behind the underscore
 };
 
-/// Parses the XML of a file whose VTKFile element has this type. Errors: malformed_input with the line;
-/// unsupported for another type or compressor.
-Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::string_view type);
+/// Parses the XML of a file whose VTKFile element has one of these types. Errors: malformed_input with the
+/// line; unsupported for another type or compressor.
+Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::initializer_list<std::string_view> types);
+
+/// The size of the file's mesh cannot be beyond what a file of so many bytes holds, see Budget.
+uint64_t plausible_bytes(const VtkXml& xml, uint64_t file_bytes);
 
 /// Scalar for VTK's name of it ("Float32"), without a value for a name that is no number type.
 std::optional<Scalar> scalar_of_vtk(std::string_view name);

@@ -7,7 +7,7 @@
 #include "io/buffered_writer.h"
 #include "io/format.h"
 #include "io/reading.h"
-#include "io/vtk_data.h"
+#include "io/vtk_xml_reader.h"
 
 namespace maille {
 namespace {
@@ -29,37 +29,12 @@ struct CellArray {
   std::array<std::vector<std::byte>, kinds> parts;
 };
 
-/// An integer of any type; negative ones come out above every count.
-uint64_t integer_at(const Array& array, size_t i) {
-  const std::byte* at = array.bytes.data() + i * size_of(array.type);
-  return with_type(array.type, [&](auto zero) { return static_cast<uint64_t>(load<decltype(zero)>(at)); });
-}
-
-Role role_of_name(std::string_view name) {
-  for (const Role role : {Role::normal, Role::colour, Role::texture_coordinate, Role::tangent, Role::label}) {
-    if (name == name_of(role)) return role;
-  }
-  return Role::none;
-}
-
-/// What an array means: our own mark, else the active attributes, else the type says colour.
-Role role_of(const Array& array, pugi::xml_node data, pugi::xml_node node) {
-  if (const pugi::xml_attribute mark = node.attribute("maille_role")) return role_of_name(mark.as_string());
-  const auto active = [&](const char* attribute) {
-    return array.name == data.attribute(attribute).as_string();
-  };
-  if (array.name.empty()) return Role::none;
-  if (active("Normals") && array.components == 3) return Role::normal;
-  if (active("TCoords")) return Role::texture_coordinate;
-  if (active("Tangents")) return Role::tangent;
-  const bool colours = array.type == Scalar::u8 && (array.components == 3 || array.components == 4);
-  return active("Scalars") && colours ? Role::colour : Role::none;
-}
-
 class VtpReader {
  public:
   VtpReader(VtkXml xml, uint64_t file_bytes, const ReadOptions& options)
-      : xml_(std::move(xml)), options_(options), budget_(xml_.file, file_bytes, options.limits) {}
+      : xml_(std::move(xml)),
+        options_(options),
+        budget_(xml_.file, plausible_bytes(xml_, file_bytes), options.limits) {}
 
   Result<ReadResult> read();
 
@@ -74,13 +49,9 @@ class VtpReader {
   Result<> read_cell_data(pugi::xml_node piece, const std::string& where, bool first);
   Result<> append_cell_tuples(CellArray& into, const Array& values, const std::string& where);
   Result<> read_field_data();
-  void take_labels(std::vector<std::pair<std::string, std::vector<std::string>>>& strings);
   void build_blocks();
   void join_cell_arrays();
-  void check_corner_arrays();
 
-  template <class Act>
-  Result<> for_each_array(pugi::xml_node data, const std::string& where, Act act);
   tl::unexpected<Error> malformed(const std::string& where, const std::string& what) const {
     return failure(ErrorCode::malformed_input, where + ": " + what);
   }
@@ -96,26 +67,7 @@ class VtpReader {
   std::array<uint64_t, kinds> piece_cells_ = {};
   std::vector<uint64_t> piece_strips_;
   uint64_t strip_count_ = 0;
-  std::vector<std::string> corner_arrays_;
 };
-
-template <class Act>
-Result<> VtpReader::for_each_array(pugi::xml_node data, const std::string& where, Act act) {
-  for (const pugi::xml_node node : data.children()) {
-    const std::string_view tag = node.name();
-    if (tag != "DataArray" && tag != "Array") continue;
-    const std::string name = node.attribute("Name").as_string();
-    const std::string place = where + ", array \"" + name + "\"";
-    if (std::string_view(node.attribute("type").as_string()) == "String") {
-      notes_.push_back(place + " holds text and was left out");
-      continue;
-    }
-    Array array = MAILLE_TRY(read_data_array(xml_, node, place, budget_));
-    array.role = role_of(array, data, node);
-    MAILLE_CHECK(act(std::move(array), place));
-  }
-  return {};
-}
 
 Result<uint64_t> VtpReader::read_points(pugi::xml_node piece, const std::string& where) {
   const uint64_t points = piece.attribute("NumberOfPoints").as_ullong(0);
@@ -219,24 +171,25 @@ Result<> VtpReader::read_point_data(pugi::xml_node piece, uint64_t points, const
                                     bool first) {
   const std::string where = in + ", PointData";
   size_t index = 0;
-  MAILLE_CHECK(for_each_array(piece.child("PointData"), where, [&](Array array, const std::string& place) {
-    if (array.count() != points) {
-      return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
-                                           std::to_string(points) + " points"));
-    }
-    array.domain = Domain::point;
-    if (first) {
-      mesh_.arrays.push_back(std::move(array));
-      return Result<>();
-    }
-    if (index == mesh_.arrays.size() || mesh_.arrays[index].name != array.name ||
-        mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
-      return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
-    }
-    std::vector<std::byte>& bytes = mesh_.arrays[index++].bytes;
-    bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
-    return Result<>();
-  }));
+  MAILLE_CHECK(for_each_vtk_array(
+      xml_, piece.child("PointData"), where, budget_, notes_, [&](Array array, const std::string& place) {
+        if (array.count() != points) {
+          return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
+                                               std::to_string(points) + " points"));
+        }
+        array.domain = Domain::point;
+        if (first) {
+          mesh_.arrays.push_back(std::move(array));
+          return Result<>();
+        }
+        if (index == mesh_.arrays.size() || mesh_.arrays[index].name != array.name ||
+            mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
+          return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
+        }
+        std::vector<std::byte>& bytes = mesh_.arrays[index++].bytes;
+        bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
+        return Result<>();
+      }));
   if (!first && index != mesh_.arrays.size())
     return malformed(where, "an array of the first piece is missing");
   return {};
@@ -267,19 +220,20 @@ Result<> VtpReader::append_cell_tuples(CellArray& into, const Array& values, con
 Result<> VtpReader::read_cell_data(pugi::xml_node piece, const std::string& in, bool first) {
   const std::string where = in + ", CellData";
   size_t index = 0;
-  MAILLE_CHECK(for_each_array(piece.child("CellData"), where, [&](Array array, const std::string& place) {
-    array.domain = Domain::cell;
-    if (first) {
-      CellArray cell_array;
-      cell_array.array = make_array(array.name, Domain::cell, array.type, array.components, array.role);
-      cell_arrays_.push_back(std::move(cell_array));
-    } else if (index == cell_arrays_.size() || cell_arrays_[index].array.name != array.name ||
-               cell_arrays_[index].array.type != array.type ||
-               cell_arrays_[index].array.components != array.components) {
-      return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
-    }
-    return append_cell_tuples(cell_arrays_[index++], array, place);
-  }));
+  MAILLE_CHECK(for_each_vtk_array(
+      xml_, piece.child("CellData"), where, budget_, notes_, [&](Array array, const std::string& place) {
+        array.domain = Domain::cell;
+        if (first) {
+          CellArray cell_array;
+          cell_array.array = make_array(array.name, Domain::cell, array.type, array.components, array.role);
+          cell_arrays_.push_back(std::move(cell_array));
+        } else if (index == cell_arrays_.size() || cell_arrays_[index].array.name != array.name ||
+                   cell_arrays_[index].array.type != array.type ||
+                   cell_arrays_[index].array.components != array.components) {
+          return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
+        }
+        return append_cell_tuples(cell_arrays_[index++], array, place);
+      }));
   if (!first && index != cell_arrays_.size()) {
     return malformed(where, "an array of the first piece is missing");
   }
@@ -298,45 +252,13 @@ Result<> VtpReader::read_piece(pugi::xml_node piece, size_t number) {
   return read_cell_data(piece, where, number == 0);
 }
 
-void VtpReader::take_labels(std::vector<std::pair<std::string, std::vector<std::string>>>& strings) {
-  const auto give = [&](Array& array) {
-    if (array.role != Role::label) return;
-    for (auto found = strings.begin(); found != strings.end(); ++found) {
-      if (found->first != array.name + "_labels") continue;
-      array.labels = std::move(found->second);
-      strings.erase(found);
-      return;
-    }
-  };
-  for (Array& array : mesh_.arrays) give(array);
-  for (CellArray& cell_array : cell_arrays_) give(cell_array.array);
-}
-
 Result<> VtpReader::read_field_data() {
   const pugi::xml_node poly_data = xml_.document.child("VTKFile").child("PolyData");
-  std::vector<std::pair<std::string, std::vector<std::string>>> strings;
-  for (const pugi::xml_node data : {poly_data.child("FieldData"), poly_data.parent().child("FieldData")}) {
-    for (const pugi::xml_node node : data.children()) {
-      const std::string name = node.attribute("Name").as_string();
-      const std::string where = xml_.file + ": FieldData, array \"" + name + "\"";
-      if (std::string_view(node.attribute("type").as_string()) == "String") {
-        strings.emplace_back(name, MAILLE_TRY(read_string_array(xml_, node, where, budget_)));
-        continue;
-      }
-      Array array = MAILLE_TRY(read_data_array(xml_, node, where, budget_));
-      array.role = role_of(array, data, node);
-      if (std::string_view(node.attribute("maille_domain").as_string()) == "corner") {
-        array.domain = Domain::corner;
-      }
-      mesh_.arrays.push_back(std::move(array));
-    }
-  }
-  take_labels(strings);
-  for (auto& [name, values] : strings) {
-    std::string joined;
-    for (size_t i = 0; i < values.size(); ++i) joined += (i ? "\n" : "") + values[i];
-    mesh_.metadata.emplace_back(name, std::move(joined));
-  }
+  VtkFieldData field = MAILLE_TRY(read_vtk_field_data(xml_, poly_data, budget_));
+  for (Array& array : field.arrays) mesh_.arrays.push_back(std::move(array));
+  for (Array& array : mesh_.arrays) field.give_labels(array);
+  for (CellArray& cell_array : cell_arrays_) field.give_labels(cell_array.array);
+  mesh_.metadata = field.metadata();
   return {};
 }
 
@@ -380,16 +302,6 @@ void VtpReader::join_cell_arrays() {
   }
 }
 
-void VtpReader::check_corner_arrays() {
-  for (Array& array : mesh_.arrays) {
-    if (array.domain == Domain::corner && array.count() != mesh_.corner_count()) {
-      notes_.push_back("array \"" + array.name +
-                       "\" says it is on corners, but has another size; it is kept on the mesh");
-      array.domain = Domain::mesh;
-    }
-  }
-}
-
 Result<ReadResult> VtpReader::read() {
   const pugi::xml_node poly_data = xml_.document.child("VTKFile").child("PolyData");
   if (!poly_data) return malformed(xml_.file, "there is no PolyData element");
@@ -403,7 +315,7 @@ Result<ReadResult> VtpReader::read() {
   build_blocks();
   MAILLE_CHECK(read_field_data());
   join_cell_arrays();
-  check_corner_arrays();
+  check_vtk_corner_arrays(mesh_, notes_);
   MAILLE_CHECK(validate(mesh_));
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
@@ -417,7 +329,7 @@ bool recognise_vtp(Bytes first_bytes) {
 
 Result<ReadResult> read_vtp(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
-  VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), "PolyData"));
+  VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"PolyData"}));
   return VtpReader(std::move(xml), input.bytes().size(), options).read();
 }
 

@@ -284,7 +284,7 @@ TEST(VtpReader, NamesWhatIsWrong) {
   expect("0 0 1  0 255 7", "0 0 1  0 256 7", "does not fit its type");
   expect("Int64\" Name=\"id\"", "Bit\" Name=\"id\"", "no VTK number type");
   expect("</PointData>", "</PiontData>", "line 14: not well-formed XML");
-  expect("byte_order", "compressor=\"vtkLZ4DataCompressor\" byte_order", "save it again with zlib");
+  expect("byte_order", "compressor=\"vtkZstdDataCompressor\" byte_order", "save it again with zlib");
 }
 
 TEST(VtpReader, HostileSizesAreErrorsBeforeTheyAreMemory) {

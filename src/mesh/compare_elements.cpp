@@ -91,27 +91,30 @@ Elements::Elements(const Mesh& mesh, const std::vector<const Array*>& arrays, bo
 
 void Elements::add_block(size_t block, uint64_t first_corner) {
   const CellBlock& cells = mesh_->blocks[block];
-  CellType last = CellType::mixed;
-  uint32_t kind = 0;
+  kind_of_type_.fill(no_kind);
+  kind_of_faces_.clear();
   for (uint64_t i = 0; i < cells.size(); ++i) {
     const auto nodes = cells.cell(i);
-    CellType type = cells.type == CellType::mixed ? static_cast<CellType>(cells.types[i]) : cells.type;
+    CellType type = cells.type_of(i);
     if (type == CellType::polygon && nodes.size() == 3) type = CellType::triangle;
     if (type == CellType::polygon && nodes.size() == 4) type = CellType::quad;
-    if (type != last) kind = kind_of(block, type, first_corner);
-    last = type;
+    const uint32_t kind = kind_of(block, type, cells.faces(i), first_corner);
     cells_.push_back({nodes.data(), static_cast<uint32_t>(nodes.size()), kind});
   }
 }
 
-uint32_t Elements::kind_of(size_t block, CellType type, uint64_t first_corner) {
-  for (size_t k = kinds_.size(); k > 0 && kinds_[k - 1].block == block; --k) {
-    if (kinds_[k - 1].type == type) return static_cast<uint32_t>(k - 1);
-  }
+uint32_t Elements::kind_of(size_t block, CellType type, std::span<const uint32_t> faces,
+                           uint64_t first_corner) {
+  // Polyhedra differ in kind when their faces have other numbers of corners.
+  uint32_t& known = type == CellType::polyhedron
+                        ? kind_of_faces_.try_emplace({faces.begin(), faces.end()}, no_kind).first->second
+                        : kind_of_type_[static_cast<uint8_t>(type)];
+  if (known != no_kind) return known;
   uint64_t hash = hash_mix(seed_, static_cast<uint64_t>(type));
+  for (const uint32_t corners : faces) hash = hash_mix(hash, corners);
   if (block_names_) hash = text_hash(hash, mesh_->blocks[block].name);
-  kinds_.push_back({type, is_face(type), block, first_corner, scrambled(hash)});
-  return static_cast<uint32_t>(kinds_.size() - 1);
+  kinds_.push_back({type, is_face(type), block, first_corner, scrambled(hash), {faces.begin(), faces.end()}});
+  return known = static_cast<uint32_t>(kinds_.size() - 1);
 }
 
 uint64_t Elements::first_corner(const Cell& cell) const {
@@ -174,7 +177,7 @@ bool equal_values(const Elements& a, Domain domain, uint64_t i, const Elements& 
 bool equal_kinds(const Elements& a, const Elements::Cell& i, const Elements& b, const Elements::Cell& j) {
   const Elements::Kind& in_a = a.kinds_[i.kind];
   const Elements::Kind& in_b = b.kinds_[j.kind];
-  return in_a.type == in_b.type &&
+  return in_a.type == in_b.type && in_a.face_sizes == in_b.face_sizes &&
          (!a.block_names_ || a.mesh_->blocks[in_a.block].name == b.mesh_->blocks[in_b.block].name);
 }
 

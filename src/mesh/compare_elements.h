@@ -5,6 +5,7 @@
 #include <maille/mesh.h>
 
 #include <array>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -69,6 +70,7 @@ class Elements {
     size_t block;
     uint64_t first_corner;
     uint64_t hash;
+    std::vector<uint32_t> face_sizes;  ///< of polyhedra
   };
   struct Attribute {
     const Array* array;
@@ -77,12 +79,17 @@ class Elements {
 
   uint64_t values_hash(Domain domain, uint64_t element) const;
   void add_block(size_t block, uint64_t first_corner);
-  uint32_t kind_of(size_t block, CellType type, uint64_t first_corner);
+  uint32_t kind_of(size_t block, CellType type, std::span<const uint32_t> faces, uint64_t first_corner);
 
   const Mesh* mesh_;
   bool block_names_;
   uint64_t seed_;
+  static constexpr uint32_t no_kind = UINT32_MAX;
+
   std::vector<Kind> kinds_;
+  // Of the block at hand.
+  std::array<uint32_t, 256> kind_of_type_;
+  std::map<std::vector<uint32_t>, uint32_t> kind_of_faces_;
   std::vector<Cell> cells_;
   std::array<std::vector<Attribute>, domain_count> attributes_;
 };

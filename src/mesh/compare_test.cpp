@@ -470,6 +470,17 @@ TEST(Compare, NodesOfOtherCellsKeepTheirOrder) {
                    .equal);
 }
 
+TEST(Compare, FacesOfPolyhedraCount) {
+  CellBlock cell = block_of(CellType::polyhedron, {0, 1, 2, 3, 4, 5, 6});
+  cell.cell_faces = {0, 2};
+  cell.face_sizes = {3, 4};
+  const Mesh a = with_blocks({cell, cell});
+  EXPECT_SAME(a, shuffled(a, 1));
+  Mesh b = a;
+  b.blocks[1].face_sizes = {4, 3};
+  EXPECT_DIFFERENT("polyhedron", a, b);
+}
+
 TEST(Compare, BlockNamesCountPerCell) {
   const Mesh a = with_blocks({block_of(CellType::triangle, {0, 1, 2, 3, 4, 5}, "left"),
                               block_of(CellType::triangle, {6, 7, 8}, "right")});

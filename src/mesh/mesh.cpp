@@ -1,6 +1,7 @@
 #include <maille/mesh.h>
 
 #include <array>
+#include <numeric>
 #include <string>
 
 namespace maille {
@@ -69,8 +70,25 @@ constexpr CellTypeInfo cell_types[] = {
     {CellType::quadratic_hexahedron, 20, "quadratic_hexahedron"},
     {CellType::quadratic_wedge, 15, "quadratic_wedge"},
     {CellType::quadratic_pyramid, 13, "quadratic_pyramid"},
+    {CellType::biquadratic_quad, 9, "biquadratic_quad"},
     {CellType::triquadratic_hexahedron, 27, "triquadratic_hexahedron"},
+    {CellType::quadratic_linear_quad, 6, "quadratic_linear_quad"},
+    {CellType::quadratic_linear_wedge, 12, "quadratic_linear_wedge"},
+    {CellType::biquadratic_quadratic_wedge, 18, "biquadratic_quadratic_wedge"},
+    {CellType::biquadratic_quadratic_hexahedron, 24, "biquadratic_quadratic_hexahedron"},
+    {CellType::biquadratic_triangle, 7, "biquadratic_triangle"},
+    {CellType::cubic_line, 4, "cubic_line"},
+    {CellType::quadratic_polygon, 0, "quadratic_polygon"},
+    {CellType::triquadratic_pyramid, 19, "triquadratic_pyramid"},
+    {CellType::convex_point_set, 0, "convex_point_set"},
     {CellType::polyhedron, 0, "polyhedron"},
+    {CellType::lagrange_curve, 0, "lagrange_curve"},
+    {CellType::lagrange_triangle, 0, "lagrange_triangle"},
+    {CellType::lagrange_quad, 0, "lagrange_quad"},
+    {CellType::lagrange_tetrahedron, 0, "lagrange_tetrahedron"},
+    {CellType::lagrange_hexahedron, 0, "lagrange_hexahedron"},
+    {CellType::lagrange_wedge, 0, "lagrange_wedge"},
+    {CellType::lagrange_pyramid, 0, "lagrange_pyramid"},
     {CellType::mixed, 0, "mixed"},
 };
 
@@ -82,7 +100,7 @@ const CellTypeInfo* find_type(CellType type) {
 }
 
 Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, const std::string& where) {
-  const CellType type = block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type;
+  const CellType type = block.type_of(cell);
   const CellTypeInfo* info = find_type(type);
   if (!info || type == CellType::mixed) {
     return failure(ErrorCode::malformed_input, where + ": cell " + std::to_string(cell) +
@@ -126,12 +144,45 @@ Result<> check_offsets(const CellBlock& block, const std::string& where) {
   return {};
 }
 
+/// The faces of polyhedra take up exactly their corners; other cells have none.
+Result<> check_faces(const CellBlock& block, const std::string& where) {
+  const auto bad = [&](const std::string& what) {
+    return failure(ErrorCode::malformed_input, where + ": " + what);
+  };
+  const bool varies = block.type == CellType::polyhedron || block.type == CellType::mixed;
+  const bool listed = !block.cell_faces.empty();
+  if (!listed && !block.face_sizes.empty()) return bad("faces of polyhedra without the cells they belong to");
+  if (!varies) return listed ? bad("only polyhedra have faces") : Result<>{};
+  if (listed && (block.cell_faces.size() != block.size() + 1 || block.cell_faces.front() != 0 ||
+                 block.cell_faces.back() != block.face_sizes.size())) {
+    return bad("the cells' faces must run from 0 to the number of faces");
+  }
+  for (uint64_t i = 0; i < block.size(); ++i) {
+    const bool polyhedron = block.type_of(i) == CellType::polyhedron;
+    if (!listed) {
+      if (polyhedron) return bad("cell " + std::to_string(i) + " is a polyhedron without faces");
+      continue;
+    }
+    if (block.cell_faces[i + 1] < block.cell_faces[i] || block.cell_faces[i + 1] > block.face_sizes.size()) {
+      return bad("the faces of cell " + std::to_string(i) + " end before they begin or beyond the last");
+    }
+    const auto faces = block.faces(i);
+    const uint64_t corners = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
+    if (corners != (polyhedron ? block.cell(i).size() : 0)) {
+      return bad("the faces of cell " + std::to_string(i) + " have " + std::to_string(corners) +
+                 " corners, not those of the cell");
+    }
+  }
+  return {};
+}
+
 Result<> check_block(const CellBlock& block, uint64_t points, const std::string& where) {
   if (!find_type(block.type)) {
     return failure(ErrorCode::malformed_input,
                    where + " has the unknown type " + std::to_string(static_cast<unsigned>(block.type)));
   }
   if (auto ok = check_offsets(block, where); !ok) return ok;
+  if (auto ok = check_faces(block, where); !ok) return ok;
   for (size_t i = 0; i < block.connectivity.size(); ++i) {
     if (block.connectivity[i] >= points) {
       return failure(ErrorCode::malformed_input, where + ": connectivity entry " + std::to_string(i) +
@@ -183,6 +234,11 @@ std::span<const uint32_t> CellBlock::cell(uint64_t i) const {
   const unsigned nodes = nodes_of(type);
   if (nodes != 0) return std::span(connectivity).subspan(i * nodes, nodes);
   return std::span(connectivity).subspan(offsets[i], offsets[i + 1] - offsets[i]);
+}
+
+std::span<const uint32_t> CellBlock::faces(uint64_t i) const {
+  if (cell_faces.empty()) return {};
+  return std::span(face_sizes).subspan(cell_faces[i], cell_faces[i + 1] - cell_faces[i]);
 }
 
 uint64_t Mesh::cell_count() const {

@@ -45,6 +45,43 @@ TEST(Validate, TakesDegenerateFaces) {
   EXPECT_EQ(complaint(with_block(1, CellType::polygon, {0, 0, 1, 3, 6}, {0, 0, 0, 0, 0, 0})), "valid");
 }
 
+/// A tetrahedron given by its faces, and a triangle.
+Mesh with_polyhedron() {
+  Mesh mesh =
+      with_block(4, CellType::mixed, {0, 12, 15}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 1, 2}, {42, 5});
+  mesh.blocks[0].face_sizes = {3, 3, 3, 3};
+  mesh.blocks[0].cell_faces = {0, 4, 4};
+  return mesh;
+}
+
+TEST(Validate, TakesPolyhedraWithFaces) {
+  EXPECT_EQ(complaint(with_polyhedron()), "valid");
+  EXPECT_EQ(complaint(with_block(0, CellType::polyhedron, {0}, {})), "valid");
+}
+
+TEST(Validate, RefusesFacesThatAreNotTheCells) {
+  Mesh mesh = with_polyhedron();
+  mesh.blocks[0].face_sizes[2] = 4;
+  EXPECT_EQ(complaint(mesh), "block 0: the faces of cell 0 have 13 corners, not those of the cell");
+  mesh = with_polyhedron();
+  mesh.blocks[0].cell_faces = {0, 3, 4};
+  EXPECT_EQ(complaint(mesh), "block 0: the faces of cell 0 have 9 corners, not those of the cell");
+  mesh = with_polyhedron();
+  mesh.blocks[0].cell_faces = {0, 4};
+  EXPECT_EQ(complaint(mesh), "block 0: the cells' faces must run from 0 to the number of faces");
+  mesh = with_polyhedron();
+  mesh.blocks[0].cell_faces = {0, 5, 4};
+  EXPECT_NE(complaint(mesh), "valid");
+  mesh = with_polyhedron();
+  mesh.blocks[0].cell_faces.clear();
+  EXPECT_EQ(complaint(mesh), "block 0: faces of polyhedra without the cells they belong to");
+  mesh.blocks[0].face_sizes.clear();
+  EXPECT_EQ(complaint(mesh), "block 0: cell 0 is a polyhedron without faces");
+  mesh = with_block(3, CellType::triangle, {}, {0, 1, 2});
+  mesh.blocks[0].cell_faces = {0, 0};
+  EXPECT_EQ(complaint(mesh), "block 0: only polyhedra have faces");
+}
+
 TEST(Validate, RefusesPositionsThatAreNotTriples) {
   Mesh mesh = cube();
   mesh.points.components = 2;

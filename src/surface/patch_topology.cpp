@@ -28,7 +28,8 @@ CellType type_of(const CellBlock& block, uint64_t cell) {
 
 /// May one cell have this type? Not "mixed", and none that name_of() does not know.
 bool is_type_of_cell(CellType type) {
-  return type != CellType::mixed && std::string_view(name_of(type)) != "unknown";
+  return type != CellType::mixed && type != CellType::polyhedron &&
+         std::string_view(name_of(type)) != "unknown";
 }
 
 /// Calls visit(block, cell in block, cell in mesh, first corner in mesh) for every cell.

@@ -78,6 +78,11 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
       return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
     }
   }
+  for (const CellBlock& block : mesh.blocks) {
+    if (!block.face_sizes.empty()) {
+      return failure(ErrorCode::unsupported, "mode \"single\" does not hold polyhedra");
+    }
+  }
   for (const Array& array : mesh.arrays) {
     if (array.components > 0xffff || array.count() >= none) {
       return failure(ErrorCode::unsupported,

@@ -51,8 +51,12 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
   } else {
     maps = MAILLE_TRY(choose_maps(array, tolerance, are_positions));
   }
-  for (uint32_t c = 0; maps.lossless && c < array.components; ++c)
-    maps.maps[c] = with_digits(array, c, maps.maps[c]);
+  for (uint32_t c = 0; maps.lossless && c < array.components; ++c) {
+    NumberMap& map = maps.maps[c];
+    // Streams count digits in their own way, with exceptions.
+    if (map.kind > NumberMap::Kind::lattice) map = {.kind = NumberMap::Kind::ordered};
+    map = with_digits(array, c, map);
+  }
   list.maps.push_back(std::move(maps.maps));
   list.bounds.push_back(maps.lossless ? 0 : maps.bound);
   return {};

@@ -109,14 +109,14 @@ class NumberSpace {
   double place_of(int64_t code) const {
     if (digits_) return digits_.number_of(code);
     if (!ordered_) return static_cast<double>(code);
-    if (type_ != Scalar::f32) return NumberMap::ordered_value(type_, code);
+    if (type_ != Scalar::f32) return map_.value_of(type_, code);
     const float value = from_ordered(static_cast<int32_t>(code));
     return value == value ? static_cast<double>(value) : 0;
   }
   int64_t code_near(double place) const {
     if (ordered_) {
       constexpr double largest = 3.4028234663852886e38;
-      if (type_ != Scalar::f32) return NumberMap::nearest_ordered(type_, place);
+      if (type_ != Scalar::f32) return map_.nearest_code(type_, place);
       if (!(place == place)) return 0;
       return ordered_bits(static_cast<float>(place < -largest  ? -largest
                                              : place > largest ? largest

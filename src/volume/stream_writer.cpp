@@ -236,6 +236,8 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
 Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
   if (std::string_view(name_of(type)) == "unknown")
     return failure(ErrorCode::usage, "a block of an unknown cell type");
+  if (type == CellType::polyhedron)
+    return failure(ErrorCode::unsupported, "mode \"stream\" does not hold polyhedra yet");
   intake_.blocks.push_back({records_taken_ + intake_.records.size(), name, type});
   tail_.blocks.push_back({std::move(name), type, 0});
   return {};
@@ -247,6 +249,8 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
   const auto wrong = [&](const std::string& what) {
     return failure(ErrorCode::malformed_input, "cell " + std::to_string(cells_given_) + ": " + what);
   };
+  if (type == CellType::polyhedron)
+    return failure(ErrorCode::unsupported, "mode \"stream\" does not hold polyhedra yet");
   const CellType block = tail_.blocks.back().type;
   if (block != CellType::mixed && block != type) {
     return wrong(std::string(name_of(type)) + " in a block of type " + name_of(block));

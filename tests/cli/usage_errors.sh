@@ -28,7 +28,8 @@ try maille compress --json cube.ply -
 try maille compress --progress loud cube.ply
 try maille convert cube.ply -
 try maille convert cube.ply cube.xyz
-try maille convert cube.ply cube.vtu
+try maille convert cube.ply cube.foam
+try maille convert cube.ply cube.pvtu
 try maille convert cube.ply cube.glb.gz
 try maille convert cube.ply no_extension
 try maille convert cube.ply folder.d/no_extension

@@ -154,6 +154,8 @@ void rebuild(CellBlock& block, const std::vector<uint64_t>& cells, NewOrder& ord
   const uint64_t first_cell = order.cells.size(), first_corner = order.corners.size();
   block.connectivity.clear();
   block.types.clear();
+  block.face_sizes.clear();
+  if (!block.cell_faces.empty()) block.cell_faces.assign(1, 0);
   if (!block.offsets.empty()) block.offsets.assign(1, 0);
   for (const uint64_t cell : cells) {
     const auto nodes = old.cell(cell);
@@ -165,6 +167,9 @@ void rebuild(CellBlock& block, const std::vector<uint64_t>& cells, NewOrder& ord
     }
     order.cells.push_back(first_cell + cell);
     if (!old.types.empty()) block.types.push_back(old.types[cell]);
+    const auto faces = old.faces(cell);
+    block.face_sizes.insert(block.face_sizes.end(), faces.begin(), faces.end());
+    if (!old.cell_faces.empty()) block.cell_faces.push_back(block.face_sizes.size());
     if (!old.offsets.empty()) block.offsets.push_back(block.connectivity.size());
   }
 }

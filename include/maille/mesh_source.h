@@ -1,0 +1,75 @@
+#pragma once
+
+#include <maille/limits.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace maille {
+
+/// A mesh without its large parts: what a file says of itself.
+struct MeshDescription {
+  struct Block {
+    std::string name;
+    CellType type = CellType::mixed;  ///< mixed also where the file does not tell
+    uint64_t cells = 0;
+  };
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  uint64_t corners = 0;  ///< entries of the connectivity
+  Scalar point_type = Scalar::f32;
+  std::vector<Block> blocks;       ///< one after the other; their cells add up
+  std::vector<Array> arrays;       ///< on points and cells, without values
+  std::vector<Array> mesh_arrays;  ///< on the mesh, with values
+  std::vector<std::pair<std::string, std::string>> metadata;
+
+  uint64_t count_of(const Array& array) const { return array.domain == Domain::point ? points : cells; }
+};
+
+/// Cells that follow each other.
+struct CellPiece {
+  std::vector<uint8_t> types;
+  std::vector<uint64_t> offsets;  ///< one more than cells, first 0
+  std::vector<uint64_t> connectivity;
+
+  uint64_t size() const { return types.size(); }
+};
+
+/// A mesh in a file of any size, read a part at a time; memory is that of the part, of a block of compressed
+/// data for each array, and of the file's description. Not for several threads at once.
+class MeshSource {
+ public:
+  virtual ~MeshSource() = default;
+  virtual const MeshDescription& description() const = 0;
+  /// Positions of points first ... first + count - 1 into `out`, which has room for exactly these.
+  virtual Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
+  virtual Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) = 0;
+  /// Tuples of description().arrays[array].
+  virtual Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
+};
+
+/// Opens a file for reading in parts. Today: VTU with raw appended data, plain or compressed, without
+/// polyhedra; other files are unsupported, see read_mesh(). `source` must outlive the result.
+Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits = {});
+
+/// A mesh written a part at a time, in any order except that cells follow each other.
+class MeshSink {
+ public:
+  virtual ~MeshSink() = default;
+  virtual Result<> write_points(uint64_t first, Bytes positions) = 0;
+  /// The cells behind those written before.
+  virtual Result<> write_cells(const CellPiece& cells) = 0;
+  virtual Result<> write_array(size_t array, uint64_t first, Bytes tuples) = 0;
+  /// Makes the file durable and visible; an error when points, cells or corners are not as many as described.
+  /// Without it, nothing appears under the final name.
+  virtual Result<> commit() = 0;
+};
+
+/// A VTU file with raw appended data, each array in its place from the beginning.
+Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
+
+}  // namespace maille

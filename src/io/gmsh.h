@@ -1,0 +1,32 @@
+#pragma once
+
+#include <maille/io.h>
+#include <span>
+
+namespace maille {
+
+Result<ReadResult> read_gmsh(const Source& source, const ReadOptions& options);
+/// Version 2.2 where the mesh came from a file of version 2, otherwise 4.1.
+Result<std::vector<std::string>> write_gmsh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+
+/// An element type of Gmsh: node i of the cell is node order[i] of the element; the same where `order` is
+/// empty.
+struct GmshType {
+  int32_t number;
+  CellType type;
+  unsigned nodes;
+  std::span<const uint8_t> order;
+};
+std::span<const GmshType> gmsh_types();
+
+// Arrays and metadata that hold what Gmsh knows of elements.
+inline constexpr char gmsh_physical_name[] = "gmsh:physical";
+inline constexpr char gmsh_geometrical_name[] = "gmsh:geometrical";
+inline constexpr char gmsh_node_name[] = "gmsh:node";
+inline constexpr char gmsh_element_name[] = "gmsh:element";
+inline constexpr char gmsh_version_key[] = "gmsh.version";
+inline constexpr char gmsh_periodic_key[] = "gmsh.periodic";
+/// "gmsh.physical.DIMENSION.TAG": the name of a physical group.
+inline constexpr char gmsh_names_prefix[] = "gmsh.physical.";
+
+}  // namespace maille

@@ -1,0 +1,240 @@
+#include <maille/mesh_source.h>
+
+#include <gmock/gmock.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "io/format.h"
+#include "io/same_mesh.h"
+#include "support/random.h"
+#include "support/random_volume.h"
+#include "support/sample_mesh.h"
+
+namespace maille {
+namespace {
+
+using namespace maille::testing;
+using ::testing::HasSubstr;
+
+MeshDescription description_of(const Mesh& mesh) {
+  MeshDescription description;
+  description.points = mesh.point_count();
+  description.cells = mesh.cell_count();
+  description.corners = mesh.corner_count();
+  description.point_type = mesh.points.type;
+  for (const CellBlock& block : mesh.blocks)
+    description.blocks.push_back({block.name, block.type, block.size()});
+  for (const Array& array : mesh.arrays) {
+    Array copy = array;
+    if (array.domain != Domain::mesh) copy.bytes.clear();
+    (array.domain == Domain::mesh ? description.mesh_arrays : description.arrays).push_back(std::move(copy));
+  }
+  description.metadata = mesh.metadata;
+  return description;
+}
+
+/// All of it, `step` elements at a time.
+Result<Mesh> read_in_parts(const Source& source, uint64_t step) {
+  const auto opened = open_mesh_source(source);
+  if (!opened) return tl::unexpected(opened.error());
+  MeshSource& parts = **opened;
+  const MeshDescription& description = parts.description();
+  Mesh mesh;
+  mesh.metadata = description.metadata;
+  mesh.points.type = description.point_type;
+  const auto in_steps = [&](Array& array, uint64_t count, auto read) -> Result<> {
+    for (uint64_t first = 0; first < count; first += step) {
+      const uint64_t part = std::min(step, count - first);
+      array.resize(first + part);
+      const auto room = std::span(array.bytes).last(part * array.tuple_size());
+      if (auto ok = read(first, part, room); !ok) return ok;
+    }
+    return {};
+  };
+  if (auto ok = in_steps(mesh.points, description.points, [&](auto... a) { return parts.read_points(a...); });
+      !ok)
+    return tl::unexpected(ok.error());
+  CellBlock block;
+  block.type = CellType::mixed;
+  block.offsets = {0};
+  for (uint64_t first = 0; first < description.cells; first += step) {
+    CellPiece cells;
+    if (auto ok = parts.read_cells(first, std::min(step, description.cells - first), cells); !ok)
+      return tl::unexpected(ok.error());
+    for (size_t i = 0; i < cells.size(); ++i)
+      block.offsets.push_back(block.connectivity.size() + cells.offsets[i + 1]);
+    block.types.insert(block.types.end(), cells.types.begin(), cells.types.end());
+    for (const uint64_t point : cells.connectivity)
+      block.connectivity.push_back(static_cast<uint32_t>(point));
+  }
+  if (description.cells != 0) mesh.blocks.push_back(block);
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    mesh.arrays.push_back(description.arrays[i]);
+    Array& array = mesh.arrays.back();
+    if (auto ok = in_steps(array, description.count_of(array),
+                           [&](auto... a) { return parts.read_array(i, a...); });
+        !ok)
+      return tl::unexpected(ok.error());
+  }
+  for (const Array& array : description.mesh_arrays) mesh.arrays.push_back(array);
+  return mesh;
+}
+
+RandomVolumeOptions without_polyhedra() {
+  RandomVolumeOptions options;
+  std::erase(options.types, CellType::polyhedron);
+  options.corner_arrays = false;
+  return options;
+}
+
+/// The blocks as one mixed block.
+Mesh joined(Mesh mesh) {
+  CellBlock all;
+  all.type = CellType::mixed;
+  all.offsets = {0};
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      const auto nodes = block.cell(i);
+      all.connectivity.insert(all.connectivity.end(), nodes.begin(), nodes.end());
+      all.offsets.push_back(all.connectivity.size());
+      all.types.push_back(static_cast<uint8_t>(block.type_of(i)));
+    }
+  }
+  mesh.blocks.assign(1, all);
+  return mesh;
+}
+
+TEST(MeshSource, GivesInPartsWhatIsReadWhole) {
+  for (const char* name : {"appended_raw.vtu", "appended_lz4.vtu", "appended_lzma.vtu"}) {
+    for (const uint64_t step : {1, 3, 100}) {
+      const auto source = file_source(sample_path(name));
+      ASSERT_TRUE(source);
+      const auto mesh = read_in_parts(**source, step);
+      ASSERT_TRUE(mesh) << mesh.error().message;
+      expect_same_mesh(*mesh, sample_mesh());
+    }
+  }
+}
+
+TEST(MeshSource, GivesBackWhatTheWriterWrote) {
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const Mesh mesh = random_volume(seed, without_polyhedra());
+    WriteOptions options;
+    options.big_endian = seed % 2 == 1;
+    const std::string text = write_text(vtu_format(), mesh, options).text;
+    const auto source = memory_source(std::as_bytes(std::span(text.data(), text.size())));
+    const auto back = read_in_parts(*source, 1 + seed % 9);
+    ASSERT_TRUE(back) << back.error().message;
+    expect_same_mesh(*back, joined(mesh));
+    const auto opened = open_mesh_source(*source);
+    ASSERT_TRUE(opened);
+    ASSERT_FALSE((*opened)->description().blocks.empty());
+    EXPECT_EQ((*opened)->description().blocks[0].name, mesh.blocks[0].name);
+    EXPECT_EQ((*opened)->description().corners, mesh.corner_count());
+  }
+}
+
+TEST(MeshSource, SaysWhatItCannotReadInParts) {
+  for (const auto& [name, message] : {std::pair("ascii.vtu", "no appended data"),
+                                      {"appended_base64.vtu", "base64"},
+                                      {"polyhedra.vtu", "no appended data"}}) {
+    const auto source = file_source(sample_path(name));
+    ASSERT_TRUE(source);
+    const auto opened = open_mesh_source(**source);
+    ASSERT_FALSE(opened);
+    EXPECT_EQ(opened.error().code, ErrorCode::unsupported);
+    EXPECT_THAT(opened.error().message, HasSubstr(message));
+  }
+}
+
+TEST(MeshSource, RefusesMoreThanThereIs) {
+  const auto source = file_source(sample_path("appended_raw.vtu"));
+  ASSERT_TRUE(source);
+  const auto opened = open_mesh_source(**source);
+  ASSERT_TRUE(opened);
+  std::vector<std::byte> room(24 * 17);
+  EXPECT_FALSE((*opened)->read_points(0, 17, room));
+  EXPECT_FALSE((*opened)->read_points(16, 1, std::span(room).first(24)));
+  EXPECT_FALSE((*opened)->read_points(0, 2, std::span(room).first(24)));
+  CellPiece cells;
+  EXPECT_FALSE((*opened)->read_cells(7, 2, cells));
+}
+
+TEST(MeshSource, SurvivesDamage) {
+  for (const char* name : {"appended_raw.vtu", "appended_lz4.vtu", "appended_lzma.vtu"}) {
+    const auto file = file_source(sample_path(name));
+    ASSERT_TRUE(file);
+    const Bytes bytes = (*file)->view();
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    Random random(1);
+    for (int trial = 0; trial < 500; ++trial) {
+      std::string damaged = text.substr(0, random.chance(20) ? random.below(text.size()) : text.size());
+      for (uint32_t i = random.between(1, 4); i > 0 && !damaged.empty(); --i) {
+        damaged[random.below(damaged.size())] =
+            static_cast<char>(random.chance(50) ? '0' + static_cast<int>(random.below(10))
+                                                : static_cast<int>(random.below(256)));
+      }
+      const auto source = memory_source(std::as_bytes(std::span(damaged.data(), damaged.size())), "x");
+      const auto mesh = read_in_parts(*source, 5);
+      EXPECT_TRUE(!mesh || mesh->count_of(Domain::point) <= text.size());
+    }
+  }
+}
+
+std::string temporary(const char* name) {
+  return (std::filesystem::temp_directory_path() / ("maille_" + std::to_string(getpid()) + name)).string();
+}
+
+TEST(MeshSink, WritesInPartsWhatIsReadWhole) {
+  const std::string path = temporary("parts.vtu");
+  for (uint64_t seed = 0; seed < 30; ++seed) {
+    const Mesh mesh = random_volume(seed, without_polyhedra());
+    const auto opened = vtu_sink(path, description_of(mesh));
+    ASSERT_TRUE(opened) << opened.error().message;
+    MeshSink& sink = **opened;
+    // Arrays in halves, the second first.
+    const auto halves = [](const Array& array, auto write) {
+      const uint64_t half = array.count() / 2;
+      ASSERT_TRUE(write(half, Bytes(array.bytes).subspan(half * array.tuple_size())));
+      ASSERT_TRUE(write(0, Bytes(array.bytes).first(half * array.tuple_size())));
+    };
+    size_t number = 0;
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::mesh) continue;
+      halves(array, [&](uint64_t first, Bytes bytes) { return sink.write_array(number, first, bytes); });
+      ++number;
+    }
+    const CellBlock all = joined(mesh).blocks[0];
+    for (uint64_t i = 0; i < all.size(); ++i) {
+      const auto nodes = all.cell(i);
+      ASSERT_TRUE(sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}}));
+    }
+    halves(mesh.points, [&](uint64_t first, Bytes bytes) { return sink.write_points(first, bytes); });
+    EXPECT_FALSE(std::filesystem::exists(path));
+    ASSERT_TRUE(sink.commit());
+    const auto back = read_mesh(path);
+    ASSERT_TRUE(back) << back.error().message;
+    expect_same_mesh(back->mesh, mesh);
+    std::filesystem::remove(path);
+  }
+}
+
+TEST(MeshSink, LeavesNothingWithoutCommit) {
+  const std::string path = temporary("unfinished.vtu");
+  {
+    const auto opened = vtu_sink(path, description_of(sample_mesh()));
+    ASSERT_TRUE(opened);
+    EXPECT_FALSE((*opened)->commit()) << "no cells were written";
+    const std::vector<std::byte> many(17 * 24);
+    EXPECT_FALSE((*opened)->write_points(0, many));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path())) {
+    EXPECT_EQ(entry.path().string().find(path), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace maille

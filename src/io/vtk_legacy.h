@@ -1,0 +1,19 @@
+#pragma once
+
+#include <maille/io.h>
+
+namespace maille {
+
+Result<ReadResult> read_vtk_legacy(const Source& source, const ReadOptions& options);
+Result<std::vector<std::string>> write_vtk_legacy(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+
+/// Fields in which our writer keeps what the format has no place for: meanings of arrays ("point normal
+/// NAME"), and what stands before the name of an array on corners.
+inline constexpr char vtk_roles_name[] = "maille_roles";
+inline constexpr char vtk_corner_prefix[] = "maille_corner:";
+
+/// Scalar for the format's name of it in any case ("vtktypeint64"), without a value for others.
+std::optional<Scalar> scalar_of_vtk_legacy(std::string_view name);
+const char* vtk_legacy_name_of(Scalar type);
+
+}  // namespace maille

@@ -1,0 +1,256 @@
+// VTU files written in parts: the counts are known, so every array has its place before the first value
+// comes.
+#include <fcntl.h>
+#include <maille/mesh_source.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "base/result.h"
+#include "io/vtk_xml_writer.h"
+#include "io/vtu.h"
+
+namespace maille {
+namespace {
+
+/// A file that appears whole or not at all, written at any place.
+class RegionFile {
+ public:
+  explicit RegionFile(std::string path)
+      : path_(std::move(path)), unfinished_(path_ + ".part-" + std::to_string(getpid())) {}
+  ~RegionFile() {
+    if (file_ >= 0) close(file_);
+    if (file_ >= 0 && !committed_) unlink(unfinished_.c_str());
+  }
+  RegionFile(const RegionFile&) = delete;
+  RegionFile& operator=(const RegionFile&) = delete;
+
+  Result<> open() {
+    file_ = ::open(unfinished_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    return file_ < 0 ? failed("cannot be created") : Result<>();
+  }
+  Result<> write_at(uint64_t offset, Bytes bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return failed("cannot be written");
+      offset += static_cast<uint64_t>(written);
+      bytes = bytes.subspan(static_cast<size_t>(written));
+    }
+    return {};
+  }
+  Result<> commit() {
+    if (fsync(file_) != 0 || rename(unfinished_.c_str(), path_.c_str()) != 0)
+      return failed("cannot be written");
+    committed_ = true;
+    const std::string folder = std::filesystem::path(path_).parent_path().string();
+    const int opened = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (opened >= 0) {
+      fsync(opened);
+      close(opened);
+    }
+    return {};
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  Result<> failed(const std::string& what) const {
+    return failure(ErrorCode::write_failed, path_ + ": " + what + ": " + std::strerror(errno));
+  }
+
+  std::string path_, unfinished_;
+  int file_ = -1;
+  bool committed_ = false;
+};
+
+struct Region {
+  uint64_t begin = 0, size = 0;
+};
+
+class VtuSink final : public MeshSink {
+ public:
+  VtuSink(const std::string& path, const MeshDescription& description)
+      : file_(path), description_(description) {}
+
+  Result<> open();
+  Result<> write_points(uint64_t first, Bytes positions) override {
+    return write(points_, first * 3 * size_of(description_.point_type), positions);
+  }
+  Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
+    return write(arrays_[array], first * description_.arrays[array].tuple_size(), tuples);
+  }
+  Result<> write_cells(const CellPiece& cells) override;
+  Result<> commit() override;
+
+ private:
+  Region add(const std::string& tag, uint64_t size);
+  void add_values(const std::string& tag, Bytes values);
+  void add_strings(const std::string& name, const std::vector<std::string>& values);
+  void add_fields();
+  void add_data(Domain domain, const char* element);
+  Result<> write_sizes();
+  Result<> write(const Region& region, uint64_t at, Bytes bytes);
+  Result<> write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
+                          Scalar type);
+
+  RegionFile file_;
+  MeshDescription description_;
+  std::string xml_;
+  uint64_t next_ = 0;  ///< place of the next array in the appended data
+  std::vector<Region> regions_;
+  std::vector<std::pair<Region, std::vector<std::byte>>> values_;  ///< known from the beginning
+  Region points_, connectivity_, ends_, types_;
+  std::vector<Region> arrays_;
+  Scalar point_number_ = Scalar::i32, end_number_ = Scalar::i32;
+  uint64_t cells_ = 0, corners_ = 0;
+};
+
+Region VtuSink::add(const std::string& tag, uint64_t size) {
+  xml_ += "<DataArray " + tag + " format=\"appended\" offset=\"" + std::to_string(next_) + "\"/>\n";
+  const Region region{next_ + sizeof(uint64_t), size};
+  next_ += sizeof(uint64_t) + size;
+  regions_.push_back(region);
+  return region;
+}
+
+void VtuSink::add_values(const std::string& tag, Bytes values) {
+  const Region region = add(tag, values.size());
+  values_.emplace_back(region, std::vector<std::byte>(values.begin(), values.end()));
+}
+
+void VtuSink::add_strings(const std::string& name, const std::vector<std::string>& values) {
+  std::string text;
+  for (const std::string& value : values) text.append(value).push_back('\0');
+  add_values("type=\"String\" Name=\"" + vtk_xml_escaped(name) + "\" NumberOfTuples=\"" +
+                 std::to_string(values.size()) + "\"",
+             std::as_bytes(std::span(text.data(), text.size())));
+}
+
+std::string tag_of(const Array& array) {
+  return std::string("type=\"") + vtk_name_of(array.type) + "\" Name=\"" + vtk_xml_escaped(array.name) +
+         "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"" +
+         (array.role == Role::none ? "" : std::string(" maille_role=\"") + name_of(array.role) + "\"");
+}
+
+void VtuSink::add_fields() {
+  xml_ += "<FieldData>\n";
+  std::vector<uint64_t> sizes;
+  std::vector<std::string> names;
+  for (const MeshDescription::Block& block : description_.blocks) {
+    sizes.push_back(block.cells);
+    sizes.push_back(static_cast<uint64_t>(block.type));
+    names.push_back(block.name);
+  }
+  add_values(std::string("type=\"UInt64\" Name=\"") + vtu_blocks_name +
+                 "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(names.size()) + "\"",
+             std::as_bytes(std::span(sizes)));
+  add_strings(vtu_block_names_name, names);
+  for (const Array& array : description_.mesh_arrays) {
+    add_values(tag_of(array) + " NumberOfTuples=\"" + std::to_string(array.count()) + "\"", array.bytes);
+  }
+  for (const auto* arrays : {&description_.arrays, &description_.mesh_arrays}) {
+    for (const Array& array : *arrays) {
+      if (array.role == Role::label) add_strings(array.name + "_labels", array.labels);
+    }
+  }
+  for (const auto& [key, value] : description_.metadata) add_strings(key, {value});
+  xml_ += "</FieldData>\n";
+}
+
+void VtuSink::add_data(Domain domain, const char* element) {
+  xml_ += std::string("<") + element + ">\n";
+  for (size_t i = 0; i < description_.arrays.size(); ++i) {
+    const Array& array = description_.arrays[i];
+    if (array.domain == domain)
+      arrays_[i] = add(tag_of(array), description_.count_of(array) * array.tuple_size());
+  }
+  xml_ += std::string("</") + element + ">\n";
+}
+
+Result<> VtuSink::open() {
+  if (description_.points > INT32_MAX) point_number_ = Scalar::i64;
+  if (description_.corners > INT32_MAX) end_number_ = Scalar::i64;
+  arrays_.resize(description_.arrays.size());
+  xml_ =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n";
+  add_fields();
+  xml_ += "<Piece NumberOfPoints=\"" + std::to_string(description_.points) + "\" NumberOfCells=\"" +
+          std::to_string(description_.cells) + "\">\n<Points>\n";
+  points_ = add(tag_of(make_array("Points", Domain::point, description_.point_type, 3)),
+                description_.points * 3 * size_of(description_.point_type));
+  xml_ += "</Points>\n";
+  add_data(Domain::point, "PointData");
+  add_data(Domain::cell, "CellData");
+  xml_ += "<Cells>\n";
+  connectivity_ = add(tag_of(make_array("connectivity", Domain::mesh, point_number_, 1)),
+                      description_.corners * size_of(point_number_));
+  ends_ = add(tag_of(make_array("offsets", Domain::mesh, end_number_, 1)),
+              description_.cells * size_of(end_number_));
+  types_ = add(tag_of(make_array("types", Domain::mesh, Scalar::u8, 1)), description_.cells);
+  xml_ += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+  MAILLE_CHECK(file_.open());
+  MAILLE_CHECK(file_.write_at(0, std::as_bytes(std::span(xml_.data(), xml_.size()))));
+  return write_sizes();
+}
+
+/// What is known from the beginning: sizes of all arrays, values of some, the file's end.
+Result<> VtuSink::write_sizes() {
+  for (const Region& region : regions_) {
+    MAILLE_CHECK(file_.write_at(xml_.size() + region.begin - sizeof(uint64_t),
+                                std::as_bytes(std::span(&region.size, 1))));
+  }
+  for (const auto& [region, bytes] : values_) MAILLE_CHECK(write(region, 0, bytes));
+  values_.clear();
+  constexpr std::string_view end = "\n</AppendedData>\n</VTKFile>\n";
+  return file_.write_at(xml_.size() + next_, std::as_bytes(std::span(end.data(), end.size())));
+}
+
+Result<> VtuSink::write(const Region& region, uint64_t at, Bytes bytes) {
+  if (at > region.size || bytes.size() > region.size - at) {
+    return failure(ErrorCode::usage, file_.path() + ": more values than the mesh was described to have");
+  }
+  return file_.write_at(xml_.size() + region.begin + at, bytes);
+}
+
+Result<> VtuSink::write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
+                                 Scalar type) {
+  const size_t size = size_of(type);
+  std::vector<std::byte> bytes(values.size() * size);
+  for (size_t i = 0; i < values.size(); ++i)
+    std::memcpy(bytes.data() + i * size, &values[i], size);  // little-endian
+  return write(region, first * size, bytes);
+}
+
+Result<> VtuSink::write_cells(const CellPiece& cells) {
+  MAILLE_CHECK(write_integers(connectivity_, corners_, cells.connectivity, point_number_));
+  std::vector<uint64_t> ends;
+  for (size_t i = 1; i < cells.offsets.size(); ++i) ends.push_back(corners_ + cells.offsets[i]);
+  MAILLE_CHECK(write_integers(ends_, cells_, ends, end_number_));
+  MAILLE_CHECK(write(types_, cells_, std::as_bytes(std::span(cells.types))));
+  corners_ += cells.connectivity.size();
+  cells_ += cells.types.size();
+  return {};
+}
+
+Result<> VtuSink::commit() {
+  if (cells_ != description_.cells || corners_ != description_.corners) {
+    return failure(ErrorCode::usage, file_.path() + ": " + std::to_string(cells_) + " cells with " +
+                                         std::to_string(corners_) + " corners were written, not the " +
+                                         std::to_string(description_.cells) + " with " +
+                                         std::to_string(description_.corners) + " described");
+  }
+  return file_.commit();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description) {
+  auto sink = std::make_unique<VtuSink>(path, description);
+  MAILLE_CHECK(sink->open());
+  return std::unique_ptr<MeshSink>(std::move(sink));
+}
+
+}  // namespace maille
