@@ -68,7 +68,7 @@ inline Mesh soup(unsigned seed, unsigned cells, unsigned points) {
   block.type = CellType::mixed;
   block.offsets.push_back(0);
   const CellType loose[] = {CellType::polygon, CellType::poly_line, CellType::pentagonal_prism,
-                            CellType::polyhedron};
+                            CellType::hexagonal_prism};
   for (unsigned i = 0; i < cells; ++i) {
     const unsigned kind = below(shape_count + 4);
     const CellType type = kind < shape_count ? cell_shapes[kind].type : loose[kind - shape_count];

@@ -55,7 +55,7 @@ class BlockSweeper {
         n_(order.divisions(block)),
         swept_(order.swept(block)),
         tables_(tables),
-        collapsed_(order.topology().any_collapsed(block)),
+        repeats_points_(order.topology().repeats_points(block)),
         output_(output) {
     for (unsigned corner = 0; corner < 8; ++corner) {
       // VTK's corners by their places along the axes of the sweep.
@@ -164,7 +164,7 @@ class BlockSweeper {
         last_use_[8 * i + corner] = last[i] == first_cell + i ? 1 : 0;
       }
     }
-    return collapsed_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, last_use_);
+    return repeats_points_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, last_use_);
   }
 
   // Runs of cells of one type.
@@ -243,7 +243,7 @@ class BlockSweeper {
   const Place n_;
   const SweepPlan::Block& swept_;
   BlockTables& tables_;
-  const bool collapsed_;
+  const bool repeats_points_;
   GeneratedOutput& output_;
   std::array<unsigned, 8> step_{};    ///< of a corner along the row
   std::array<unsigned, 8> row_of_{};  ///< of the four of a row of cells

@@ -15,9 +15,11 @@ std::string block_text(const BlockDescription& description, size_t block) {
   return "block " + std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
 }
 
-bool BlockTopology::any_collapsed(size_t block) const {
-  const auto& edges = collapsed[block];
-  return std::find(edges.begin(), edges.end(), true) != edges.end();
+bool BlockTopology::repeats_points(size_t block) const {
+  std::array<uint32_t, nodes_per_block> entity;
+  for (size_t i = 0; i < entity.size(); ++i) entity[i] = nodes[nodes_per_block * block + i].entity;
+  std::sort(entity.begin(), entity.end());
+  return std::adjacent_find(entity.begin(), entity.end()) != entity.end();
 }
 
 namespace {

@@ -53,7 +53,8 @@ struct BlockTopology {
 
   /// Points of the entity are not those of any other node.
   bool alone(uint32_t node) const { return entities[nodes[node].entity].size() == 1; }
-  bool any_collapsed(size_t block) const;
+  /// May a cell of the block have a point twice? By its own collapsed edges, or by what its neighbours join.
+  bool repeats_points(size_t block) const;
 };
 
 /// Checks a description and joins its blocks. Errors: malformed_input, unsupported; naming blocks.
