@@ -113,11 +113,10 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
   const Raw& raw = parser.raw;
   if (verb == "compress") {
     CompressOptions options = parser.compress;
-    options.mode = mode_of(raw.mode);
+    if (!raw.mode.empty()) options.mode = mode_of(raw.mode);
     if (!raw.effort.empty()) options.effort = raw.effort.back();
-    // A stream keeps the order of its cells: what a solver wrote is mostly a sweep, and fields go with it.
-    const bool keep = raw.keep_order || (options.mode == Mode::stream && !raw.any_order);
-    options.order = keep ? Order::keep : Order::canonical;
+    options.keep_order = raw.keep_order;
+    options.any_order = raw.any_order;
     options.provenance = !raw.no_provenance;
     return with_raw(options, raw);
   }

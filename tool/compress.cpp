@@ -25,11 +25,13 @@ std::string provenance_of(const CompressOptions& options) {
   return text;
 }
 
-EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances) {
+EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, const Mesh& mesh) {
   EncodeOptions encode;
-  encode.mode = options.mode;
+  encode.mode = options.mode.value_or(has_solids(mesh) ? Mode::stream : Mode::single);
   encode.effort = options.effort;
-  encode.order = options.order;
+  // A stream keeps the order of its cells: what a solver wrote is mostly a sweep, and fields go with it.
+  const bool keep = options.keep_order || (encode.mode == Mode::stream && !options.any_order);
+  encode.order = keep ? Order::keep : Order::canonical;
   encode.positions = tolerances.positions.value_or(Tolerance{});
   encode.arrays = tolerances.arrays;
   if (options.provenance) encode.provenance = provenance_of(options);
@@ -58,12 +60,12 @@ Result<> check(const CompressOptions& options, const std::string& output) {
 }
 
 Result<> report(const CompressOptions& options, const EncodeReport& report, const std::string& output,
-                uint64_t input_bytes, double seconds) {
+                uint64_t input_bytes, double seconds, const char* cell_word) {
   const std::string input = input_name(options.input);
   if (options.common.json) return answer(dump(summary_json(report, input, output, input_bytes, seconds)));
   if (options.common.quiet) return {};
-  std::string text =
-      summary_text(report, input, output_name(output), input_bytes, seconds, options.common.verbose);
+  std::string text = summary_text(report, input, output_name(output), input_bytes, seconds,
+                                  options.common.verbose, cell_word);
   if (!options.lossless && options.error.empty() && options.relative_error.empty() && options.bits.empty()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
@@ -84,12 +86,14 @@ Result<int> run(const CompressOptions& options) {
   const auto sink = TOOL_TRY(open_output({output, options.input, options.force, true}));
 
   EncodeReport result;
+  const char* cell_word = "face";
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
     TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
     const Threads threads(options.common.threads);
-    EncodeOptions encoding = encode_options(options, tolerances);
+    EncodeOptions encoding = encode_options(options, tolerances, loaded.mesh);
+    cell_word = has_solids(loaded.mesh) ? "cell" : "face";
     encoding.executor = threads.executor();
     encoding.progress = progress.watch(static_cast<double>(loaded.mesh.cell_count()), "faces");
     const Stopwatch step;
@@ -97,7 +101,7 @@ Result<int> run(const CompressOptions& options) {
     progress.clear();
     step.done(options.common.verbose, "compressing");
   }
-  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds()));
+  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds(), cell_word));
   return 0;
 }
 

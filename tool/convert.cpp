@@ -37,7 +37,8 @@ Result<> report(const ConvertOptions& options, const Mesh& mesh, uint64_t before
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}; {} -> {}", input_name(options.input), output_name(options.output),
-                  counted(mesh.point_count(), "point"), cells_text(mesh.cell_count()),
+                  counted(mesh.point_count(), "point"),
+                  cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
                   human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after))));
   return {};
 }

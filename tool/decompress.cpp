@@ -17,7 +17,14 @@ namespace {
 
 std::string output_of(const DecompressOptions& options) {
   if (!options.output.empty()) return options.output;
-  return options.input == "-" ? "-" : with_extension(options.input, ".ply");
+  if (options.input == "-") return "-";
+  // Whatever is wrong with the input is said when it is opened.
+  bool stream = false;
+  if (const auto input = open_maille(options.input)) {
+    const auto info = inspect(*input->source);
+    stream = info && info->mode == Mode::stream;
+  }
+  return with_extension(options.input, stream ? ".vtu" : ".ply");
 }
 
 Result<std::string> format_to_write(const DecompressOptions& options, const std::string& output) {
@@ -61,10 +68,10 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
                         {"seconds", seconds}}));
   }
   if (options.common.quiet) return {};
-  say(fmt::format("{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
-                  counted(mesh.point_count(), "point"), cells_text(mesh.cell_count()),
-                  human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)),
-                  seconds));
+  say(fmt::format(
+      "{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
+      counted(mesh.point_count(), "point"), cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
+      human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)), seconds));
   return {};
 }
 

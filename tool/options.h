@@ -33,9 +33,10 @@ struct CompressOptions {
   std::string input;
   std::string output;  ///< empty: beside the input
   std::string input_format;
-  Mode mode = Mode::single;
+  std::optional<Mode> mode;  ///< none: volumes are streams
   int effort = EncodeOptions{}.effort;
-  Order order = Order::canonical;
+  bool keep_order = false;
+  bool any_order = false;
   /// As typed: "X" for positions or "NAME=X".
   std::vector<std::string> error;
   std::vector<std::string> relative_error;
@@ -48,7 +49,7 @@ struct CompressOptions {
 struct DecompressOptions {
   CommonOptions common;
   std::string input;
-  std::string output;  ///< empty: beside the input, as PLY
+  std::string output;  ///< empty: beside the input, as PLY, volumes as VTU
   std::string output_format;
   std::optional<std::vector<std::string>> arrays;
   bool ascii = false;

@@ -136,13 +136,15 @@ void Parser::add_compress() {
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
-  c->add_flag("--any-order", raw.any_order, "Let the order change (default of mode single)")
+  c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
       ->group(quality_group)
       ->excludes(keep);
 
-  choice(c->add_option("--mode", raw.mode,
-                       "Kind of file (default: single; the others come with a later version)"),
-         {"single", "stream", "random"})
+  choice(
+      c->add_option("--mode", raw.mode,
+                    "Kind of file (default: stream for meshes with volume cells, else single; random comes "
+                    "with a later version)"),
+      {"single", "stream", "random"})
       ->group(speed_group);
   c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
               "Effort: -1 is fast, -9 makes the smallest file (default -5)")
@@ -161,7 +163,7 @@ void Parser::add_decompress() {
   d->alias("d");
   file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
   file(d, "-o,--output,OUT", decompress.output,
-       "File to write; - is standard output (default: IN with the extension .ply)");
+       "File to write; - is standard output (default: IN with the extension .ply, .vtu for volumes)");
   choice(d->add_option("--output-format", decompress.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
          format_names(false, true))

@@ -15,7 +15,7 @@ namespace maille::tool {
 
 /// What CLI11 writes to that is not an option of a verb as it stands.
 struct Raw {
-  std::string mode = "single";
+  std::string mode;
   std::vector<int> effort;
   bool keep_order = false;
   bool any_order = false;

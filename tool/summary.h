@@ -14,7 +14,7 @@ using Json = nlohmann::ordered_json;
 /// What compress prints. `seconds` of reading and encoding together. Lossless single values of the mesh share
 /// one row, unless `every_array`.
 std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
-                         uint64_t input_bytes, double seconds, bool every_array);
+                         uint64_t input_bytes, double seconds, bool every_array, const char* cell_word);
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 
@@ -24,7 +24,9 @@ Json info_json(const FileInfo& info, const std::string& name);
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);
 
-/// Number of cells, called faces where a surface is all there can be (mode single).
-std::string cells_text(uint64_t count);
+/// Has it tetrahedra, hexahedra or the like? Its cells are called cells then, else faces.
+bool has_solids(const Mesh& mesh);
+/// Number of cells.
+std::string cells_text(uint64_t count, const char* word);
 
 }  // namespace maille::tool

@@ -28,6 +28,7 @@ struct Verdict {
   std::vector<std::string> damage;
   uint64_t points = 0;
   uint64_t cells = 0;
+  const char* cell_word = "face";
   bool compared = false;
   bool same = true;
   std::vector<std::string> differences;
@@ -113,8 +114,9 @@ std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
     for (const std::string& damage : verdict.damage) text += fmt::format("  {}\n", damage);
     return text;
   }
-  std::string text = fmt::format("{}: checksums good, decodes to {}, {}\n", name,
-                                 counted(verdict.points, "point"), cells_text(verdict.cells));
+  std::string text =
+      fmt::format("{}: checksums good, decodes to {}, {}\n", name, counted(verdict.points, "point"),
+                  cells_text(verdict.cells, verdict.cell_word));
   if (!verdict.compared) return text;
   text += fmt::format("against {}: {}\n", input_name(options.original),
                       verdict.same ? "the same mesh, every array as exact as promised"
@@ -164,6 +166,7 @@ Result<Verdict> judge(const VerifyOptions& options) {
   const Mesh decoded = TOOL_TRY(load(input, options.common, progress)).mesh;
   verdict.points = decoded.point_count();
   verdict.cells = decoded.cell_count();
+  if (has_solids(decoded)) verdict.cell_word = "cell";
   if (options.original.empty()) return verdict;
   const Input original = TOOL_TRY(open_input(options.original, options.original_format));
   const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
