@@ -552,7 +552,7 @@ std::vector<Entry> manifest() {
 TEST(RealVolumes, ComeBackThroughVtuAndTheirOwnFormat) {
   const auto entries = manifest();
   if (entries.empty()) GTEST_SKIP() << "the shared meshes and their manifest are not on this machine";
-  EXPECT_GE(entries.size(), 20u);
+  EXPECT_GE(entries.size(), 5u);  // of all sizes, or those that sanitizers have time for
   for (const Entry& entry : entries) {
     const auto first = read_mesh(data_folder() + "/" + entry.file);
     ASSERT_TRUE(first) << first.error().message;

@@ -99,7 +99,8 @@ Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
       if (decoder.exhausted()) return corrupt();
       if (gap >= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()) - static_cast<uint64_t>(code))
         return corrupt();
-      code += static_cast<int64_t>(gap) + 1;
+      // The sum is in range, but a gap across zero need not be.
+      code = static_cast<int64_t>(static_cast<uint64_t>(code) + gap + 1);
     }
     std::byte number[8];
     map.store_number(type, code, number);
