@@ -21,9 +21,9 @@ CellType CellStore::common_type(uint64_t first, uint64_t count) const {
   return is_uniform(first, count, type(first)) ? type(first) : CellType::mixed;
 }
 
-bool CellStore::fits(std::span<const BlockShape> shapes) const {
+bool CellStore::fits(std::span<const NamedRun> shapes) const {
   uint64_t first = 0;
-  for (const BlockShape& shape : shapes) {
+  for (const NamedRun& shape : shapes) {
     if (shape.cells > count() - first) return false;
     if (shape.type != CellType::mixed && !is_uniform(first, shape.cells, shape.type)) return false;
     first += shape.cells;
@@ -31,7 +31,7 @@ bool CellStore::fits(std::span<const BlockShape> shapes) const {
   return first == count();
 }
 
-CellBlock CellStore::make_block(uint64_t first, const BlockShape& shape) {
+CellBlock CellStore::make_block(uint64_t first, const NamedRun& shape) {
   CellBlock block;
   block.name = shape.name;
   block.type = shape.type;
@@ -68,11 +68,11 @@ CellBlock CellStore::make_block(uint64_t first, const BlockShape& shape) {
   return block;
 }
 
-std::vector<CellBlock> CellStore::take(std::span<const BlockShape> shapes) {
+std::vector<CellBlock> CellStore::take(std::span<const NamedRun> shapes) {
   std::vector<CellBlock> blocks;
   uint64_t first = 0;
-  for (const BlockShape& shape : shapes) {
-    BlockShape actual = shape;
+  for (const NamedRun& shape : shapes) {
+    NamedRun actual = shape;
     if (!is_uniform(first, shape.cells, shape.type)) actual.type = CellType::mixed;
     blocks.push_back(make_block(first, actual));
     first += shape.cells;
@@ -82,7 +82,7 @@ std::vector<CellBlock> CellStore::take(std::span<const BlockShape> shapes) {
 
 std::vector<CellBlock> CellStore::take() {
   if (count() == 0) return {};
-  const BlockShape all{count(), common_type(0, count()), {}};
+  const NamedRun all{count(), common_type(0, count()), {}};
   return take(std::span(&all, 1));
 }
 

@@ -8,8 +8,8 @@
 
 namespace maille {
 
-/// One block to be made of cells that follow each other.
-struct BlockShape {
+/// Cells that follow each other, to be made one block.
+struct NamedRun {
   uint64_t cells = 0;
   CellType type = CellType::mixed;
   std::string name;
@@ -47,14 +47,14 @@ class CellStore {
   /// cells.
   std::vector<CellBlock> take();
   /// These blocks; their cells must add up to count().
-  std::vector<CellBlock> take(std::span<const BlockShape> shapes);
+  std::vector<CellBlock> take(std::span<const NamedRun> shapes);
   /// Whether the blocks add up to count() and cells of them have their types.
-  bool fits(std::span<const BlockShape> shapes) const;
+  bool fits(std::span<const NamedRun> shapes) const;
 
  private:
   bool is_uniform(uint64_t first, uint64_t count, CellType type) const;
   CellType common_type(uint64_t first, uint64_t count) const;
-  CellBlock make_block(uint64_t first, const BlockShape& shape);
+  CellBlock make_block(uint64_t first, const NamedRun& shape);
 
   std::vector<uint8_t> types_;
   Lengths lengths_, faces_;
@@ -79,7 +79,7 @@ class BlockShapes {
   bool too_many() const { return sections_.size() > most_sections; }
   std::vector<CellBlock> take(CellStore& cells) {
     if (too_many()) return cells.take();
-    std::vector<BlockShape> shapes;
+    std::vector<NamedRun> shapes;
     for (const Section& section : sections_) {
       if (section.runs.size() > most_runs) {
         shapes.push_back({section.cells, CellType::mixed, section.name});
@@ -95,7 +95,7 @@ class BlockShapes {
   static constexpr size_t most_runs = 16;
   struct Section {
     std::string name;
-    std::vector<BlockShape> runs;
+    std::vector<NamedRun> runs;
     uint64_t cells;
   };
   std::vector<Section> sections_;

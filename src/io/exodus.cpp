@@ -129,7 +129,7 @@ class ExodusReader {
   Mesh mesh_;
   uint64_t points_ = 0, elements_ = 0, steps_ = 0;
   CellStore cells_;
-  std::vector<BlockShape> shapes_;
+  std::vector<NamedRun> shapes_;
   /// Of each element: its nodes in Exodus's order begin here in `nodes_`.
   std::vector<uint64_t> first_node_;
   std::vector<uint32_t> nodes_;

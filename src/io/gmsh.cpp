@@ -147,7 +147,7 @@ class GmshReader {
   TokenReader in_;
   std::string_view text_;
   Budget budget_;
-  Pace pace_;
+  ReadingPace pace_;
   bool binary_ = false, swapped_ = false;
   int version_ = 0;
   std::map<Entity, std::string> names_;

@@ -106,7 +106,7 @@ class HedraReader {
 
   TokenReader in_;
   Budget budget_;
-  Pace pace_;
+  ReadingPace pace_;
   RealColumn positions_;
   std::vector<uint32_t> corners_;
   std::vector<uint64_t> ends_;

@@ -85,7 +85,7 @@ class MeditReader {
 
   std::string name_;
   Budget budget_;
-  Pace pace_;
+  ReadingPace pace_;
   int64_t dimension_ = 3;
   std::vector<std::string> notes_;
 

@@ -42,7 +42,7 @@ class Su2Reader {
 
   TokenReader in_;
   Budget budget_;
-  Pace pace_;
+  ReadingPace pace_;
   uint64_t dimension_ = 3, zones_ = 1, zone_ = 1;
   uint64_t first_point_ = 0, first_node_ = 0;
   RealColumn positions_;

@@ -60,9 +60,9 @@ class TokenReader {
 
 /// Call before element `i` of `count`, of `bytes_each` in memory: takes them from the budget as they are
 /// read, so that a claimed count costs nothing, and tells how far reading has come.
-class Pace {
+class ReadingPace {
  public:
-  Pace(Budget& budget, const Progress& progress, uint64_t total)
+  ReadingPace(Budget& budget, const Progress& progress, uint64_t total)
       : budget_(budget), progress_(progress), total_(total) {}
   Result<> step(uint64_t i, uint64_t count, uint64_t bytes_each, uint64_t position) {
     if (i % interval != 0) return {};

@@ -159,7 +159,7 @@ Result<> VtkReader::read_list(Array& array, uint64_t count, uint32_t components,
 Result<> VtkReader::read_ascii(Array& array, uint64_t values) {
   return with_type(array.type, [&](auto zero) -> Result<> {
     using T = decltype(zero);
-    Pace pace(budget_, options_.progress, text_.size());
+    ReadingPace pace(budget_, options_.progress, text_.size());
     for (uint64_t i = 0; i < values; ++i) {
       MAILLE_CHECK(pace.step(i, values, sizeof(T), in_.scanner.position()));
       in_.skip_white();
@@ -642,7 +642,7 @@ Result<> VtkReader::finish_cells() {
 
 void VtkReader::finish_fields() {
   const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
-  const std::vector<BlockShape> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
+  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
   mesh_.blocks = !shapes.empty() && store_.fits(shapes) ? store_.take(shapes) : store_.take();
   for (auto* arrays : {&point_arrays_, &cell_arrays_, &field_.arrays}) {
     for (Array& array : *arrays) mesh_.arrays.push_back(std::move(array));

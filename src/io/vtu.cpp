@@ -310,7 +310,7 @@ Result<> VtuReader::add_file(const VtkXml& xml) {
 
 void VtuReader::build_blocks() {
   const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
-  const std::vector<BlockShape> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
+  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
   if (shapes.empty() || !cells_.fits(shapes)) {
     mesh_.blocks = cells_.take();
     return;

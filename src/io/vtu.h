@@ -18,7 +18,7 @@ bool vtk_needs_blocks(const Mesh& mesh);
 Array vtk_block_sizes(const Mesh& mesh);
 std::vector<std::string> vtk_block_names(const Mesh& mesh);
 /// What the two say; nothing when they do not belong together.
-std::vector<BlockShape> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names);
+std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names);
 
 /// The cell array that tells VTK's users the names, and the attribute of its tag: readers that have the above
 /// leave it out.

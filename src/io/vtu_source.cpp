@@ -324,7 +324,7 @@ Result<> VtuSource::open() {
   MAILLE_CHECK(read_fields(grid));
   const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
   uint64_t cells = 0;
-  for (const BlockShape& shape : vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name))) {
+  for (const NamedRun& shape : vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name))) {
     description_.blocks.push_back({shape.name, shape.type, shape.cells});
     cells += shape.cells;
   }

@@ -126,8 +126,8 @@ std::vector<std::string> vtk_block_names(const Mesh& mesh) {
   return names;
 }
 
-std::vector<BlockShape> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
-  std::vector<BlockShape> shapes;
+std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
+  std::vector<NamedRun> shapes;
   if (sizes.type != Scalar::u64 || sizes.components != 2 || sizes.count() != names.size()) return shapes;
   for (size_t b = 0; b < names.size(); ++b) {
     const auto tuple = sizes.values<uint64_t>().subspan(2 * b, 2);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "mesh/float_bits.h"
 #include "mesh/scaled_digits.h"
 
 namespace maille {
@@ -12,21 +13,6 @@ namespace {
 /// 2^exponent, for -1074 to 1023.
 double power_of_two(int32_t exponent) {
   return std::ldexp(1.0, exponent);
-}
-
-int32_t ordered_bits(float number) {
-  const auto bits = bits_as<int32_t>(number);
-  return bits < 0 ? bits ^ 0x7fffffff : bits;
-}
-int64_t ordered_bits(double number) {
-  const auto bits = bits_as<int64_t>(number);
-  return bits < 0 ? bits ^ 0x7fffffffffffffff : bits;
-}
-float from_ordered(int32_t code) {
-  return bits_as<float>(code < 0 ? code ^ 0x7fffffff : code);
-}
-double from_ordered(int64_t code) {
-  return bits_as<double>(code < 0 ? code ^ 0x7fffffffffffffff : code);
 }
 
 /// Calls `with` with the numbers of the array as a span of their C++ type.

@@ -113,16 +113,16 @@ void code_elements(const PatchElements& elements, const std::vector<uint32_t>& f
                    uint64_t tuples, const ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
                    size_t components, ElementCoder& coder, More more) {
   ElementWalk walk(elements, face_of, !elements.positions.empty());
-  const auto code = [&](uint32_t element, const Stencil& stencil, const auto& expected) {
-    if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t, const Stencil&,
-                                      const ExpectedNormal&>) {
+  const auto code = [&](uint32_t element, const GateStencil& stencil, const auto& expected) {
+    if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t,
+                                      const GateStencil&, const ExpectedNormal&>) {
       coder.code(element, stencil, expected());
     } else {
       coder.code(element, stencil);
     }
   };
   if (domain != Domain::corner) {
-    walk.run(domain, tuples, [&](uint32_t element, const Stencil& stencil) {
+    walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
       if (!more()) return false;
       code(element, stencil,
            [&] { return domain == Domain::point ? normals.of_point(element) : normals.of_face(element); });
@@ -133,7 +133,7 @@ void code_elements(const PatchElements& elements, const std::vector<uint32_t>& f
   CornerJoints<Rans, Code> joints(rans, codes, components);
   walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
                   [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
-                  [&](uint32_t element, const Stencil& stencil, const Wedge& wedge) {
+                  [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
                     if (!more()) return false;
                     code(element, stencil, [&] { return normals.of(wedge); });
                     for (size_t i = 1; i < wedge.corners.size(); ++i) coder.copy(wedge.corners[i], element);
@@ -191,7 +191,7 @@ class NormalMeasure {
   NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
       : array_(array), maps_(maps), codes_(codes) {}
 
-  void code(uint32_t element, const Stencil&, const ExpectedNormal& expected) {
+  void code(uint32_t element, const GateStencil&, const ExpectedNormal& expected) {
     const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
     const Vector3 unit = unit_vector(expected.vector);
     ++normals_;
@@ -331,7 +331,7 @@ void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps
                       TupleOf tuple_of) {
   std::vector<NumberPlace> places;
   uint64_t coded = 0;
-  const auto find = [&](uint32_t element, const Stencil&) {
+  const auto find = [&](uint32_t element, const GateStencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       const uint64_t stored = tuple_of(element) * array.components + k;
       if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
@@ -355,7 +355,7 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
   uint64_t left = in.get_count();
   uint64_t next = left > 0 ? in.get_count() : 0;
   uint64_t coded = 0;
-  const auto take = [&](uint32_t element, const Stencil&) {
+  const auto take = [&](uint32_t element, const GateStencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       if (left == 0 || coded != next) continue;
       const Bytes number = in.get_bytes(number_bytes);

@@ -160,7 +160,7 @@ Result<> check_size(const Description& description, const Limits& limits) {
 
 uint64_t Description::cells() const {
   uint64_t count = 0;
-  for (const BlockDescription& block : blocks) count += block.shape.cells;
+  for (const CodedBlock& block : blocks) count += block.shape.cells;
   return count;
 }
 
@@ -180,7 +180,7 @@ uint64_t Description::tuples(const ArrayDescription& array) const {
 
 std::vector<BlockShape> Description::shapes() const {
   std::vector<BlockShape> shapes;
-  for (const BlockDescription& block : blocks) shapes.push_back(block.shape);
+  for (const CodedBlock& block : blocks) shapes.push_back(block.shape);
   return shapes;
 }
 
@@ -223,7 +223,7 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
                   description.cells() < none && parts_fit(description);
-  for (const BlockDescription& block : description.blocks) {
+  for (const CodedBlock& block : description.blocks) {
     // Polyhedra: their faces are not in these files.
     sensible = sensible && block.shape.type != CellType::polyhedron &&
                std::string_view(name_of(block.shape.type)) != "unknown";

@@ -27,7 +27,7 @@ struct ArrayDescription {
   double step = 0;
 };
 
-struct BlockDescription {
+struct CodedBlock {
   std::string name;
   BlockShape shape;
 };
@@ -45,7 +45,7 @@ struct Description {
   Order order = Order::canonical;
   uint32_t points = 0;
   uint64_t corners = 0;
-  std::vector<BlockDescription> blocks;
+  std::vector<CodedBlock> blocks;
   std::vector<PartDescription> parts;  ///< empty: the mesh is one
   ArrayDescription positions;
   std::vector<ArrayDescription> arrays;

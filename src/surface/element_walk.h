@@ -72,14 +72,14 @@ class ElementWalk {
     }
     wedge.corners.clear();
     rest(surface_.half_edges.size(), elements_.corners(),
-         [&](uint32_t corner, const Stencil& stencil) { return visit(corner, stencil, wedge); });
+         [&](uint32_t corner, const GateStencil& stencil) { return visit(corner, stencil, wedge); });
   }
 
  private:
   /// Elements that are not on the surface have no neighbours.
   template <class Visit>
   void rest(uint32_t from, uint32_t to, Visit visit) {
-    const Stencil nothing{};
+    const GateStencil nothing{};
     for (uint32_t i = from; i < to; ++i) {
       if (!visit(i, nothing)) return;
     }
@@ -123,7 +123,7 @@ class ElementWalk {
 
   template <class Visit>
   void corners(Visit visit) {
-    const Stencil nothing{};
+    const GateStencil nothing{};
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
       const uint32_t first = surface_.vertices.corner[vertex];
       uint32_t h = first;
@@ -142,7 +142,7 @@ class ElementWalk {
     return is_real(h) && surface_.half_edges.origin[h] < vertex ? h : none;
   }
   void add_gate(uint32_t a, uint32_t b, uint32_t across) {
-    if (stencil_.gate_count < Stencil::most_gates) stencil_.gates[stencil_.gate_count++] = {a, b, across};
+    if (stencil_.gate_count < GateStencil::most_gates) stencil_.gates[stencil_.gate_count++] = {a, b, across};
   }
 
   /// The real corners of a vertex, and which of them follow each other across an edge.
@@ -211,7 +211,7 @@ class ElementWalk {
   const PatchSurface& surface_;
   const std::vector<uint32_t>& face_of_;
   bool with_edges_;
-  Stencil stencil_;
+  GateStencil stencil_;
   // Of the vertex at hand: real corners, whether the next one lies across an edge, whether it joins the
   // wedge.
   std::vector<uint32_t> ring_;

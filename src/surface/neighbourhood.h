@@ -16,7 +16,7 @@ struct WideGate {
   uint32_t tip_b = 0xffffffff;
 };
 
-/// What the best effort levels know around a vertex before its position, by points; see Stencil for the
+/// What the best effort levels know around a vertex before its position, by points; see GateStencil for the
 /// narrow form.
 struct Neighbourhood {
   static constexpr unsigned most_gates = 8;

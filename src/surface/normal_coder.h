@@ -11,6 +11,7 @@
 
 #include "base/bytes.h"
 #include "entropy/residual_model.h"
+#include "mesh/float_bits.h"
 #include "mesh/number_map.h"
 #include "predict/parallelogram.h"
 #include "surface/stencil.h"
@@ -40,12 +41,6 @@ struct NormalCoding {
     return {weight, has(1), has(2), has(4), has(8), has(16), has(32)};
   }
 };
-
-/// Twice the binary logarithm, rounded down to halves of it more or less: 2 * exponent + the bit below the
-/// top one. For finite x > 0.
-inline int half_octaves_of(double x) {
-  return static_cast<int>(bits_as<int64_t>(x) >> 51) - 2 * 1023;
-}
 
 /// Of length 1; 0 for a vector that is 0 or not finite.
 inline Vector3 unit_vector(const Vector3& v) {
@@ -89,7 +84,7 @@ class NormalCoder {
         spreads_(values_.size()),
         completions_(values_.size()) {}
 
-  void code(uint32_t element, const Stencil& stencil, const ExpectedNormal& expected) {
+  void code(uint32_t element, const GateStencil& stencil, const ExpectedNormal& expected) {
     find_neighbours(stencil);
     before_ = element;
     Vector3 towards = expected.vector * (coding_.inward ? -1.0 : 1.0);
@@ -129,7 +124,7 @@ class NormalCoder {
   }
   static bool is_zero(const Vector3& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 
-  void find_neighbours(const Stencil& stencil) {
+  void find_neighbours(const GateStencil& stencil) {
     neighbour_count_ = 0;
     const auto add = [&](uint32_t element) {
       for (unsigned i = 0; i < neighbour_count_; ++i) {
@@ -451,7 +446,7 @@ class NormalCoder {
   std::vector<int> spreads_;
   std::vector<uint8_t> completions_;
   // Of the element at hand.
-  std::array<uint32_t, 2 * Stencil::most_gates + 1> neighbours_;
+  std::array<uint32_t, 2 * GateStencil::most_gates + 1> neighbours_;
   unsigned neighbour_count_ = 0;
   uint32_t before_ = none;
   unsigned repeated_ = 0;

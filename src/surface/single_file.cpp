@@ -298,7 +298,7 @@ Result<FileInfo> inspect_single(const Source& source) {
   info.cells = description.cells();
   info.corners = description.corners;
   info.parts = std::max<uint64_t>(description.parts.size(), 1);
-  for (const BlockDescription& block : description.blocks) {
+  for (const CodedBlock& block : description.blocks) {
     const std::string type = std::string("(") + name_of(block.shape.type) + ")";
     info.blocks.emplace_back(block.name.empty() ? type : block.name + " " + type, block.shape.cells);
   }

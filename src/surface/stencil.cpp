@@ -9,13 +9,13 @@ uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
   return other < vertex ? surface.point(other) : none;
 }
 
-void add_gate(Stencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
-  if (across == none || stencil.gate_count == Stencil::most_gates) return;
+void add_gate(GateStencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
+  if (across == none || stencil.gate_count == GateStencil::most_gates) return;
   stencil.gates[stencil.gate_count++] = {a, b, across};
 }
 
 /// Gates of one corner: `next` and `previous` are the known points beside it in its face, h its half-edge.
-void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Stencil& stencil) {
+void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, GateStencil& stencil) {
   const HalfEdges& edges = surface.half_edges;
   const uint32_t next_edge = edges.next(h);
   const uint32_t previous_edge = edges.previous(h);
@@ -50,7 +50,7 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Ste
 /// neighbours are known is as good as random, so nothing branches on it: a gate that is not there is
 /// overwritten by the next one.
 template <bool WithPoints>
-void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
+void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
   const uint32_t* const origin = surface.half_edges.origin.data();
   const uint32_t* const opposite = surface.half_edges.opposite.data();
   const auto point_before = [&](uint32_t h) {
@@ -72,7 +72,7 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil
     const uint32_t across = point_before(over % 3 == 0 ? over + 2 : over - 1);
     stencil.gates[count] = {next, previous, across};
     const auto known = static_cast<unsigned>((next != none) & (previous != none) & (across != none));
-    count += known & static_cast<unsigned>(count < Stencil::most_gates);
+    count += known & static_cast<unsigned>(count < GateStencil::most_gates);
     neighbour = previous != none ? previous : neighbour;
     next = previous;  // the faces round the vertex share their edges
     h = opposite[previous_edge];
@@ -84,7 +84,7 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Stencil
 
 }  // namespace
 
-void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil) {
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
   stencil.gate_count = 0;
   stencil.neighbour = none;
   if (surface.half_edges.all_triangles()) {

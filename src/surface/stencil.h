@@ -15,7 +15,7 @@ struct Gate {
 };
 
 /// What is known around an element (a point, a corner, a face) when it is coded, by element numbers.
-struct Stencil {
+struct GateStencil {
   static constexpr unsigned most_gates = 5;
 
   std::array<Gate, most_gates + 1> gates;  ///< one to spare, for a search that writes before it knows
@@ -28,7 +28,7 @@ struct Stencil {
 
 /// The stencil of a vertex among the points of vertices before it. Inside a face of four or more corners the
 /// face's own three other known corners make a gate; across an edge, the neighbouring face does.
-void find_point_stencil(const PatchSurface& surface, uint32_t vertex, Stencil& stencil);
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil);
 
 /// The edge of a vertex without gates.
 Gate find_point_edge(const PatchSurface& surface, uint32_t vertex);

@@ -19,8 +19,8 @@ EncodedTopology encode(const Mesh& mesh) {
   return encoded ? std::move(*encoded) : EncodedTopology{};
 }
 
-Stencil stencil_of(const PatchSurface& surface, uint32_t vertex) {
-  Stencil stencil{};
+GateStencil stencil_of(const PatchSurface& surface, uint32_t vertex) {
+  GateStencil stencil{};
   find_point_stencil(surface, vertex, stencil);
   return stencil;
 }
@@ -35,7 +35,7 @@ TEST(PointStencil, OfATetrahedronGrowsAsItsPointsBecomeKnown) {
   EXPECT_EQ(stencil_of(surface, 2).gate_count, 0u);
   EXPECT_NE(stencil_of(surface, 2).neighbour, none);
   // Each face at the last point has the same face behind it.
-  const Stencil last = stencil_of(surface, 3);
+  const GateStencil last = stencil_of(surface, 3);
   ASSERT_EQ(last.gate_count, 3u);
   std::set<uint32_t> across;
   for (unsigned i = 0; i < 3; ++i) {
@@ -58,7 +58,7 @@ std::pair<size_t, size_t> exact_gates(const Mesh& mesh) {
   const PatchSurface& surface = encoded.topology.surface;
   std::pair<size_t, size_t> count{0, 0};
   for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
-    const Stencil stencil = stencil_of(surface, vertex);
+    const GateStencil stencil = stencil_of(surface, vertex);
     const auto here = position(mesh, encoded, surface.point(vertex));
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
       const Gate& gate = stencil.gates[i];
@@ -98,7 +98,7 @@ TEST(PointStencil, TakesTheOtherCornersOfItsOwnFaces) {
   // The last corner of a cube has three quads whose other corners are known; each of them predicts it.
   const Mesh mesh = cube();
   const EncodedTopology encoded = encode(mesh);
-  const Stencil last = stencil_of(encoded.topology.surface, 7);
+  const GateStencil last = stencil_of(encoded.topology.surface, 7);
   EXPECT_EQ(last.gate_count, 3u);
   const auto here = position(mesh, encoded, 7);
   for (unsigned i = 0; i < last.gate_count; ++i) {
@@ -119,8 +119,8 @@ TEST(PointStencil, HoldsKnownPointsOnlyAndFewGates) {
     const PatchSurface& surface = encoded.topology.surface;
     uint32_t known = 0;  // points of vertices before
     for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
-      const Stencil stencil = stencil_of(surface, vertex);
-      ASSERT_LE(stencil.gate_count, Stencil::most_gates);
+      const GateStencil stencil = stencil_of(surface, vertex);
+      ASSERT_LE(stencil.gate_count, GateStencil::most_gates);
       for (unsigned i = 0; i < stencil.gate_count; ++i) {
         for (const uint32_t point : {stencil.gates[i].a, stencil.gates[i].b, stencil.gates[i].across}) {
           ASSERT_LT(point, known) << seed;

@@ -106,13 +106,13 @@ class TupleCoder {
         places_(coding.placement == Placement::parallelogram ? nullptr : places) {
     if (places_ != nullptr) {
       numbers_.resize(codes.size() - 1);
-      placed_.resize(maps.size() * (Stencil::most_gates + 1) + 1);
+      placed_.resize(maps.size() * (GateStencil::most_gates + 1) + 1);
     }
     for (const NumberMap& map : maps) any_curved_ |= map.is_curved();
   }
 
   /// Codes the tuple of `element`. Without a known neighbour the element coded before serves as one.
-  void code(uint32_t element, const Stencil& stencil) {
+  void code(uint32_t element, const GateStencil& stencil) {
     before_ = newest_;
     newest_ = element;
     neighbour_ = stencil.neighbour == none ? before_ : stencil.neighbour;
@@ -163,7 +163,7 @@ class TupleCoder {
 
   /// The two gates with the smallest past residuals (the first of equals). Selections, not branches: which is
   /// best is as good as random.
-  [[gnu::always_inline]] void choose_gates(const Stencil& stencil) {
+  [[gnu::always_inline]] void choose_gates(const GateStencil& stencil) {
     sizes_.clear(past_sizes_);
     best_ = second_ = 0;
     unsigned smallest = sizes_.add(stencil.gates[0], past_sizes_);
@@ -210,8 +210,8 @@ class TupleCoder {
   }
 
   /// Components from `first` on.
-  [[gnu::always_inline]] void predict_by_gates(const Stencil& stencil, unsigned first) {
-    Pack predictions[Stencil::most_gates] = {};
+  [[gnu::always_inline]] void predict_by_gates(const GateStencil& stencil, unsigned first) {
+    Pack predictions[GateStencil::most_gates] = {};
     Pack sum = {};
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
       if (places_ != nullptr) {
@@ -239,7 +239,7 @@ class TupleCoder {
   }
 
   /// The codes of what each gate predicts with positions.
-  [[gnu::noinline]] void place_gates(uint32_t element, const Stencil& stencil) {
+  [[gnu::noinline]] void place_gates(uint32_t element, const GateStencil& stencil) {
     for (unsigned i = 0; i < stencil.gate_count; ++i) {
       const Gate& gate = stencil.gates[i];
       const PlacedGate place = places_->place(element, gate);
@@ -285,7 +285,7 @@ class TupleCoder {
     }
   }
 
-  [[gnu::noinline]] void keep_numbers(uint32_t element, const Stencil& stencil) {
+  [[gnu::noinline]] void keep_numbers(uint32_t element, const GateStencil& stencil) {
     for (unsigned k = 0; k < components(); ++k)
       numbers_[at(element, k)] = maps_[k].number_near(type_, codes_[at(element, k)]);
     if (components() != 2 || stencil.edge.a == none) return;
@@ -346,8 +346,8 @@ class TupleCoder {
   template <class T>
   using PerComponent = std::conditional_t<Fixed != 0, Fixture<T>, std::vector<T>>;
   /// 65536 / 3n.
-  static constexpr std::array<unsigned, Stencil::most_gates + 1> inverse_of_triple = {0,    21845, 10923,
-                                                                                      7282, 5461,  4369};
+  static constexpr std::array<unsigned, GateStencil::most_gates + 1> inverse_of_triple = {0,    21845, 10923,
+                                                                                          7282, 5461,  4369};
   static constexpr unsigned one_prediction = 11;
   Coder& coder_;
   TupleCoding coding_;

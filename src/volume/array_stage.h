@@ -70,8 +70,8 @@ class ArrayStage {
   Domain domain_;
   CellStencils stencils_;
   PointStencil stencil_;
-  std::optional<TupleCoder<Coder, 32>> narrow_;
-  std::optional<TupleCoder<Coder, 64>> wide_;
+  std::optional<TupleValueCoder<Coder, 32>> narrow_;
+  std::optional<TupleValueCoder<Coder, 64>> wide_;
   std::optional<Coder> coder_;
 };
 

@@ -1,15 +1,11 @@
 #pragma once
 
 #include "entropy/residual_model.h"
+#include "mesh/float_bits.h"
 #include "mesh/number_map.h"
+#include "mesh/scaled_digits.h"
 
 namespace maille {
-
-/// Half octaves of |value|: twice the binary exponent and the bit below the top one. Below all others for 0.
-inline int half_octaves_of(double value) {
-  const auto bits = bits_as<uint64_t>(value);
-  return static_cast<int>(bits >> 51 & 0xfff) - 2046;
-}
 
 /// Numbers written with a few significant digits, as most text files have them: counted from zero upwards.
 /// Where a float has seven digits and the file had six, this saves four bits a number; decimal fractions have
@@ -73,10 +69,7 @@ class SignificantDigits {
     return power;
   }
   static double scaled(double value, int exponent) {
-    static constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                        1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-    return exponent < 0 ? value / powers[-exponent] : value * powers[exponent];
+    return exponent < 0 ? value / exact_powers_of_ten[-exponent] : value * exact_powers_of_ten[exponent];
   }
 
   int digits_ = 0;
@@ -142,12 +135,6 @@ class NumberSpace {
   }
 
  private:
-  static int32_t ordered_bits(float number) {
-    const auto bits = bits_as<int32_t>(number);
-    return bits < 0 ? bits ^ 0x7fffffff : bits;
-  }
-  static float from_ordered(int32_t code) { return bits_as<float>(code < 0 ? code ^ 0x7fffffff : code); }
-
   Scalar type_;
   NumberMap map_;
   bool ordered_;

@@ -28,7 +28,7 @@ uint64_t tuple_coder_bytes(const StreamedArray& array) {
 }
 
 template <class Coder, unsigned Bits>
-TupleCoder<Coder, Bits>::TupleCoder(const StreamedArray& array)
+TupleValueCoder<Coder, Bits>::TupleValueCoder(const StreamedArray& array)
     : array_(array),
       components_(array.components),
       last_(components_),
@@ -44,8 +44,8 @@ TupleCoder<Coder, Bits>::TupleCoder(const StreamedArray& array)
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
-                                   std::byte* tuple) {
+void TupleValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                        std::byte* tuple) {
   const size_t needed = (size_t{slot} + 1) * components_;
   if (needed > values_.size()) values_.resize((size_t{slot} + 16) * components_);
   const size_t size = size_of(array_.type);
@@ -55,8 +55,8 @@ void TupleCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, ui
 }
 
 template <class Coder, unsigned Bits>
-typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(const PointStencil& stencil,
-                                                                              unsigned c) {
+typename TupleValueCoder<Coder, Bits>::Expectation TupleValueCoder<Coder, Bits>::expect(
+    const PointStencil& stencil, unsigned c) {
   Expectation result;
   if (stencil.is_full()) {
     std::array<double, 7> place;
@@ -89,7 +89,7 @@ typename TupleCoder<Coder, Bits>::Expectation TupleCoder<Coder, Bits>::expect(co
 }
 
 template <class Coder, unsigned Bits>
-unsigned TupleCoder<Coder, Bits>::choose(const Expectation& expectation, const Record& record) const {
+unsigned TupleValueCoder<Coder, Bits>::choose(const Expectation& expectation, const Record& record) const {
   unsigned best = 0;
   for (unsigned i = 1; i < expectation.count; ++i) {
     if (record.miss[i] < record.miss[best]) best = i;
@@ -99,7 +99,8 @@ unsigned TupleCoder<Coder, Bits>::choose(const Expectation& expectation, const R
 
 /// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit.
 template <class Coder, unsigned Bits>
-ResidualContext TupleCoder<Coder, Bits>::context_of(const PointStencil& stencil, unsigned c, double place) {
+ResidualContext TupleValueCoder<Coder, Bits>::context_of(const PointStencil& stencil, unsigned c,
+                                                         double place) {
   int sum = 0, least = 1 << 20, most = -(1 << 20);
   for (unsigned i = 0; i < stencil.near_count; ++i) {
     const int size = value(stencil.near[i], c).size;
@@ -122,7 +123,7 @@ ResidualContext TupleCoder<Coder, Bits>::context_of(const PointStencil& stencil,
 }
 
 template <class Coder, unsigned Bits>
-bool TupleCoder<Coder, Bits>::keeps(unsigned c, const std::byte* number) const {
+bool TupleValueCoder<Coder, Bits>::keeps(unsigned c, const std::byte* number) const {
   std::array<std::byte, 8> back{};
   int64_t code = spaces_[c].code_of(number);
   if constexpr (Bits == 32) code = static_cast<int32_t>(code);
@@ -135,7 +136,7 @@ bool TupleCoder<Coder, Bits>::keeps(unsigned c, const std::byte* number) const {
 
 /// Numbers that the map does not hold are written as they are.
 template <class Coder, unsigned Bits>
-bool TupleCoder<Coder, Bits>::code_exception(Coder& coder, unsigned c, const std::byte* number) {
+bool TupleValueCoder<Coder, Bits>::code_exception(Coder& coder, unsigned c, const std::byte* number) {
   if (spaces_[c].exact()) return false;
   bool exception = false;
   if constexpr (encoding) exception = !keeps(c, number);
@@ -143,7 +144,7 @@ bool TupleCoder<Coder, Bits>::code_exception(Coder& coder, unsigned c, const std
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
+void TupleValueCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
   const size_t size = size_of(array_.type);
   uint64_t bits = 0;
   if constexpr (encoding) std::memcpy(&bits, bytes, size);
@@ -155,8 +156,8 @@ void TupleCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::prepare(Coder& coder, const PointStencil& stencil, unsigned c,
-                                      const std::byte* bytes, Number& number) {
+void TupleValueCoder<Coder, Bits>::prepare(Coder& coder, const PointStencil& stencil, unsigned c,
+                                           const std::byte* bytes, Number& number) {
   number.expectation = expect(stencil, c);
   number.record = &records_[c * size_t{PointStencil::situations} + stencil.situation];
   number.expected = number.expectation.candidate[choose(number.expectation, *number.record)];
@@ -171,8 +172,8 @@ void TupleCoder<Coder, Bits>::prepare(Coder& coder, const PointStencil& stencil,
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::code_group(Coder& coder, const PointStencil& stencil, unsigned first,
-                                         unsigned count, uint32_t slot, std::byte* numbers) {
+void TupleValueCoder<Coder, Bits>::code_group(Coder& coder, const PointStencil& stencil, unsigned first,
+                                              unsigned count, uint32_t slot, std::byte* numbers) {
   const size_t size = size_of(array_.type);
   std::array<Number, group_size> group;
   for (unsigned k = 0; k < count; ++k) prepare(coder, stencil, first + k, numbers + k * size, group[k]);
@@ -197,8 +198,8 @@ void TupleCoder<Coder, Bits>::code_group(Coder& coder, const PointStencil& stenc
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::finish(const PointStencil& stencil, unsigned c, uint32_t slot, std::byte* bytes,
-                                     Number& number) {
+void TupleValueCoder<Coder, Bits>::finish(const PointStencil& stencil, unsigned c, uint32_t slot,
+                                          std::byte* bytes, Number& number) {
   Value& value_here = value(slot, c);
   if (number.exception) {
     value_here = {number.expected == number.expected ? number.expected : 0, 0, 0};
@@ -219,8 +220,8 @@ void TupleCoder<Coder, Bits>::finish(const PointStencil& stencil, unsigned c, ui
 }
 
 template <class Coder, unsigned Bits>
-void TupleCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectation& expectation, unsigned c,
-                                    double place, Record& record) {
+void TupleValueCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectation& expectation,
+                                         unsigned c, double place, Record& record) {
   for (unsigned i = 0; i < expectation.count; ++i) {
     const int32_t miss = miss_of(place - expectation.candidate[i]);
     record.miss[i] += (miss - record.miss[i]) / 64;
@@ -239,9 +240,9 @@ void TupleCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectati
                                                     static_cast<float>(1 / scale));
 }
 
-template class TupleCoder<RansEncoder, 32>;
-template class TupleCoder<RansEncoder, 64>;
-template class TupleCoder<RansDecoder, 32>;
-template class TupleCoder<RansDecoder, 64>;
+template class TupleValueCoder<RansEncoder, 32>;
+template class TupleValueCoder<RansEncoder, 64>;
+template class TupleValueCoder<RansDecoder, 32>;
+template class TupleValueCoder<RansDecoder, 64>;
 
 }  // namespace maille

@@ -33,11 +33,11 @@ uint64_t tuple_coder_bytes(const StreamedArray& array);
 /// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of
 /// eight bytes.
 template <class Coder, unsigned Bits>
-class TupleCoder {
+class TupleValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
 
-  explicit TupleCoder(const StreamedArray& array);
+  explicit TupleValueCoder(const StreamedArray& array);
 
   static unsigned lanes_of(const StreamedArray& array) { return array.components < 3 ? array.components : 3; }
 
