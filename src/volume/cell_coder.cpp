@@ -1,4 +1,5 @@
-// The frame of the cell coder and its fast path; cell_coder_slow.cpp has the rest.
+// The frame of the cell coder and its fast path; the slow path is in cell_coder_slow.cpp (where a cell lies)
+// and cell_coder_corners.cpp (the points that this leaves open).
 #include "volume/cell_coder.h"
 
 #include <bit>
@@ -283,7 +284,12 @@ bool CellCoder<Coder>::code_isolated(Coder& numbers, StreamedCell& cell, CodedCe
   return true;
 }
 
-template class CellCoder<RangeEncoder>;
-template class CellCoder<RangeDecoder>;
+// Not the whole class: GCC 12 with -flto then drops the members that the other files define.
+template bool CellCoder<RangeEncoder>::code(RangeEncoder&, RangeEncoder&, StreamedCell&, CodedCells&);
+template uint32_t CellCoder<RangeEncoder>::create_point(RangeEncoder&, uint64_t, bool, uint64_t, unsigned);
+template void CellCoder<RangeEncoder>::end_point(uint32_t, CodedCells&);
+template bool CellCoder<RangeDecoder>::code(RangeDecoder&, RangeDecoder&, StreamedCell&, CodedCells&);
+template uint32_t CellCoder<RangeDecoder>::create_point(RangeDecoder&, uint64_t, bool, uint64_t, unsigned);
+template void CellCoder<RangeDecoder>::end_point(uint32_t, CodedCells&);
 
 }  // namespace maille

@@ -24,10 +24,6 @@ bool is_turn(const CellShape& shape, unsigned size, unsigned turn) {
   return (turn / 4) % 2 == 0 || size > 2;
 }
 
-uint32_t bounded(uint32_t value, uint32_t most) {
-  return value < most ? value : most;
-}
-
 }  // namespace
 
 template <class Coder>
@@ -181,19 +177,20 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
     while (chosen < anchor_count_ && !matches_any_face(anchors_[chosen].cell)) ++chosen;
   }
   // Asked first, so that a mesh in no order does not take fifty decisions a cell.
-  const bool listed = anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed,
-                                                  cell_.kind << 1, last_choice_, bounded(anchor_count_, 31));
+  const bool listed =
+      anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed, cell_.kind << 1, last_choice_,
+                                  std::min<uint32_t>(anchor_count_, 31));
   for (unsigned i = 0; listed && i < anchor_count_; ++i) {
     const Candidate& candidate = anchors_[i];
     const Hull::Cell& other = hull_.cell(candidate.cell);
     bool here = i == chosen;
-    const uint32_t local = candidate.origin | bounded(candidate.rank, 7) << 3 |
+    const uint32_t local = candidate.origin | std::min<uint32_t>(candidate.rank, 7) << 3 |
                            static_cast<uint32_t>(__builtin_popcount(other.open)) << 6 | cell_.kind << 9;
-    const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + bounded(candidate.rank, 7);
+    const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
     here = i + 1 == anchor_count_ ||
            decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
     if (here) {
-      last_choice_ = candidate.origin * 8u + bounded(candidate.rank, 7);
+      last_choice_ = candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
       anchor_signature_ = other.signature;
       last_anchor_ = {candidate.cell, other.ordinal};
       return {candidate.cell, code_face(coder, candidate.cell)};
@@ -229,8 +226,8 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
   hull_.around(point, [&](uint32_t cell, uint32_t) {
     const Hull::Cell& other = hull_.cell(cell);
     if (other.open == 0 || Hull::shape_of(other).dimension != cell_.shape().dimension) return false;
-    const bool here =
-        decide(coder, cell == anchor, which_cell, bounded(rank++, 15), other.signature, other.open);
+    const bool here = decide(coder, cell == anchor, which_cell, std::min<uint32_t>(rank++, 15),
+                             other.signature, other.open);
     if (here) found = cell;
     return here;
   });
@@ -372,7 +369,7 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
     const unsigned own = base.across[i], a = base.corner[i], b = base.corner[(i + 1u) % base.size];
     const CellFace& face = cell_.shape().face[own];
     if (cell_.is_glued(own)) continue;
-    const unsigned cells = bounded(faces_at_edge(anchor.cell, own, a, b), 15);
+    const unsigned cells = std::min<uint32_t>(faces_at_edge(anchor.cell, own, a, b), 15);
     std::array<uint32_t, 4> slots{};
     const unsigned known = cell_.known_of(face, slots);
     bool glued = false;
@@ -384,8 +381,8 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
           glued = glued && target_[face.corner[c]] == candidate.slot[c];
       }
       const Hull::Cell& other = hull_.cell(candidate.face.cell);
-      const uint32_t local = cells | (known - 2) << 4 | bounded(edge_face_count_, 3) << 6 |
-                             glued_so_far << 8 | i << 12 | bounded(k, 3) << 14 | cell_.kind << 16;
+      const uint32_t local = cells | (known - 2) << 4 | std::min<uint32_t>(edge_face_count_, 3) << 6 |
+                             glued_so_far << 8 | i << 12 | std::min<uint32_t>(k, 3) << 14 | cell_.kind << 16;
       const uint32_t valence =
           hull_.point(cell_.corner[a]).valence * 32u + hull_.point(cell_.corner[b]).valence;
       glued = decide(coder, glued, glued_here, local, hashed(anchor_signature_, other.signature),
@@ -429,7 +426,7 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
         here =
             here && target_[(a + own_step * i) % size] == solid.corner[face.corner[(at_a + step * i) % size]];
       }
-      here = decide(coder, here, over_face, bounded(tried++, 3), solid.signature, 0);
+      here = decide(coder, here, over_face, std::min<uint32_t>(tried++, 3), solid.signature, 0);
       for (unsigned i = 0; i < size && here; ++i) {
         cell_.set_corner((a + own_step * i) % size, solid.corner[face.corner[(at_a + step * i) % size]]);
       }
@@ -439,286 +436,7 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
   });
 }
 
-// Corners that no face gave.
-
-template <class Coder>
-void CellCoder<Coder>::code_corners(Coder& coder) {
-  const CellShape& shape = cell_.shape();
-  for (unsigned i = 0; i < shape.corners && !damaged_; ++i) {
-    if (cell_.has(i)) continue;
-    if (code_repeat(coder, i)) continue;
-    const auto joined = static_cast<uint32_t>(__builtin_popcount(shape.neighbours[i] & cell_.known));
-    const auto glued = static_cast<uint32_t>(__builtin_popcount(cell_.glued));
-    const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
-    uint32_t valence = 0;
-    for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
-      valence = valence * 16 +
-                bounded(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence, 15);
-    }
-    bool fresh = false;
-    if constexpr (encoding) fresh = target_[i] == no_slot;
-    if (decide(coder, fresh, is_new, local, anchor_signature_, valence * 8 + i)) {
-      cell_.fresh |= 1u << i;
-      continue;
-    }
-    if (code_joined(coder, i)) continue;
-    uint64_t base = group_;
-    if (sources_.cell[0] != no_slot && hull_.cell(sources_.cell[0]).corner[i] != no_slot) {
-      base = number_of(hull_.cell(sources_.cell[0]).corner[i]);
-    }
-    const uint32_t slot = code_old_point(coder, target_[i], base);
-    if (!damaged_) cell_.set_corner(i, slot);
-  }
-}
-
-/// Damaged or odd meshes have cells with a corner twice.
-template <class Coder>
-bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
-  const unsigned before = cell_.known | cell_.fresh | repeated_;
-  if (before == 0) return false;
-  unsigned of = 8;
-  if constexpr (encoding) {
-    for (unsigned j = 0; j < cell_.shape().corners && of == 8; ++j) {
-      if ((before >> j & 1) != 0 && wanted_->number[j] == wanted_->number[corner]) of = j;
-    }
-  }
-  if (!decide(coder, of < 8, repeats, cell_.kind, 0, 0)) return false;
-  of = coder.code_raw(of, 3);
-  if ((before >> of & 1) == 0) {
-    damaged_ = true;
-    return true;
-  }
-  // A corner before this one may be new and without slot; a chain of repetitions leads to one that is not.
-  if (cell_.has(of)) {
-    cell_.set_corner(corner, cell_.corner[of]);
-  }
-  repeat_of_[corner] = static_cast<uint8_t>((repeated_ >> of & 1) != 0 ? repeat_of_[of] : of);
-  repeated_ |= 1u << corner;
-  return true;
-}
-
-/// Points that an edge joins to known corners next to this one: those joined to most of them first. Their
-/// number.
-template <class Coder>
-unsigned CellCoder<Coder>::joined_points(unsigned corner) {
-  unsigned count = 0;
-  const auto add = [&](uint32_t slot) {
-    for (unsigned i = 0; i < cell_.shape().corners; ++i) {
-      if (cell_.has(i) && cell_.corner[i] == slot) return;
-    }
-    for (unsigned i = 0; i < count; ++i) {
-      if (joined_[i].first != slot) continue;
-      joined_[i].second = static_cast<uint8_t>(joined_[i].second + (joined_[i].second < 255));
-      return;
-    }
-    if (count < joined_.size()) joined_[count++] = {slot, uint8_t{1}};
-  };
-  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0; n &= n - 1) {
-    unsigned left = 48;
-    hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))], [&](uint32_t slot, uint32_t at) {
-      const Hull::Cell& other = hull_.cell(slot);
-      for (unsigned m = Hull::shape_of(other).neighbours[at]; m != 0; m &= m - 1) {
-        const uint32_t point = other.corner[static_cast<unsigned>(__builtin_ctz(m))];
-        if (point != no_slot) add(point);
-      }
-      return --left == 0;
-    });
-  }
-  std::stable_sort(joined_.begin(), joined_.begin() + count,
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  return bounded(count, 12);
-}
-
-template <class Coder>
-bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
-  const unsigned count = joined_points(corner);
-  for (unsigned i = 0; i < count; ++i) {
-    const uint32_t slot = joined_[i].first;
-    const uint32_t local = i | bounded(joined_[i].second, 7) << 4 | cell_.kind << 7;
-    const uint32_t valence = bounded(hull_.point(slot).valence, 31);
-    if (!decide(coder, target_[corner] == slot, joined_here, local, anchor_signature_, valence * 16 + i))
-      continue;
-    cell_.set_corner(corner, slot);
-    return true;
-  }
-  return false;
-}
-
-template <class Coder>
-uint32_t CellCoder<Coder>::code_old_point(Coder& coder, uint32_t slot, uint64_t base) {
-  uint64_t number = encoding ? number_of(slot) : 0;
-  number = base + static_cast<uint64_t>(old_point_.code(coder, static_cast<int64_t>(number - base)));
-  if constexpr (!encoding) {
-    slot = table_.find(number, 15);
-    damaged_ = damaged_ || slot == no_slot || coder.exhausted();
-  }
-  return slot;
-}
-
-/// Faces that nobody asked about, but that close here all the same.
-template <class Coder>
-void CellCoder<Coder>::glue_the_rest() {
-  const CellShape& shape = cell_.shape();
-  for (unsigned f = 0; f < shape.faces; ++f) {
-    if (cell_.is_glued(f)) continue;
-    std::array<uint32_t, 4> slots{};
-    if (cell_.known_of(shape.face[f], slots) < shape.face[f].size) continue;
-    const FaceRef found = hull_.find_face(shape.face[f].size, slots.data(), shape.face[f].size);
-    if (found.cell != no_slot) cell_.set_glue(f, found);
-  }
-}
-
-// Nodes behind the corners.
-
-/// The node of a cell in memory that lies between the same corners; no_slot when there is none.
-template <class Coder>
-uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
-  const unsigned corners = cell_.shape().lies_on[node];
-  if ((corners & cell_.fresh) != 0) return no_slot;
-  uint32_t found = no_slot;
-  hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(corners))], [&](uint32_t slot, uint32_t) {
-    const Hull::Cell& other = hull_.cell(slot);
-    const CellShape& shape = Hull::shape_of(other);
-    for (unsigned i = shape.corners; i < shape.nodes; ++i) {
-      if (__builtin_popcount(shape.lies_on[i]) != __builtin_popcount(corners)) continue;
-      bool same = true;
-      for (unsigned c = corners; c != 0 && same; c &= c - 1) {
-        const uint32_t point = cell_.corner[static_cast<unsigned>(__builtin_ctz(c))];
-        bool has = false;
-        for (unsigned d = shape.lies_on[i]; d != 0; d &= d - 1) {
-          has = has || other.corner[static_cast<unsigned>(__builtin_ctz(d))] == point;
-        }
-        same = has;
-      }
-      const uint32_t candidate = extra_[slot][i - shape.corners];
-      if (same && hull_.point(candidate).alive) found = candidate;
-    }
-    return found != no_slot;
-  });
-  return found;
-}
-
-template <class Coder>
-void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
-  const CellShape& shape = cell_.shape();
-  for (unsigned i = shape.corners; i < shape.nodes && !damaged_; ++i) {
-    const auto size = static_cast<uint32_t>(__builtin_popcount(shape.lies_on[i]));
-    const uint32_t candidate = extra_node_on(i);
-    uint32_t target = no_slot;
-    if constexpr (encoding) target = slot_of_input(cell.number[i], i);
-    const uint32_t local = (candidate != no_slot ? 1u : 0) | size << 1 | cell_.kind << 5;
-    const bool fresh_corners = (shape.lies_on[i] & cell_.fresh) != 0;
-    node_[i] = candidate;
-    if (candidate == no_slot || !decide(coder, target == candidate, node_known, local, i, 0)) {
-      if (decide(coder, target == no_slot, is_new, local + 0x10000, i, fresh_corners)) {
-        NewPoint point;
-        point.cell = static_cast<uint32_t>(out.size());
-        point.node = static_cast<uint8_t>(i);
-        point.fresh = static_cast<uint8_t>(cell_.fresh);
-        point.slot = create_point(numbers, cell.number[i], false, 0, 33 + i);
-        point.number = damaged_ ? 0 : encoding ? cell.number[i] : number_of(point.slot);
-        node_[i] = point.slot;
-        if (!damaged_) out.points.push_back(point);
-      } else {
-        node_[i] = code_old_point(coder, target, number_of(cell_.corner[0]));
-      }
-    }
-    if constexpr (!encoding) cell.number[i] = damaged_ ? 0 : number_of(node_[i]);
-  }
-}
-
-// Ends of points.
-
-template <class Coder>
-void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corners_too) {
-  const CellShape& shape = cell_.shape();
-  uint32_t final = corners_too ? 0 : cell.final & ((1u << shape.corners) - 1);
-  for (unsigned i = corners_too ? 0 : shape.corners; i < shape.nodes; ++i) {
-    bool before = false;
-    for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
-    if (before) continue;
-    const Hull::Point& point = hull_.point(node_[i]);
-    uint32_t open = 0;
-    hull_.around(node_[i], [&](uint32_t slot, uint32_t corner) {
-      const Hull::Cell& other = hull_.cell(slot);
-      open += static_cast<uint32_t>(__builtin_popcount(other.open & Hull::shape_of(other).faces_at[corner]));
-      return open > 30;
-    });
-    uint32_t local = bounded(point.valence, 63) | bounded(open, 31) << 6 | cell_.kind << 11;
-    if (i >= shape.corners) {
-      const bool with_corners = (shape.lies_on[i] & ~final) == 0;
-      local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;
-    }
-    const bool fresh = i < shape.corners && cell_.is_fresh(i);
-    const uint32_t nearby = i | (fresh ? 32u : 0) | (last_signatures_[0] & 0xffff) << 6;
-    if (decide(coder, (cell.final >> i & 1) != 0, is_final, local, nearby, local * 32 + i)) final |= 1u << i;
-  }
-  cell.final = final;
-}
-
-template <class Coder>
-void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
-  uint64_t least = ~uint64_t{0};
-  bool next = false;
-  for (unsigned i = 0; i < cell_.shape().corners; ++i) {
-    const uint64_t number = number_of(node_[i]);
-    if (number == group_) return;
-    next = next || number == group_ + 1;
-    least = std::min(least, number);
-  }
-  static_cast<void>(cell);
-  group_ = next ? group_ + 1 : least;
-}
-
-/// A cell without known shape: a list of points, each new or named by its number.
-template <class Coder>
-bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
-  const auto type = static_cast<uint8_t>(coder.code_raw(static_cast<uint32_t>(cell.type), 8));
-  const int64_t count = loose_count_.code(coder, static_cast<int64_t>(cell.numbers.size()));
-  damaged_ = damaged_ || count < 0 || count > most_loose_nodes;
-  cell.kind = loose_cell;
-  cell.type = static_cast<CellType>(type);
-  out.kinds.push_back(loose_cell);
-  out.loose_types.push_back(cell.type);
-  out.begin.push_back(static_cast<uint32_t>(out.nodes.size()));
-  out.cell_slots.push_back(no_slot);
-  out.across.emplace_back().fill(no_slot);
-  if constexpr (!encoding) {
-    cell.numbers.clear();
-    cell.finals.clear();
-  }
-  const size_t first = out.nodes.size();
-  for (int64_t i = 0; i < count && !damaged_; ++i) {
-    uint64_t number = encoding ? cell.numbers[static_cast<size_t>(i)] : 0;
-    uint32_t slot = encoding ? slot_of_input(number, 16) : no_slot;
-    if (decide(coder, slot == no_slot, is_new, 0x20000, 0, 0)) {
-      NewPoint point;
-      point.slot = slot = create_point(numbers, number, false, 0, 63);
-      if (damaged_) break;
-      point.number = encoding ? number : number_of(slot);
-      out.points.push_back(point);
-    } else {
-      slot = code_old_point(coder, slot, last_loose_);
-      if (damaged_) break;
-    }
-    last_loose_ = number_of(slot);
-    out.nodes.push_back(slot);
-    // The loop is bounded by the stream: every node costs at least one decision, 2^-11 bit.
-    damaged_ = !encoding && coder.exhausted();
-    if constexpr (!encoding) cell.numbers.push_back(last_loose_);
-  }
-  for (size_t i = 0; i < static_cast<size_t>(count) && !damaged_; ++i) {
-    bool final = encoding && cell.finals[i] != 0;
-    final = decide(coder, final, is_final, 0x200000, 0, 0);
-    if constexpr (!encoding) cell.finals.push_back(final);
-    const uint32_t slot = out.nodes[first + i];
-    if (final && hull_.point(slot).alive) end_point(slot, out);
-  }
-  last_kind_ = loose_cell;
-  return !damaged_;
-}
-
-template class CellCoder<RangeEncoder>;
-template class CellCoder<RangeDecoder>;
+template void CellCoder<RangeEncoder>::code_slowly(RangeEncoder&, StreamedCell&);
+template void CellCoder<RangeDecoder>::code_slowly(RangeDecoder&, StreamedCell&);
 
 }  // namespace maille
