@@ -68,10 +68,10 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
                         {"seconds", seconds}}));
   }
   if (options.common.quiet) return {};
-  say(fmt::format(
-      "{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
-      counted(mesh.point_count(), "point"), cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
-      human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)), seconds));
+  say(fmt::format("{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
+                  counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
+                  human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)),
+                  seconds));
   return {};
 }
 
