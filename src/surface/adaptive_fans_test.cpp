@@ -4,11 +4,11 @@
 #include <cstring>
 #include <numeric>
 
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "surface/adaptive_positions.h"
 #include "surface/fan_patch.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

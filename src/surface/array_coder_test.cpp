@@ -7,11 +7,11 @@
 
 #include "base/bytes.h"
 #include "support/cases.h"
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
 #include "surface/surface_normals.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

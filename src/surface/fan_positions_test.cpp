@@ -7,10 +7,10 @@
 #include <limits>
 #include <numeric>
 
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "surface/fan_patch.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

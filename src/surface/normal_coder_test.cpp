@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "surface/element_walk.h"
-#include "surface/testing.h"
 
 namespace maille::testing {
 namespace {

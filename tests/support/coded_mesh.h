@@ -10,8 +10,8 @@
 #include "surface/array_coder.h"
 #include "surface/patch_topology.h"
 
-// For tests of this folder: meshes as the coders of arrays see them, positions, comparison of numbers in
-// coded order.
+// For tests of the surface codec: meshes as the coders of arrays see them, positions, comparison of numbers
+// in coded order.
 
 namespace maille::testing {
 
