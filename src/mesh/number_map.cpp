@@ -176,6 +176,13 @@ ScaledDigits digits_of(const NumberMap& map) {
   return {map.kind == NumberMap::Kind::binary_digits ? 2u : 10u, map.digits, map.exponent};
 }
 
+double number_of_digits(const NumberMap& map, int64_t code) {
+  return digits_of(map).number_of(code) * map.factor;
+}
+int64_t code_of_digits(const NumberMap& map, double number) {
+  return digits_of(map).code_of(number / map.factor);
+}
+
 /// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
 /// exact.
 double printed_float(double number, int32_t decimals) {
@@ -222,8 +229,8 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
       break;
     case Kind::binary_digits:
     case Kind::decimal_digits:
-      if (decimals >= 0) return digits_of(*this).code_of(rounded_to<float>(number_as_double(type, number)));
-      return digits_of(*this).code_of(number_as_double(type, number));
+      if (decimals >= 0) return code_of_digits(*this, rounded_to<float>(number_as_double(type, number)));
+      return code_of_digits(*this, number_as_double(type, number));
   }
   return lattice_code(number_as_double(type, number), origin, step);
 }
@@ -246,8 +253,8 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
     case Kind::binary_digits:
     case Kind::decimal_digits:
       if (decimals >= 0)
-        return store_rounded(type, printed_float(digits_of(*this).number_of(code), decimals), out);
-      return store_rounded(type, digits_of(*this).number_of(code), out);
+        return store_rounded(type, printed_float(number_of_digits(*this, code), decimals), out);
+      return store_rounded(type, number_of_digits(*this, code), out);
   }
 }
 
@@ -300,7 +307,7 @@ bool NumberMap::is_curved() const {
 
 double NumberMap::value_of(Scalar type, int64_t code) const {
   if (!table.empty()) return table[static_cast<size_t>(clamped_rank(code, table.size()))];
-  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).number_of(code);
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return number_of_digits(*this, code);
   std::byte number[8];
   store_number(type, code, number);
   const double value = number_as_double(type, number);
@@ -310,7 +317,7 @@ double NumberMap::value_of(Scalar type, int64_t code) const {
 int64_t NumberMap::nearest_code(Scalar type, double value) const {
   if (!(value == value)) value = 0;
   if (!table.empty()) return nearest_rank(table, value);
-  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return code_of_digits(*this, value);
   switch (kind) {
     case Kind::decimal:
       return lattice_code(value * exact_powers_of_ten[exponent], 0, 1);

@@ -21,6 +21,7 @@ bool has_digits(NumberMap::Kind kind) {
 }
 
 constexpr unsigned table_flag = 128;
+constexpr unsigned factor_flag = 64;
 
 /// Gaps between the numbers of a table: their lengths from the length before, two more bits, the rest raw.
 class GapModel {
@@ -115,7 +116,8 @@ Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
 }  // namespace
 
 void write_map(ByteWriter& out, const NumberMap& map) {
-  out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag)));
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag) |
+                               (map.factor == 1 ? 0 : factor_flag)));
   if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
     out.put(static_cast<int16_t>(map.exponent));
   }
@@ -124,6 +126,7 @@ void write_map(ByteWriter& out, const NumberMap& map) {
     out.put(static_cast<int8_t>(map.decimals));
     out.put(static_cast<int16_t>(map.exponent));
   }
+  if (map.factor != 1) out.put(map.factor);
   if (map.kind == NumberMap::Kind::lattice) {
     out.put(map.origin);
     out.put(map.step);
@@ -135,6 +138,8 @@ namespace {
 
 /// Is this a map that choose_maps() can make for this type?
 bool is_sensible(const NumberMap& map, Scalar type) {
+  if (map.factor != 1 && (map.kind != NumberMap::Kind::binary_digits || map.decimals >= 0)) return false;
+  if (!(map.factor > 1e-100 && map.factor < 1e100)) return false;
   switch (map.kind) {
     case NumberMap::Kind::integer:
       return !is_float(type);
@@ -164,7 +169,7 @@ bool is_sensible(const NumberMap& map, Scalar type) {
 Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   NumberMap map;
   const auto kind = in.get<uint8_t>();
-  map.kind = static_cast<NumberMap::Kind>(kind & ~table_flag);
+  map.kind = static_cast<NumberMap::Kind>(kind & ~(table_flag | factor_flag));
   if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary)
     map.exponent = in.get<int16_t>();
   if (has_digits(map.kind)) {
@@ -172,6 +177,7 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
     map.decimals = in.get<int8_t>();
     map.exponent = in.get<int16_t>();
   }
+  if ((kind & factor_flag) != 0) map.factor = in.get<double>();
   if (map.kind == NumberMap::Kind::lattice) {
     map.origin = in.get<double>();
     map.step = in.get<double>();
@@ -185,14 +191,13 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   return map;
 }
 
-namespace {
-
-/// log2(x) in 1/1024, from below and to 1/11; integers, so the same everywhere. x is positive.
 int64_t logarithm(uint64_t x) {
   const unsigned whole = bit_length(x) - 1;
   const uint64_t fraction = whole > 10 ? x >> (whole - 10) : x << (10 - whole);
   return int64_t{whole} * 1024 + static_cast<int64_t>(fraction & 1023);
 }
+
+namespace {
 
 /// Do ranks in a table take fewer bits than codes, with the table? `codes` are those of all numbers, in
 /// order. `price`: what must be saved for each of them.

@@ -19,4 +19,7 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type);
 std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> maps,
                                    std::span<const uint32_t> source);
 
+/// log2(x) in 1/1024, from below and to 1/11; integers, so the same everywhere. x is positive.
+int64_t logarithm(uint64_t x);
+
 }  // namespace maille

@@ -1,0 +1,283 @@
+#include "surface/coarse_maps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "base/bytes.h"
+#include "entropy/bit_model.h"
+#include "mesh/scaled_digits.h"
+#include "surface/half_edges.h"
+#include "surface/number_maps.h"
+
+namespace maille {
+namespace {
+
+using Kind = NumberMap::Kind;
+
+constexpr int64_t bit = 1024;  // as logarithm() counts
+// Numbers that maps are looked for with, and compared with.
+constexpr size_t most_tried = 384;
+constexpr size_t most_compared = 4096;
+// What a number must be spared, beside what is written of its details.
+constexpr int64_t least_saving = bit / 2;
+// Numbers that were computed in a few operations are so many roundings off.
+constexpr double roundings = 8;
+
+double rounding_of(double number) {
+  return std::fabs(number) * std::ldexp(1.0, -52);
+}
+
+std::vector<double> every(const std::vector<double>& numbers, size_t most) {
+  std::vector<double> few;
+  const size_t stride = numbers.size() / most + 1;
+  for (size_t i = 0; i < numbers.size(); i += stride) few.push_back(numbers[i]);
+  return few;
+}
+
+/// Bits that a coarse map saves: of the codes that it spares, less what the details take.
+class Saving {
+ public:
+  Saving(const std::vector<double>& numbers, const NumberMap& exact) : numbers_(numbers), exact_(exact) {
+    for (const double number : numbers)
+      codes_.push_back(exact.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&number)));
+  }
+
+  int64_t of(const NumberMap& coarse) const {
+    int64_t saved = coarse.is_curved() && !exact_.is_curved() ? -bit / 8 * count() : 0;
+    std::map<unsigned, int64_t> classes;
+    for (size_t i = 0; i < numbers_.size(); ++i) {
+      const int64_t code =
+          coarse.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&numbers_[i]));
+      const uint64_t base = exact_code(coarse, code);
+      const uint64_t step = exact_code(coarse, code + 1) - base;
+      if (step == 0 || step >> 63 != 0) return INT64_MIN;
+      const auto detail = static_cast<int64_t>(static_cast<uint64_t>(codes_[i]) - base);
+      const auto size = static_cast<uint64_t>(detail < 0 ? -detail : detail);
+      const unsigned zeros = size == 0 ? 0 : static_cast<unsigned>(__builtin_ctzll(size));
+      const unsigned length = bit_length(size >> zeros);
+      ++classes[size == 0 ? 0 : 1 + zeros * 64 + length];
+      // The sign, and what is between the first bit and the last.
+      const int64_t raw = size == 0 ? 0 : 1 + (length > 2 ? length - 2 : 0);
+      saved += logarithm(step) - raw * bit;
+    }
+    for (const auto& [which, times] : classes) saved -= times * (logarithm_of_count() - log(times));
+    return saved;
+  }
+  int64_t count() const { return static_cast<int64_t>(numbers_.size()); }
+
+ private:
+  uint64_t exact_code(const NumberMap& coarse, int64_t code) const {
+    return static_cast<uint64_t>(exact_.nearest_code(Scalar::f64, coarse.value_of(Scalar::f64, code)));
+  }
+  static int64_t log(int64_t times) { return logarithm(static_cast<uint64_t>(times)); }
+  int64_t logarithm_of_count() const { return log(count()); }
+
+  const std::vector<double>& numbers_;
+  const NumberMap& exact_;
+  std::vector<int64_t> codes_;
+};
+
+/// Steps that many of the numbers are multiples of, with rounding: fractions of decimals.
+class DecimalFractions {
+ public:
+  explicit DecimalFractions(const std::vector<double>& numbers) : numbers_(every(numbers, most_tried)) {
+    for (const double number : numbers_) largest_ = std::max(largest_, std::fabs(number));
+  }
+
+  /// The two that look best.
+  std::vector<double> find() {
+    for (const uint32_t odd : {1u, 3u, 7u, 9u, 11u, 13u, 21u, 27u, 81u}) {
+      for (unsigned places = 0; places <= 13; ++places) {
+        // Ten is even, so that tenths have all halves of decimals after a while.
+        for (unsigned halves = 0; halves <= 10; ++halves) {
+          consider(1 / (exact_powers_of_ten[places] * odd * std::ldexp(1.0, static_cast<int>(halves))));
+        }
+      }
+    }
+    return best_;
+  }
+
+ private:
+  void consider(double step) {
+    const double least = rounding_of(largest_) * 1024;
+    if (!(step >= least) || step > largest_ / 1024) return;
+    const size_t first = std::min<size_t>(numbers_.size(), 48);
+    size_t hits = count(step, 0, first);
+    if (hits * 16 < first) return;
+    hits += count(step, first, numbers_.size());
+    int exponent;
+    (void)std::frexp(step / least, &exponent);
+    // The hits are spared so many bits; of steps whose bits are as many, the largest.
+    const double score = static_cast<double>(hits) * (exponent + step / least * std::ldexp(1.0, -exponent));
+    if (score > score_) {
+      best_.insert(best_.begin(), step);
+      if (best_.size() > 2) best_.pop_back();
+      score_ = score;
+    }
+  }
+  size_t count(double step, size_t first, size_t last) const {
+    size_t hits = 0;
+    for (size_t i = first; i < last; ++i) {
+      const double multiple = std::floor(numbers_[i] / step + 0.5);
+      hits += std::fabs(numbers_[i] - multiple * step) <= roundings * rounding_of(numbers_[i]) &&
+              (multiple != 0 || numbers_[i] == 0);
+    }
+    return hits;
+  }
+
+  std::vector<double> numbers_;
+  std::vector<double> best_;
+  double largest_ = 0;
+  double score_ = 0;
+};
+
+/// A factor such that numbers are floats times it, with rounding. Two such numbers are to each other as two
+/// integers of 24 bits, which the convergents of their quotient give.
+class FloatFactor {
+ public:
+  explicit FloatFactor(const std::vector<double>& numbers) : numbers_(every(numbers, most_tried)) {
+    std::erase(numbers_, 0.0);
+  }
+
+  std::optional<double> find() const {
+    constexpr size_t pairs = 48;
+    double best = 0;
+    size_t most = numbers_.size() * 7 / 8;
+    for (size_t i = 0; i + 1 < numbers_.size() && i < 2 * pairs; i += 2) {
+      const double a = mantissa_of(numbers_[i]);
+      const double integer = numerator(a, mantissa_of(numbers_[i + 1]));
+      if (integer == 0) continue;
+      const double factor = mantissa_of(a / integer);
+      if (hits(factor, std::min<size_t>(numbers_.size(), 32)) < 24) continue;
+      const size_t found = hits(factor, numbers_.size());
+      if (found <= most) continue;
+      most = found;
+      best = factor;
+    }
+    if (best == 0) return {};
+    return best;
+  }
+
+ private:
+  static double mantissa_of(double number) {
+    int exponent;
+    return std::frexp(std::fabs(number), &exponent);
+  }
+  /// The integer of a, for a / b a quotient of two integers below 2^24 (times a power of two); else 0.
+  static double numerator(double a, double b) {
+    constexpr double most = 33554432;
+    const double quotient = a / b;
+    double p0 = 0, p1 = 1, q0 = 1, q1 = 0;
+    double rest = quotient;
+    for (int i = 0; i < 40; ++i) {
+      const double whole = std::floor(rest);
+      const double p2 = whole * p1 + p0;
+      const double q2 = whole * q1 + q0;
+      if (!(p2 < most && q2 < most)) return 0;
+      p0 = p1, p1 = p2, q0 = q1, q1 = q2;
+      if (std::fabs(p1 / q1 - quotient) <= quotient * std::ldexp(1.0, -50)) return p1;
+      rest = 1 / (rest - whole);
+    }
+    return 0;
+  }
+  size_t hits(double factor, size_t most) const {
+    size_t hits = 0;
+    for (size_t i = 0; i < most; ++i) {
+      const double integer = std::ldexp(mantissa_of(numbers_[i] / factor), 24);
+      hits += std::fabs(integer - std::floor(integer + 0.5)) <= std::ldexp(roundings, 24 - 52);
+    }
+    return hits;
+  }
+
+  std::vector<double> numbers_;
+};
+
+NumberMap floats_times(double factor, const std::vector<double>& numbers) {
+  // Finer than the floats of the smallest number are none.
+  int32_t least = ScaledDigits::most_exponent(2);
+  for (const double number : numbers) {
+    int exponent;
+    (void)std::frexp(number / factor, &exponent);
+    if (number != 0) least = std::min(least, exponent - 24);
+  }
+  NumberMap map{.kind = Kind::binary_digits, .exponent = std::max(least, -149)};
+  map.digits = 24;
+  map.factor = factor;
+  return map;
+}
+
+/// Finds the best map of those considered.
+class Search {
+ public:
+  Search(const std::vector<double>& all, const NumberMap& exact)
+      : all_(all), numbers_(every(all, most_compared)), saving_(numbers_, exact) {
+    most_ = least_saving * saving_.count();
+  }
+
+  std::optional<NumberMap> run() {
+    for (const double step : DecimalFractions(numbers_).find()) {
+      NumberMap lattice{.kind = Kind::lattice};
+      lattice.step = step;
+      consider(lattice);
+    }
+    consider(floats_times(1, all_));
+    if (const auto factor = FloatFactor(numbers_).find()) {
+      double near = *factor;
+      for (int i = 0; i < 3; ++i) near = std::nextafter(near, 0.0);
+      for (int i = -3; i <= 3; ++i) {
+        consider(floats_times(near, all_));
+        near = std::nextafter(near, 2.0);
+      }
+    }
+    consider_halves();
+    return best_;
+  }
+
+ private:
+  /// Powers of two that many numbers are multiples of.
+  void consider_halves() {
+    double largest = 0;
+    for (const double number : numbers_) largest = std::max(largest, std::fabs(number));
+    int highest;
+    (void)std::frexp(largest, &highest);
+    for (int32_t exponent = highest - 48; exponent <= highest - 14; ++exponent) {
+      if (exponent > -1000) consider({.kind = Kind::binary, .exponent = exponent});
+    }
+  }
+  void consider(const NumberMap& map) {
+    const int64_t saved = saving_.of(map);
+    if (saved <= most_) return;
+    most_ = saved;
+    best_ = map;
+  }
+
+  const std::vector<double>& all_;
+  std::vector<double> numbers_;
+  Saving saving_;
+  int64_t most_ = 0;
+  std::optional<NumberMap> best_;
+};
+
+}  // namespace
+
+std::optional<NumberMap> find_coarse_map(const Array& array, uint32_t component, const NumberMap& exact,
+                                         std::span<const uint32_t> source) {
+  std::vector<double> numbers;
+  const auto all = array.values<double>();
+  double largest = 0;
+  for (const uint32_t tuple : source) {
+    if (tuple == none) continue;
+    numbers.push_back(all[size_t{tuple} * array.components + component]);
+    if (!std::isfinite(numbers.back())) return {};
+    largest = std::max(largest, std::fabs(numbers.back()));
+  }
+  // Beyond, steps and quotients could leave the range of doubles.
+  constexpr double most = 1e30;
+  if (numbers.size() < 64 || !(largest < most && largest > 1 / most)) return {};
+  return Search(numbers, exact).run();
+}
+
+}  // namespace maille
