@@ -49,8 +49,7 @@ class Saving {
     int64_t saved = coarse.is_curved() && !exact_.is_curved() ? -bit / 8 * count() : 0;
     std::map<unsigned, int64_t> classes;
     for (size_t i = 0; i < numbers_.size(); ++i) {
-      const int64_t code =
-          coarse.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&numbers_[i]));
+      const int64_t code = coarse.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&numbers_[i]));
       const uint64_t base = exact_code(coarse, code);
       const uint64_t step = exact_code(coarse, code + 1) - base;
       if (step == 0 || step >> 63 != 0) return INT64_MIN;
@@ -89,7 +88,7 @@ class DecimalFractions {
 
   /// The two that look best.
   std::vector<double> find() {
-    for (const uint32_t odd : {1u, 3u, 7u, 9u, 11u, 13u, 21u, 27u, 81u}) {
+    for (const uint32_t odd : {1u, 3u, 7u, 9u, 11u, 13u, 21u, 27u, 81u, 127u}) {
       for (unsigned places = 0; places <= 13; ++places) {
         // Ten is even, so that tenths have all halves of decimals after a while.
         for (unsigned halves = 0; halves <= 10; ++halves) {
@@ -215,6 +214,7 @@ class Search {
   Search(const std::vector<double>& all, const NumberMap& exact)
       : all_(all), numbers_(every(all, most_compared)), saving_(numbers_, exact) {
     most_ = least_saving * saving_.count();
+    for (const double number : numbers_) largest_ = std::max(largest_, std::fabs(number));
   }
 
   std::optional<NumberMap> run() {
@@ -228,7 +228,12 @@ class Search {
       double near = *factor;
       for (int i = 0; i < 3; ++i) near = std::nextafter(near, 0.0);
       for (int i = -3; i <= 3; ++i) {
-        consider(floats_times(near, all_));
+        const NumberMap floats = floats_times(near, all_);
+        consider(floats);
+        // Integers are floats, too.
+        NumberMap lattice{.kind = Kind::lattice};
+        lattice.step = std::ldexp(near, lowest_bit(floats));
+        if (lattice.step > largest_ * std::ldexp(1.0, -40)) consider(lattice);
         near = std::nextafter(near, 2.0);
       }
     }
@@ -239,13 +244,23 @@ class Search {
  private:
   /// Powers of two that many numbers are multiples of.
   void consider_halves() {
-    double largest = 0;
-    for (const double number : numbers_) largest = std::max(largest, std::fabs(number));
     int highest;
-    (void)std::frexp(largest, &highest);
+    (void)std::frexp(largest_, &highest);
     for (int32_t exponent = highest - 48; exponent <= highest - 14; ++exponent) {
       if (exponent > -1000) consider({.kind = Kind::binary, .exponent = exponent});
     }
+  }
+  /// 2^this divides the floats nearest to all numbers.
+  int lowest_bit(const NumberMap& floats) const {
+    int lowest = 127;
+    for (const double number : numbers_) {
+      const auto nearest = static_cast<float>(number / floats.factor);
+      if (nearest == 0) continue;
+      int exponent;
+      const auto mantissa = static_cast<uint32_t>(std::ldexp(std::frexp(std::fabs(nearest), &exponent), 24));
+      lowest = std::min(lowest, exponent - 24 + __builtin_ctz(mantissa));
+    }
+    return lowest;
   }
   void consider(const NumberMap& map) {
     const int64_t saved = saving_.of(map);
@@ -257,6 +272,7 @@ class Search {
   const std::vector<double>& all_;
   std::vector<double> numbers_;
   Saving saving_;
+  double largest_ = 0;
   int64_t most_ = 0;
   std::optional<NumberMap> best_;
 };

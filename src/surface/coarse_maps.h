@@ -11,8 +11,8 @@
 namespace maille {
 
 /// A map whose numbers lie near those of one component of doubles, with so few codes that what is left
-/// (RefinedMaps) costs less than is saved. `exact` is the lossless map of the component. None where nothing is
-/// saved. The same on every machine.
+/// (RefinedMaps) costs less than is saved. `exact` is the lossless map of the component. None where nothing
+/// is saved. The same on every machine.
 std::optional<NumberMap> find_coarse_map(const Array& array, uint32_t component, const NumberMap& exact,
                                          std::span<const uint32_t> source);
 

@@ -53,10 +53,10 @@ class DetailModel {
     const bool negative = sign_.code(coder, detail < 0);
     const uint64_t size =
         negative ? uint64_t{0} - static_cast<uint64_t>(detail) : static_cast<uint64_t>(detail);
-    zeros_ = code_six(coder, zero_bits_[zeros_],
-                      size == 0 ? 0 : static_cast<unsigned>(__builtin_ctzll(size)));
-    const unsigned length = 1 + code_six(coder, length_[std::min(zeros_, 7u)],
-                                         bit_length(size >> zeros_) - (size == 0 ? 0 : 1));
+    zeros_ =
+        code_six(coder, zero_bits_[zeros_], size == 0 ? 0 : static_cast<unsigned>(__builtin_ctzll(size)));
+    const unsigned length =
+        1 + code_six(coder, length_[std::min(zeros_, 7u)], bit_length(size >> zeros_) - (size == 0 ? 0 : 1));
     const uint64_t found = code_odd(coder, length, size >> zeros_) << zeros_;
     return static_cast<int64_t>(negative ? uint64_t{0} - found : found);
   }
@@ -82,8 +82,8 @@ class DetailModel {
     while (left > 1) {
       const unsigned count = std::min(left - 1, 16u);
       left -= count;
-      value = value << count |
-              coder.code_raw(static_cast<uint32_t>(odd >> left & ((1u << count) - 1)), count);
+      value =
+          value << count | coder.code_raw(static_cast<uint32_t>(odd >> left & ((1u << count) - 1)), count);
     }
     return value << 1 | 1;
   }
@@ -159,8 +159,7 @@ void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
     };
     // Gaps have code 0 and no detail.
     details.code_tuple(
-        encoder,
-        [&](size_t k) { return tuple == none ? 0 : maps.coarse[k].code_of(Scalar::f64, number(k)); },
+        encoder, [&](size_t k) { return tuple == none ? 0 : maps.coarse[k].code_of(Scalar::f64, number(k)); },
         [&](size_t k) {
           return tuple == none ? base_of(maps.coarse[k], maps.exact[k], 0)
                                : maps.exact[k].code_of(Scalar::f64, number(k));

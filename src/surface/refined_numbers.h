@@ -38,8 +38,8 @@ struct ReadDetails {
 };
 /// `coarse`: the maps read before. Error: corrupt.
 Result<ReadDetails> read_details(ByteReader& in, std::vector<NumberMap> coarse);
-/// Turns codes into numbers, in place, for the components that are refined. Error: corrupt, for bytes that end
-/// early.
+/// Turns codes into numbers, in place, for the components that are refined. Error: corrupt, for bytes that
+/// end early.
 Result<> store_refined(const ReadDetails& details, std::span<int64_t> codes);
 
 }  // namespace maille
