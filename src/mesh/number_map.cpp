@@ -176,11 +176,20 @@ ScaledDigits digits_of(const NumberMap& map) {
   return {map.kind == NumberMap::Kind::binary_digits ? 2u : 10u, map.digits, map.exponent};
 }
 
-double number_of_digits(const NumberMap& map, int64_t code) {
-  return digits_of(map).number_of(code) * map.factor;
+/// The map of the floats that a factor belongs to.
+NumberMap without_factor(const NumberMap& map) {
+  NumberMap plain{.kind = map.kind, .exponent = map.exponent};
+  plain.digits = map.digits;
+  return plain;
 }
-int64_t code_of_digits(const NumberMap& map, double number) {
-  return digits_of(map).code_of(number / map.factor);
+double value_with_factor(const NumberMap& map, int64_t code) {
+  float number;
+  without_factor(map).store_number(Scalar::f32, code, reinterpret_cast<std::byte*>(&number));
+  return static_cast<double>(number) * map.factor;
+}
+int64_t code_with_factor(const NumberMap& map, double number) {
+  const auto floated = rounded_to<float>(number / map.factor);
+  return without_factor(map).code_of(Scalar::f32, reinterpret_cast<const std::byte*>(&floated));
 }
 
 /// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
@@ -216,6 +225,7 @@ int64_t rank_of(const std::vector<double>& table, double number) {
 
 int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
   if (!table.empty()) return rank_of(table, number_as_double(type, number));
+  if (factor != 0) return code_with_factor(*this, number_as_double(type, number));
   switch (kind) {
     case Kind::integer:
       return integer_bits(type, number);
@@ -229,14 +239,14 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
       break;
     case Kind::binary_digits:
     case Kind::decimal_digits:
-      if (decimals >= 0) return code_of_digits(*this, rounded_to<float>(number_as_double(type, number)));
-      return code_of_digits(*this, number_as_double(type, number));
+      if (decimals >= 0) return digits_of(*this).code_of(rounded_to<float>(number_as_double(type, number)));
+      return digits_of(*this).code_of(number_as_double(type, number));
   }
   return lattice_code(number_as_double(type, number), origin, step);
 }
 
 void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
-  if (!table.empty()) return store_rounded(type, value_of(type, code), out);
+  if (!table.empty() || factor != 0) return store_rounded(type, value_of(type, code), out);
   const auto real = static_cast<double>(code);
   switch (kind) {
     case Kind::integer:
@@ -253,8 +263,8 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
     case Kind::binary_digits:
     case Kind::decimal_digits:
       if (decimals >= 0)
-        return store_rounded(type, printed_float(number_of_digits(*this, code), decimals), out);
-      return store_rounded(type, number_of_digits(*this, code), out);
+        return store_rounded(type, printed_float(digits_of(*this).number_of(code), decimals), out);
+      return store_rounded(type, digits_of(*this).number_of(code), out);
   }
 }
 
@@ -288,7 +298,7 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
       }
     }
   };
-  const bool real = kind != Kind::integer && !is_curved();
+  const bool real = kind != Kind::integer && !is_curved() && factor == 0;
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
   if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
@@ -307,7 +317,8 @@ bool NumberMap::is_curved() const {
 
 double NumberMap::value_of(Scalar type, int64_t code) const {
   if (!table.empty()) return table[static_cast<size_t>(clamped_rank(code, table.size()))];
-  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return number_of_digits(*this, code);
+  if (factor != 0) return value_with_factor(*this, code);
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).number_of(code);
   std::byte number[8];
   store_number(type, code, number);
   const double value = number_as_double(type, number);
@@ -317,7 +328,8 @@ double NumberMap::value_of(Scalar type, int64_t code) const {
 int64_t NumberMap::nearest_code(Scalar type, double value) const {
   if (!(value == value)) value = 0;
   if (!table.empty()) return nearest_rank(table, value);
-  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return code_of_digits(*this, value);
+  if (factor != 0) return code_with_factor(*this, value);
+  if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
   switch (kind) {
     case Kind::decimal:
       return lattice_code(value * exact_powers_of_ten[exponent], 0, 1);

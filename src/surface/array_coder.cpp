@@ -575,11 +575,10 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
   const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
   ArrayMaps used = maps;
   // Normals that the surface tells need no table, which would cost more than they do.
-  if (maps.lossless && array.role != Role::normal) used.maps = with_tables(array, maps.maps, source);
   RefinedMaps refined;
   if (maps.lossless && array.role != Role::normal) {
-    refined = refine_maps(array, used.maps, source);
-    if (refined.any()) used.maps = refined.coarse;
+    refined = refine_maps(array, maps.maps, source);
+    used.maps = refined.coarse;
   }
   const RefinedMaps* details = refined.any() ? &refined : nullptr;
   if (size_of(array.type) == 8)

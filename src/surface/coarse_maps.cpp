@@ -25,6 +25,8 @@ constexpr size_t most_compared = 4096;
 constexpr int64_t least_saving = bit / 2;
 // Numbers that were computed in a few operations are so many roundings off.
 constexpr double roundings = 8;
+// Predictions are seldom better than the range of numbers over 2^this: coarser steps would only look cheap.
+constexpr int least_levels = 15;
 
 double rounding_of(double number) {
   return std::fabs(number) * std::ldexp(1.0, -52);
@@ -82,11 +84,11 @@ class Saving {
 /// Steps that many of the numbers are multiples of, with rounding: fractions of decimals.
 class DecimalFractions {
  public:
-  explicit DecimalFractions(const std::vector<double>& numbers) : numbers_(every(numbers, most_tried)) {
+  DecimalFractions(const std::vector<double>& numbers, double range) : numbers_(numbers), range_(range) {
     for (const double number : numbers_) largest_ = std::max(largest_, std::fabs(number));
   }
 
-  /// The two that look best.
+  /// Those that look best, and decimals that all numbers are near, as floats are that were decimals once.
   std::vector<double> find() {
     for (const uint32_t odd : {1u, 3u, 7u, 9u, 11u, 13u, 21u, 27u, 81u, 127u}) {
       for (unsigned places = 0; places <= 13; ++places) {
@@ -96,17 +98,25 @@ class DecimalFractions {
         }
       }
     }
+    for (int places = 13; places >= 0; --places) {
+      const double step = 1 / exact_powers_of_ten[places];
+      if (!is_sensible(step) || count(step, 0, numbers_.size(), step / 32) * 8 < numbers_.size() * 7)
+        continue;
+      best_.push_back(step);
+      break;
+    }
     return best_;
   }
 
  private:
+  bool is_sensible(double step) const { return step <= std::ldexp(range_, -least_levels); }
   void consider(double step) {
     const double least = rounding_of(largest_) * 1024;
-    if (!(step >= least) || step > largest_ / 1024) return;
+    if (!(step >= least) || !is_sensible(step)) return;
     const size_t first = std::min<size_t>(numbers_.size(), 48);
-    size_t hits = count(step, 0, first);
+    size_t hits = count(step, 0, first, 0);
     if (hits * 16 < first) return;
-    hits += count(step, first, numbers_.size());
+    hits += count(step, first, numbers_.size(), 0);
     int exponent;
     (void)std::frexp(step / least, &exponent);
     // The hits are spared so many bits; of steps whose bits are as many, the largest.
@@ -117,18 +127,20 @@ class DecimalFractions {
       score_ = score;
     }
   }
-  size_t count(double step, size_t first, size_t last) const {
+  /// `tolerance`: of all numbers, beside that of rounding.
+  size_t count(double step, size_t first, size_t last, double tolerance) const {
     size_t hits = 0;
     for (size_t i = first; i < last; ++i) {
       const double multiple = std::floor(numbers_[i] / step + 0.5);
-      hits += std::fabs(numbers_[i] - multiple * step) <= roundings * rounding_of(numbers_[i]) &&
-              (multiple != 0 || numbers_[i] == 0);
+      const double allowed = std::max(tolerance, roundings * rounding_of(numbers_[i]));
+      hits += std::fabs(numbers_[i] - multiple * step) <= allowed && (multiple != 0 || numbers_[i] == 0);
     }
     return hits;
   }
 
-  std::vector<double> numbers_;
+  const std::vector<double>& numbers_;
   std::vector<double> best_;
+  double range_;
   double largest_ = 0;
   double score_ = 0;
 };
@@ -137,9 +149,7 @@ class DecimalFractions {
 /// integers of 24 bits, which the convergents of their quotient give.
 class FloatFactor {
  public:
-  explicit FloatFactor(const std::vector<double>& numbers) : numbers_(every(numbers, most_tried)) {
-    std::erase(numbers_, 0.0);
-  }
+  explicit FloatFactor(const std::vector<double>& numbers) : numbers_(numbers) { std::erase(numbers_, 0.0); }
 
   std::optional<double> find() const {
     constexpr size_t pairs = 48;
@@ -194,6 +204,7 @@ class FloatFactor {
   std::vector<double> numbers_;
 };
 
+/// Floats times a factor.
 NumberMap floats_times(double factor, const std::vector<double>& numbers) {
   // Finer than the floats of the smallest number are none.
   int32_t least = ScaledDigits::most_exponent(2);
@@ -208,45 +219,85 @@ NumberMap floats_times(double factor, const std::vector<double>& numbers) {
   return map;
 }
 
+/// The same, of fewer floats: of those that the numbers are nearest to, if they are decimals.
+std::optional<NumberMap> decimals_times(double factor, const std::vector<double>& numbers) {
+  Array floats = make_array("", Domain::point, Scalar::f32, 1);
+  floats.resize(numbers.size());
+  for (size_t i = 0; i < numbers.size(); ++i)
+    floats.values<float>()[i] = static_cast<float>(numbers[i] / factor);
+  NumberMap map = choose_lossless_map(floats, 0);
+  if (map.kind != Kind::decimal && map.kind != Kind::decimal_digits) return {};
+  map.factor = factor;
+  return map;
+}
+
 /// Finds the best map of those considered.
 class Search {
  public:
   Search(const std::vector<double>& all, const NumberMap& exact)
-      : all_(all), numbers_(every(all, most_compared)), saving_(numbers_, exact) {
+      : all_(all),
+        numbers_(every(all, most_compared)),
+        few_(every(all, most_tried)),
+        range_(range_of(all)),
+        saving_(numbers_, exact) {
     most_ = least_saving * saving_.count();
-    for (const double number : numbers_) largest_ = std::max(largest_, std::fabs(number));
   }
 
-  std::optional<NumberMap> run() {
-    for (const double step : DecimalFractions(numbers_).find()) {
+  std::optional<CoarseMap> run() {
+    for (const double step : DecimalFractions(few_, range_).find()) {
       NumberMap lattice{.kind = Kind::lattice};
       lattice.step = step;
       consider(lattice);
     }
-    consider(floats_times(1, all_));
-    if (const auto factor = FloatFactor(numbers_).find()) {
-      double near = *factor;
-      for (int i = 0; i < 3; ++i) near = std::nextafter(near, 0.0);
-      for (int i = -3; i <= 3; ++i) {
-        const NumberMap floats = floats_times(near, all_);
-        consider(floats);
-        // Integers are floats, too.
-        NumberMap lattice{.kind = Kind::lattice};
-        lattice.step = std::ldexp(near, lowest_bit(floats));
-        if (lattice.step > largest_ * std::ldexp(1.0, -40)) consider(lattice);
-        near = std::nextafter(near, 2.0);
-      }
-    }
+    consider_floats(1);
+    if (const auto factor = FloatFactor(few_).find()) consider_floats(nearest_factor(*factor));
     consider_halves();
-    return best_;
+    if (!best_) return {};
+    const double share = static_cast<double>(all_.size()) / static_cast<double>(numbers_.size());
+    return CoarseMap{*best_, static_cast<int64_t>(static_cast<double>(most_) * share)};
   }
 
  private:
+  static double range_of(const std::vector<double>& numbers) {
+    const auto [low, high] = std::minmax_element(numbers.begin(), numbers.end());
+    return *high - *low;
+  }
+  /// Of those within some roundings the one that gives the most floats.
+  double nearest_factor(double factor) const {
+    double near = factor;
+    for (int i = 0; i < 3; ++i) near = std::nextafter(near, 0.0);
+    double best = factor;
+    int64_t most = INT64_MIN;
+    for (int i = -3; i <= 3; ++i) {
+      const int64_t saved = saving_.of(floats_times(near, numbers_));
+      if (saved > most) most = saved, best = near;
+      near = std::nextafter(near, 2.0);
+    }
+    return best;
+  }
+  void consider_floats(double factor) {
+    const NumberMap floats = floats_times(factor, all_);
+    const int64_t before = most_;
+    consider(floats);
+    if (most_ == before) return;
+    // Integers are floats, too.
+    NumberMap lattice{.kind = Kind::lattice};
+    lattice.step = std::ldexp(factor, lowest_bit(floats));
+    if (lattice.step > range_ * std::ldexp(1.0, -40)) consider(lattice);
+    // So are decimals; which power of two belongs to the factor is not known.
+    constexpr int most_doublings = 14;
+    for (int i = -most_doublings; i <= most_doublings; ++i) {
+      const double doubled = std::ldexp(factor, i);
+      if (decimals_times(doubled, few_)) {
+        if (const auto decimals = decimals_times(doubled, all_)) consider(*decimals);
+      }
+    }
+  }
   /// Powers of two that many numbers are multiples of.
   void consider_halves() {
     int highest;
-    (void)std::frexp(largest_, &highest);
-    for (int32_t exponent = highest - 48; exponent <= highest - 14; ++exponent) {
+    (void)std::frexp(range_, &highest);
+    for (int32_t exponent = highest - 48; exponent <= highest - least_levels; ++exponent) {
       if (exponent > -1000) consider({.kind = Kind::binary, .exponent = exponent});
     }
   }
@@ -271,15 +322,16 @@ class Search {
 
   const std::vector<double>& all_;
   std::vector<double> numbers_;
+  std::vector<double> few_;
+  double range_;
   Saving saving_;
-  double largest_ = 0;
   int64_t most_ = 0;
   std::optional<NumberMap> best_;
 };
 
 }  // namespace
 
-std::optional<NumberMap> find_coarse_map(const Array& array, uint32_t component, const NumberMap& exact,
+std::optional<CoarseMap> find_coarse_map(const Array& array, uint32_t component, const NumberMap& exact,
                                          std::span<const uint32_t> source) {
   std::vector<double> numbers;
   const auto all = array.values<double>();

@@ -130,18 +130,19 @@ bool RefinedMaps::any() const {
   return std::find(refined.begin(), refined.end(), true) != refined.end();
 }
 
-RefinedMaps refine_maps(const Array& array, std::vector<NumberMap> maps, std::span<const uint32_t> source) {
+RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
+                        std::span<const uint32_t> source) {
   RefinedMaps result;
-  result.exact = maps;
+  result.exact.assign(maps.begin(), maps.end());
   result.refined.assign(maps.size(), false);
+  std::vector<int64_t> savings;
+  result.coarse = with_tables(array, result.exact, source, &savings);
   for (uint32_t k = 0; array.type == Scalar::f64 && k < maps.size(); ++k) {
-    if (!maps[k].table.empty()) continue;
-    if (const auto coarse = find_coarse_map(array, k, maps[k], source)) {
-      maps[k] = *coarse;
-      result.refined[k] = true;
-    }
+    const auto found = find_coarse_map(array, k, maps[k], source);
+    if (!found || found->saving <= savings[k]) continue;
+    result.coarse[k] = found->map;
+    result.refined[k] = true;
   }
-  result.coarse = std::move(maps);
   return result;
 }
 

@@ -24,8 +24,10 @@ struct RefinedMaps {
   bool any() const;
 };
 
-/// Refines the components of an array of doubles where it saves anything. `source` as for with_tables().
-RefinedMaps refine_maps(const Array& array, std::vector<NumberMap> maps, std::span<const uint32_t> source);
+/// Refines the components of an array of doubles where it saves something, and more than a table does.
+/// `source` as for with_tables().
+RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
+                        std::span<const uint32_t> source);
 
 /// Writes the exact maps and the details of the tuples; gaps have none.
 void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,

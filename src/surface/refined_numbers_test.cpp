@@ -42,7 +42,8 @@ struct Refined {
 
   explicit Refined(const std::vector<double>& numbers) : array(column(numbers)), source(numbers.size()) {
     for (uint32_t i = 0; i < source.size(); ++i) source[i] = i;
-    maps = refine_maps(array, {choose_lossless_map(array, 0)}, source);
+    const std::vector<NumberMap> exact = {choose_lossless_map(array, 0)};
+    maps = refine_maps(array, exact, source);
   }
   std::vector<std::byte> details() const {
     ByteWriter out;
