@@ -302,6 +302,14 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
   if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
+  if (kind == Kind::binary_digits && type == Scalar::f32 && table.empty()) {
+    const ScaledDigits digits = digits_of(*this);
+    for (size_t i = 0; i < count; ++i) {
+      const auto code = load<int32_t>(codes + i * stride * sizeof(int32_t));
+      store(out + i * stride * sizeof(float), rounded_to<float>(digits.number_of(code)));
+    }
+    return;
+  }
   for (size_t i = 0; i < count; ++i) {
     const size_t code_bytes = size_of(type) == 8 ? 8 : 4;
     const std::byte* code = codes + i * stride * code_bytes;

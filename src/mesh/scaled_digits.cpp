@@ -60,7 +60,7 @@ double ScaledDigits::scale(double number, int32_t power) const {
   return power < 0 ? number / exact_powers_of_ten[-power] : number * exact_powers_of_ten[power];
 }
 
-double ScaledDigits::number_of(int64_t code) const {
+double ScaledDigits::any_number_of(int64_t code) const {
   const bool negative = code < 0;
   const int64_t place = negative ? -1 - code : code;
   const int64_t first = whole_power(base, digits);  // from here on numbers have all digits
@@ -91,7 +91,7 @@ int32_t ScaledDigits::last_place(double number) const {
   return power;
 }
 
-int64_t ScaledDigits::code_of(double number) const {
+int64_t ScaledDigits::any_code_of(double number) const {
   double size = std::fabs(number);
   if (!(size == size)) return 0;
   size = std::min(size, largest_number);

@@ -249,7 +249,8 @@ class Search {
       lattice.step = step;
       consider(lattice);
     }
-    consider_floats(1);
+    consider(floats_times(1, all_));
+    consider_decimals(1);
     if (const auto factor = FloatFactor(few_).find()) consider_floats(nearest_factor(*factor));
     consider_halves();
     if (!best_) return {};
@@ -286,12 +287,11 @@ class Search {
     if (lattice.step > range_ * std::ldexp(1.0, -40)) consider(lattice);
     // So are decimals; which power of two belongs to the factor is not known.
     constexpr int most_doublings = 14;
-    for (int i = -most_doublings; i <= most_doublings; ++i) {
-      const double doubled = std::ldexp(factor, i);
-      if (decimals_times(doubled, few_)) {
-        if (const auto decimals = decimals_times(doubled, all_)) consider(*decimals);
-      }
-    }
+    for (int i = -most_doublings; i <= most_doublings; ++i) consider_decimals(std::ldexp(factor, i));
+  }
+  void consider_decimals(double factor) {
+    if (!decimals_times(factor, few_)) return;
+    if (const auto decimals = decimals_times(factor, all_)) consider(*decimals);
   }
   /// Powers of two that many numbers are multiples of.
   void consider_halves() {

@@ -14,6 +14,9 @@
 namespace maille {
 namespace {
 
+// As much as a table must save more of maps that are not curved, in 1/1024 bits.
+constexpr int64_t bits_of_steps = 448;
+
 /// The exact code from which details count.
 int64_t base_of(const NumberMap& coarse, const NumberMap& exact, int64_t code) {
   return exact.nearest_code(Scalar::f64, coarse.value_of(Scalar::f64, code));
@@ -139,7 +142,10 @@ RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
   result.coarse = with_tables(array, result.exact, source, &savings);
   for (uint32_t k = 0; array.type == Scalar::f64 && k < maps.size(); ++k) {
     const auto found = find_coarse_map(array, k, maps[k], source);
-    if (!found || found->saving <= savings[k]) continue;
+    if (!found) continue;
+    // Codes in steps are predicted more exactly than ranks.
+    const int64_t steps = found->map.is_curved() ? 0 : bits_of_steps * static_cast<int64_t>(source.size());
+    if (found->saving + steps <= savings[k]) continue;
     result.coarse[k] = found->map;
     result.refined[k] = true;
   }

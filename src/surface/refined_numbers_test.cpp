@@ -97,6 +97,24 @@ TEST(RefinedNumbers, FloatsInOtherUnitsKeepTheirTwentyFourBits) {
   }
 }
 
+TEST(RefinedNumbers, FloatsOfDecimalsAreDecimalsInAnyUnit) {
+  for (const double unit : {1.0, 0.001, 1 / 25.4}) {
+    const Refined refined(
+        generated([unit](Random& r) { return static_cast<double>(static_cast<float>(decimal(r))) * unit; }));
+    ASSERT_TRUE(refined.maps.any()) << unit;
+    EXPECT_LT(refined.bits_of_codes(), 22) << unit;
+    EXPECT_LT(refined.details().size(), 3000u * 2 / 8) << unit;
+    expect_round_trip(refined);
+  }
+}
+
+TEST(RefinedNumbers, MultiplesOfAFloatFarOffAreMultiplesOfPowersOfTwo) {
+  const Refined refined(generated([](Random& r) { return 5411932.0 + static_cast<double>(single(r)); }));
+  ASSERT_TRUE(refined.maps.any());
+  EXPECT_LT(refined.bits_of_codes(), 28);
+  expect_round_trip(refined);
+}
+
 TEST(RefinedNumbers, FloatsPrintedWithNineDigitsAreFloats) {
   const Refined refined(generated([](Random& r) {
     char text[32];
