@@ -207,8 +207,19 @@ int64_t clamped_rank(int64_t code, size_t size) {
   return std::clamp<int64_t>(code, 0, static_cast<int64_t>(size) - 1);
 }
 
+/// As std::lower_bound(), without branches: no processor can guess which half is next.
+const double* first_not_below(const std::vector<double>& table, double value) {
+  const double* first = table.data();
+  for (size_t left = table.size(); left > 0;) {
+    const size_t half = (left + 1) / 2;
+    first += half * static_cast<size_t>(first[half - 1] < value);
+    left -= half;
+  }
+  return first;
+}
+
 int64_t nearest_rank(const std::vector<double>& table, double value) {
-  const auto above = std::lower_bound(table.begin(), table.end(), value);
+  const auto above = table.begin() + (first_not_below(table, value) - table.data());
   if (above == table.begin()) return 0;
   if (above == table.end()) return static_cast<int64_t>(table.size()) - 1;
   return above - table.begin() - (value - above[-1] < *above - value ? 1 : 0);
