@@ -14,6 +14,8 @@
 namespace maille {
 namespace {
 
+// Models of one component take 400 KB: a damaged file must not ask for thousands.
+constexpr size_t most_components = 16;
 // As much as a table must save more of maps that are not curved, in 1/1024 bits.
 constexpr int64_t bits_of_steps = 448;
 
@@ -140,7 +142,8 @@ RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
   result.refined.assign(maps.size(), false);
   std::vector<int64_t> savings;
   result.coarse = with_tables(array, result.exact, source, &savings);
-  for (uint32_t k = 0; array.type == Scalar::f64 && k < maps.size(); ++k) {
+  const bool can_refine = array.type == Scalar::f64 && maps.size() <= most_components;
+  for (uint32_t k = 0; can_refine && k < maps.size(); ++k) {
     const auto found = find_coarse_map(array, k, maps[k], source);
     if (!found) continue;
     // Codes in steps are predicted more exactly than ranks.
@@ -180,6 +183,7 @@ void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
 
 Result<ReadDetails> read_details(ByteReader& in, std::vector<NumberMap> coarse) {
   const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has damaged details of numbers"); };
+  if (coarse.size() > most_components) return corrupt();
   ReadDetails read;
   for (const NumberMap& map : coarse) {
     const auto refined = in.get<uint8_t>();
