@@ -51,10 +51,10 @@ inline double step_of(const NumberMap& map) {
     case NumberMap::Kind::decimal: {
       double step = 1;
       for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
-      return step;
+      return map.factor == 0 ? step : step * map.factor;
     }
     case NumberMap::Kind::binary:
-      return std::ldexp(1.0, map.exponent);
+      return std::ldexp(map.factor == 0 ? 1 : map.factor, map.exponent);
     default:
       return 1;
   }
