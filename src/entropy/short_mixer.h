@@ -44,7 +44,6 @@ class ShortMixer {
   }
 
   [[gnu::always_inline]] void update(bool bit) {
-#pragma GCC unroll 2
     for (unsigned i = 0; i < 2; ++i) {
       const int32_t error =
           (bit ? 65536 : 0) - static_cast<int32_t>(logistic_table[static_cast<size_t>(logit_[i] + 2048)]);
@@ -72,20 +71,32 @@ class ShortMixer {
     return map;
   }
 
+  /// Calls with the number of each block in use: a loop that compilers do not unroll by themselves.
+  template <class Function>
+  [[gnu::always_inline]] void for_used(Function call) const {
+    call(0);
+    if constexpr (blocks > 1) {
+      if (used_ > 1) call(1);
+    }
+    if constexpr (blocks > 2) {
+      if (used_ > 2) call(2);
+    }
+    if constexpr (blocks > 3) {
+      if (used_ > 3) call(3);
+    }
+  }
   [[gnu::always_inline]] int32_t dot(const Weights& weights) const {
-    SignedLanes sum = pair_products(weights[0], inputs_[0]);
-#pragma GCC unroll 4
-    for (unsigned i = 1; i < blocks && i < used_; ++i) sum += pair_products(weights[i], inputs_[i]);
+    SignedLanes sum = {};
+    for_used([&](unsigned i) { sum += pair_products(weights[i], inputs_[i]); });
     return (sum[0] + sum[1] + sum[2] + sum[3]) >> 14;
   }
   /// A weight moves by rate * error * input, to the nearest number.
   [[gnu::always_inline]] void learn(Weights& weights, int16_t step) const {
     const ShortLanes steps = ShortLanes{} + step;
-#pragma GCC unroll 4
-    for (unsigned i = 0; i < blocks && i < used_; ++i) {
+    for_used([&](unsigned i) {
       const ShortLanes twice = high_products(inputs_[i] << 4, steps);
       weights[i] = saturated_sums(weights[i], (twice + 1) >> 1);
-    }
+    });
   }
   /// The rate of learning, in 1/65536: .03 at first, falling to .002. (An error of 1 makes a step of 15728.)
   void slow_down() {
