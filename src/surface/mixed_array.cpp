@@ -14,7 +14,7 @@ namespace {
 
 // Points that settings are tried on: a sixteenth, as each trial takes as long as the coding of these.
 constexpr uint32_t least_trial_points = 512;
-constexpr uint32_t most_trial_points = 2048;
+constexpr uint32_t most_trial_points = 4096;
 
 /// Points of the surface near those outside of it.
 template <class Code>
