@@ -35,6 +35,9 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
     if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
     if (cell_.kind == ended_point) return code_end(topology, cell, out);
     described = repeated_ == 0 && Patterns::describe(cell_, hull_, sources_, pattern);
+  } else if (Patterns::is_nearer(patterns_[pattern_], sources_, cell_)) {
+    // Made at a seam of blocks, where there was no source: cells behind the seam shall not search for ever.
+    described = Patterns::describe(cell_, hull_, sources_, pattern);
   }
   cell.kind = cell_.kind;
   create_corners(numbers, cell, out);
@@ -48,7 +51,8 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   if (!plain) code_finals(topology, cell, !fast);
   if (described) {
     pattern.final = static_cast<uint8_t>(cell.final & ((1u << cell_.shape().corners) - 1));
-    pattern_ = patterns_.add(pattern, signature_);
+    const uint32_t added = patterns_.add(pattern, signature_);
+    pattern_ = added != 0 || !fast ? added : pattern_;
   } else if (!fast) {
     pattern_ = 0;
   }

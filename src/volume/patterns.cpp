@@ -74,30 +74,21 @@ PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pat
   }
 }
 
-bool Patterns::apply(const PatternPlan& plan, const Hull& hull, const Sources& sources, Assembly& cell) {
-  if ((plan.sources & ~sources.there) != 0) return false;
-  cell.kind = plan.kind;
-  cell.known = plan.known;
-  cell.fresh = plan.fresh;
-  cell.glued = plan.glued;
-  bool gone = false;
-  for (unsigned k = 0; k < plan.corners; ++k) {
-    const PatternPlan::Corner& from = plan.corner[k];
-    const uint32_t slot = hull.cell(sources.cell[from.source]).corner[from.corner];
-    cell.corner[from.own] = slot;
-    gone = gone || slot == no_slot;
-  }
-  for (unsigned k = 0; k < plan.glues; ++k) {
-    const PatternPlan::Glue& from = plan.glue[k];
-    const uint32_t source = sources.cell[from.source];
-    cell.glue[from.own] = {source, from.face};
-    gone = gone || (hull.cell(source).open >> from.face & 1) == 0;
-  }
-  if (gone) return false;
+bool Patterns::search(const PatternPlan& plan, const Hull& hull, Assembly& cell) {
   for (unsigned left = plan.searched; left != 0; left &= left - 1) {
     if (!glue_by_search(static_cast<unsigned>(__builtin_ctz(left)), hull, cell)) return false;
   }
   return (cell.known | cell.fresh) == (1u << cell.shape().corners) - 1;
+}
+
+bool Patterns::is_nearer(const PatternPlan& plan, const Sources& sources, const Assembly& cell) {
+  for (unsigned left = plan.searched; left != 0; left &= left - 1) {
+    const uint32_t found = cell.glue[static_cast<unsigned>(__builtin_ctz(left))].cell;
+    for (const uint32_t source : sources.cell) {
+      if (source == found) return true;
+    }
+  }
+  return false;
 }
 
 bool Patterns::describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern) {

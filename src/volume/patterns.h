@@ -65,11 +65,38 @@ class Patterns {
   uint32_t add(const Pattern& pattern, uint32_t signature);
 
   /// Puts a cell together. False when the pattern does not apply here: a source has gone, a face is closed.
-  static bool apply(const PatternPlan& plan, const Hull& hull, const Sources& sources, Assembly& cell);
+  [[gnu::always_inline]] static bool apply(const PatternPlan& plan, const Hull& hull, const Sources& sources,
+                                           Assembly& cell) {
+    if ((plan.sources & ~sources.there) != 0) return false;
+    cell.kind = plan.kind;
+    cell.known = plan.known;
+    cell.fresh = plan.fresh;
+    cell.glued = plan.glued;
+    bool gone = false;
+    for (unsigned k = 0; k < plan.corners; ++k) {
+      const PatternPlan::Corner& from = plan.corner[k];
+      const uint32_t slot = hull.cell(sources.cell[from.source]).corner[from.corner];
+      cell.corner[from.own] = slot;
+      gone |= slot == no_slot;
+    }
+    for (unsigned k = 0; k < plan.glues; ++k) {
+      const PatternPlan::Glue& from = plan.glue[k];
+      const uint32_t source = sources.cell[from.source];
+      cell.glue[from.own] = {source, from.face};
+      gone |= (hull.cell(source).open >> from.face & 1) == 0;
+    }
+    if (gone) return false;
+    if (plan.searched != 0) return search(plan, hull, cell);
+    return (cell.known | cell.fresh) == (1u << cell.shape().corners) - 1;
+  }
+  /// Is a face that was found by search one of a source's here? Then another pattern says the same sooner.
+  static bool is_nearer(const PatternPlan& plan, const Sources& sources, const Assembly& cell);
   /// The pattern of a cell, all corners known or fresh; false if it cannot be said in terms of sources.
   static bool describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern);
 
  private:
+  static bool search(const PatternPlan& plan, const Hull& hull, Assembly& cell);
+
   std::vector<Pattern> patterns_ = {{}};
   std::vector<PatternPlan> plans_ = {{}};
   std::vector<uint32_t> signatures_ = {0};
