@@ -13,11 +13,6 @@ constexpr uint32_t most_full_samples = 16384;
 constexpr int32_t first_miss = 64 * 256;
 constexpr int32_t head_start = 64;
 
-uint64_t magnitude(int64_t residual) {
-  const auto bits = static_cast<uint64_t>(residual);
-  return residual < 0 ? -bits : bits;
-}
-
 /// 65536 / n, rounded up: a mean of up to three numbers is a product with it.
 constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
@@ -33,7 +28,7 @@ uint64_t tuple_coder_bytes(const StreamedArray& array) {
 
 template <class Coder, unsigned Bits, unsigned Width>
 TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
-    : array_(array), number_size_(size_of(array.type)), residuals_(true), exceptions_(array.components) {
+    : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   for (const NumberSpace& space : spaces_) exact_ = exact_ && space.exact();
   for (unsigned c = 0; c < array.components; c += group_size) {
@@ -212,14 +207,13 @@ template <class Coder, unsigned Bits, unsigned Width>
   const auto model = [&](unsigned k) { return std::min(group.first + k, 2u); };
   for (unsigned k = 0; k < group.count; ++k) {
     if ((guess.exceptions >> k & 1) != 0) continue;
-    const unsigned length = encoding ? bit_length(magnitude(guess.residual[k])) : 0;
-    guess.length[k] = residuals_.code_length(coder, length, model(k), guess.context[k], k);
+    guess.first[k] = residuals_.code_first(coder, guess.residual[k], model(k), guess.context[k], k);
   }
   for (unsigned k = 0; k < group.count; ++k) {
     if ((guess.exceptions >> k & 1) != 0) {
       code_bits(coder, numbers + k * number_size_);
     } else {
-      guess.residual[k] = residuals_.code_value(coder, guess.residual[k], guess.length[k], model(k), k);
+      guess.residual[k] = residuals_.code_rest(coder, guess.residual[k], guess.first[k], model(k), k);
     }
   }
 }

@@ -9,10 +9,10 @@
 
 #include "entropy/bit_model.h"
 #include "entropy/rans.h"
-#include "entropy/residual_model.h"
 #include "volume/lane_least_squares.h"
 #include "volume/number_space.h"
 #include "volume/point_stencil.h"
+#include "volume/value_residuals.h"
 
 namespace maille {
 
@@ -83,7 +83,7 @@ class TupleValueCoder {
   struct Guess {
     std::array<int64_t, group_size> code;
     std::array<int64_t, group_size> residual;
-    std::array<unsigned, group_size> length;
+    std::array<unsigned, group_size> first;  ///< of the two stages of a residual
     std::array<ResidualContext, group_size> context;
     unsigned exceptions;  ///< a bit for each component
   };
@@ -105,7 +105,7 @@ class TupleValueCoder {
   size_t number_size_;
   std::vector<NumberSpace> spaces_;
   std::vector<Group> groups_;
-  ResidualModel<Bits> residuals_;
+  ValueResiduals<Bits> residuals_;
   std::vector<BitModel> exceptions_;
   bool exact_ = true;  ///< no map needs exceptions
   uint32_t samples_ = 0;
