@@ -172,7 +172,7 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
   }
   for (unsigned fresh = cell_.fresh; fresh != 0 && !damaged_; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
-    NewPoint point;
+    NewPoint& point = out.points.emplace_back();
     point.cell = static_cast<uint32_t>(out.size());
     point.node = static_cast<uint8_t>(i);
     point.fresh = static_cast<uint8_t>(without_value);
@@ -183,7 +183,6 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
     if (damaged_) return;
     point.number = encoding ? input_number(point.slot) : number_of(point.slot);
     cell_.set_corner(i, point.slot);
-    out.points.push_back(point);
   }
   for (unsigned i = 0; i < cell_.shape().corners && repeated_ != 0; ++i) {
     if ((repeated_ >> i & 1) != 0) cell_.set_corner(i, cell_.corner[repeat_of_[i]]);

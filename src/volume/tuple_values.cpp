@@ -128,7 +128,7 @@ template <class Coder, unsigned Bits, unsigned Width>
     unit = Ints{};
     for (unsigned k = 0; k < group.count; ++k) {
       const double place = expected[k];
-      guess.code[k] = spaces_[group.first + k].code_near(place);
+      guess.code[k] = static_cast<Code>(spaces_[group.first + k].code_near(place));
       unit[k] = spaces_[group.first + k].unit_at(place);
     }
     return;
@@ -187,13 +187,10 @@ void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const Gro
   for (unsigned k = 0; k < group.count; ++k) {
     const std::byte* number = numbers + k * number_size_;
     if (!exact_ && code_exception(coder, group.first + k, number)) guess.exceptions |= 1u << k;
-    guess.residual[k] = 0;
     if constexpr (encoding) {
       if ((guess.exceptions >> k & 1) != 0) continue;
-      const int64_t code = spaces_[group.first + k].code_of(number);
-      guess.residual[k] =
-          static_cast<int64_t>(static_cast<uint64_t>(code) - static_cast<uint64_t>(guess.code[k]));
-      if constexpr (Bits == 32) guess.residual[k] = static_cast<int32_t>(guess.residual[k]);
+      const auto code = static_cast<Code>(spaces_[group.first + k].code_of(number));
+      guess.residual[k] = difference(code, guess.code[k]);
     }
   }
 }
@@ -213,7 +210,8 @@ template <class Coder, unsigned Bits, unsigned Width>
     if ((guess.exceptions >> k & 1) != 0) {
       code_bits(coder, numbers + k * number_size_);
     } else {
-      guess.residual[k] = residuals_.code_rest(coder, guess.residual[k], guess.first[k], model(k), k);
+      guess.residual[k] =
+          static_cast<Code>(residuals_.code_rest(coder, guess.residual[k], guess.first[k], model(k), k));
     }
   }
 }
@@ -224,13 +222,15 @@ template <class Coder, unsigned Bits, unsigned Width>
     const Group& group, const Doubles& expected, const Guess& guess, const Ints& unit, std::byte* numbers,
     Value& value) const {
   Floats size = {};
+  if constexpr (Bits == 32) {
+    size = __builtin_convertvector(pack(guess.residual), Floats);
+  } else {
+    for (unsigned k = 0; k < group_size; ++k) size[k] = static_cast<float>(guess.residual[k]);
+  }
   if (group.floats) {
-    Ints code = {};
-    for (unsigned k = 0; k < group.count; ++k) {
-      code[k] = static_cast<int32_t>(static_cast<uint64_t>(guess.code[k]) +
-                                     static_cast<uint64_t>(guess.residual[k]));
-      size[k] = static_cast<float>(guess.residual[k]);
-    }
+    // Sums of lanes wrap around.
+    const Uints codes = same_bits<Uints>(pack(guess.code)) + same_bits<Uints>(pack(guess.residual));
+    Ints code = same_bits<Ints>(codes);
     code ^= (code >> 31) & 0x7fffffff;
     Floats number = same_bits<Floats>(code);
     if constexpr (!encoding) std::memcpy(numbers, &code, group.count * sizeof(float));
@@ -244,13 +244,10 @@ template <class Coder, unsigned Bits, unsigned Width>
         value.place[k] = here == here ? here : 0;
         continue;
       }
-      auto code = static_cast<int64_t>(static_cast<uint64_t>(guess.code[k]) +
-                                       static_cast<uint64_t>(guess.residual[k]));
-      if constexpr (Bits == 32) code = static_cast<int32_t>(code);
+      const Code code = sum(guess.code[k], guess.residual[k]);
       const NumberSpace& space = spaces_[group.first + k];
       if constexpr (!encoding) space.store_number(code, numbers + k * number_size_);
       value.place[k] = space.place_of(code);
-      size[k] = static_cast<float>(guess.residual[k]);
     }
   }
   // Half octaves of 2 |residual| + 1: 0 for 0.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "entropy/bit_model.h"
@@ -54,6 +55,7 @@ class TupleValueCoder {
   using Longs = typename ValueLanes<Width>::Longs;
   using Floats = typename ValueLanes<Width>::Floats;
   using Ints = typename ValueLanes<Width>::Ints;
+  using Uints = typename ValueLanes<Width>::Uints;
   using Fit = LaneLeastSquares<Width, 7>;
   static constexpr unsigned group_size = Width < 3 ? Width : 3;
   static constexpr unsigned most_candidates = 3;
@@ -79,10 +81,25 @@ class TupleValueCoder {
     unsigned count = 0;
     typename Fit::Features twists;  ///< if the stencil is full
   };
+  using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
+  using Unsigned = std::make_unsigned_t<Code>;
+  static Code sum(Code a, Code b) { return static_cast<Code>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b)); }
+  static Code difference(Code a, Code b) {
+    return static_cast<Code>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
+  }
+  /// In registers: a vector that is stored number by number would have to wait for each.
+  template <class Number>
+  [[gnu::always_inline]] static Ints pack(const std::array<Number, group_size>& numbers) {
+    if constexpr (Width == 1) return Ints{static_cast<int32_t>(numbers[0])};
+    if constexpr (Width == 4) {
+      return Ints{static_cast<int32_t>(numbers[0]), static_cast<int32_t>(numbers[1]),
+                  static_cast<int32_t>(numbers[2]), 0};
+    }
+  }
   /// What is known of the numbers of a group before any of them is coded.
   struct Guess {
-    std::array<int64_t, group_size> code;
-    std::array<int64_t, group_size> residual;
+    std::array<Code, group_size> code{};
+    std::array<Code, group_size> residual{};
     std::array<unsigned, group_size> first;  ///< of the two stages of a residual
     std::array<ResidualContext, group_size> context;
     unsigned exceptions;  ///< a bit for each component

@@ -15,6 +15,7 @@ struct ValueLanes<1> {
   using Longs = int64_t __attribute__((vector_size(8)));
   using Floats = float __attribute__((vector_size(4)));
   using Ints = int32_t __attribute__((vector_size(4)));
+  using Uints = uint32_t __attribute__((vector_size(4)));
 };
 
 template <>
@@ -23,6 +24,7 @@ struct ValueLanes<4> {
   using Longs = int64_t __attribute__((vector_size(32)));
   using Floats = float __attribute__((vector_size(16)));
   using Ints = int32_t __attribute__((vector_size(16)));
+  using Uints = uint32_t __attribute__((vector_size(16)));
 };
 
 template <class To, class From>
