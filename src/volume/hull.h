@@ -40,7 +40,7 @@ class Hull {
   /// One line of a cache: the cells around it change whenever a point comes or leaves.
   struct alignas(64) Cell {
     std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
-    uint32_t successor = no_slot;  ///< slot of the cell coded after it
+    uint32_t successor = no_slot;               ///< slot of the cell coded after it
     uint32_t ordinal = 0;
     uint32_t pattern = 0;
     uint32_t signature = 0;

@@ -46,8 +46,7 @@ NumberMap with_digits(const Array& array, uint32_t component, const NumberMap& m
 bool sample_is_ordered(const Array& array) {
   constexpr uint64_t tuples = 4096;
   if (!is_float(array.type) || array.count() < 4 * tuples) return false;
-  Array sample =
-      make_array(array.name, array.domain, array.type, array.components, array.role);
+  Array sample = make_array(array.name, array.domain, array.type, array.components, array.role);
   const size_t size = array.tuple_size();
   const uint64_t stride = array.count() / tuples;
   sample.resize(tuples);
@@ -55,10 +54,9 @@ bool sample_is_ordered(const Array& array) {
     std::copy_n(array.bytes.data() + i * stride * size, size, sample.bytes.data() + i * size);
   const auto maps = choose_maps(sample, {}, false);
   if (!maps) return false;
-  return std::all_of(maps->maps.begin(), maps->maps.end(),
-                     [](const NumberMap& map) {
-                       return map.kind == NumberMap::Kind::ordered || map.kind > NumberMap::Kind::lattice;
-                     });
+  return std::all_of(maps->maps.begin(), maps->maps.end(), [](const NumberMap& map) {
+    return map.kind == NumberMap::Kind::ordered || map.kind > NumberMap::Kind::lattice;
+  });
 }
 
 Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {

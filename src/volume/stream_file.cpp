@@ -338,7 +338,8 @@ class MeshCollector {
 
   Result<> add(const StreamPiece& piece, const std::string& name) {
     size_t next_block = 0;
-    const bool plain = piece.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
+    const bool plain =
+        piece.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
     if (plain) MAILLE_CHECK(add_plain_cells(piece, name));
     for (size_t i = 0; i <= piece.cell_count() && !plain; ++i) {
       while (next_block < piece.blocks.size() &&

@@ -83,7 +83,9 @@ class TupleValueCoder {
   };
   using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
   using Unsigned = std::make_unsigned_t<Code>;
-  static Code sum(Code a, Code b) { return static_cast<Code>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b)); }
+  static Code sum(Code a, Code b) {
+    return static_cast<Code>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b));
+  }
   static Code difference(Code a, Code b) {
     return static_cast<Code>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
   }

@@ -4,8 +4,8 @@
 
 namespace maille {
 
-/// Up to three components of a tuple side by side, in a vector of four lanes (one, if there is one component):
-/// compilers make the processor's instructions of it, and where there are none plain loops.
+/// Up to three components of a tuple side by side, in a vector of four lanes (one, if there is one
+/// component): compilers make the processor's instructions of it, and where there are none plain loops.
 template <unsigned Width>
 struct ValueLanes;
 
