@@ -1,7 +1,7 @@
 #pragma once
 
-#include <memory>
 #include <optional>
+#include <variant>
 
 #include "volume/cell_stencil.h"
 #include "volume/tuple_values.h"
@@ -15,13 +15,8 @@ class ArrayStage {
  public:
   static constexpr bool encoding = Coder::encoding;
 
-  ArrayStage(const StreamedArray& array, Domain domain) : array_(array), domain_(domain) {
-    if (size_of(array.type) == 8) {
-      wide_.emplace(array);
-    } else {
-      narrow_.emplace(array);
-    }
-  }
+  ArrayStage(const StreamedArray& array, Domain domain)
+      : array_(array), domain_(domain), tuples_(coder_for(array)) {}
 
   Domain domain() const { return domain_; }
   size_t tuple_size() const { return array_.tuple_size(); }
@@ -32,10 +27,22 @@ class ArrayStage {
 
   /// The tuples of the points that came up, or of the cells. False: the stream is damaged.
   bool code(const CodedCells& cells, std::byte* tuples) {
-    return wide_ ? code_with(*wide_, cells, tuples) : code_with(*narrow_, cells, tuples);
+    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples); }, tuples_);
   }
 
  private:
+  using TupleCoder = std::variant<TupleValueCoder<Coder, 32, 1>, TupleValueCoder<Coder, 32, 4>,
+                                  TupleValueCoder<Coder, 64, 1>, TupleValueCoder<Coder, 64, 4>>;
+  static TupleCoder coder_for(const StreamedArray& array) {
+    const bool wide = size_of(array.type) == 8;
+    if (array.components > 1) {
+      if (wide) return TupleCoder(std::in_place_index<3>, array);
+      return TupleCoder(std::in_place_index<1>, array);
+    }
+    if (wide) return TupleCoder(std::in_place_index<2>, array);
+    return TupleCoder(std::in_place_index<0>, array);
+  }
+
   static constexpr size_t ahead = 6;
   template <class Tuples>
   static void prefetch(const Tuples& coder, const CodedCells& cells, const NewPoint& point) {
@@ -70,8 +77,7 @@ class ArrayStage {
   Domain domain_;
   CellStencils stencils_;
   PointStencil stencil_;
-  std::optional<TupleValueCoder<Coder, 32>> narrow_;
-  std::optional<TupleValueCoder<Coder, 64>> wide_;
+  TupleCoder tuples_;
   std::optional<Coder> coder_;
 };
 

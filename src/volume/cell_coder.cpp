@@ -21,9 +21,10 @@ template <class Coder>
 bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   wanted_ = &cell;
   repeated_ = 0;
-  recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   find_sources();
   const bool fast = code_by_pattern(topology, cell);
+  const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
+  if (!plain) recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   Pattern pattern;
   bool described = false;
   if (!fast) {
@@ -34,20 +35,24 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
     if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
     if (cell_.kind == ended_point) return code_end(topology, cell, out);
     described = repeated_ == 0 && Patterns::describe(cell_, hull_, sources_, pattern);
+  } else if (Patterns::is_nearer(patterns_[pattern_], sources_, cell_)) {
+    // Made at a seam of blocks, where there was no source: cells behind the seam shall not search for ever.
+    described = Patterns::describe(cell_, hull_, sources_, pattern);
   }
   cell.kind = cell_.kind;
   create_corners(numbers, cell, out);
-  if (cell_.shape().nodes > cell_.shape().corners) code_extra_nodes(topology, numbers, cell, out);
+  if (!plain && cell_.shape().nodes > cell_.shape().corners) code_extra_nodes(topology, numbers, cell, out);
   if (damaged_) return false;
   enter(cell, out);
   if (fast) {
     if constexpr (!encoding) cell.final = patterns_[pattern_].final;
     signature_ = patterns_.signature(pattern_);
   }
-  code_finals(topology, cell, !fast);
+  if (!plain) code_finals(topology, cell, !fast);
   if (described) {
     pattern.final = static_cast<uint8_t>(cell.final & ((1u << cell_.shape().corners) - 1));
-    pattern_ = patterns_.add(pattern, signature_);
+    const uint32_t added = patterns_.add(pattern, signature_);
+    pattern_ = added != 0 || !fast ? added : pattern_;
   } else if (!fast) {
     pattern_ = 0;
   }
@@ -62,37 +67,39 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
 
 template <class Coder>
 void CellCoder<Coder>::find_sources() {
-  sources_.cell[0] = hull_.valid(last_) ? last_.slot : no_slot;
-  for (unsigned f = 0; f < most_faces; ++f) {
-    sources_.cell[f + 1] = hull_.valid(successors_[f]) ? successors_[f].slot : no_slot;
-  }
+  sources_.there = 0;
+  const auto put = [&](unsigned source, const CellRef& ref) {
+    const bool valid = hull_.valid(ref);
+    sources_.cell[source] = valid ? ref.slot : no_slot;
+    sources_.there |= (valid ? 1u : 0u) << source;
+  };
+  put(0, last_);
+  for (unsigned f = 0; f < most_faces; ++f) put(f + 1, successors_[f]);
 }
 
 template <class Coder>
 bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   // The row before is the newest of the cells next to the last one, the layer before the oldest.
-  uint32_t newest = no_slot, oldest = no_slot;
-  for (unsigned f = 1; f < source_count; ++f) {
-    const uint32_t slot = sources_.cell[f];
-    if (slot == no_slot) continue;
-    if (newest == no_slot || hull_.cell(slot).ordinal - hull_.cell(newest).ordinal < 0x80000000)
-      newest = slot;
-    if (oldest == no_slot || hull_.cell(oldest).ordinal - hull_.cell(slot).ordinal < 0x80000000)
-      oldest = slot;
-  }
+  uint32_t newest_age = 0xffffffff, oldest_age = 0;
   std::array<uint32_t, 3> candidate{};
-  candidate[0] = newest == no_slot ? 0 : hull_.cell(newest).pattern;
-  candidate[1] = oldest == no_slot ? 0 : hull_.cell(oldest).pattern;
-  candidate[2] = sources_.cell[0] == no_slot ? 0 : hull_.cell(sources_.cell[0]).pattern;
+  for (unsigned left = sources_.there & ~1u; left != 0; left &= left - 1) {
+    const Hull::Cell& source = hull_.cell(sources_.cell[static_cast<unsigned>(__builtin_ctz(left))]);
+    const uint32_t age = ordinal_ - source.ordinal;
+    if (age < newest_age) candidate[0] = source.pattern;
+    if (age > oldest_age) candidate[1] = source.pattern;
+    newest_age = age < newest_age ? age : newest_age;
+    oldest_age = age > oldest_age ? age : oldest_age;
+  }
+  if ((sources_.there & 1) != 0) candidate[2] = hull_.cell(sources_.cell[0]).pattern;
   const unsigned agreement =
       (candidate[0] == candidate[1] ? 1u : 0u) + (candidate[0] == candidate[2] ? 2u : 0u);
   for (unsigned rank = 0; rank < 3; ++rank) {
     const uint32_t id = candidate[rank];
     if (id == 0 || (rank > 0 && id == candidate[0]) || (rank > 1 && id == candidate[1])) continue;
-    const Pattern& pattern = patterns_[id];
-    if (!Patterns::apply(pattern, hull_, sources_, cell_)) continue;
+    const PatternPlan& plan = patterns_[id];
+    if (!Patterns::apply(plan, hull_, sources_, cell_)) continue;
     bool hit = false;
-    if constexpr (encoding) hit = fits(pattern, cell_, cell);
+    if constexpr (encoding) hit = fits(plan, cell_, cell);
     RunModel& flag = pattern_flags_[(((id & 511) * 3 + rank) * 4 + agreement) * 4 + outcomes_];
     hit = flag.code(coder, hit);
     outcomes_ = (outcomes_ * 2 + hit) & 3;
@@ -103,7 +110,7 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
 }
 
 template <class Coder>
-bool CellCoder<Coder>::fits(const Pattern& pattern, const Assembly& guess, const StreamedCell& cell) {
+bool CellCoder<Coder>::fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell) {
   const unsigned corners = guess.shape().corners;
   if (pattern.kind != cell.kind || pattern.final != (cell.final & ((1u << corners) - 1))) return false;
   for (unsigned i = 0; i < corners; ++i) {
@@ -146,9 +153,9 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
     }
   }
   const uint32_t slot = hull_.add_point(number);
-  table_.insert(number, slot);
+  table_.insert(number, slot, 8);
   if (encoding && !numbered_) {
-    inputs_.insert(input, slot);
+    inputs_.insert(input, slot, 8);
     if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());
     input_numbers_[slot] = input;
   }
@@ -165,7 +172,7 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
   }
   for (unsigned fresh = cell_.fresh; fresh != 0 && !damaged_; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
-    NewPoint point;
+    NewPoint& point = out.points.emplace_back();
     point.cell = static_cast<uint32_t>(out.size());
     point.node = static_cast<uint8_t>(i);
     point.fresh = static_cast<uint8_t>(without_value);
@@ -176,7 +183,6 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
     if (damaged_) return;
     point.number = encoding ? input_number(point.slot) : number_of(point.slot);
     cell_.set_corner(i, point.slot);
-    out.points.push_back(point);
   }
   for (unsigned i = 0; i < cell_.shape().corners && repeated_ != 0; ++i) {
     if ((repeated_ >> i & 1) != 0) cell_.set_corner(i, cell_.corner[repeat_of_[i]]);
@@ -254,8 +260,8 @@ void CellCoder<Coder>::remove_final(const StreamedCell& cell, CodedCells& out) {
 template <class Coder>
 void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
   out.removed.push_back(slot);
-  table_.erase(number_of(slot));
-  if (encoding && !numbered_) inputs_.erase(input_numbers_[slot]);
+  table_.erase(number_of(slot), 9);
+  if (encoding && !numbered_) inputs_.erase(input_numbers_[slot], 9);
   hull_.remove_point(slot);
 }
 

@@ -106,7 +106,7 @@ class CellCoder {
 
   void find_sources();
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
-  bool fits(const Pattern& pattern, const Assembly& guess, const StreamedCell& cell);
+  bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
 
   void code_slowly(Coder& coder, StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);

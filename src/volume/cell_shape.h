@@ -44,6 +44,8 @@ struct CellShape {
   std::array<uint8_t, most_corners> parallelograms{};
   /// place[i]: where node i stands in a tuple of the type, as files and Mesh have it.
   std::array<uint8_t, most_nodes> place{};
+  /// place[i] is i: but for voxels and pixels, which begin to differ at node 2.
+  bool in_place() const { return place[2] == 2; }
   /// For nodes from `corners` on: a bit for each corner of the edge, face or cell they lie on.
   std::array<uint8_t, most_nodes> lies_on{};
 };

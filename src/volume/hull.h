@@ -26,7 +26,7 @@ struct FaceRef {
 /// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
 /// faster than a hashed face, and most cells need no search at all (cell_coder.h).
 ///
-/// The cells around a point are a list through their corners: `head` of the point, then `next` of each
+/// The cells around a point are a list through their corners: `head` of the point, then `next_` of each
 /// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
 /// its last point does.
 class Hull {
@@ -37,10 +37,10 @@ class Hull {
     uint16_t valence = 0;     ///< cells in the list, not above 65535
     bool alive = false;
   };
-  struct Cell {
+  /// One line of a cache: the cells around it change whenever a point comes or leaves.
+  struct alignas(64) Cell {
     std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
-    std::array<uint32_t, most_corners> next;
-    uint32_t successor = no_slot;  ///< slot of the cell coded after it
+    uint32_t successor = no_slot;               ///< slot of the cell coded after it
     uint32_t ordinal = 0;
     uint32_t pattern = 0;
     uint32_t signature = 0;
@@ -68,12 +68,14 @@ class Hull {
   uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
     if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    if (next_.size() < cells_.size() * most_corners) next_.resize(cells_.size() * most_corners);
     const CellShape& shape = cell_shapes[kind];
     Cell& cell = cells_[slot];
+    uint32_t* next = next_.data() + size_t{slot} * most_corners;
     for (unsigned i = 0; i < shape.corners; ++i) {
       Point& point = points_[corners[i]];
       cell.corner[i] = corners[i];
-      cell.next[i] = point.head;
+      next[i] = point.head;
       point.head = slot * most_corners + i;
       point.valence = static_cast<uint16_t>(point.valence + (point.valence < 0xffff));
     }
@@ -94,7 +96,7 @@ class Hull {
     for (uint32_t at = point.head; at != no_slot;) {
       Cell& cell = cells_[at / most_corners];
       const unsigned corner = at % most_corners;
-      at = cell.next[corner];
+      at = next_[at];
       cell.open = static_cast<uint8_t>(cell.open & ~shape_of(cell).faces_at[corner]);
       cell.corner[corner] = no_slot;
       if (--cell.live == 0) cell_slots_.give_back(static_cast<uint32_t>(&cell - cells_.data()));
@@ -114,7 +116,7 @@ class Hull {
     for (uint32_t at = points_[slot].head; at != no_slot;) {
       const uint32_t cell = at / most_corners, corner = at % most_corners;
       if (visit(cell, corner)) return true;
-      at = cells_[cell].next[corner];
+      at = next_[at];
     }
     return false;
   }
@@ -154,6 +156,7 @@ class Hull {
 
   std::vector<Point> points_;
   std::vector<Cell> cells_;
+  std::vector<uint32_t> next_;  ///< by cell slot * 8 + corner: where the list of its point goes on
   Slots point_slots_;
   Slots cell_slots_;
   std::vector<uint32_t> removed_;

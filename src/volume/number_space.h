@@ -85,6 +85,8 @@ class NumberSpace {
     if (map.kind == NumberMap::Kind::ordered && map.exponent > 0) digits_ = SignificantDigits(map.exponent);
   }
 
+  /// A float that keeps its bits.
+  bool is_float() const { return ordered_ && type_ == Scalar::f32; }
   bool exact() const { return ordered_ || map_.kind == NumberMap::Kind::integer; }
   int64_t code_of(const std::byte* number) const {
     if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));

@@ -47,40 +47,48 @@ uint32_t Patterns::add(const Pattern& pattern, uint32_t signature) {
   }
   if (patterns_.size() > most) return 0;
   patterns_.push_back(pattern);
+  plans_.emplace_back(pattern);
   signatures_.push_back(signature);
   return table_[at] = static_cast<uint32_t>(patterns_.size() - 1);
 }
 
-bool Patterns::apply(const Pattern& pattern, const Hull& hull, const Sources& sources, Assembly& cell) {
-  cell.kind = pattern.kind;
-  cell.known = cell.fresh = cell.glued = 0;
-  const CellShape& shape = cell.shape();
-  bool search = false;
+PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pattern.final) {
+  const CellShape& shape = cell_shapes[kind];
   for (unsigned i = 0; i < shape.corners; ++i) {
-    if (pattern.source[i] < source_count) {
-      const uint32_t source = sources.cell[pattern.source[i]];
-      if (source == no_slot) return false;
-      const uint32_t slot = hull.cell(source).corner[pattern.corner[i]];
-      if (slot == no_slot) return false;
-      cell.set_corner(i, slot);
-    } else if (pattern.source[i] == Pattern::new_point) {
-      cell.fresh |= 1u << i;
-    }
+    if (pattern.source[i] == Pattern::new_point) fresh = static_cast<uint8_t>(fresh | 1u << i);
+    if (pattern.source[i] >= source_count) continue;
+    corner[corners++] = {static_cast<uint8_t>(i), pattern.source[i], pattern.corner[i]};
+    sources = static_cast<uint8_t>(sources | 1u << pattern.source[i]);
+    known = static_cast<uint8_t>(known | 1u << i);
   }
   for (unsigned f = 0; f < shape.faces; ++f) {
     if (pattern.glue[f] == 0) continue;
     if (pattern.glue[f] == Pattern::by_search) {
-      search = true;
+      searched = static_cast<uint8_t>(searched | 1u << f);
       continue;
     }
-    const uint32_t source = sources.cell[pattern.glue[f] - 1u];
-    if (source == no_slot || (hull.cell(source).open >> pattern.other[f] & 1) == 0) return false;
-    cell.set_glue(f, {source, pattern.other[f]});
+    const auto source = static_cast<uint8_t>(pattern.glue[f] - 1);
+    glue[glues++] = {static_cast<uint8_t>(f), source, pattern.other[f]};
+    sources = static_cast<uint8_t>(sources | 1u << source);
+    glued = static_cast<uint8_t>(glued | 1u << f);
   }
-  for (unsigned f = 0; search && f < shape.faces; ++f) {
-    if (pattern.glue[f] == Pattern::by_search && !glue_by_search(f, hull, cell)) return false;
+}
+
+bool Patterns::search(const PatternPlan& plan, const Hull& hull, Assembly& cell) {
+  for (unsigned left = plan.searched; left != 0; left &= left - 1) {
+    if (!glue_by_search(static_cast<unsigned>(__builtin_ctz(left)), hull, cell)) return false;
   }
-  return (cell.known | cell.fresh) == (1u << shape.corners) - 1;
+  return (cell.known | cell.fresh) == (1u << cell.shape().corners) - 1;
+}
+
+bool Patterns::is_nearer(const PatternPlan& plan, const Sources& sources, const Assembly& cell) {
+  for (unsigned left = plan.searched; left != 0; left &= left - 1) {
+    const uint32_t found = cell.glue[static_cast<unsigned>(__builtin_ctz(left))].cell;
+    for (const uint32_t source : sources.cell) {
+      if (source == found) return true;
+    }
+  }
+  return false;
 }
 
 bool Patterns::describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern) {
@@ -110,7 +118,7 @@ bool Patterns::describe(const Assembly& cell, const Hull& hull, const Sources& s
     if (s < source_count) pattern.other[f] = static_cast<uint8_t>(cell.glue[f].face);
   }
   Assembly again;
-  if (!apply(pattern, hull, sources, again) || again.fresh != cell.fresh) return false;
+  if (!apply(PatternPlan(pattern), hull, sources, again) || again.fresh != cell.fresh) return false;
   for (unsigned i = 0; i < shape.corners; ++i) {
     if (!cell.is_fresh(i) && again.corner[i] != cell.corner[i]) return false;
   }

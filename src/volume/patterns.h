@@ -14,6 +14,7 @@ namespace maille {
 inline constexpr unsigned source_count = 1 + most_faces;
 struct Sources {
   std::array<uint32_t, source_count> cell{};  ///< slots; no_slot: there is none, or it has left memory
+  unsigned there = 0;                         ///< a bit for each that is in memory
 };
 
 /// How a cell is joined to what is in memory, in terms of its sources: a whole cell is "the same again, one
@@ -32,23 +33,72 @@ struct Pattern {
   bool operator==(const Pattern&) const = default;
 };
 
+/// A pattern as it is applied: only what there is to do.
+struct PatternPlan {
+  struct Corner {
+    uint8_t own, source, corner;
+  };
+  struct Glue {
+    uint8_t own, source, face;
+  };
+  uint8_t kind = 0;
+  uint8_t final = 0;
+  uint8_t sources = 0;  ///< a bit for each that must be there
+  uint8_t corners = 0, glues = 0;
+  uint8_t fresh = 0, known = 0, glued = 0;  ///< by sources
+  uint8_t searched = 0;                     ///< a bit for each face that is found by search
+  std::array<Corner, most_corners> corner{};
+  std::array<Glue, most_faces> glue{};
+
+  PatternPlan() = default;
+  explicit PatternPlan(const Pattern& pattern);
+};
+
 /// The patterns met so far, numbered from 1; 0 stands for none.
 class Patterns {
  public:
   static constexpr uint32_t most = 65535;
 
-  const Pattern& operator[](uint32_t id) const { return patterns_[id]; }
+  const PatternPlan& operator[](uint32_t id) const { return plans_[id]; }
   uint32_t signature(uint32_t id) const { return signatures_[id]; }
   /// Its number, new if there is room; else 0. `signature`: how a cell of this pattern was coded first.
   uint32_t add(const Pattern& pattern, uint32_t signature);
 
   /// Puts a cell together. False when the pattern does not apply here: a source has gone, a face is closed.
-  static bool apply(const Pattern& pattern, const Hull& hull, const Sources& sources, Assembly& cell);
+  [[gnu::always_inline]] static bool apply(const PatternPlan& plan, const Hull& hull, const Sources& sources,
+                                           Assembly& cell) {
+    if ((plan.sources & ~sources.there) != 0) return false;
+    cell.kind = plan.kind;
+    cell.known = plan.known;
+    cell.fresh = plan.fresh;
+    cell.glued = plan.glued;
+    bool gone = false;
+    for (unsigned k = 0; k < plan.corners; ++k) {
+      const PatternPlan::Corner& from = plan.corner[k];
+      const uint32_t slot = hull.cell(sources.cell[from.source]).corner[from.corner];
+      cell.corner[from.own] = slot;
+      gone |= slot == no_slot;
+    }
+    for (unsigned k = 0; k < plan.glues; ++k) {
+      const PatternPlan::Glue& from = plan.glue[k];
+      const uint32_t source = sources.cell[from.source];
+      cell.glue[from.own] = {source, from.face};
+      gone |= (hull.cell(source).open >> from.face & 1) == 0;
+    }
+    if (gone) return false;
+    if (plan.searched != 0) return search(plan, hull, cell);
+    return (cell.known | cell.fresh) == (1u << cell.shape().corners) - 1;
+  }
+  /// Is a face that was found by search one of a source's here? Then another pattern says the same sooner.
+  static bool is_nearer(const PatternPlan& plan, const Sources& sources, const Assembly& cell);
   /// The pattern of a cell, all corners known or fresh; false if it cannot be said in terms of sources.
   static bool describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern);
 
  private:
+  static bool search(const PatternPlan& plan, const Hull& hull, Assembly& cell);
+
   std::vector<Pattern> patterns_ = {{}};
+  std::vector<PatternPlan> plans_ = {{}};
   std::vector<uint32_t> signatures_ = {0};
   std::vector<uint32_t> table_ = std::vector<uint32_t>(2 * (most + 1), 0);
 };

@@ -18,15 +18,11 @@ class Builder {
     for (unsigned n = shape_.neighbours[c] & known_; n != 0 && stencil_.near_count < 3; n &= n - 1) {
       stencil_.near[stencil_.near_count++] = nodes_[static_cast<unsigned>(__builtin_ctz(n))];
     }
-    if (shape_.corners == 8 && known_ == (0xffu & ~(1u << c))) {
-      lorenzo(c);
-    } else {
-      const unsigned parallelograms = parallelogram_mean(c);
-      extrapolations(c);
-      if (stencil_.near_count > 0) mean_of(shape_.neighbours[c] & known_);
-      stencil_.situation =
-          static_cast<uint8_t>(PointStencil::partial + 4 * parallelograms + stencil_.near_count);
-    }
+    const unsigned parallelograms = parallelogram_mean(c);
+    extrapolations(c);
+    if (stencil_.near_count > 0) mean_of(shape_.neighbours[c] & known_);
+    stencil_.situation =
+        static_cast<uint8_t>(PointStencil::partial + 4 * parallelograms + stencil_.near_count);
   }
 
   /// A node behind the corners: the middle of those it lies between. All corners are there.
@@ -42,20 +38,6 @@ class Builder {
 
  private:
   bool is_known(unsigned corner) const { return (known_ >> corner & 1) != 0; }
-
-  /// The polynomial of lowest degree through the seven others (Ibarria et al. 2003); the sum is made where it
-  /// is used.
-  void lorenzo(unsigned c) {
-    unsigned seen = 1u << c, at = 0;
-    const auto add = [&](unsigned corner) {
-      stencil_.others[at++] = nodes_[corner];
-      seen |= 1u << corner;
-    };
-    for (unsigned n = shape_.neighbours[c]; n != 0; n &= n - 1) add(static_cast<unsigned>(__builtin_ctz(n)));
-    for (const auto& p : shape_.parallelogram[c]) add(p.opposite);
-    add(static_cast<unsigned>(__builtin_ctz(~seen)));
-    stencil_.situation = static_cast<uint8_t>(PointStencil::full + c);
-  }
 
   unsigned parallelogram_mean(unsigned c) {
     unsigned count = 0;
@@ -110,10 +92,41 @@ class Builder {
   unsigned known_;
 };
 
+/// By corner of a hexahedron the seven others: neighbours, those across faces, the one across the cell.
+const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner = [] {
+  std::array<std::array<uint8_t, 7>, most_corners> table{};
+  const CellShape& shape = cell_shapes[kind_of(CellType::hexahedron)];
+  for (unsigned c = 0; c < most_corners; ++c) {
+    unsigned seen = 1u << c, at = 0;
+    const auto add = [&](unsigned corner) {
+      table[c][at++] = static_cast<uint8_t>(corner);
+      seen |= 1u << corner;
+    };
+    for (unsigned n = shape.neighbours[c]; n != 0; n &= n - 1) add(static_cast<unsigned>(__builtin_ctz(n)));
+    for (const auto& p : shape.parallelogram[c]) add(p.opposite);
+    add(static_cast<unsigned>(__builtin_ctz(~seen)));
+  }
+  return table;
+}();
+
+/// The polynomial of lowest degree through the seven others (Ibarria et al. 2003); the sum is made where it
+/// is used.
+void find_full(const NewPoint& point, const uint32_t* nodes, PointStencil& stencil) {
+  const std::array<uint8_t, 7>& others = others_of_corner[point.node];
+  for (unsigned k = 0; k < 7; ++k) stencil.others[k] = nodes[others[k]];
+  stencil.near_count = 3;
+  for (unsigned k = 0; k < 3; ++k) stencil.near[k] = stencil.others[k];
+  stencil.situation = static_cast<uint8_t>(PointStencil::full + point.node);
+}
+
 }  // namespace
 
 void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil) {
   stencil.clear();
+  if (point.cell != no_slot && cells.kinds[point.cell] < shape_count && point.fresh >> point.node == 1 &&
+      cell_shapes[cells.kinds[point.cell]].corners == 8) {
+    return find_full(point, cells.nodes.data() + cells.begin[point.cell], stencil);
+  }
   if (point.cell == no_slot || cells.kinds[point.cell] >= shape_count) return;
   Builder builder(point, cells, stencil);
   if (point.node < cell_shapes[cells.kinds[point.cell]].corners) {

@@ -21,14 +21,15 @@ class PointTable {
     const uint32_t page = page_of(number / 32, corner);
     return page == no_page ? no_slot : pages_[page].slot[number % 32];
   }
-  void insert(uint64_t number, uint32_t slot) {
-    uint32_t page = page_of(number / 32, 0);
-    if (page == no_page) page = add_page(number / 32);
+  /// `corner` tells apart who asks, below 32: each goes through numbers of its own.
+  void insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
+    uint32_t page = page_of(number / 32, corner);
+    if (page == no_page) page = last_[corner] = add_page(number / 32);
     pages_[page].slot[number % 32] = slot;
     ++pages_[page].used;
   }
-  void erase(uint64_t number) {
-    const uint32_t page = page_of(number / 32, 0);
+  void erase(uint64_t number, unsigned corner = 0) {
+    const uint32_t page = page_of(number / 32, corner);
     pages_[page].slot[number % 32] = no_slot;
     if (--pages_[page].used == 0) remove_page(page);
   }

@@ -75,6 +75,15 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   uint64_t time = 0;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) {
     const CellBlock& block = mesh.blocks[b];
+    const uint64_t nodes = nodes_of(block.type);
+    if (nodes != 0 && orders[b].empty()) {
+      const uint64_t cells = block.connectivity.size() / nodes;
+      const uint32_t* point = block.connectivity.data();
+      for (uint64_t i = 0; i < cells; ++i, ++time) {
+        for (uint64_t k = 0; k < nodes; ++k) last[*point++] = time;
+      }
+      continue;
+    }
     for (uint64_t i = 0; i < block.size(); ++i, ++time) {
       for (const uint32_t point : block.cell(orders[b].empty() ? i : orders[b][i])) last[point] = time;
     }
@@ -139,7 +148,8 @@ class MeshFeeder {
         writer_(writer),
         orders_(choose_orders(mesh, options)),
         last_(last_cells(mesh, orders_)),
-        pace_(options.progress, "cells", mesh.cell_count()) {
+        pace_(options.progress, "cells", mesh.cell_count()),
+        executor_(options.executor ? *options.executor : serial_executor()) {
     for (const Array& array : mesh.arrays) {
       if (array.domain == Domain::cell) columns_.push_back(&array);
     }
@@ -149,7 +159,9 @@ class MeshFeeder {
     for (size_t b = 0; b < mesh_.blocks.size(); ++b) {
       const CellBlock& block = mesh_.blocks[b];
       MAILLE_CHECK(writer_.begin_block(block.name, block.type));
-      for (uint64_t i = 0; i < block.size();) i += MAILLE_TRY(feed_run(block, orders_[b], i));
+      const bool plain = orders_[b].empty() && nodes_of(block.type) != 0;
+      if (plain) MAILLE_CHECK(feed_plain(block));
+      for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, orders_[b], i));
       first_ += block.size();
     }
     std::vector<uint64_t> unused;
@@ -191,11 +203,56 @@ class MeshFeeder {
     return count;
   }
 
+  /// Cells of one type in their order: while some are coded the next ones are made ready.
+  Result<> feed_plain(const CellBlock& block) {
+    const size_t nodes = nodes_of(block.type);
+    const uint64_t cells = block.connectivity.size() / nodes;
+    std::array<Run, 2> runs;
+    fill(block, 0, std::min<uint64_t>(cells, cells_per_block), runs[0]);
+    for (uint64_t first = 0, k = 0; first < cells; first += cells_per_block, k = 1 - k) {
+      const uint64_t next = first + cells_per_block;
+      Result<> added;
+      executor_.parallel_for(2, [&](size_t task) {
+        if (task == 0) {
+          added = writer_.add_cells(block.type, runs[k].numbers, runs[k].finals, runs[k].arrays, nodes);
+        } else if (next < cells) {
+          fill(block, next, std::min<uint64_t>(cells - next, cells_per_block), runs[1 - k]);
+        }
+      });
+      MAILLE_CHECK(added);
+      for (uint64_t i = first; i < next && i < cells; ++i) {
+        if (!pace_.step()) return cancelled();
+      }
+    }
+    return {};
+  }
+
+  struct Run {
+    std::vector<uint64_t> numbers;
+    std::vector<uint8_t> finals;
+    std::vector<Bytes> arrays;
+  };
+  void fill(const CellBlock& block, uint64_t first, uint64_t count, Run& run) const {
+    const size_t nodes = nodes_of(block.type);
+    const auto points = std::span(block.connectivity).subspan(first * nodes, count * nodes);
+    run.numbers.assign(points.begin(), points.end());
+    run.finals.resize(points.size());
+    for (uint64_t i = 0, at = 0; i < count; ++i) {
+      for (size_t k = 0; k < nodes; ++k, ++at) run.finals[at] = last_[points[at]] == first_ + first + i;
+    }
+    run.arrays.clear();
+    for (const Array* column : columns_) {
+      const size_t size = column->tuple_size();
+      run.arrays.push_back(Bytes(column->bytes).subspan((first_ + first) * size, count * size));
+    }
+  }
+
   const Mesh& mesh_;
   StreamWriter& writer_;
   CellOrders orders_;
   std::vector<uint64_t> last_;
   Pace pace_;
+  Executor& executor_;
   std::vector<const Array*> columns_;
   uint64_t first_ = 0;  ///< cells of the blocks before
   std::vector<uint64_t> numbers_;
@@ -266,7 +323,10 @@ class MeshCollector {
 
   Result<> add(const StreamPiece& piece, const std::string& name) {
     size_t next_block = 0;
-    for (size_t i = 0; i <= piece.cell_count(); ++i) {
+    const bool plain =
+        piece.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
+    if (plain) MAILLE_CHECK(add_plain_cells(piece, name));
+    for (size_t i = 0; i <= piece.cell_count() && !plain; ++i) {
       while (next_block < piece.blocks.size() &&
              piece.blocks[next_block].first_cell <= piece.first_cell + i) {
         begin_block(piece.blocks[next_block++]);
@@ -319,14 +379,29 @@ class MeshCollector {
     block.name = start.name;
     block.type = start.type;
   }
+  tl::unexpected<Error> too_many_points(const std::string& name) const {
+    return failure(ErrorCode::memory_bound,
+                   name + ": more points than a mesh in memory can have; read it in pieces");
+  }
+  /// Cells of the block's only type: the reader has looked at their types.
+  Result<> add_plain_cells(const StreamPiece& piece, const std::string& name) {
+    std::vector<uint32_t>& connectivity = mesh_.blocks.back().connectivity;
+    uint64_t largest = 0;
+    for (const uint64_t point : piece.connectivity) largest = std::max(largest, point);
+    if (largest > max_points) return too_many_points(name);
+    const size_t before = connectivity.size();
+    connectivity.resize(before + piece.connectivity.size());
+    for (size_t k = 0; k < piece.connectivity.size(); ++k) {
+      connectivity[before + k] = static_cast<uint32_t>(piece.connectivity[k]);
+    }
+    size_ += piece.connectivity.size() * 4;
+    return {};
+  }
   Result<> add_cell(const StreamPiece& piece, size_t i, const std::string& name) {
     CellBlock& block = mesh_.blocks.back();
     if (nodes_of(block.type) == 0 && block.offsets.empty()) block.offsets.push_back(0);
     for (uint64_t k = piece.offsets[i]; k < piece.offsets[i + 1]; ++k) {
-      if (piece.connectivity[k] > max_points) {
-        return failure(ErrorCode::memory_bound,
-                       name + ": more points than a mesh in memory can have; read it in pieces");
-      }
+      if (piece.connectivity[k] > max_points) return too_many_points(name);
       block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
     }
     if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
@@ -376,9 +451,22 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(
       StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
   MeshCollector collector(reader.description(), options);
-  StreamPiece piece;
-  while (MAILLE_TRY(reader.next(piece))) {
-    MAILLE_CHECK(collector.add(piece, source.name()));
+  Executor& executor = options.executor ? *options.executor : serial_executor();
+  std::array<StreamPiece, 2> pieces;
+  bool more = MAILLE_TRY(reader.next(pieces[0]));
+  for (unsigned k = 0; more; k = 1 - k) {
+    // One piece goes to its place while the next is decoded.
+    Result<bool> following = false;
+    Result<> added;
+    executor.parallel_for(2, [&](size_t task) {
+      if (task == 0) {
+        following = reader.next(pieces[1 - k]);
+      } else {
+        added = collector.add(pieces[k], source.name());
+      }
+    });
+    MAILLE_CHECK(added);
+    more = MAILLE_TRY(following);
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   return collector.finish(source.name());

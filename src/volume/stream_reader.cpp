@@ -201,8 +201,8 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
   CellType type = cell.kind == loose_cell ? cell.type : cell_shapes[cell.kind].type;
   const bool renamed = type == CellType::triangle || type == CellType::quad;
   if (block_type_ == CellType::polygon && renamed) type = CellType::polygon;
-  const bool known =
-      type != CellType::mixed && type != CellType::polyhedron && std::string_view(name_of(type)) != "unknown";
+  const bool known = cell.kind < shape_count || (type != CellType::mixed && type != CellType::polyhedron &&
+                                                 std::string_view(name_of(type)) != "unknown");
   const bool fits = block_type_ == CellType::mixed || block_type_ == type;
   if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
     return damaged("a cell of an impossible type");
@@ -219,9 +219,10 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
     piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
     piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
   } else {
-    piece.connectivity.resize(at + slots.size());
-    piece.slots.resize(at + slots.size());
-    for (size_t i = 0; i < slots.size(); ++i) {
+    piece.connectivity.insert(piece.connectivity.end(), cell.number.begin(),
+                              cell.number.begin() + static_cast<ptrdiff_t>(slots.size()));
+    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
+    for (size_t i = 0; i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
       const size_t place = at + cell_shapes[cell.kind].place[i];
       piece.connectivity[place] = cell.number[i];
       piece.slots[place] = slots[i];

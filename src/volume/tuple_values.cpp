@@ -5,147 +5,303 @@
 namespace maille {
 namespace {
 
-/// At first the first candidate is trusted, later whatever did best.
-constexpr int32_t head_start = 16;
-/// Components of an array with least squares of their own, which take 4 KiB each.
+/// Components of an array with least squares of their own.
 constexpr uint32_t most_fitted = 16;
-constexpr uint32_t most_full_samples = 3 * 65536;
+/// Neighbouring samples say much the same: in the long run one in four is enough.
+constexpr uint32_t most_full_samples = 16384;
+/// What a candidate has missed by before it was tried: by more than the one before it.
+constexpr int32_t first_miss = 64 * 256;
+constexpr int32_t head_start = 64;
 
-int32_t miss_of(double difference) {
-  return std::max(half_octaves_of(difference), -400) * 16;
-}
-
-uint64_t magnitude(int64_t residual) {
-  const auto bits = static_cast<uint64_t>(residual);
-  return residual < 0 ? -bits : bits;
-}
+/// 65536 / n, rounded up: a mean of up to three numbers is a product with it.
+constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
 }  // namespace
 
 uint64_t tuple_coder_bytes(const StreamedArray& array) {
-  const uint64_t fits = array.components <= most_fitted ? most_corners * sizeof(OnlineLeastSquares<8>) : 0;
-  return (uint64_t{256} << 10) + array.components * (PointStencil::situations * uint64_t{16} + 64 + fits);
+  const uint64_t lanes = array.components == 1 ? 1 : 4;
+  const uint64_t groups = array.components == 1 ? 1 : (array.components + 2) / 3;
+  const uint64_t records = PointStencil::situations * 3 * uint64_t{4};
+  const uint64_t fits = array.components <= most_fitted ? most_corners * uint64_t{256} : 0;
+  return (uint64_t{256} << 10) + groups * (256 + lanes * (records + fits)) + array.components * uint64_t{64};
 }
 
-template <class Coder, unsigned Bits>
-TupleValueCoder<Coder, Bits>::TupleValueCoder(const StreamedArray& array)
-    : array_(array),
-      components_(array.components),
-      last_(components_),
-      last_size_(components_),
-      records_(size_t{components_} * PointStencil::situations),
-      fits_(components_ <= most_fitted ? size_t{components_} * most_corners : 0),
-      residuals_(true),
-      exceptions_(components_) {
+template <class Coder, unsigned Bits, unsigned Width>
+TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
+    : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
-  for (Record& record : records_) {
-    for (unsigned i = 0; i < most_candidates; ++i) record.miss[i] = static_cast<int32_t>(i) * head_start;
-  }
-}
-
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
-                                        std::byte* tuple) {
-  const size_t needed = (size_t{slot} + 1) * components_;
-  if (needed > values_.size()) values_.resize((size_t{slot} + 16) * components_);
-  const size_t size = size_of(array_.type);
-  for (unsigned c = 0; c < components_; c += group_size) {
-    code_group(coder, stencil, c, std::min(group_size, components_ - c), slot, tuple + c * size);
-  }
-}
-
-template <class Coder, unsigned Bits>
-typename TupleValueCoder<Coder, Bits>::Expectation TupleValueCoder<Coder, Bits>::expect(
-    const PointStencil& stencil, unsigned c) {
-  Expectation result;
-  if (stencil.is_full()) {
-    std::array<double, 7> place;
-    for (unsigned k = 0; k < 7; ++k) {
-      const Value& other = value(stencil.others[k], c);
-      place[k] = other.place;
-      result.twists[k] = other.twist;
+  for (const NumberSpace& space : spaces_) exact_ = exact_ && space.exact();
+  for (unsigned c = 0; c < array.components; c += group_size) {
+    Group& group = groups_.emplace_back();
+    group.first = c;
+    group.count = std::min(group_size, array.components - c);
+    group.floats = Bits == 32;
+    for (unsigned k = 0; k < group.count; ++k) group.floats = group.floats && spaces_[c + k].is_float();
+    if (array.components <= most_fitted) group.fits = std::make_unique<std::array<Fit, most_corners>>();
+    for (Record& record : group.records) {
+      for (unsigned i = 0; i < most_candidates; ++i)
+        record[i] = Ints{} + (first_miss + static_cast<int32_t>(i) * head_start);
     }
-    const double base = ((place[0] + place[1]) + place[2]) - ((place[3] + place[4]) + place[5]) + place[6];
-    result.twists[7] = 0;
-    result.candidate[0] = result.base = base;
-    result.count = 1;
-    if (fits_.empty()) return result;
-    const auto& fit = fits_[c * most_corners + stencil.situation];
-    result.candidate[1] = base + static_cast<double>(fit.predict(result.twists));
-    result.count = 2;
-    return result;
+  }
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                               std::byte* tuple) {
+  for (Group& group : groups_) {
+    if (slot >= group.values.size()) group.values.resize(size_t{slot} + slot / 8 + 16);
+    code_group(coder, stencil, group, slot, tuple + group.first * number_size_);
+  }
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::code_group(Coder& coder, const PointStencil& stencil, Group& group,
+                                                     uint32_t slot, std::byte* numbers) {
+  Expectation expectation;
+  expect(stencil, group, expectation);
+  Doubles expected = expectation.candidate[0];
+  const Record& record = group.records[stencil.situation];
+  Ints least = record[0];
+  for (unsigned i = 1; i < expectation.count; ++i) {
+    const Ints better = record[i] < least;
+    least = better ? record[i] : least;
+    const Longs chosen = __builtin_convertvector(better, Longs);
+    expected = chosen ? expectation.candidate[i] : expected;
+  }
+  Guess guess;
+  Ints unit;
+  find_codes(group, expected, guess, unit);
+  find_contexts(stencil, group, unit, guess);
+  find_residuals(coder, group, numbers, guess);
+  code_residuals(coder, group, guess, numbers);
+  Value value;
+  find_value(group, expected, guess, unit, numbers, value);
+  value.twist = __builtin_convertvector(value.place - expectation.candidate[0], Floats);
+  learn(stencil, group, expectation, value);
+  group.last = value.place;
+  group.last_size = value.size;
+  group.values[slot] = value;
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::expect(
+    const PointStencil& stencil, const Group& group, Expectation& expectation) const {
+  auto& candidate = expectation.candidate;
+  const Value* values = group.values.data();
+  if (stencil.is_full()) {
+    std::array<const Value*, 7> other;
+    for (unsigned k = 0; k < 7; ++k) other[k] = values + stencil.others[k];
+    candidate[0] = ((other[0]->place + other[1]->place) + other[2]->place) -
+                   ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
+    expectation.count = 1;
+    if (!group.fits) return;
+    const auto& weights = (*group.fits)[stencil.situation].weights();
+    Floats correction = {};
+    for (unsigned k = 0; k < 7; ++k) {
+      expectation.twists[k] = other[k]->twist;
+      correction += weights[k] * other[k]->twist;
+    }
+    candidate[1] = candidate[0] + __builtin_convertvector(correction, Doubles);
+    expectation.count = 2;
+    return;
   }
   for (unsigned i = 0; i < stencil.sums; ++i) {
     const PointSum& sum = stencil.sum[i];
-    double place = 0;
-    for (unsigned k = 0; k < sum.count; ++k) place += sum.weight[k] * value(sum.slot[k], c).place;
-    result.candidate[result.count++] = place;
+    Doubles place = {};
+    for (unsigned k = 0; k < sum.count; ++k) place += sum.weight[k] * values[sum.slot[k]].place;
+    candidate[i] = place;
   }
-  result.base = result.count > 0 ? result.candidate[0] : last_[c];
+  expectation.count = stencil.sums;
   if (stencil.sums == 0) {
-    result.candidate[result.count++] = last_[c];
+    candidate[0] = group.last;
+    expectation.count = 1;
   }
-  return result;
 }
 
-template <class Coder, unsigned Bits>
-unsigned TupleValueCoder<Coder, Bits>::choose(const Expectation& expectation, const Record& record) const {
-  unsigned best = 0;
-  for (unsigned i = 1; i < expectation.count; ++i) {
-    if (record.miss[i] < record.miss[best]) best = i;
+/// The codes nearest to what is expected, and half octaves of the distance of codes there.
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_codes(const Group& group,
+                                                                                   const Doubles& expected,
+                                                                                   Guess& guess,
+                                                                                   Ints& unit) const {
+  if (!group.floats) {
+    unit = Ints{};
+    for (unsigned k = 0; k < group.count; ++k) {
+      const double place = expected[k];
+      guess.code[k] = static_cast<Code>(spaces_[group.first + k].code_near(place));
+      unit[k] = spaces_[group.first + k].unit_at(place);
+    }
+    return;
   }
-  return best;
+  const Floats most = Floats{} + 3.402823466e38F;
+  Floats number = __builtin_convertvector(expected, Floats);
+  number = number == number ? number : Floats{};
+  number = number > most ? most : number;
+  number = number < -most ? -most : number;
+  const Ints bits = same_bits<Ints>(number);
+  const Ints code = bits ^ ((bits >> 31) & 0x7fffffff);
+  Ints exponent = (bits >> 23) & 0xff;
+  exponent = exponent == 0 ? Ints{} + 1 : exponent;
+  unit = 2 * exponent - 300;
+  for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
 }
 
 /// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit.
-template <class Coder, unsigned Bits>
-ResidualContext TupleValueCoder<Coder, Bits>::context_of(const PointStencil& stencil, unsigned c,
-                                                         double place) {
-  int sum = 0, least = 1 << 20, most = -(1 << 20);
-  for (unsigned i = 0; i < stencil.near_count; ++i) {
-    const int size = value(stencil.near[i], c).size;
-    sum += size;
-    least = std::min(least, size);
-    most = std::max(most, size);
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_contexts(
+    const PointStencil& stencil, const Group& group, const Ints& unit, Guess& guess) const {
+  Ints mean = group.last_size, spread = {};
+  if (stencil.near_count > 0) {
+    Ints sum = group.values[stencil.near[0]].size;
+    Ints least = sum, most = sum;
+    for (unsigned i = 1; i < stencil.near_count; ++i) {
+      const Ints size = group.values[stencil.near[i]].size;
+      sum += size;
+      least = size < least ? size : least;
+      most = size > most ? size : most;
+    }
+    const auto count = static_cast<int32_t>(stencil.near_count);
+    mean = (((sum + 4096 * count) * reciprocals[stencil.near_count]) >> 16) - 4096;
+    spread = -(most - least >= 3) - (most - least >= 8);
   }
-  const auto count = static_cast<int>(stencil.near_count);
-  const int mean = count == 0 ? last_size_[c] : (sum + 4096 * count) / count - 4096;
-  const int expected = std::clamp(mean - spaces_[c].unit_at(place), 0, 2 * static_cast<int>(Bits) - 1);
-  const unsigned spread = count < 2 ? 0 : most - least < 3 ? 0 : most - least < 8 ? 1 : 2;
-  unsigned group = 3;
+  Ints expected = mean - unit;
+  expected = expected < 0 ? Ints{} : expected;
+  const Ints highest = Ints{} + (2 * static_cast<int32_t>(Bits) - 1);
+  expected = expected > highest ? highest : expected;
+  unsigned kind = 3;
   if (stencil.is_full())
-    group = 0;
+    kind = 0;
   else if (stencil.situation >= PointStencil::partial + 4 && stencil.situation < PointStencil::between)
-    group = 1;
+    kind = 1;
   else if (stencil.situation < PointStencil::alone)
-    group = 2;
-  return {static_cast<unsigned>(expected), group * 3 + spread};
+    kind = 2;
+  for (unsigned k = 0; k < group_size; ++k) {
+    guess.context[k] = {static_cast<unsigned>(expected[k]), kind * 3 + static_cast<unsigned>(spread[k])};
+  }
 }
 
-template <class Coder, unsigned Bits>
-bool TupleValueCoder<Coder, Bits>::keeps(unsigned c, const std::byte* number) const {
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const Group& group,
+                                                         const std::byte* numbers, Guess& guess) {
+  guess.exceptions = 0;
+  for (unsigned k = 0; k < group.count; ++k) {
+    const std::byte* number = numbers + k * number_size_;
+    if (!exact_ && code_exception(coder, group.first + k, number)) guess.exceptions |= 1u << k;
+    if constexpr (encoding) {
+      if ((guess.exceptions >> k & 1) != 0) continue;
+      const auto code = static_cast<Code>(spaces_[group.first + k].code_of(number));
+      guess.residual[k] = difference(code, guess.code[k]);
+    }
+  }
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::code_residuals(Coder& coder,
+                                                                                       const Group& group,
+                                                                                       Guess& guess,
+                                                                                       std::byte* numbers) {
+  // Models are for three components; further ones share those of the last.
+  const auto model = [&](unsigned k) { return std::min(group.first + k, 2u); };
+  for (unsigned k = 0; k < group.count; ++k) {
+    if ((guess.exceptions >> k & 1) != 0) continue;
+    guess.first[k] = residuals_.code_first(coder, guess.residual[k], model(k), guess.context[k], k);
+  }
+  for (unsigned k = 0; k < group.count; ++k) {
+    if ((guess.exceptions >> k & 1) != 0) {
+      code_bits(coder, numbers + k * number_size_);
+    } else {
+      guess.residual[k] =
+          static_cast<Code>(residuals_.code_rest(coder, guess.residual[k], guess.first[k], model(k), k));
+    }
+  }
+}
+
+/// Where the numbers are, and the numbers themselves for a decoder.
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_value(
+    const Group& group, const Doubles& expected, const Guess& guess, const Ints& unit, std::byte* numbers,
+    Value& value) const {
+  Floats size = {};
+  if constexpr (Bits == 32) {
+    size = __builtin_convertvector(pack(guess.residual), Floats);
+  } else {
+    for (unsigned k = 0; k < group_size; ++k) size[k] = static_cast<float>(guess.residual[k]);
+  }
+  if (group.floats) {
+    // Sums of lanes wrap around.
+    const Uints codes = same_bits<Uints>(pack(guess.code)) + same_bits<Uints>(pack(guess.residual));
+    Ints code = same_bits<Ints>(codes);
+    code ^= (code >> 31) & 0x7fffffff;
+    Floats number = same_bits<Floats>(code);
+    if constexpr (!encoding) std::memcpy(numbers, &code, group.count * sizeof(float));
+    number = number == number ? number : Floats{};
+    value.place = __builtin_convertvector(number, Doubles);
+  } else {
+    value.place = Doubles{};
+    for (unsigned k = 0; k < group.count; ++k) {
+      const double here = expected[k];
+      if ((guess.exceptions >> k & 1) != 0) {
+        value.place[k] = here == here ? here : 0;
+        continue;
+      }
+      const Code code = sum(guess.code[k], guess.residual[k]);
+      const NumberSpace& space = spaces_[group.first + k];
+      if constexpr (!encoding) space.store_number(code, numbers + k * number_size_);
+      value.place[k] = space.place_of(code);
+    }
+  }
+  // Half octaves of 2 |residual| + 1: 0 for 0.
+  size = (size < 0 ? -size : size) * 2.0F + 1.0F;
+  value.size = ((same_bits<Ints>(size) >> 22) & 0x1ff) - 254 + unit;
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::learn(const PointStencil& stencil,
+                                                                              Group& group,
+                                                                              const Expectation& expectation,
+                                                                              const Value& value) {
+  Record& record = group.records[stencil.situation];
+  for (unsigned i = 0; i < expectation.count; ++i) {
+    const Floats difference = __builtin_convertvector(value.place - expectation.candidate[i], Floats);
+    const Ints miss = (same_bits<Ints>(difference) >> 22) & 0x1ff;
+    record[i] += miss - (record[i] >> 6);
+  }
+  if (expectation.count < 2 || !stencil.is_full()) return;
+  if (++samples_ > most_full_samples && samples_ % 4 != 0) return;
+  // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
+  Floats scale = {};
+  for (const Floats& twist : expectation.twists) {
+    const Floats size = twist < 0 ? -twist : twist;
+    scale = size > scale ? size : scale;
+  }
+  const Floats certainty = scale > 0 ? 1.0F / scale : Floats{};
+  (*group.fits)[stencil.situation].learn(expectation.twists, value.twist, certainty);
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+bool TupleValueCoder<Coder, Bits, Width>::keeps(unsigned c, const std::byte* number) const {
   std::array<std::byte, 8> back{};
   int64_t code = spaces_[c].code_of(number);
   if constexpr (Bits == 32) code = static_cast<int32_t>(code);
   spaces_[c].store_number(code, back.data());
-  if (array_.bound == 0) return std::equal(number, number + size_of(array_.type), back.data());
+  if (array_.bound == 0) return std::equal(number, number + number_size_, back.data());
   const double difference =
       number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
   return difference <= array_.bound && -difference <= array_.bound;
 }
 
 /// Numbers that the map does not hold are written as they are.
-template <class Coder, unsigned Bits>
-bool TupleValueCoder<Coder, Bits>::code_exception(Coder& coder, unsigned c, const std::byte* number) {
+template <class Coder, unsigned Bits, unsigned Width>
+bool TupleValueCoder<Coder, Bits, Width>::code_exception(Coder& coder, unsigned c, const std::byte* number) {
   if (spaces_[c].exact()) return false;
   bool exception = false;
   if constexpr (encoding) exception = !keeps(c, number);
   return exceptions_[c].code(coder, exception);
 }
 
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
-  const size_t size = size_of(array_.type);
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::code_bits(Coder& coder, std::byte* bytes) {
+  const size_t size = number_size_;
   uint64_t bits = 0;
   if constexpr (encoding) std::memcpy(&bits, bytes, size);
   const uint64_t low =
@@ -155,94 +311,13 @@ void TupleValueCoder<Coder, Bits>::code_bits(Coder& coder, std::byte* bytes) {
   if constexpr (!encoding) std::memcpy(bytes, &bits, size);
 }
 
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::prepare(Coder& coder, const PointStencil& stencil, unsigned c,
-                                           const std::byte* bytes, Number& number) {
-  number.expectation = expect(stencil, c);
-  number.record = &records_[c * size_t{PointStencil::situations} + stencil.situation];
-  number.expected = number.expectation.candidate[choose(number.expectation, *number.record)];
-  number.exception = code_exception(coder, c, bytes);
-  number.context = context_of(stencil, c, number.expected);
-  number.guess = spaces_[c].code_near(number.expected);
-  if constexpr (encoding) {
-    const int64_t code = number.exception ? 0 : spaces_[c].code_of(bytes);
-    number.residual = static_cast<int64_t>(static_cast<uint64_t>(code) - static_cast<uint64_t>(number.guess));
-    if constexpr (Bits == 32) number.residual = static_cast<int32_t>(number.residual);
-  }
-}
-
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::code_group(Coder& coder, const PointStencil& stencil, unsigned first,
-                                              unsigned count, uint32_t slot, std::byte* numbers) {
-  const size_t size = size_of(array_.type);
-  std::array<Number, group_size> group;
-  for (unsigned k = 0; k < count; ++k) prepare(coder, stencil, first + k, numbers + k * size, group[k]);
-  // Models are for three components; further ones share those of the last.
-  const auto model = [&](unsigned k) { return std::min(first + k, 2u); };
-  for (unsigned k = 0; k < count; ++k) {
-    Number& number = group[k];
-    if (number.exception) continue;
-    const unsigned length = encoding ? bit_length(magnitude(number.residual)) : 0;
-    number.length = residuals_.code_length(coder, length, model(k), number.context, k);
-  }
-  for (unsigned k = 0; k < count; ++k) {
-    Number& number = group[k];
-    if (number.exception) {
-      code_bits(coder, numbers + k * size);
-    } else {
-      number.residual =
-          residuals_.code_value(coder, encoding ? number.residual : 0, number.length, model(k), k);
-    }
-  }
-  for (unsigned k = 0; k < count; ++k) finish(stencil, first + k, slot, numbers + k * size, group[k]);
-}
-
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::finish(const PointStencil& stencil, unsigned c, uint32_t slot,
-                                          std::byte* bytes, Number& number) {
-  Value& value_here = value(slot, c);
-  if (number.exception) {
-    value_here = {number.expected == number.expected ? number.expected : 0, 0, 0};
-    return;
-  }
-  int64_t code =
-      static_cast<int64_t>(static_cast<uint64_t>(number.guess) + static_cast<uint64_t>(number.residual));
-  if constexpr (Bits == 32) code = static_cast<int32_t>(code);
-  if constexpr (!encoding) spaces_[c].store_number(code, bytes);
-  const double place = spaces_[c].place_of(code);
-  const auto size = static_cast<int>(half_octaves(magnitude(number.residual)));
-  value_here.place = place;
-  value_here.twist = static_cast<float>(place - number.expectation.base);
-  value_here.size = static_cast<int16_t>(size + spaces_[c].unit_at(number.expected));
-  last_[c] = place;
-  last_size_[c] = value_here.size;
-  learn(stencil, number.expectation, c, place, *number.record);
-}
-
-template <class Coder, unsigned Bits>
-void TupleValueCoder<Coder, Bits>::learn(const PointStencil& stencil, const Expectation& expectation,
-                                         unsigned c, double place, Record& record) {
-  for (unsigned i = 0; i < expectation.count; ++i) {
-    const int32_t miss = miss_of(place - expectation.candidate[i]);
-    record.miss[i] += (miss - record.miss[i]) / 64;
-  }
-  // Neighbouring samples say much the same: in the long run one in four is enough.
-  if (!stencil.is_full() || fits_.empty() || (++samples_ > most_full_samples && samples_ % 4 != 0)) return;
-  const double error = place - expectation.base;
-  // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
-  double scale = 0;
-  for (const float twist : expectation.twists) {
-    const auto size = static_cast<double>(twist < 0 ? -twist : twist);
-    if (size > scale) scale = size;
-  }
-  if (!(scale > 0)) return;
-  fits_[c * most_corners + stencil.situation].learn(expectation.twists, static_cast<float>(error),
-                                                    static_cast<float>(1 / scale));
-}
-
-template class TupleValueCoder<RansEncoder, 32>;
-template class TupleValueCoder<RansEncoder, 64>;
-template class TupleValueCoder<RansDecoder, 32>;
-template class TupleValueCoder<RansDecoder, 64>;
+template class TupleValueCoder<RansEncoder, 32, 1>;
+template class TupleValueCoder<RansEncoder, 32, 4>;
+template class TupleValueCoder<RansEncoder, 64, 1>;
+template class TupleValueCoder<RansEncoder, 64, 4>;
+template class TupleValueCoder<RansDecoder, 32, 1>;
+template class TupleValueCoder<RansDecoder, 32, 4>;
+template class TupleValueCoder<RansDecoder, 64, 1>;
+template class TupleValueCoder<RansDecoder, 64, 4>;
 
 }  // namespace maille

@@ -4,15 +4,16 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
+#include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "entropy/bit_model.h"
 #include "entropy/rans.h"
-#include "entropy/residual_model.h"
-#include "predict/online_least_squares.h"
+#include "volume/lane_least_squares.h"
 #include "volume/number_space.h"
 #include "volume/point_stencil.h"
+#include "volume/value_residuals.h"
 
 namespace maille {
 
@@ -31,82 +32,101 @@ uint64_t tuple_coder_bytes(const StreamedArray& array);
 
 /// The numbers of one array, tuple after tuple, each predicted from those of points or cells in memory. Both
 /// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of
-/// eight bytes.
-template <class Coder, unsigned Bits>
+/// eight bytes. Components go in groups of three, side by side in `Width` lanes: 4, or 1 if there is one
+/// component.
+template <class Coder, unsigned Bits, unsigned Width>
 class TupleValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
 
   explicit TupleValueCoder(const StreamedArray& array);
 
-  static unsigned lanes_of(const StreamedArray& array) { return array.components < 3 ? array.components : 3; }
-
   /// One tuple: what the stencil suggests, then the difference. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
   /// A hint that the value in a slot is wanted soon: those of the last layer are far away.
   void prefetch(uint32_t slot) const {
-    const size_t at = size_t{slot} * components_;
-    if (at < values_.size()) __builtin_prefetch(&values_[at]);
+    for (const Group& group : groups_) {
+      if (slot < group.values.size()) __builtin_prefetch(&group.values[slot]);
+    }
   }
 
  private:
-  static constexpr unsigned most_candidates = 4;
+  using Doubles = typename ValueLanes<Width>::Doubles;
+  using Longs = typename ValueLanes<Width>::Longs;
+  using Floats = typename ValueLanes<Width>::Floats;
+  using Ints = typename ValueLanes<Width>::Ints;
+  using Uints = typename ValueLanes<Width>::Uints;
+  using Fit = LaneLeastSquares<Width, 7>;
+  static constexpr unsigned group_size = Width < 3 ? Width : 3;
+  static constexpr unsigned most_candidates = 3;
+
   struct Value {
-    double place = 0;
-    float twist = 0;   ///< of points whose cell had all other corners: what the stencil's first sum missed
-    int16_t size = 0;  ///< half octaves of the residual, in units of the place
+    Doubles place;
+    Floats twist;  ///< what the first sum missed
+    Ints size;     ///< half octaves of the residual, in units of the place
   };
-  /// How well each candidate has done lately in a situation, in 1/16 half octaves, and how large residuals
-  /// were.
-  struct Record {
-    std::array<int32_t, most_candidates> miss{};
+  /// How well each candidate has done lately in a situation: 64 times a mean of half octaves.
+  using Record = std::array<Ints, most_candidates>;
+  struct Group {
+    unsigned first = 0, count = 0;  ///< components
+    bool floats = false;            ///< floats that keep their bits
+    std::vector<Value> values;
+    Doubles last = {};
+    Ints last_size = {};
+    std::array<Record, PointStencil::situations> records;
+    std::unique_ptr<std::array<Fit, most_corners>> fits;  ///< by corner
   };
   struct Expectation {
-    std::array<double, most_candidates> candidate;
+    std::array<Doubles, most_candidates> candidate;
     unsigned count = 0;
-    double base = 0;
-    OnlineLeastSquares<8>::Features twists;  ///< if the stencil is full
+    typename Fit::Features twists;  ///< if the stencil is full
+  };
+  using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
+  using Unsigned = std::make_unsigned_t<Code>;
+  static Code sum(Code a, Code b) {
+    return static_cast<Code>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b));
+  }
+  static Code difference(Code a, Code b) {
+    return static_cast<Code>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
+  }
+  /// In registers: a vector that is stored number by number would have to wait for each.
+  template <class Number>
+  [[gnu::always_inline]] static Ints pack(const std::array<Number, group_size>& numbers) {
+    if constexpr (Width == 1) return Ints{static_cast<int32_t>(numbers[0])};
+    if constexpr (Width == 4) {
+      return Ints{static_cast<int32_t>(numbers[0]), static_cast<int32_t>(numbers[1]),
+                  static_cast<int32_t>(numbers[2]), 0};
+    }
+  }
+  /// What is known of the numbers of a group before any of them is coded.
+  struct Guess {
+    std::array<Code, group_size> code{};
+    std::array<Code, group_size> residual{};
+    std::array<unsigned, group_size> first;  ///< of the two stages of a residual
+    std::array<ResidualContext, group_size> context;
+    unsigned exceptions;  ///< a bit for each component
   };
 
-  Value& value(uint32_t slot, unsigned component) { return values_[size_t{slot} * components_ + component]; }
-  Expectation expect(const PointStencil& stencil, unsigned component);
-  unsigned choose(const Expectation& expectation, const Record& record) const;
-  ResidualContext context_of(const PointStencil& stencil, unsigned component, double place);
-  /// Up to three components at a time: what does not depend on the coder is done for all of them first, so
-  /// that a processor can do it at once.
-  struct Number {
-    Expectation expectation;
-    Record* record;
-    ResidualContext context;
-    double expected;
-    int64_t guess;
-    int64_t residual;
-    unsigned length;
-    bool exception;
-  };
-  static constexpr unsigned group_size = 3;
-  void code_group(Coder& coder, const PointStencil& stencil, unsigned first, unsigned count, uint32_t slot,
-                  std::byte* numbers);
-  void prepare(Coder& coder, const PointStencil& stencil, unsigned component, const std::byte* bytes,
-               Number& number);
-  void finish(const PointStencil& stencil, unsigned component, uint32_t slot, std::byte* bytes,
-              Number& number);
+  void code_group(Coder& coder, const PointStencil& stencil, Group& group, uint32_t slot, std::byte* numbers);
+  void expect(const PointStencil& stencil, const Group& group, Expectation& expectation) const;
+  void find_codes(const Group& group, const Doubles& expected, Guess& guess, Ints& unit) const;
+  void find_contexts(const PointStencil& stencil, const Group& group, const Ints& unit, Guess& guess) const;
+  void find_residuals(Coder& coder, const Group& group, const std::byte* numbers, Guess& guess);
+  void code_residuals(Coder& coder, const Group& group, Guess& guess, std::byte* numbers);
+  void find_value(const Group& group, const Doubles& expected, const Guess& guess, const Ints& unit,
+                  std::byte* numbers, Value& value) const;
+  void learn(const PointStencil& stencil, Group& group, const Expectation& expectation, const Value& value);
   bool code_exception(Coder& coder, unsigned component, const std::byte* number);
   void code_bits(Coder& coder, std::byte* bytes);
-  void learn(const PointStencil& stencil, const Expectation& expectation, unsigned component, double place,
-             Record& record);
   bool keeps(unsigned component, const std::byte* number) const;
 
   StreamedArray array_;
-  unsigned components_;
+  size_t number_size_;
   std::vector<NumberSpace> spaces_;
-  std::vector<Value> values_;
-  std::vector<double> last_;
-  std::vector<int> last_size_;
-  std::vector<Record> records_;              ///< by component and situation
-  std::vector<OnlineLeastSquares<8>> fits_;  ///< by component and corner
-  ResidualModel<Bits> residuals_;
+  std::vector<Group> groups_;
+  ValueResiduals<Bits> residuals_;
   std::vector<BitModel> exceptions_;
+  bool exact_ = true;  ///< no map needs exceptions
   uint32_t samples_ = 0;
 };
 
