@@ -176,6 +176,9 @@ struct StreamDescription {
   std::string provenance;
   int effort = 5;
   bool any_order = false;
+  /// The input's order is in the file, apart from the cells, which come in another one: decode() gives it
+  /// back, pieces cannot.
+  bool order_apart = false;
 };
 
 struct StreamReadOptions {

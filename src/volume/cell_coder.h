@@ -150,7 +150,8 @@ class CellCoder {
   bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
 
   bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
-    bit = decisions_.code(coder, bit, question, {local, recent_, nearby, valence});
+    bit = decisions_.code(coder, bit, question,
+                          {local, recent_, nearby, valence, signature_, last_signatures_[0]});
     signature_ = hashed(signature_, static_cast<uint32_t>(bit));
     return bit;
   }
