@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "base/bytes.h"
 #include "volume/cell_order.h"
@@ -175,6 +176,9 @@ class CellSequence {
   CellSequence(const std::vector<CellBlock>& blocks, uint64_t points)
       : around_(blocks, points), points_(points) {}
 
+  /// Not points that very many cells have: looking through them each time would take the square of time.
+  bool can_lead(uint64_t point) const { return around_.of(point).size() <= 64; }
+
   /// sequence[i]: the place in coded order of the input's cell i. `leader`: for the encoder, a point of each
   /// cell that goes up from cell to cell, or none. False: damaged.
   bool code(Coder& coder, const CellBlock& block, uint64_t first, const std::vector<uint32_t>& leader,
@@ -262,6 +266,7 @@ class CellSequence {
   }
   uint32_t waiting_at(uint64_t point) const {
     uint32_t count = 0;
+    if (!can_lead(point)) return 0;
     for (const uint32_t cell : around_.of(point)) count += waits(cell) && count < 15 ? 1 : 0;
     return count;
   }
@@ -274,6 +279,7 @@ class CellSequence {
       at_ += static_cast<uint64_t>(by);
     }
     for (uint64_t gap = 0; gap < reach && at_ + gap < points_; ++gap) {
+      if (!can_lead(at_ + gap)) continue;
       const uint32_t count = waiting_at(at_ + gap);
       uint32_t rank = 0;
       for (const uint32_t other : around_.of(at_ + gap)) {
@@ -313,7 +319,8 @@ class CellSequence {
 
 /// A point for each of the most cells for which it can go up from cell to cell (a longest increasing
 /// subsequence, with one of several values at each place); nothing for the others.
-std::vector<uint32_t> leaders_of(const CellBlock& block) {
+template <class CanLead>
+std::vector<uint32_t> leaders_of(const CellBlock& block, CanLead can_lead) {
   struct Link {
     uint32_t cell, point, before;
   };
@@ -321,7 +328,8 @@ std::vector<uint32_t> leaders_of(const CellBlock& block) {
   std::vector<uint32_t> least;  // by length: the link that ends lowest
   std::vector<uint32_t> points, ends;
   for (uint64_t i = 0; i < block.size(); ++i) {
-    points.assign(block.cell(i).begin(), block.cell(i).end());
+    points.clear();
+    std::copy_if(block.cell(i).begin(), block.cell(i).end(), std::back_inserter(points), can_lead);
     std::sort(points.begin(), points.end(), std::greater<>());
     ends.clear();
     for (const uint32_t point : points) {
@@ -420,10 +428,12 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders) {
   CellSequence<RangeEncoder> order(numbered, mesh.point_count());
   uint64_t first = 0;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    std::vector<uint32_t> places(orders[b].size());
-    for (size_t i = 0; i < places.size(); ++i) places[orders[b][i]] = static_cast<uint32_t>(i);
-    order.code(cells, numbered[b], first, leaders_of(mesh.blocks[b]), places);
-    first += mesh.blocks[b].size();
+    const uint64_t size = mesh.blocks[b].size();
+    std::vector<uint32_t> places(size);
+    for (size_t i = 0; i < size; ++i) places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
+    const auto can_lead = [&](uint32_t point) { return order.can_lead(point); };
+    order.code(cells, numbered[b], first, leaders_of(mesh.blocks[b], can_lead), places);
+    first += size;
   }
   return {points.finish(), cells.finish()};
 }
