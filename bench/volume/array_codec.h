@@ -25,5 +25,6 @@ using ArrayCodecs = std::vector<std::unique_ptr<ArrayCodec>>;
 void add_general_codecs(ArrayCodecs& codecs);  ///< VTU's zlib and lz4, zstd, xz
 void add_float_codecs(ArrayCodecs& codecs);    ///< zfp, fpzip
 void add_file_codecs(ArrayCodecs& codecs);     ///< HDF5, netCDF
+void add_index_codec(ArrayCodecs& codecs);     ///< indices from indices
 
 }  // namespace maille::bench

@@ -35,7 +35,7 @@ struct Row {
   std::vector<std::pair<std::string, uint64_t>> fields;
   double encode_seconds = 0, decode_seconds = 0;
   std::string verdict = "exact";
-  bool whole = true;  ///< false: floats only
+  bool whole = true;  ///< false: not for all arrays
 };
 
 struct Workload {
@@ -81,7 +81,7 @@ Row run_peer(const ArrayCodec& codec, const Mesh& mesh) {
   Row row{.codec = codec.name(), .fields = {}};
   for (const Part& part : codec.as_vtk() ? parts_as_vtk(mesh) : parts_by_type(mesh)) {
     if (!codec.takes(part)) {
-      row.whole = row.whole && part.holds != Part::Holds::connectivity;
+      row.whole = false;
       continue;
     }
     double start = thread_seconds();
@@ -144,6 +144,7 @@ class Bench {
     add_general_codecs(peers_);
     add_float_codecs(peers_);
     add_file_codecs(peers_);
+    add_index_codec(peers_);
     if (!options.json_path.empty()) json_.open(options.json_path);
   }
 
