@@ -135,9 +135,12 @@ class CellCoder {
   void glue_the_rest();
 
   void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  /// `corner`: of the cell being coded; most_corners for other nodes.
   uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
-                        unsigned context);
+                        unsigned context, unsigned corner = most_corners);
   bool expected_number(unsigned corner, uint64_t& number) const;
+  template <class Suggest>
+  void suggest_as_last(unsigned corner, Suggest suggest) const;
   void points_behind(NewPoint& point, unsigned corner) const;
   void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
   uint32_t extra_node_on(unsigned node) const;

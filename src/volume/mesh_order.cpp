@@ -84,6 +84,11 @@ template <class Coder>
 class PointOrder {
  public:
   PointOrder(const std::vector<CellBlock>& blocks, uint64_t points) : around_(blocks, points), left_(points) {
+    for (uint64_t i = 0; i < points; ++i) {
+      if (!around_.of(i).empty()) continue;
+      alone_.push_back(static_cast<uint32_t>(i));
+      left_.remove(i);
+    }
     for (const CellBlock& block : blocks) {
       for (uint64_t i = 0; i < block.size(); ++i) cells_.push_back(&block), places_.push_back(i);
     }
@@ -97,14 +102,16 @@ class PointOrder {
         if (point == nothing || coder.exhausted()) return false;
         sequence.push_back(point);
       }
-      left_.remove(point);
-      last_ = point;
+      if (!around_.of(point).empty()) {
+        left_.remove(point);
+        last_ = point;
+      }
     }
     return true;
   }
 
  private:
-  enum Question : unsigned { near_by, this_one, question_count };
+  enum Question : unsigned { near_by, this_one, without_cell, question_count };
   struct Candidate {
     uint32_t point;
     uint32_t met;
@@ -136,7 +143,20 @@ class PointOrder {
     candidates_.push_back({static_cast<uint32_t>(point), 1});
   }
 
+  /// Points without cells come up in the order of the input, so that it is always the next one.
+  bool code_alone(Coder& coder, uint32_t point) {
+    if (next_alone_ == alone_.size()) return false;
+    const bool alone = left_.count() == 0 ||
+                       decisions_.code(coder, Coder::encoding && around_.of(point).empty(), without_cell,
+                                       {alone_history_ & 1, alone_history_ & 255, history_ & 15,
+                                        alone_history_ & 15, history_ & 1, 0});
+    alone_history_ = alone_history_ << 1 | (alone ? 1 : 0);
+    return alone;
+  }
+
   uint32_t code_one(Coder& coder, uint32_t point) {
+    if (code_alone(coder, point)) return alone_[next_alone_++];
+    if (left_.count() == 0) return nothing;
     find_candidates();
     const auto count = static_cast<uint32_t>(candidates_.size());
     uint32_t chosen = 0;
@@ -164,6 +184,9 @@ class PointOrder {
   std::vector<const CellBlock*> cells_;
   std::vector<uint64_t> places_;
   std::vector<Candidate> candidates_;
+  std::vector<uint32_t> alone_;
+  size_t next_alone_ = 0;
+  uint32_t alone_history_ = 0;
   Decisions<question_count> decisions_{true};
   uint32_t last_ = nothing, history_ = 0, last_rank_ = 0;
 };
