@@ -183,6 +183,8 @@ struct StreamDescription {
 
 struct StreamReadOptions {
   Limits limits;  ///< of what the reader holds at once
+  /// Take files whose order stands apart (StreamDescription::order_apart), too, in the order of their pieces.
+  bool any_order = false;
   Executor* executor = nullptr;
 };
 

@@ -433,8 +433,8 @@ class MeshCollector {
 }  // namespace
 
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
-  StreamReader reader = MAILLE_TRY(
-      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+  StreamReader reader = MAILLE_TRY(StreamReader::open(
+      source_stream(source), {.limits = options.limits, .any_order = true, .executor = options.executor}));
   std::optional<CodedOrder> order;
   if (reader.description().order_apart) {
     const FileReader file = MAILLE_TRY(FileReader::open(source, known_types));
