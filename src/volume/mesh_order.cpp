@@ -118,10 +118,18 @@ class PointOrder {
     uint32_t met;
   };
 
+  static constexpr size_t most_candidates = 32;
+
   void find_candidates() {
     candidates_.clear();
     if (last_ == nothing) return;
     add(last_ + 1);
+    add_around(true);
+    joined_ = static_cast<uint32_t>(candidates_.size());
+    add_around(false);
+  }
+  /// The points that an edge joins to the last one, or else share a cell with it.
+  void add_around(bool joined) {
     for (const uint32_t cell : around_.of(last_).first(std::min<size_t>(around_.of(last_).size(), 48))) {
       const CellBlock& block = *cells_[cell];
       const CellShape& shape = cell_shapes[kind_of(block.type_of(places_[cell]))];
@@ -129,13 +137,13 @@ class PointOrder {
       for (unsigned i = 0; i < shape.corners; ++i) {
         if (points[shape.place[i]] != last_) continue;
         for (unsigned j = 0; j < shape.corners; ++j) {
-          if ((shape.neighbours[i] >> j & 1) != 0) add(points[shape.place[j]]);
+          if ((shape.neighbours[i] >> j & 1) == (joined ? 1 : 0)) add(points[shape.place[j]]);
         }
       }
     }
   }
   void add(uint64_t point) {
-    if (!left_.has(point) || candidates_.size() == 32) return;
+    if (!left_.has(point) || candidates_.size() == most_candidates) return;
     for (Candidate& candidate : candidates_) {
       if (candidate.point != point) continue;
       ++candidate.met;
@@ -170,7 +178,8 @@ class PointOrder {
     for (uint32_t i = 0; i < count; ++i) {
       const Candidate& candidate = candidates_[i];
       const uint64_t apart = candidate.point > last_ ? candidate.point - last_ : last_ - candidate.point;
-      const uint32_t local = i + (candidate.point > last_ ? 32 : 0) + (last_ + 1 == candidate.point ? 64 : 0);
+      const uint32_t local = i + (i >= joined_ ? 128 : 0) + (candidate.point > last_ ? 32 : 0) +
+                             (last_ + 1 == candidate.point ? 64 : 0);
       const Evidence which{local, last_rank_,    std::min<uint32_t>(candidate.met, 15),
                            count, history_ & 15, size_class(apart)};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
@@ -185,6 +194,7 @@ class PointOrder {
   std::vector<const CellBlock*> cells_;
   std::vector<uint64_t> places_;
   std::vector<Candidate> candidates_;
+  uint32_t joined_ = 0;  ///< candidates before those that only share a cell
   std::vector<uint32_t> alone_;
   size_t next_alone_ = 0;
   uint32_t alone_history_ = 0;
@@ -234,9 +244,9 @@ class CellSequence {
   uint32_t code_one(Coder& coder, uint32_t cell, uint32_t leader) {
     find_near();
     uint32_t chosen = 0;
-    while (Coder::encoding && chosen < near_.size() && near_[chosen] != cell) ++chosen;
+    while (Coder::encoding && chosen < near_.size() && near_[chosen].cell != cell) ++chosen;
     const auto count = static_cast<uint32_t>(near_.size());
-    const Evidence how{count, history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
+    const Evidence how{beside_, history_ & 255, history_ & 15, waiting_at(at_), last_rank_, count};
     // A leader goes before: it moves the place from which the next ones are sought.
     const bool led = decisions_.code(coder, leader != nothing, by_point, how);
     if (led) {
@@ -251,28 +261,48 @@ class CellSequence {
     return left_->count() == 0 ? nothing : static_cast<uint32_t>(left_->code(coder, cell));
   }
 
+  struct Near {
+    uint32_t cell;
+    uint32_t met;
+  };
+  static constexpr size_t most_near = 64;
+
   void find_near() {
     near_.clear();
     if (last_ == nothing) return;
     add_near(last_ + 1);
     for (const uint32_t cell : neighbours_[last_]) add_near(cell);
+    beside_ = static_cast<uint32_t>(near_.size());
+    for (const uint32_t point : block_->cell(last_)) {
+      if (!can_lead(point)) continue;
+      for (const uint32_t cell : around_.of(point)) {
+        if (cell >= first_ && cell - first_ < block_->size()) add_near(static_cast<uint32_t>(cell - first_));
+      }
+    }
   }
   void add_near(uint32_t cell) {
-    if (left_->has(cell) && std::find(near_.begin(), near_.end(), cell) == near_.end()) near_.push_back(cell);
+    if (!left_->has(cell)) return;
+    for (Near& near : near_) {
+      if (near.cell != cell) continue;
+      ++near.met;
+      return;
+    }
+    if (near_.size() < most_near) near_.push_back({cell, 1});
   }
   uint32_t code_near(Coder& coder, uint32_t chosen) {
     const auto count = static_cast<uint32_t>(near_.size());
     for (uint32_t i = 0; i < count; ++i) {
+      const Near& near = near_[i];
       uint32_t face = 7;
       for (uint32_t f = 0; f < most_faces; ++f) {
-        if (neighbours_[last_][f] == near_[i]) face = f;
+        if (neighbours_[last_][f] == near.cell) face = f;
       }
-      const uint32_t local = face | i << 3 | (near_[i] == last_ + 1 ? 64u : 0);
-      const Evidence which{local, last_rank_,     rank_of(near_[i]),
-                           count, history_ & 255, face << 4 | last_rank_};
+      const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (near.cell == last_ + 1 ? 64u : 0) |
+                             std::min<uint32_t>(near.met, 7) << 7;
+      const Evidence which{local, last_rank_, rank_of(near.cell), count, history_ & 255, i};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
-      return near_[i];
+      return near.cell;
     }
     return nothing;
   }
@@ -334,7 +364,8 @@ class CellSequence {
   uint64_t first_ = 0;
   Remaining* left_ = nullptr;
   std::vector<std::array<uint32_t, most_faces>> neighbours_;
-  std::vector<uint32_t> near_;
+  std::vector<Near> near_;
+  uint32_t beside_ = 0;  ///< of them, those that follow or share a face
   Decisions<question_count> decisions_{true};
   DifferenceModel leap_;
   uint64_t at_ = 0;

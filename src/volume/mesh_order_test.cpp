@@ -37,7 +37,9 @@ Mesh scattered_grid(unsigned n, unsigned seed) {
 
 bool is_apart(const std::vector<std::byte>& bytes) {
   const auto source = memory_source(Bytes(bytes));
-  const auto reader = StreamReader::open(source_stream(*source), {.any_order = true});
+  StreamReadOptions options;
+  options.any_order = true;
+  const auto reader = StreamReader::open(source_stream(*source), options);
   return reader && reader->description().order_apart;
 }
 
