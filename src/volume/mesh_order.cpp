@@ -445,12 +445,12 @@ std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& coded, ui
   return number;
 }
 
-void rearrange(Array& array, uint64_t first, const std::vector<uint32_t>& place) {
+void rearrange(Array& array, const std::vector<uint32_t>& place) {
   const size_t size = array.tuple_size();
-  std::vector<std::byte> bytes(place.size() * size);
+  std::vector<std::byte> bytes(array.bytes.size());
   for (size_t i = 0; i < place.size(); ++i)
-    std::copy_n(array.bytes.data() + (first + place[i]) * size, size, bytes.data() + i * size);
-  std::copy(bytes.begin(), bytes.end(), array.bytes.begin() + static_cast<ptrdiff_t>(first * size));
+    std::copy_n(array.bytes.data() + place[i] * size, size, bytes.data() + i * size);
+  array.bytes = std::move(bytes);
 }
 
 }  // namespace
@@ -493,30 +493,45 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders) {
   return {points.finish(), cells.finish()};
 }
 
-bool restore_order(Mesh& mesh, Bytes points, Bytes cells) {
-  std::vector<uint32_t> sequence;
-  RangeDecoder point_coder(points), cell_coder(cells);
-  PointOrder<RangeDecoder> of_points(mesh.blocks, mesh.point_count());
-  if (!of_points.code(point_coder, sequence, mesh.point_count())) return false;
-  std::vector<uint32_t> number(sequence.size());
-  for (size_t i = 0; i < sequence.size(); ++i) number[sequence[i]] = static_cast<uint32_t>(i);
-  rearrange(mesh.points, 0, sequence);
-  for (Array& array : mesh.arrays) {
-    if (array.domain == Domain::point) rearrange(array, 0, sequence);
-  }
-  for (CellBlock& block : mesh.blocks) {
+std::optional<InputOrder> decode_order(const Mesh& coded, const CodedOrder& order) {
+  InputOrder found;
+  RangeDecoder points(order.points), cells(order.cells);
+  const uint64_t count = coded.point_count();
+  if (!PointOrder<RangeDecoder>(coded.blocks, count).code(points, found.points, count)) return {};
+  std::vector<uint32_t> number(count);
+  for (size_t i = 0; i < count; ++i) number[found.points[i]] = static_cast<uint32_t>(i);
+  std::vector<CellBlock> blocks = coded.blocks;
+  for (CellBlock& block : blocks) {
     for (uint32_t& point : block.connectivity) point = number[point];
   }
-  CellSequence<RangeDecoder> order(mesh.blocks, mesh.point_count());
+  CellSequence<RangeDecoder> sequence(blocks, count);
+  uint32_t first = 0;
+  for (const CellBlock& block : blocks) {
+    std::vector<uint32_t> places;
+    if (!sequence.code(cells, block, first, {}, places)) return {};
+    for (const uint32_t place : places) found.cells.push_back(first + place);
+    first += static_cast<uint32_t>(places.size());
+  }
+  return found;
+}
+
+bool restore_order(Mesh& mesh, const CodedOrder& order) {
+  const auto found = decode_order(mesh, order);
+  if (!found) return false;
+  rearrange(mesh.points, found->points);
+  for (Array& array : mesh.arrays) {
+    if (array.domain == Domain::point) rearrange(array, found->points);
+    if (array.domain == Domain::cell) rearrange(array, found->cells);
+  }
+  std::vector<uint32_t> number(found->points.size());
+  for (size_t i = 0; i < number.size(); ++i) number[found->points[i]] = static_cast<uint32_t>(i);
   uint64_t first = 0;
   for (CellBlock& block : mesh.blocks) {
-    std::vector<uint32_t> places;
-    if (!order.code(cell_coder, block, first, {}, places)) return false;
-    for (Array& array : mesh.arrays) {
-      if (array.domain == Domain::cell) rearrange(array, first, places);
-    }
+    std::vector<uint64_t> places(block.size());
+    for (size_t i = 0; i < places.size(); ++i) places[i] = found->cells[first + i] - first;
+    for (uint32_t& point : block.connectivity) point = number[point];
+    block = rearranged(block, places);
     first += places.size();
-    block = rearranged(block, std::vector<uint64_t>(places.begin(), places.end()));
   }
   return true;
 }

@@ -29,8 +29,16 @@ std::optional<CodedOrder> split_order(Bytes bytes);
 /// For meshes without cells of kind `loose_cell`.
 CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders);
 
+/// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
+/// cells[i] that of its cell i, through all blocks.
+struct InputOrder {
+  std::vector<uint32_t> points, cells;
+};
+/// `coded`: blocks of the mesh in the coded order. None: the bytes are damaged.
+std::optional<InputOrder> decode_order(const Mesh& coded, const CodedOrder& order);
+
 /// Puts the cells and points of a mesh, with all arrays, from the coded order into the input's. False: the
 /// bytes are damaged.
-bool restore_order(Mesh& mesh, Bytes points, Bytes cells);
+bool restore_order(Mesh& mesh, const CodedOrder& order);
 
 }  // namespace maille

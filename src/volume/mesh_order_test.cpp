@@ -141,7 +141,7 @@ RC_GTEST_PROP(MeshOrder, GivesAnySoupOfShapesBackFromAnyOrder, ()) {
   const CellOrders orders = {{order.begin(), order.end()}};
   const CodedOrder bytes = encode_order(mesh, orders);
   Mesh back = in_coded_order(mesh, orders);
-  RC_ASSERT(restore_order(back, bytes.points, bytes.cells));
+  RC_ASSERT(restore_order(back, bytes));
   RC_ASSERT(back.blocks[0].connectivity == mesh.blocks[0].connectivity);
   RC_ASSERT(back.blocks[0].types == mesh.blocks[0].types);
   RC_ASSERT(back.points.bytes == mesh.points.bytes);
@@ -158,7 +158,7 @@ RC_GTEST_PROP(MeshOrder, MakesSomeOrderOrNoneOfDamagedBytes, ()) {
     if (*rc::gen::arbitrary<bool>()) part->resize(*rc::gen::inRange<size_t>(0, part->size()));
   }
   Mesh back = in_coded_order(mesh, orders);
-  if (restore_order(back, bytes.points, bytes.cells)) RC_ASSERT(validate(back).has_value());
+  if (restore_order(back, bytes)) RC_ASSERT(validate(back).has_value());
 }
 
 }  // namespace

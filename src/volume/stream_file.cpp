@@ -357,7 +357,7 @@ class MeshCollector {
     if (auto valid = validate(mesh_); !valid) {
       return failure(ErrorCode::corrupt, name + ": " + std::move(valid).error().message);
     }
-    if (order && !(all_have_shapes(mesh_) && restore_order(mesh_, order->points, order->cells))) {
+    if (order && !(all_have_shapes(mesh_) && restore_order(mesh_, *order))) {
       return failure(ErrorCode::corrupt, name + ": the order of cells and points is damaged");
     }
     return std::move(mesh_);
