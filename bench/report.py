@@ -4,6 +4,7 @@
 report.py RESULTS.jsonl               prints the summary and the bars of the project
 report.py RESULTS.jsonl --docs FILE   also writes the tables into FILE between its markers
 report.py RESULTS.jsonl --plot FILE   also draws size against decode speed (PNG)
+report.py RESULTS.jsonl --volume      the same for the results of maille_bench_volume, between its own markers
 """
 
 import argparse
@@ -12,6 +13,8 @@ import json
 import math
 import re
 import statistics
+
+import report_volume
 
 YARDSTICK = {'lossless': 'meshopt + zstd -19'}  # every other precision: Draco's best
 DRACO = 'draco -cl 10'
@@ -191,8 +194,12 @@ def write_docs(results, path):
     if turned:
         parts.append('### Every second face turned around\n\n' + turned)
     parts.append('### What does not come back\n\n' + losses(results))
+    write_between(path, 'tables', parts)
+
+
+def write_between(path, marker, parts):
     text = open(path).read()
-    begin, end = '<!-- tables: begin -->\n', '<!-- tables: end -->'
+    begin, end = f'<!-- {marker}: begin -->\n', f'<!-- {marker}: end -->'
     head, rest = text.split(begin)
     open(path, 'w').write(head + begin + '\n' + '\n'.join(parts) + '\n' + end + rest.split(end)[1])
 
@@ -243,7 +250,14 @@ def main():
     arguments.add_argument('results')
     arguments.add_argument('--docs')
     arguments.add_argument('--plot')
+    arguments.add_argument('--volume', action='store_true')
     options = arguments.parse_args()
+    if options.volume:
+        parts = list(report_volume.sections(options.results))
+        print('\n' + '\n'.join(parts))
+        if options.docs:
+            write_between(options.docs, 'volume tables', parts)
+        return
     results = Results(options.results)
     print('\n' + '\n'.join(summary(results)))
     bars(results)

@@ -176,10 +176,15 @@ struct StreamDescription {
   std::string provenance;
   int effort = 5;
   bool any_order = false;
+  /// The input's order is in the file, apart from the cells, which come in another one: decode() gives it
+  /// back, pieces cannot.
+  bool order_apart = false;
 };
 
 struct StreamReadOptions {
   Limits limits;  ///< of what the reader holds at once
+  /// Take files whose order stands apart (StreamDescription::order_apart), too, in the order of their pieces.
+  bool any_order = false;
   Executor* executor = nullptr;
 };
 

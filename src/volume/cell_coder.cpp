@@ -139,11 +139,30 @@ bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const 
   return false;
 }
 
+/// As far from each neighbour of the corner as the last cell's corner there is from its neighbour: rows and
+/// layers with gaps go on with the same distance.
+template <class Coder>
+template <class Suggest>
+void CellCoder<Coder>::suggest_as_last(unsigned corner, Suggest suggest) const {
+  if (corner == most_corners || sources_.cell[0] == no_slot) return;
+  const Hull::Cell& last = hull_.cell(sources_.cell[0]);
+  if (last.kind != cell_.kind || last.corner[corner] == no_slot) return;
+  unsigned left = Numbering::most_others;
+  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0 && left > 0; n &= n - 1) {
+    const auto neighbour = static_cast<unsigned>(__builtin_ctz(n));
+    if (last.corner[neighbour] == no_slot) continue;
+    suggest(number_of(cell_.corner[neighbour]) + number_of(last.corner[corner]) -
+            number_of(last.corner[neighbour]));
+    --left;
+  }
+}
+
 template <class Coder>
 uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
-                                        unsigned context) {
+                                        unsigned context, unsigned corner) {
   const uint64_t input = number;
-  number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context) : counted_;
+  const auto others = [&](auto suggest) { suggest_as_last(corner, suggest); };
+  number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
   ++counted_;
   if constexpr (!encoding) {
     // No point is there twice; an encoder looked before.
@@ -179,7 +198,7 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
     if (several || cell_.shape().parallelograms[i] == 0) points_behind(point, i);
     uint64_t expected = 0;
     const bool has_expected = expected_number(i, expected);
-    point.slot = create_point(numbers, cell.number[i], has_expected, expected, i + (several ? 8 : 0));
+    point.slot = create_point(numbers, cell.number[i], has_expected, expected, i + (several ? 8 : 0), i);
     if (damaged_) return;
     point.number = encoding ? input_number(point.slot) : number_of(point.slot);
     cell_.set_corner(i, point.slot);
@@ -292,10 +311,12 @@ bool CellCoder<Coder>::code_isolated(Coder& numbers, StreamedCell& cell, CodedCe
 
 // Not the whole class: GCC 12 with -flto then drops the members that the other files define.
 template bool CellCoder<RangeEncoder>::code(RangeEncoder&, RangeEncoder&, StreamedCell&, CodedCells&);
-template uint32_t CellCoder<RangeEncoder>::create_point(RangeEncoder&, uint64_t, bool, uint64_t, unsigned);
+template uint32_t CellCoder<RangeEncoder>::create_point(RangeEncoder&, uint64_t, bool, uint64_t, unsigned,
+                                                        unsigned);
 template void CellCoder<RangeEncoder>::end_point(uint32_t, CodedCells&);
 template bool CellCoder<RangeDecoder>::code(RangeDecoder&, RangeDecoder&, StreamedCell&, CodedCells&);
-template uint32_t CellCoder<RangeDecoder>::create_point(RangeDecoder&, uint64_t, bool, uint64_t, unsigned);
+template uint32_t CellCoder<RangeDecoder>::create_point(RangeDecoder&, uint64_t, bool, uint64_t, unsigned,
+                                                        unsigned);
 template void CellCoder<RangeDecoder>::end_point(uint32_t, CodedCells&);
 
 }  // namespace maille

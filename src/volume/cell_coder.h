@@ -135,9 +135,12 @@ class CellCoder {
   void glue_the_rest();
 
   void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  /// `corner`: of the cell being coded; most_corners for other nodes.
   uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
-                        unsigned context);
+                        unsigned context, unsigned corner = most_corners);
   bool expected_number(unsigned corner, uint64_t& number) const;
+  template <class Suggest>
+  void suggest_as_last(unsigned corner, Suggest suggest) const;
   void points_behind(NewPoint& point, unsigned corner) const;
   void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
   uint32_t extra_node_on(unsigned node) const;
@@ -150,7 +153,8 @@ class CellCoder {
   bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
 
   bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
-    bit = decisions_.code(coder, bit, question, {local, recent_, nearby, valence});
+    bit = decisions_.code(coder, bit, question,
+                          {local, recent_, nearby, valence, signature_, last_signatures_[0]});
     signature_ = hashed(signature_, static_cast<uint32_t>(bit));
     return bit;
   }

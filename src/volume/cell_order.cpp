@@ -10,8 +10,6 @@
 namespace maille {
 namespace {
 
-constexpr uint32_t no_cell = 0xffffffff;
-
 /// A face by its points in ascending order; unused ones are no point's number.
 struct FaceKey {
   std::array<uint32_t, 4> point;
@@ -55,8 +53,22 @@ std::vector<FaceKey> sorted_faces(const CellBlock& block) {
   return faces;
 }
 
-/// Neighbours across faces, by cell: at most six. Where three cells have a face, those beside each other in
-/// number.
+/// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead
+/// of 8.1 bits a tetrahedron, 0.85 instead of 1.15 a hexahedron: tetrahedra go round an edge, hexahedra in
+/// layers); then the lower number.
+struct Waiting {
+  uint32_t faces;
+  uint32_t reached;
+  uint32_t cell;
+
+  bool operator<(const Waiting& other) const {
+    if (faces != other.faces) return faces < other.faces;
+    return reached != other.reached ? reached > other.reached : cell > other.cell;
+  }
+};
+
+}  // namespace
+
 std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& block) {
   std::array<uint32_t, most_faces> none;
   none.fill(no_cell);
@@ -76,22 +88,6 @@ std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& blo
   }
   return neighbours;
 }
-
-/// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead
-/// of 8.1 bits a tetrahedron, 0.85 instead of 1.15 a hexahedron: tetrahedra go round an edge, hexahedra in
-/// layers); then the lower number.
-struct Waiting {
-  uint32_t faces;
-  uint32_t reached;
-  uint32_t cell;
-
-  bool operator<(const Waiting& other) const {
-    if (faces != other.faces) return faces < other.faces;
-    return reached != other.reached ? reached > other.reached : cell > other.cell;
-  }
-};
-
-}  // namespace
 
 std::vector<uint64_t> front_order(const CellBlock& block) {
   std::vector<uint64_t> order;

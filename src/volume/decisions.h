@@ -39,23 +39,27 @@ class RunModel {
   uint16_t visits_ = 0;
 };
 
-/// What is known when a decision of the slow path is coded: four contexts, of which each alone predicts.
+/// What is known when a decision of the slow path is coded. Each of these alone predicts, beside the local
+/// context, and so do some pairs.
 struct Evidence {
   uint32_t local = 0;    ///< the geometry of the decision itself
   uint32_t recent = 0;   ///< how the last cells were coded
   uint32_t nearby = 0;   ///< how the cell next to it was coded
   uint32_t valence = 0;  ///< how many cells meet here
+  uint32_t before = 0;   ///< all decisions of this cell so far
+  uint32_t last = 0;     ///< how the last cell was coded
 };
 
 /// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context
-/// decides alone; else the four are mixed.
+/// decides alone; else eight contexts are mixed.
 template <unsigned Questions>
 class Decisions {
  public:
   explicit Decisions(bool mixed)
       : mixed_(mixed),
         cells_(size_t{1} << (mixed ? table_bits : small_table_bits)),
-        mixer_(Questions * 4, Questions * 16, Questions, {24576, 24576, 24576, 24576}) {}
+        mixer_(Questions * 8, Questions * 16, Questions,
+               {16384, 16384, 16384, 16384, 16384, 16384, 16384, 16384}) {}
 
   template <class Coder>
   bool code(Coder& coder, bool bit, unsigned question, const Evidence& evidence) {
@@ -66,18 +70,24 @@ class Decisions {
       cell.update(bit);
       return bit;
     }
-    const uint32_t place[4] = {base, hashed(base, evidence.recent + 0x10000),
-                               hashed(base, evidence.nearby + 0x20000),
-                               hashed(base, evidence.valence + 0x30000)};
-    WideCell* cell[4];
-    Mixer<4>::Inputs inputs{};
+    const uint32_t near = hashed(base, evidence.nearby + 0x20000);
+    const uint32_t place[contexts] = {base,
+                                      hashed(base, evidence.recent + 0x10000),
+                                      near,
+                                      hashed(base, evidence.valence + 0x30000),
+                                      hashed(base, evidence.before + 0x40000),
+                                      hashed(base, evidence.last + 0x50000),
+                                      hashed(near, evidence.valence + 0x60000),
+                                      hashed(near, evidence.before + 0x70000)};
+    WideCell* cell[contexts];
+    Mixer<contexts>::Inputs inputs{};
     unsigned met = 0;
-    for (unsigned i = 0; i < 4; ++i) {
+    for (unsigned i = 0; i < contexts; ++i) {
       cell[i] = &cells_[(place[i] * 0x9e3779b1u) >> (32 - table_bits)];
-      inputs[0][i] = cell[i]->logit();
+      inputs[i / 4][i % 4] = cell[i]->logit();
       met += cell[i]->visits > 2;
     }
-    const unsigned first = question * 4 + (met == 0 ? 0 : met - 1);
+    const unsigned first = question * 8 + (met == 0 ? 0 : met - 1);
     const unsigned second = question * 16 + (evidence.local & 15);
     bit = coder.code(bit, mixer_.predict(inputs, first, second, question));
     mixer_.update(bit);
@@ -86,7 +96,8 @@ class Decisions {
   }
 
  private:
-  static constexpr unsigned table_bits = 19;
+  static constexpr unsigned contexts = 8;
+  static constexpr unsigned table_bits = 20;
   static constexpr unsigned small_table_bits = 14;
   static uint32_t bounded(uint32_t probability) {
     return probability < 32 ? 32 : probability > 65536 - 32 ? 65536 - 32 : probability;
@@ -94,7 +105,7 @@ class Decisions {
 
   bool mixed_;
   std::vector<WideCell> cells_;
-  Mixer<4> mixer_;
+  Mixer<contexts> mixer_;
 };
 
 /// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with

@@ -12,6 +12,8 @@ namespace maille {
 struct ArrayMapsList {
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
+  /// Not empty: the stream of the input's order, where cells are given in another one (mesh_order.h).
+  std::vector<std::byte> order_apart;
 };
 
 /// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:

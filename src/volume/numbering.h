@@ -14,11 +14,14 @@ namespace maille {
 class Numbering {
  public:
   static constexpr unsigned most_tracks = 8;
+  static constexpr unsigned most_others = 3;
 
   /// `expected`: the number that three corners of the cell suggest, if `has_expected`; `context` below 64.
-  template <class Coder>
-  uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected, unsigned context) {
-    std::array<uint64_t, most_tracks + 3> guess{};
+  /// `others(suggest)` has up to three more guesses, asked for only when the first one is wrong.
+  template <class Coder, class Others>
+  uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected, unsigned context,
+                Others others) {
+    std::array<uint64_t, most_guesses> guess{};
     unsigned count = 0;
     const auto suggest = [&](uint64_t value) {
       for (unsigned i = 0; i < count; ++i) {
@@ -26,9 +29,13 @@ class Numbering {
       }
       guess[count++] = value;
     };
+    const uint64_t next = track_[0] + 1;
+    // Where both guesses agree they are nearly always right; what is below the last number is mostly taken.
+    const unsigned agreement = !has_expected ? 0 : expected == next ? 1 : expected > next ? 2 : 3;
     const bool expected_first = has_expected && last_hit_ == 1;
+    context = context * 4 + agreement;
     // Nearly always it is the first guess, so the others are not even made before.
-    const uint64_t first = expected_first ? expected : track_[0] + 1;
+    const uint64_t first = expected_first ? expected : next;
     if (flag(context, expected_first, 0).code(coder, number == first)) {
       remember_hit(0, has_expected && first == expected);
       move_to_front(first);
@@ -37,6 +44,7 @@ class Numbering {
     if (expected_first) suggest(expected);
     suggest(track_[0] + 1);
     if (has_expected && !expected_first) suggest(expected);
+    others(suggest);
     for (unsigned i = 1; i < tracks_; ++i) suggest(track_[i] + 1);
     for (unsigned i = 0; i < 2 && i < tracks_; ++i) suggest(track_[i] - 1);
     for (unsigned i = 1; i < count; ++i) {
@@ -50,8 +58,9 @@ class Numbering {
   }
 
  private:
+  static constexpr unsigned most_guesses = most_tracks + 3 + most_others;
   RunModel& flag(unsigned context, bool expected_first, unsigned guess) {
-    return guesses_[((context * 16 + history_) * 2 + expected_first) * (most_tracks + 3) + guess];
+    return guesses_[((context * 16 + history_) * 2 + expected_first) * most_guesses + guess];
   }
   void remember_hit(unsigned place, bool as_expected) {
     history_ = (history_ * 4 + (place < 2 ? place : 2)) & 15;
@@ -92,7 +101,7 @@ class Numbering {
   unsigned tracks_ = 1;
   unsigned history_ = 0;
   unsigned last_hit_ = 0;
-  std::vector<RunModel> guesses_ = std::vector<RunModel>(64 * 16 * 2 * (most_tracks + 3));
+  std::vector<RunModel> guesses_ = std::vector<RunModel>(64 * 4 * 16 * 2 * most_guesses);
   std::array<BitModel, 8> which_;
   DifferenceModel jump_;
 };

@@ -9,6 +9,7 @@
 #include "container/file_reader.h"
 #include "surface/array_report.h"
 #include "volume/cell_order.h"
+#include "volume/mesh_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_layout.h"
 
@@ -66,9 +67,6 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
   return stream;
 }
 
-/// By block, the order in which its cells are written; none: as they are.
-using CellOrders = std::vector<std::vector<uint64_t>>;
-
 /// When each point is used last, counted in cells as written; none for points that no cell uses.
 std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
@@ -91,11 +89,12 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   return last;
 }
 
-/// What the connectivity of the first cells takes in these orders, in bytes.
+/// What the connectivity of the first cells takes in these orders, in bytes; with the numbers of points if
+/// they are kept.
 size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed,
-             uint64_t most_cells) {
+             uint64_t most_cells, bool numbered = false) {
   RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> coder(mixed, false);
+  CellCoder<RangeEncoder> coder(mixed, numbered);
   CodedCells out;
   StreamedCell cell;
   uint64_t time = 0;
@@ -118,20 +117,52 @@ size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint6
       coder.end_block();
     }
   }
-  return topology.finish().size();
+  return topology.finish().size() + (numbered ? numbers.finish().size() : 0);
+}
+
+/// In which order cells are written, and the bytes that give the input's order back if that is to be kept.
+struct Ordering {
+  CellOrders orders;
+  std::optional<CodedOrder> apart;
+};
+
+bool all_have_shapes(const Mesh& mesh) {
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      if (kind_of(block.type_of(i)) >= shape_count) return false;
+    }
+  }
+  return true;
+}
+
+/// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
+/// smaller with the input's order beside it.
+Ordering keep_order(const Mesh& mesh, bool mixed) {
+  constexpr uint64_t sample = 20'000;
+  constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
+  const CellOrders as_they_are(mesh.blocks.size());
+  const uint64_t cells = mesh.cell_count(), tried = std::min(cells, sample);
+  if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
+  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed, sample, true);
+  if (natural <= tried * scattered) return {as_they_are, {}};
+  CellOrders by_front;
+  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
+  const size_t front = trial(mesh, by_front, last_cells(mesh, by_front), mixed, sample);
+  CodedOrder order = encode_order(mesh, by_front);
+  const uint64_t apart = order.points.size() + order.cells.size();
+  if (natural * cells <= front * cells + apart * tried) return {as_they_are, {}};
+  return {std::move(by_front), std::move(order)};
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
-CellOrders choose_orders(const Mesh& mesh, const EncodeOptions& options) {
+CellOrders choose_orders(const Mesh& mesh, bool mixed) {
   CellOrders as_they_are(mesh.blocks.size());
-  if (options.order == Order::keep) return as_they_are;
-  const bool mixed = mixes(options.effort);
   CellOrders by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
   const std::vector<uint64_t> last = last_cells(mesh, as_they_are),
                               last_by_front = last_cells(mesh, by_front);
   // Some thousand cells mostly decide: cells in no order at all take long to try.
-  for (const uint64_t cells : {uint64_t{20'000}, uint64_t{400'000}}) {
+  for (const uint64_t cells : {uint64_t{5'000}, uint64_t{400'000}}) {
     const size_t natural = trial(mesh, as_they_are, last, mixed, cells);
     const size_t front = trial(mesh, by_front, last_by_front, mixed, cells);
     if (cells == 400'000 || natural > 2 * front || front > 2 * natural)
@@ -143,10 +174,10 @@ CellOrders choose_orders(const Mesh& mesh, const EncodeOptions& options) {
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
-  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const EncodeOptions& options)
+  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const CellOrders& orders, const EncodeOptions& options)
       : mesh_(mesh),
         writer_(writer),
-        orders_(choose_orders(mesh, options)),
+        orders_(orders),
         last_(last_cells(mesh, orders_)),
         pace_(options.progress, "cells", mesh.cell_count()),
         executor_(options.executor ? *options.executor : serial_executor()) {
@@ -249,7 +280,7 @@ class MeshFeeder {
 
   const Mesh& mesh_;
   StreamWriter& writer_;
-  CellOrders orders_;
+  const CellOrders& orders_;
   std::vector<uint64_t> last_;
   Pace pace_;
   Executor& executor_;
@@ -270,13 +301,15 @@ ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, do
   return report;
 }
 
-EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps) {
+EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps,
+                       const std::optional<CodedOrder>& order) {
   EncodeReport report = report_of(mesh);
   report.file_bytes = stream.file_bytes;
-  report.connectivity.coded_bytes = stream.cell_bytes;
-  report.order_bytes = stream.number_bytes;
+  report.connectivity.coded_bytes = stream.cell_bytes + (order ? order->cells.size() : 0);
+  report.order_bytes = stream.number_bytes + (order ? order->points.size() : 0);
   report.positions = report_of(mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
-  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
+  report.other_bytes =
+      stream.file_bytes - report.connectivity.coded_bytes - report.order_bytes - stream.position_bytes;
   size_t next = 0;
   for (const Array& array : mesh.arrays) {
     if (array.domain == Domain::mesh) {
@@ -297,10 +330,18 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   StreamOptions stream_options = MAILLE_TRY(options_for(mesh, options));
   MeshPoints points(mesh);
   stream_options.points = &points;
-  const ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
+  ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
+  const bool mixed = mixes(options.effort);
+  const Ordering ordering =
+      options.order == Order::keep ? keep_order(mesh, mixed) : Ordering{choose_orders(mesh, mixed), {}};
+  if (ordering.apart) {
+    stream_options.any_order = true;
+    maps.order_apart = join_order(*ordering.apart);
+  }
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
-  MAILLE_CHECK(MeshFeeder(mesh, writer, options).feed());
-  return report_of(mesh, MAILLE_TRY(writer.finish()), maps);
+  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering.orders, options).feed());
+  const StreamReport stream = MAILLE_TRY(writer.finish());
+  return report_of(mesh, stream, maps, ordering.apart);
 }
 
 namespace {
@@ -351,7 +392,8 @@ class MeshCollector {
     return {};
   }
 
-  Result<Mesh> finish(const std::string& name) {
+  /// `order`: the input's, where the stream has another one.
+  Result<Mesh> finish(const std::string& name, const std::optional<CodedOrder>& order) {
     MAILLE_CHECK(put_in_place(name));
     for (size_t k = 0; k < arrays_.size(); ++k) {
       if (wanted_[k]) mesh_.arrays.push_back(std::move(arrays_[k]));
@@ -359,6 +401,9 @@ class MeshCollector {
     for (Array& array : mesh_arrays_) mesh_.arrays.push_back(std::move(array));
     if (auto valid = validate(mesh_); !valid) {
       return failure(ErrorCode::corrupt, name + ": " + std::move(valid).error().message);
+    }
+    if (order && !(all_have_shapes(mesh_) && restore_order(mesh_, *order))) {
+      return failure(ErrorCode::corrupt, name + ": the order of cells and points is damaged");
     }
     return std::move(mesh_);
   }
@@ -448,8 +493,16 @@ class MeshCollector {
 }  // namespace
 
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
-  StreamReader reader = MAILLE_TRY(
-      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+  StreamReader reader = MAILLE_TRY(StreamReader::open(
+      source_stream(source), {.limits = options.limits, .any_order = true, .executor = options.executor}));
+  std::optional<CodedOrder> order;
+  if (reader.description().order_apart) {
+    const FileReader file = MAILLE_TRY(FileReader::open(source, known_types));
+    const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"ordr"}));
+    order = split_order(bytes);
+    if (!order)
+      return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
+  }
   MeshCollector collector(reader.description(), options);
   Executor& executor = options.executor ? *options.executor : serial_executor();
   std::array<StreamPiece, 2> pieces;
@@ -469,7 +522,7 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
     more = MAILLE_TRY(following);
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
-  return collector.finish(source.name());
+  return collector.finish(source.name(), order);
 }
 
 namespace {
@@ -512,7 +565,8 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.format_minor = reader.header().minor;
   info.mode = Mode::stream;
   info.effort = header.description.effort;
-  info.order = header.description.any_order ? Order::canonical : Order::keep;
+  const StreamDescription& description = header.description;
+  info.order = description.any_order && !description.order_apart ? Order::canonical : Order::keep;
   info.file_bytes = source.size();
   info.points = tail.points;
   info.cells = tail.cells;

@@ -62,6 +62,7 @@ void visit_header(Visitor& v, Header& header) {
   auto& description = header.description;
   v.count(description.effort, 9);
   v.flag(description.any_order);
+  v.flag(description.order_apart);
   v.flag(header.mixed);
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });

@@ -88,6 +88,11 @@ Result<> StreamReader::Implementation::open() {
   }
   const std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
   header_ = MAILLE_TRY(decode_header(bytes));
+  if (header_.description.order_apart && !options_.any_order) {
+    return failure(
+        ErrorCode::unsupported,
+        pull_.name() + ": cells and points stand in another order than in the mesh; decode() reads it");
+  }
   uint64_t models = tuple_coder_bytes(header_.positions());
   for (size_t i = 0; i < header_.description.arrays.size(); ++i)
     models += tuple_coder_bytes(header_.array(i));

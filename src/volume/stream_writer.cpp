@@ -551,7 +551,7 @@ Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const Ar
 Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
   StreamHeader header;
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
-                        options.provenance, options.effort, options.any_order};
+                        options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
   header.mixed = mixes(options.effort);
   header.maps = maps.maps;
   header.bounds = maps.bounds;
@@ -559,6 +559,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   FileWriter file = MAILLE_TRY(
       FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
   MAILLE_CHECK(file.write_stream({"DESC", 0, 0}, description));
+  if (!maps.order_apart.empty()) MAILLE_CHECK(file.write_stream({"ordr", 0, 0}, maps.order_apart));
   return StreamWriter(
       std::make_unique<Implementation>(sink, std::move(options), std::move(header), std::move(file)));
 }
