@@ -106,6 +106,9 @@ class StreamWriter {
   Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
                      std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
                      size_t nodes = 0);
+  /// One polyhedron: the number of corners of each face, and the points of these corners, face after face.
+  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
+                          std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {});
   /// Points that no further cell uses, told after the fact.
   Result<> end_points(std::span<const uint64_t> numbers);
 
@@ -141,6 +144,9 @@ struct StreamPiece {
   std::vector<uint64_t> offsets;                    ///< size of types + 1
   std::vector<uint64_t> connectivity;               ///< numbers of points
   std::vector<uint32_t> slots;                      ///< the same as slots
+  /// If there are polyhedra, as CellBlock has them; otherwise both empty.
+  std::vector<uint32_t> face_sizes;
+  std::vector<uint64_t> cell_faces;
   std::vector<std::vector<std::byte>> cell_arrays;  ///< in the order of declaration, arrays on cells only
 
   std::vector<uint64_t> points;       ///< numbers of points that come up here

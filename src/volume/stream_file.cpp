@@ -95,7 +95,7 @@ size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint6
       const uint64_t number = orders[b].empty() ? i : orders[b][i];
       cell.kind =
           kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
-      if (cell.kind == loose_cell) continue;
+      if (cell.kind >= shape_count) continue;
       const auto points = block.cell(number);
       cell.final = 0;
       for (size_t k = 0; k < points.size(); ++k) {
@@ -166,7 +166,8 @@ class MeshFeeder {
       return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
     };
     const size_t nodes = block.cell(cell_at(first)).size();
-    const uint64_t most = nodes == 0 ? 1 : std::min<uint64_t>(512, block.size() - first);
+    const bool single = nodes == 0 || type_of(first) == CellType::polyhedron;
+    const uint64_t most = single ? 1 : std::min<uint64_t>(512, block.size() - first);
     numbers_.clear();
     finals_.clear();
     for (auto& bytes : arrays_) bytes.clear();
@@ -186,6 +187,10 @@ class MeshFeeder {
       if (!pace_.step()) return cancelled();
     }
     const std::vector<Bytes> arrays(arrays_.begin(), arrays_.end());
+    if (type_of(first) == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(block.faces(cell_at(first)), numbers_, finals_, arrays));
+      return count;
+    }
     MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
     return count;
   }
@@ -345,9 +350,23 @@ class MeshCollector {
       block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
     }
     if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
+    add_faces(piece, i, block);
     if (block.type == CellType::mixed) block.types.push_back(static_cast<uint8_t>(piece.types[i]));
     size_ += (piece.offsets[i + 1] - piece.offsets[i]) * 4 + (nodes_of(block.type) == 0 ? 9 : 0);
     return {};
+  }
+  void add_faces(const StreamPiece& piece, size_t i, CellBlock& block) {
+    const bool polyhedron = piece.types[i] == CellType::polyhedron;
+    if (!polyhedron && block.cell_faces.empty()) return;
+    if (block.cell_faces.empty()) block.cell_faces.assign(block.offsets.size() - 1, 0);
+    if (polyhedron) {
+      const auto begin = piece.face_sizes.begin();
+      block.face_sizes.insert(block.face_sizes.end(), begin + static_cast<ptrdiff_t>(piece.cell_faces[i]),
+                              begin + static_cast<ptrdiff_t>(piece.cell_faces[i + 1]));
+      size_ += (piece.cell_faces[i + 1] - piece.cell_faces[i]) * 4;
+    }
+    block.cell_faces.push_back(block.face_sizes.size());
+    size_ += 8;
   }
   /// Numbers of points must be 0 to n - 1, each once.
   Result<> put_in_place(const std::string& name) {

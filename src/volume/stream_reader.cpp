@@ -20,6 +20,8 @@ void clear(StreamPiece& piece) {
   piece.types.clear();
   piece.offsets.assign(1, 0);
   piece.connectivity.clear();
+  piece.face_sizes.clear();
+  piece.cell_faces.clear();
   piece.slots.clear();
   piece.points.clear();
   piece.point_slots.clear();
@@ -50,6 +52,7 @@ class StreamReader::Implementation {
   Result<> check_tail(Bytes bytes);
   Result<> decode_cells(Block& block);
   Result<> append_cell(const StreamedCell& cell, Block& block);
+  static void append_faces(const StreamedCell& cell, StreamPiece& piece);
   void begin_blocks(StreamPiece& piece);
   Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
 
@@ -198,11 +201,12 @@ void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
 }
 
 Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cell, size_t nodes) const {
-  CellType type = cell.kind == loose_cell ? cell.type : cell_shapes[cell.kind].type;
+  CellType type = cell.kind >= shape_count ? cell.type : cell_shapes[cell.kind].type;
   const bool renamed = type == CellType::triangle || type == CellType::quad;
-  if (block_type_ == CellType::polygon && renamed) type = CellType::polygon;
+  if (block_type_ == CellType::polygon && renamed && cell.kind < shape_count) type = CellType::polygon;
   const bool known =
-      type != CellType::mixed && type != CellType::polyhedron && std::string_view(name_of(type)) != "unknown";
+      type != CellType::mixed && (type != CellType::polyhedron || cell.kind == face_cell) &&
+      std::string_view(name_of(type)) != "unknown";
   const bool fits = block_type_ == CellType::mixed || block_type_ == type;
   if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
     return damaged("a cell of an impossible type");
@@ -215,7 +219,8 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
   piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
   const size_t at = piece.connectivity.size();
-  if (cell.kind == loose_cell) {
+  if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
+  if (cell.kind >= shape_count) {
     piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
     piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
   } else {
@@ -228,12 +233,19 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
     }
   }
   piece.offsets.push_back(piece.connectivity.size());
+  if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
   ++cells_seen_;
-  if (piece.connectivity.size() * 16 > options_.limits.mesh_bytes) {
+  if ((piece.connectivity.size() + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
   }
   return {};
+}
+
+/// With the first polyhedron all cells have faces, those before it none.
+void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPiece& piece) {
+  if (piece.cell_faces.empty()) piece.cell_faces.assign(piece.types.size(), 0);
+  piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
