@@ -181,7 +181,7 @@ class CellCoder {
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
   bool mixed_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
-  unsigned outcomes_ = 0;  ///< of the last two pattern flags
+  unsigned outcomes_ = 0;                    ///< of the last two pattern flags
 
   CellRef last_;
   CellRef last_anchor_;

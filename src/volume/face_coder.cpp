@@ -1,5 +1,5 @@
-// Cells given by their faces, in the order in which docs/format.md, "Cells given by faces", has the steps. The
-// points of faces that are new are coded in face_coder_loops.cpp.
+// Cells given by their faces, in the order in which docs/format.md, "Cells given by faces", has the steps.
+// The points of faces that are new are coded in face_coder_loops.cpp.
 #include "volume/face_coder.h"
 
 #include <algorithm>
@@ -19,8 +19,7 @@ constexpr uint32_t capped(size_t value, uint32_t most) {
 
 }  // namespace
 
-bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint32_t& start,
-            bool& same_way) {
+bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint32_t& start, bool& same_way) {
   const size_t size = own.size();
   if (size != other.size()) return false;
   for (size_t from = 0; from < size; ++from) {
@@ -141,9 +140,10 @@ typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::find_open(std::span<const 
   OpenFace found;
   if (loop.empty()) return found;
   open_faces_around(loop[0], [&](const OpenFace& face) {
-    const size_t size = face.id != no_slot
-                            ? store_.face(face.id).size
-                            : Hull::shape_of(host_->hull_.cell(face.of_hull.cell)).face[face.of_hull.face].size;
+    const size_t size =
+        face.id != no_slot
+            ? store_.face(face.id).size
+            : Hull::shape_of(host_->hull_.cell(face.of_hull.cell)).face[face.of_hull.face].size;
     if (size != loop.size()) return false;
     load(face, scratch_);
     uint32_t start = 0;
@@ -286,8 +286,8 @@ void FaceCoder<Coder>::code_anchor() {
   if constexpr (encoding) {
     while (chosen < anchors_.size() && own_face_on(anchors_[chosen].face) == no_slot) ++chosen;
   }
-  const bool listed = !anchors_.empty() &&
-                      decide(chosen < anchors_.size(), has_anchor, last_choice_, 0, capped(anchors_.size(), 31));
+  const bool listed = !anchors_.empty() && decide(chosen < anchors_.size(), has_anchor, last_choice_, 0,
+                                                  capped(anchors_.size(), 31));
   if (!listed) {
     const OpenFace distant = code_distant_anchor();
     last_choice_ = 63;
@@ -381,8 +381,10 @@ void FaceCoder<Coder>::add_member(const OpenFace& face) {
   for (size_t i = 0; i < scratch_.size(); ++i) {
     meet(scratch_[i]);
     const uint32_t a = scratch_[i], b = scratch_[(i + 1) % scratch_.size()];
-    if (member.same_way) add_edge(a, b);
-    else add_edge(b, a);
+    if (member.same_way)
+      add_edge(a, b);
+    else
+      add_edge(b, a);
   }
   members_.push_back(member);
 }
@@ -427,7 +429,8 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
   };
   store_.around(a, [&](uint32_t id, uint32_t place) {
     const FaceStore::Face& face = store_.face(id);
-    const uint32_t next = place + 1 == face.size ? 0 : place + 1, back = place == 0 ? face.size - 1 : place - 1;
+    const uint32_t next = place + 1 == face.size ? 0 : place + 1,
+                   back = place == 0 ? face.size - 1 : place - 1;
     if (store_.point(id, next) == b || store_.point(id, back) == b) {
       ++faces;
       if (face.open != 0) add({id, {}});
@@ -453,8 +456,8 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
     load(found[i], scratch_);
     uint32_t met = 0;
     for (const uint32_t point : scratch_) met += is_met(point);
-    const uint32_t local = capped(open, 7) | capped(faces, 15) << 3 | (cell_of(found[i]) == owner ? 128u : 0) |
-                           asked * 256u | capped(met, 7) << 10;
+    const uint32_t local = capped(open, 7) | capped(faces, 15) << 3 |
+                           (cell_of(found[i]) == owner ? 128u : 0) | asked * 256u | capped(met, 7) << 10;
     const bool here = decide(encoding && own_face_on(found[i]) != no_slot, is_member, local,
                              capped(scratch_.size(), 15) << 4 | capped(met, 15), capped(members_.size(), 31));
     asked = static_cast<uint8_t>(asked + 1);
@@ -476,11 +479,14 @@ void FaceCoder<Coder>::code_faces() {
       const bool wanted = encoding && member_of_[own] != no_slot;
       member = decide(wanted, from_members, (was_member ? 1u : 0) | (border_.empty() ? 2u : 0) | place << 2,
                       capped(members_left_, 31), capped(members_.size(), 31));
-    } else if (decide(encoding && own == count, is_end, border_.empty() ? 1 : 0, place, capped(border_.size(), 31))) {
+    } else if (decide(encoding && own == count, is_end, border_.empty() ? 1 : 0, place,
+                      capped(border_.size(), 31))) {
       break;
     }
-    if (member) code_member(own);
-    else code_loop(own);
+    if (member)
+      code_member(own);
+    else
+      code_loop(own);
     was_member = member;
     damaged_ = damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) ||
                nodes_.size() > most_face_corners || sizes_.size() > most_face_corners;
@@ -519,8 +525,10 @@ void FaceCoder<Coder>::code_member(uint32_t own) {
   for (unsigned rank = 0; rank < most_asked && !found; ++rank) {
     found = rank + 1 == members_left_ ||
             decide(place == wanted, member_here, rank | last_rank_ << 5, capped(members_left_, 31), own == 0);
-    if (found) last_rank_ = rank;
-    else place = line_[place].next;
+    if (found)
+      last_rank_ = rank;
+    else
+      place = line_[place].next;
   }
   if (!found) place = static_cast<uint32_t>(rank_model_.code(*coder_, static_cast<int64_t>(wanted)));
   damaged_ = damaged_ || place >= line_.size() || members_[line_[place].member].used;
@@ -543,7 +551,8 @@ void FaceCoder<Coder>::append_turned(uint32_t start, bool same_way) {
   start = code_start(start, size);
   if (damaged_) return;
   sizes_.push_back(size);
-  for (uint32_t i = 0; i < size; ++i) nodes_.push_back(scratch_[(same_way ? start + i : start + size - i) % size]);
+  for (uint32_t i = 0; i < size; ++i)
+    nodes_.push_back(scratch_[(same_way ? start + i : start + size - i) % size]);
 }
 
 template <class Coder>
@@ -556,7 +565,8 @@ uint32_t FaceCoder<Coder>::code_start(uint32_t start, uint32_t size) {
   unsigned bits = 0, node = 1;
   while (1u << bits < size) ++bits;
   for (unsigned level = bits; level > 0; --level) {
-    node = node * 2 + decide((start >> (level - 1) & 1) != 0, start_bit, size << 6 | node, last_start_, last_way_);
+    node = node * 2 +
+           decide((start >> (level - 1) & 1) != 0, start_bit, size << 6 | node, last_start_, last_way_);
   }
   start = node - (1u << bits);
   damaged_ = damaged_ || start >= size;

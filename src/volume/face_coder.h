@@ -179,7 +179,7 @@ class FaceCoder {
   std::vector<std::pair<OpenFace, uint8_t>> hull_faces_;  ///< of the hull: how often asked about
   std::vector<Place> line_;
   uint32_t members_left_ = 0, at_ = 0;
-  std::vector<Edge> border_;     ///< edges that one face has so far
+  std::vector<Edge> border_;      ///< edges that one face has so far
   std::vector<uint32_t> points_;  ///< each once
   std::vector<uint32_t> loop_;    ///< the face being coded, as slots
   std::vector<uint32_t> joined_;

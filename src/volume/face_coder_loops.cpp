@@ -44,11 +44,12 @@ void FaceCoder<Coder>::code_loop(uint32_t own) {
     find_next();
     const uint32_t situation =
         capped(k, 15) | (closes_ ? 16u : 0) | next_count_ << 5 | (last_fresh_ ? 128u : 0);
-    if (decide(encoding && k == cell_->sizes[own], face_ends, situation, capped(border_.size(), 31), last_size_))
+    if (decide(encoding && k == cell_->sizes[own], face_ends, situation, capped(border_.size(), 31),
+               last_size_))
       break;
     code_corner(encoding ? wanted_slot(own, k) : no_slot, encoding ? cell_->numbers[begin_[own] + k] : 0);
-    damaged_ = damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) ||
-               loop_.size() > most_face_corners;
+    damaged_ =
+        damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) || loop_.size() > most_face_corners;
   }
   if (damaged_) return;
   const auto size = static_cast<uint32_t>(loop_.size());
@@ -66,8 +67,10 @@ void FaceCoder<Coder>::find_next() {
   closes_ = false;
   for (size_t i = border_.size(); i-- > 0 && !loop_.empty();) {
     if (border_[i].to != loop_.back()) continue;
-    if (border_[i].from == loop_[0]) closes_ = true;
-    else if (next_count_ < next_.size()) next_[next_count_++] = border_[i].from;
+    if (border_[i].from == loop_[0])
+      closes_ = true;
+    else if (next_count_ < next_.size())
+      next_[next_count_++] = border_[i].from;
   }
 }
 
@@ -85,7 +88,8 @@ void FaceCoder<Coder>::code_corner(uint32_t wanted, uint64_t number) {
       return take(next_[i]);
   }
   const uint32_t situation = k | (last_fresh_ ? 8u : 0) | (closes_ ? 16u : 0) | (next_count_ > 0 ? 32u : 0);
-  if (decide(wanted == no_slot, is_new, situation, border, capped(members_.size(), 31))) return create(number);
+  if (decide(wanted == no_slot, is_new, situation, border, capped(members_.size(), 31)))
+    return create(number);
   unsigned rank = 0;
   for (size_t i = border_.size(); i-- > 0 && rank < 12;) {
     const uint32_t point = border_[i].to;
@@ -239,8 +243,10 @@ uint32_t FaceCoder<Coder>::bring_faces() {
     const auto loop = std::span(nodes_).subspan(begin, size);
     if (loop.empty()) continue;
     const OpenFace other = find_open(loop);
-    if (other.id != no_slot || other.of_hull.cell != no_slot) close(other);
-    else last_faces_.push_back(store_.add(loop, slot));
+    if (other.id != no_slot || other.of_hull.cell != no_slot)
+      close(other);
+    else
+      last_faces_.push_back(store_.add(loop, slot));
   }
   if (last_faces_.empty()) host_->hull_.give_back_cell(slot);
   return slot;
@@ -267,7 +273,8 @@ void FaceCoder<Coder>::code_finals() {
     });
     const bool polygon = cell_->type != CellType::polyhedron;
     const uint32_t local = capped(open, 15) | capped(faces, 31) << 4 | (polygon ? 512u : 0);
-    if (decide(encoding && final_[slot] == cells_, is_final, local, capped(of_store, 15), hashed(local, recent_)))
+    if (decide(encoding && final_[slot] == cells_, is_final, local, capped(of_store, 15),
+               hashed(local, recent_)))
       final_[slot] = cells_;
     damaged_ = damaged_ || (!encoding && coder_->exhausted());
   }
@@ -283,12 +290,12 @@ void FaceCoder<Coder>::code_finals() {
 }
 
 // The members defined here, one by one: the class itself is instantiated beside its other members.
-#define MAILLE_INSTANTIATE(Coder)                                                        \
-  template void FaceCoder<Coder>::code_loop(uint32_t);                                   \
-  template void FaceCoder<Coder>::code_polygon();                                        \
-  template void FaceCoder<Coder>::add_edge(uint32_t, uint32_t);                          \
-  template void FaceCoder<Coder>::meet(uint32_t);                                        \
-  template void FaceCoder<Coder>::enter();                                               \
+#define MAILLE_INSTANTIATE(Coder)                               \
+  template void FaceCoder<Coder>::code_loop(uint32_t);          \
+  template void FaceCoder<Coder>::code_polygon();               \
+  template void FaceCoder<Coder>::add_edge(uint32_t, uint32_t); \
+  template void FaceCoder<Coder>::meet(uint32_t);               \
+  template void FaceCoder<Coder>::enter();                      \
   template void FaceCoder<Coder>::code_finals()
 MAILLE_INSTANTIATE(RangeEncoder);
 MAILLE_INSTANTIATE(RangeDecoder);

@@ -19,8 +19,8 @@ class FaceStore {
   struct Face {
     uint32_t begin = 0;  ///< of its corners
     uint32_t size = 0;
-    uint32_t cell = no_slot;  ///< slot of the cell that brought it
-    uint32_t live = 0;        ///< corners whose point is in memory
+    uint32_t cell = no_slot;                     ///< slot of the cell that brought it
+    uint32_t live = 0;                           ///< corners whose point is in memory
     uint32_t before = no_slot, after = no_slot;  ///< open faces in the order in which they came
     uint64_t order = 0;                          ///< how many came before
     uint32_t asked_by = 0;                       ///< FaceCoder: the cell that was asked about it last

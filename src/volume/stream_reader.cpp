@@ -204,9 +204,8 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
   CellType type = cell.kind >= shape_count ? cell.type : cell_shapes[cell.kind].type;
   const bool renamed = type == CellType::triangle || type == CellType::quad;
   if (block_type_ == CellType::polygon && renamed && cell.kind < shape_count) type = CellType::polygon;
-  const bool known =
-      type != CellType::mixed && (type != CellType::polyhedron || cell.kind == face_cell) &&
-      std::string_view(name_of(type)) != "unknown";
+  const bool known = type != CellType::mixed && (type != CellType::polyhedron || cell.kind == face_cell) &&
+                     std::string_view(name_of(type)) != "unknown";
   const bool fits = block_type_ == CellType::mixed || block_type_ == type;
   if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
     return damaged("a cell of an impossible type");

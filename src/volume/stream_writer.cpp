@@ -262,7 +262,8 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
   MAILLE_CHECK(check_cells(CellType::polyhedron, 1, connectivity.size(), last_use, arrays));
   uint64_t corners = 0;
   for (const uint32_t size : face_sizes) corners += size;
-  if (corners != connectivity.size() || corners > most_face_corners || face_sizes.size() > most_face_corners) {
+  if (corners != connectivity.size() || corners > most_face_corners ||
+      face_sizes.size() > most_face_corners) {
     return failure(ErrorCode::malformed_input,
                    "cell " + std::to_string(cells_given_) + ": a polyhedron with " +
                        std::to_string(face_sizes.size()) + " faces of " + std::to_string(corners) +
