@@ -14,6 +14,7 @@ struct DecodeOptions {
   Limits limits;
   /// Names of the arrays wanted; without a value: all. Positions and connectivity always come.
   std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;             ///< of time, in files of mode stream: 0 for what the mesh came with
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
 };

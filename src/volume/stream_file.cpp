@@ -10,11 +10,10 @@
 #include "volume/cell_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_layout.h"
+#include "volume/time_steps.h"
 
 namespace maille {
 namespace {
-
-constexpr std::string_view known_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL"};
 
 /// Points of a mesh in memory, as the writer wants them.
 class MeshPoints final : public PointSource {
@@ -408,7 +407,7 @@ class MeshCollector {
 
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(
-      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+      StreamReader::open(source, options.step, {.limits = options.limits, .executor = options.executor}));
   MeshCollector collector(reader.description(), options);
   StreamPiece piece;
   while (MAILLE_TRY(reader.next(piece))) {
@@ -449,7 +448,7 @@ void add_sizes(const FileReader& reader, FileInfo& info) {
 }  // namespace
 
 Result<FileInfo> inspect_stream(const Source& source) {
-  const FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   const StreamHeader header = MAILLE_TRY(decode_header(MAILLE_TRY(reader.read_stream({"DESC"}))));
   StreamTail tail;
   if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"}))));
@@ -479,6 +478,12 @@ Result<FileInfo> inspect_stream(const Source& source) {
                                   array.domain == Domain::point ? tail.points : tail.cells));
   }
   add_sizes(reader, info);
+  for (const StreamStep& step : MAILLE_TRY(list_steps(source))) {
+    StepInfo& added = info.steps.emplace_back();
+    added.time = step.time;
+    added.coded_bytes = step.coded_bytes;
+    for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
+  }
   info.metadata = header.description.metadata;
   info.provenance = header.description.provenance;
   info.chunks = reader.chunks();

@@ -20,39 +20,6 @@ struct Block {
   std::vector<std::vector<std::byte>> tuples;
 };
 
-/// A lattice for a declared range, or the numbers as they are.
-Result<std::vector<NumberMap>> maps_of(const StreamArray& array, double diagonal, double& bound) {
-  using Kind = Tolerance::Kind;
-  const Tolerance& tolerance = array.tolerance;
-  bound = 0;
-  const NumberMap exact = {.kind =
-                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
-  if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
-  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
-    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
-  }
-  if (tolerance.kind != Kind::absolute && !array.range) {
-    return failure(ErrorCode::usage,
-                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
-  }
-  double step = 2 * tolerance.value;
-  const double width = array.range ? array.range->second - array.range->first : 0;
-  if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
-  if (tolerance.kind == Kind::bits)
-    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
-  if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
-  bound = step / 2;
-  const double origin = array.range ? array.range->first : 0;
-  // Rounding to the type takes a little of the bound.
-  const NumberMap lattice = {
-      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
-  return std::vector<NumberMap>(array.components, lattice);
-}
-
-double width_of(const StreamArray& array) {
-  return array.range ? array.range->second - array.range->first : 0;
-}
-
 }  // namespace
 
 class StreamWriter::Implementation {
@@ -500,11 +467,11 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
   ArrayMapsList maps;
   maps.bounds.resize(options.arrays.size() + 1);
   // The diagonal of a box with equal sides: the bound is kept, if the box is in the range declared.
-  const double diagonal = width_of(options.positions) * 1.7320508075688772;
-  maps.maps.push_back(MAILLE_TRY(maps_of(options.positions, diagonal, maps.bounds[0])));
+  const double diagonal = declared_width(options.positions) * 1.7320508075688772;
+  maps.maps.push_back(MAILLE_TRY(declared_maps(options.positions, diagonal, maps.bounds[0])));
   for (size_t i = 0; i < options.arrays.size(); ++i) {
     maps.maps.push_back(
-        MAILLE_TRY(maps_of(options.arrays[i], width_of(options.arrays[i]), maps.bounds[i + 1])));
+        MAILLE_TRY(declared_maps(options.arrays[i], declared_width(options.arrays[i]), maps.bounds[i + 1])));
   }
   return begin(sink, std::move(options), maps);
 }
