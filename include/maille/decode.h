@@ -25,4 +25,16 @@ struct DecodeOptions {
 /// cancelled.
 Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
 
+/// What could be had of a damaged file.
+struct Salvaged {
+  Mesh mesh;
+  /// What is damaged; without a value the file is whole, and so is the mesh.
+  std::optional<Error> damage;
+};
+
+/// Decompresses a file of mode stream as far as it goes: all cells before the first damaged or missing chunk,
+/// with their points. The points keep their order; where some are missing, numbers move up. Errors as
+/// decode(), but corrupt only if not even the description can be made out; unsupported for other modes.
+Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
+
 }  // namespace maille

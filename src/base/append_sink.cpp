@@ -8,7 +8,8 @@
 namespace maille {
 namespace {
 
-/// What is there already is never touched: whoever reads the file meanwhile, or after a crash, finds it whole.
+/// What is there already is never touched: whoever reads the file meanwhile, or after a crash, finds it
+/// whole.
 class AppendSink final : public Sink {
  public:
   AppendSink(Descriptor file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
@@ -31,8 +32,10 @@ class AppendSink final : public Sink {
     Bytes left = buffer_;
     while (!left.empty()) {
       const ssize_t written = ::write(file_.get(), left.data(), left.size());
-      if (written >= 0) left = left.subspan(static_cast<size_t>(written));
-      else if (errno != EINTR) return cannot_write(name_);
+      if (written >= 0)
+        left = left.subspan(static_cast<size_t>(written));
+      else if (errno != EINTR)
+        return cannot_write(name_);
     }
     buffer_.clear();
     return {};

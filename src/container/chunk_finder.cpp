@@ -184,8 +184,7 @@ Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& 
     Problems problems;
     std::vector<std::byte> file_header(file_header_bytes);
     MAILLE_CHECK(source.read_at(0, file_header));
-    parts.push_back(
-        MAILLE_TRY(scan_chunks(source, file_header, begin - footer_bytes, problems)).records);
+    parts.push_back(MAILLE_TRY(scan_chunks(source, file_header, begin - footer_bytes, problems)).records);
     if (!problems.sentences().empty()) return bad_index("fewer chunks than the file holds");
     break;
   }

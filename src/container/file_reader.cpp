@@ -95,7 +95,8 @@ Result<> FileReader::find_chunks(Bytes file_header) {
     problems = {};
     problems.add("what was appended from byte " + std::to_string(end_) +
                  " on is damaged, or was not finished; the file is read as it was before");
-  } else if (footer && !complete_) problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
+  } else if (footer && !complete_)
+    problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
   problems_ = problems.sentences();
   return {};
 }

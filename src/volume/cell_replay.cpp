@@ -24,7 +24,8 @@ Result<bool> CellReplay::next_block(CodedCells& cells) {
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
   for (uint64_t i = 0; i < count; ++i) {
     if (!coder_.code(*cells_, *numbers_, cell_, cells) || cells_->exhausted() || numbers_->exhausted())
-      return failure(ErrorCode::corrupt, "batch " + std::to_string(batch_number()) + ": the cells are damaged");
+      return failure(ErrorCode::corrupt,
+                     "batch " + std::to_string(batch_number()) + ": the cells are damaged");
     if (cells.nodes.size() * 16 > limits_.mesh_bytes)
       return failure(ErrorCode::memory_bound, "some thousand cells take more memory than allowed");
   }

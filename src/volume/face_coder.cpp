@@ -22,8 +22,10 @@ constexpr uint32_t capped(size_t value, uint32_t most) {
 bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint32_t& start, bool& same_way) {
   const size_t size = own.size();
   if (size != other.size()) return false;
-  for (size_t from = 0; from < size; ++from) {
+  unsigned tries = 8;  // faces may have one point thousands of times
+  for (size_t from = 0; from < size && tries > 0; ++from) {
     if (other[from] != own[0]) continue;
+    --tries;
     bool back = true, forth = true;
     for (size_t i = 0; i < size && (back || forth); ++i) {
       back = back && own[i] == other[(from + size - i) % size];
@@ -113,6 +115,29 @@ uint32_t FaceCoder<Coder>::cell_of(const OpenFace& face) const {
   return face.id != no_slot ? store_.face(face.id).cell : face.of_hull.cell;
 }
 
+template <class Coder>
+uint32_t FaceCoder<Coder>::size_of(const OpenFace& face) const {
+  if (face.id != no_slot) return store_.face(face.id).size;
+  return Hull::shape_of(host_->hull_.cell(face.of_hull.cell)).face[face.of_hull.face].size;
+}
+
+/// How many of the first corners of a face a cell has met: not of all, as a face may have a million.
+template <class Coder>
+uint32_t FaceCoder<Coder>::met_points(const OpenFace& face, uint32_t cell) const {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < size_of(face) && i < 16; ++i) {
+    uint32_t point = no_slot;
+    if (face.id != no_slot) {
+      point = store_.point(face.id, i);
+    } else {
+      const Hull::Cell& other = host_->hull_.cell(face.of_hull.cell);
+      point = other.corner[Hull::shape_of(other).face[face.of_hull.face].corner[i]];
+    }
+    count += point < met_.size() && met_[point] == cell;
+  }
+  return count;
+}
+
 /// Calls visit(face) for the open faces around a point until it returns true.
 template <class Coder>
 template <class Visit>
@@ -140,11 +165,7 @@ typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::find_open(std::span<const 
   OpenFace found;
   if (loop.empty()) return found;
   open_faces_around(loop[0], [&](const OpenFace& face) {
-    const size_t size =
-        face.id != no_slot
-            ? store_.face(face.id).size
-            : Hull::shape_of(host_->hull_.cell(face.of_hull.cell)).face[face.of_hull.face].size;
-    if (size != loop.size()) return false;
+    if (size_of(face) != loop.size()) return false;
     load(face, scratch_);
     uint32_t start = 0;
     bool same_way = false;
@@ -296,14 +317,12 @@ void FaceCoder<Coder>::code_anchor() {
   }
   for (size_t i = 0; i < anchors_.size(); ++i) {
     const Candidate& candidate = anchors_[i];
-    load(candidate.face, scratch_);
-    uint32_t met_before = 0;
-    for (const uint32_t point : scratch_) met_before += point < met_.size() && met_[point] + 1 == cells_;
+    const uint32_t met_before = met_points(candidate.face, cells_ - 1);
     const uint32_t passed = candidate.face.id != no_slot ? store_.face(candidate.face.id).passed : 0;
     const uint32_t local = candidate.origin | capped(candidate.rank, 7) << 2 | capped(passed, 3) << 5;
     const bool here = i + 1 == anchors_.size() ||
                       decide(i == chosen, anchor_here, local, last_choice_ << 4 | capped(met_before, 7),
-                             capped(scratch_.size(), 15) << 3 | capped(met_before, 7));
+                             capped(size_of(candidate.face), 15) << 3 | capped(met_before, 7));
     if (!here) continue;
     if (candidate.origin == 0) {
       for (size_t k = 0; k < i; ++k) {
@@ -453,13 +472,12 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
   for (unsigned i = 0; i < count; ++i) {
     uint8_t& asked = *asked_about(found[i]);
     if (asked >= 2) continue;
-    load(found[i], scratch_);
-    uint32_t met = 0;
-    for (const uint32_t point : scratch_) met += is_met(point);
+    const uint32_t met = met_points(found[i], cells_);
     const uint32_t local = capped(open, 7) | capped(faces, 15) << 3 |
                            (cell_of(found[i]) == owner ? 128u : 0) | asked * 256u | capped(met, 7) << 10;
-    const bool here = decide(encoding && own_face_on(found[i]) != no_slot, is_member, local,
-                             capped(scratch_.size(), 15) << 4 | capped(met, 15), capped(members_.size(), 31));
+    const bool here =
+        decide(encoding && own_face_on(found[i]) != no_slot, is_member, local,
+               capped(size_of(found[i]), 15) << 4 | capped(met, 15), capped(members_.size(), 31));
     asked = static_cast<uint8_t>(asked + 1);
     if (here) add_member(found[i]);
   }

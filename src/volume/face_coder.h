@@ -101,11 +101,12 @@ class FaceCoder {
   bool decide(bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
     return decisions_.code(*coder_, bit, question, {local, recent_, nearby, valence});
   }
-  bool is_met(uint32_t slot) const { return slot < met_.size() && met_[slot] == cells_; }
   void begin(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   void code_type();
   void load(const OpenFace& face, std::vector<uint32_t>& loop) const;
   uint32_t cell_of(const OpenFace& face) const;
+  uint32_t size_of(const OpenFace& face) const;
+  uint32_t met_points(const OpenFace& face, uint32_t cell) const;
   template <class Visit>
   void open_faces_around(uint32_t slot, Visit visit) const;
   OpenFace find_open(std::span<const uint32_t> loop);

@@ -93,7 +93,8 @@ void FaceCoder<Coder>::code_corner(uint32_t wanted, uint64_t number) {
   unsigned rank = 0;
   for (size_t i = border_.size(); i-- > 0 && rank < 12;) {
     const uint32_t point = border_[i].to;
-    if (std::find(loop_.begin(), loop_.end(), point) != loop_.end()) continue;
+    const size_t back = capped(loop_.size(), most_around);  // a face may have a million corners
+    if (std::find(loop_.end() - static_cast<ptrdiff_t>(back), loop_.end(), point) != loop_.end()) continue;
     if (decide(wanted == point, corner_here, rank << 4 | (k == 0 ? 1u : 0), capped(k, 3) << 5 | border, 0))
       return take(point);
     ++rank;

@@ -310,6 +310,25 @@ class MeshCollector {
     return {};
   }
 
+  /// A part of a mesh: points that never came up leave gaps in the numbers.
+  Result<> close_gaps(const std::string& name) {
+    std::vector<uint64_t> known = numbers_;
+    std::sort(known.begin(), known.end());
+    const auto place = [&](uint64_t number) {
+      return static_cast<uint64_t>(std::lower_bound(known.begin(), known.end(), number) - known.begin());
+    };
+    for (CellBlock& block : mesh_.blocks) {
+      for (uint32_t& point : block.connectivity) {
+        const uint64_t now = place(point);
+        if (now == known.size() || known[now] != point)
+          return failure(ErrorCode::corrupt, name + ": a cell has a point that never came up");
+        point = static_cast<uint32_t>(now);
+      }
+    }
+    for (uint64_t& number : numbers_) number = place(number);
+    return {};
+  }
+
   Result<Mesh> finish(const std::string& name) {
     MAILLE_CHECK(put_in_place(name));
     for (size_t k = 0; k < arrays_.size(); ++k) {
@@ -415,6 +434,25 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   return collector.finish(source.name());
+}
+
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options) {
+  StreamReader reader = MAILLE_TRY(
+      StreamReader::open(source, options.step, {.limits = options.limits, .executor = options.executor}));
+  MeshCollector collector(reader.description(), options);
+  Salvaged salvaged;
+  StreamPiece piece;
+  for (;;) {
+    const Result<bool> more = reader.next(piece);
+    if (!more && more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
+    if (!more) salvaged.damage = more.error();
+    if (!more || !*more) break;
+    MAILLE_CHECK(collector.add(piece, source.name()));
+    if (options.progress && !options.progress({"cells", 0})) return cancelled();
+  }
+  if (salvaged.damage) MAILLE_CHECK(collector.close_gaps(source.name()));
+  salvaged.mesh = MAILLE_TRY(collector.finish(source.name()));
+  return salvaged;
 }
 
 namespace {

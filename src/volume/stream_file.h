@@ -11,6 +11,7 @@ namespace maille {
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
 Result<FileInfo> inspect_stream(const Source& source);
 
 }  // namespace maille

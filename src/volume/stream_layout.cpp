@@ -184,7 +184,8 @@ void visit_step(Visitor& v, Header& header) {
 
 bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& arrays) {
   const size_t count = header.arrays.size();
-  bool sensible = header.maps.size() == count && header.bounds.size() == count && header.same_as.size() == count;
+  bool sensible =
+      header.maps.size() == count && header.bounds.size() == count && header.same_as.size() == count;
   for (size_t i = 0; sensible && i < count; ++i) {
     const StreamArray& array = header.arrays[i];
     sensible = array.components > 0 && header.maps[i].size() == array.components &&
@@ -257,7 +258,8 @@ Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
   Writer writer;
   visit_step(writer, header);
   if (writer.out().size() > most_plain_bytes)
-    return failure(ErrorCode::unsupported, "names and labels of arrays take more than the 16 MiB a file holds");
+    return failure(ErrorCode::unsupported,
+                   "names and labels of arrays take more than the 16 MiB a file holds");
   ByteWriter out;
   out.put_count(writer.out().size());
   out.put_bytes(encode_bytes(writer.out().bytes()));

@@ -63,7 +63,8 @@ namespace {
 /// Arrays that have, element by element, the values that the mesh came with: 1 + its array; else 0. The
 /// mesh's values are read until all arrays differ.
 Result<std::vector<uint32_t>> find_same(const Source& source, const std::vector<StreamArray>& arrays,
-                                        const StreamHeader& mesh, StepSource& values, const StepOptions& options) {
+                                        const StreamHeader& mesh, StepSource& values,
+                                        const StepOptions& options) {
   std::vector<uint32_t> same(arrays.size());
   const std::vector<StreamArray>& known = mesh.description.arrays;
   size_t left = 0;
@@ -76,7 +77,8 @@ Result<std::vector<uint32_t>> find_same(const Source& source, const std::vector<
     left += same[i] != 0;
   }
   if (left == 0) return same;
-  StreamReader reader = MAILLE_TRY(StreamReader::open(source_stream(source), {options.limits, options.executor}));
+  StreamReader reader =
+      MAILLE_TRY(StreamReader::open(source_stream(source), {options.limits, options.executor}));
   StreamPiece piece;
   std::vector<std::byte> tuple;
   while (left > 0 && MAILLE_TRY(reader.next(piece))) {
@@ -90,7 +92,8 @@ Result<std::vector<uint32_t>> find_same(const Source& source, const std::vector<
       tuple.resize(size);
       for (size_t at = 0; at * size < bytes.size() && same[i] != 0; ++at) {
         MAILLE_CHECK(values.read(i, points ? piece.points[at] : piece.first_cell + at, tuple.data()));
-        if (std::equal(tuple.begin(), tuple.end(), bytes.begin() + static_cast<ptrdiff_t>(at * size))) continue;
+        if (std::equal(tuple.begin(), tuple.end(), bytes.begin() + static_cast<ptrdiff_t>(at * size)))
+          continue;
         same[i] = 0;
         --left;
       }
@@ -110,7 +113,8 @@ class StepWriter {
         executor_(options.executor ? *options.executor : serial_executor()),
         replay_(file, mesh, options.limits),
         writer_(std::move(writer)) {
-    for (size_t i = 0; i < step.arrays.size(); ++i) stages_.emplace_back(step.array(i), step.arrays[i].domain);
+    for (size_t i = 0; i < step.arrays.size(); ++i)
+      stages_.emplace_back(step.array(i), step.arrays[i].domain);
     tuples_.resize(stages_.size());
     report_.array_bytes.resize(stages_.size());
   }
@@ -188,8 +192,8 @@ struct Counts {
 };
 
 /// `counts`: of what the values are of, if known.
-Result<StepReport> append(const std::string& path, StepHeader step, StepSource& values, const StepOptions& options,
-                          const std::optional<Counts>& counts) {
+Result<StepReport> append(const std::string& path, StepHeader step, StepSource& values,
+                          const StepOptions& options, const std::optional<Counts>& counts) {
   MAILLE_CHECK(check_arrays(step.arrays));
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   const FileReader file = MAILLE_TRY(FileReader::open(*source, stream_chunk_types));
@@ -199,8 +203,9 @@ Result<StepReport> append(const std::string& path, StepHeader step, StepSource& 
   const StreamHeader mesh = MAILLE_TRY(header_of(file));
   if (mesh.description.any_order) {
     return failure(ErrorCode::usage,
-                   path + ": was compressed in any order, so values of later steps do not know their points; "
-                          "compress it without --any-order");
+                   path +
+                       ": was compressed in any order, so values of later steps do not know their points; "
+                       "compress it without --any-order");
   }
   const StreamTail tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
   if (counts && (counts->points != tail.points || counts->cells != tail.cells)) {
@@ -271,8 +276,7 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
   MeshValues values(std::move(columns));
   StepOptions step_options;
   step_options.executor = options.executor;
-  return append(path, std::move(step), values, step_options,
-                Counts{mesh.point_count(), mesh.cell_count()});
+  return append(path, std::move(step), values, step_options, Counts{mesh.point_count(), mesh.cell_count()});
 }
 
 Result<std::vector<StreamStep>> list_steps(const Source& source) {
