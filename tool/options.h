@@ -149,8 +149,8 @@ struct PrintText {
   std::string text;
 };
 
-using Command =
-    std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions, VerifyOptions, DiffOptions,
-                 ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions, GenerateOptions>;
+using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
+                             VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
+                             BenchOptions, GenerateOptions>;
 
 }  // namespace maille::tool

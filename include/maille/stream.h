@@ -154,8 +154,8 @@ struct StepReport {
 };
 
 /// Appends a step to a file of mode stream that keeps the order of its points. Steps are counted from 1; what
-/// the mesh was compressed with is step 0. Each can be read without the others. Arrays that have the values of
-/// step 0 take no room. What is in the file is not touched: until all of the step is there, also after a
+/// the mesh was compressed with is step 0. Each can be read without the others. Arrays that have the values
+/// of step 0 take no room. What is in the file is not touched: until all of the step is there, also after a
 /// crash, the file reads as it was. Errors: usage, cannot_read, corrupt, write_failed.
 Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values);
 /// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
@@ -180,10 +180,10 @@ struct StreamPiece {
   std::vector<Block> blocks;  ///< that begin in this piece
 
   uint64_t first_cell = 0;
-  std::vector<CellType> types;                      ///< by cell
-  std::vector<uint64_t> offsets;                    ///< size of types + 1
-  std::vector<uint64_t> connectivity;               ///< numbers of points
-  std::vector<uint32_t> slots;                      ///< the same as slots
+  std::vector<CellType> types;         ///< by cell
+  std::vector<uint64_t> offsets;       ///< size of types + 1
+  std::vector<uint64_t> connectivity;  ///< numbers of points
+  std::vector<uint32_t> slots;         ///< the same as slots
   /// If there are polyhedra, as CellBlock has them; otherwise both empty.
   std::vector<uint32_t> face_sizes;
   std::vector<uint64_t> cell_faces;
@@ -236,7 +236,8 @@ class StreamReader {
   static Result<StreamReader> open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options = {});
   /// The mesh with the arrays of one step, 0 for those it came with; the source must outlive the reader.
   /// Error: usage, too (there is no such step).
-  static Result<StreamReader> open(const Source& source, uint64_t step, const StreamReadOptions& options = {});
+  static Result<StreamReader> open(const Source& source, uint64_t step,
+                                   const StreamReadOptions& options = {});
   StreamReader(StreamReader&&) noexcept;
   ~StreamReader();
 

@@ -32,8 +32,8 @@ class SourceWindow {
   uint64_t start_ = 0;
 };
 
-/// The chunks that the index at footer.index_offset lists, in file order, and before them those of the footers
-/// before. Error: corrupt (which the caller answers by scanning), cannot_read.
+/// The chunks that the index at footer.index_offset lists, in file order, and before them those of the
+/// footers before. Error: corrupt (which the caller answers by scanning), cannot_read.
 Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer);
 
 /// Chunks found by scanning. `whole` of them stand before the last footer on the way that fits what is before
