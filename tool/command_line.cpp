@@ -130,6 +130,7 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
     options.arrays = !raw.no_arrays;
     return with_raw(options, raw);
   }
+  if (verb == "append") return with_raw(parser.append, raw);
   if (verb == "info") return parser.info;
   if (verb == "verify") return with_raw(parser.verify, raw);
   if (verb == "convert") return with_raw(parser.convert, raw);

@@ -37,14 +37,30 @@ Result<std::string> format_to_write(const DecompressOptions& options, const std:
   return format;
 }
 
-Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted) {
+/// The step asked for by number or by time; 0 for the mesh's own arrays.
+Result<uint64_t> step_of(const DecompressOptions& options, const Source& source) {
+  if (!options.time) return options.step.value_or(0);
   const FileInfo info = TOOL_TRY(inspect(source));
-  for (const std::string& name : wanted) {
-    const bool found = std::any_of(info.arrays.begin(), info.arrays.end(),
-                                   [&](const ArrayInfo& a) { return a.name == name; });
-    if (found) continue;
-    std::vector<std::string> known;
+  std::vector<double> times;
+  for (size_t i = 0; i < info.steps.size(); ++i) {
+    if (info.steps[i].time == *options.time) return i + 1;
+    times.push_back(info.steps[i].time);
+  }
+  return failure(ErrorCode::usage,
+                 fmt::format("{}: has no step at time {}; it has: {}", source.name(), *options.time,
+                             times.empty() ? "none" : fmt::format("{}", fmt::join(times, ", "))));
+}
+
+Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted, uint64_t step) {
+  const FileInfo info = TOOL_TRY(inspect(source));
+  std::vector<std::string> known;
+  if (step == 0 || step > info.steps.size()) {
     for (const ArrayInfo& array : info.arrays) known.push_back(array.name);
+  } else {
+    known = info.steps[step - 1].arrays;
+  }
+  for (const std::string& name : wanted) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'; it has: {}", source.name(), name,
                                                  known.empty() ? "positions and faces only"
                                                                : fmt::format("{}", fmt::join(known, ", "))));
@@ -71,6 +87,13 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
   return {};
 }
 
+/// "1,024 of 4,096 cells", as far as the file still says how many there were.
+std::string salvaged_text(const Source& source, const Mesh& mesh) {
+  const auto info = inspect(source);
+  const std::string of = info && info->cells > 0 ? fmt::format(" of {}", info->cells) : "";
+  return fmt::format("{} points, {}{} cells", mesh.point_count(), mesh.cell_count(), of);
+}
+
 }  // namespace
 
 Result<int> run(const DecompressOptions& options) {
@@ -85,22 +108,31 @@ Result<int> run(const DecompressOptions& options) {
   const Input input = TOOL_TRY(open_maille(options.input));
   if (output.empty()) output = TOOL_TRY(name_beside(input, options.output_format));
   const std::string format = TOOL_TRY(format_to_write(options, output));
-  if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays));
+  const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
+  if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
   const auto file =
       TOOL_TRY(open_output({output, options.input, options.force, is_binary(format, options.ascii)}));
 
   CountingSink sink(*file);
   Mesh mesh;
+  std::optional<Error> damage;
   std::vector<std::string> notes;
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     const Threads threads(options.common.threads);
     const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
                                  .arrays = options.arrays,
+                                 .step = time_step,
                                  .executor = threads.executor(),
                                  .progress = progress.watch(static_cast<double>(input.source->size()), "B")};
     const Stopwatch step;
-    mesh = TOOL_TRY(decode(*input.source, decoding));
+    if (options.salvage) {
+      Salvaged salvaged = TOOL_TRY(salvage(*input.source, decoding));
+      mesh = std::move(salvaged.mesh);
+      damage = std::move(salvaged.damage);
+    } else {
+      mesh = TOOL_TRY(decode(*input.source, decoding));
+    }
     progress.clear();
     step.done(options.common.verbose, "decompressing");
     const Stopwatch writing;
@@ -110,7 +142,9 @@ Result<int> run(const DecompressOptions& options) {
   }
   say_notes(output_name(output), notes, options.common.quiet);
   TOOL_CHECK(report(options, output, mesh, input.source->size(), sink.count(), whole.seconds()));
-  return 0;
+  if (!damage) return 0;
+  complain(damage->message + "; salvaged: " + salvaged_text(*input.source, mesh));
+  return static_cast<int>(ErrorCode::corrupt);
 }
 
 }  // namespace maille::tool

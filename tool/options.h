@@ -52,8 +52,20 @@ struct DecompressOptions {
   std::string output;  ///< empty: beside the input, as PLY, volumes as VTU
   std::string output_format;
   std::optional<std::vector<std::string>> arrays;
+  std::optional<uint64_t> step;  ///< of time
+  std::optional<double> time;    ///< the step that has it
+  bool salvage = false;
   bool ascii = false;
   bool force = false;
+};
+
+struct AppendOptions {
+  CommonOptions common;
+  std::string file;
+  std::vector<std::string> steps;  ///< meshes with the values, or lists of them (.pvd)
+  std::string input_format;
+  std::optional<double> time;
+  CompressOptions quality;  ///< only its bounds
 };
 
 struct InfoOptions {
@@ -137,8 +149,8 @@ struct PrintText {
   std::string text;
 };
 
-using Command =
-    std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions, DiffOptions,
-                 ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions, GenerateOptions>;
+using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
+                             VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
+                             BenchOptions, GenerateOptions>;
 
 }  // namespace maille::tool

@@ -159,6 +159,7 @@ void Parser::add_decompress() {
                      "maille decompress dragon.maille             # dragon.ply\n"
                      "maille decompress dragon.maille dragon.obj\n"
                      "maille d --arrays normal in.maille out.ply  # positions, faces and normals only\n"
+                     "maille d flow.maille flow_3.vtu --step 3\n"
                      "maille d in.maille - --output-format off | less");
   d->alias("d");
   file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
@@ -175,9 +176,54 @@ void Parser::add_decompress() {
        "Arrays to write besides positions and faces, separated by commas; '' for none (default: all)")
       ->type_name("A,B,...")
       ->group(files_group);
+  CLI::Option* step = d->add_option("--step", decompress.step,
+                                    "Step of time whose arrays are written; 0 (default): those of the mesh")
+                          ->type_name("N")
+                          ->group(files_group);
+  d->add_option("--time", decompress.time, "The same by its time")
+      ->type_name("T")
+      ->group(files_group)
+      ->excludes(step);
+  d->add_flag("--salvage", decompress.salvage,
+              "Write what comes before the first damage, and leave with exit code 6; mode stream only")
+      ->group(files_group);
   d->add_flag("--ascii", decompress.ascii, "Text instead of binary, where the format has both")
       ->group(files_group);
   add_common(d, decompress.common, true);
+}
+
+void Parser::add_append() {
+  CLI::App* a = verb(
+      "append",
+      "Append values of later times to a file of mode stream.\n"
+      "Each STEP is the same mesh, points and cells in the same order, with other values in its arrays; a "
+      ".pvd names several, with their times. Arrays that have not changed since the mesh was compressed take "
+      "no room. Each step is read without the others. The file stays as it is until a step is whole.",
+      "maille compress flow_0.vtu flow.maille\n"
+      "maille append flow.maille flow_1.vtu --time 0.1\n"
+      "maille append flow.maille run.pvd --error pressure=0.5\n"
+      "maille decompress flow.maille last.vtu --time 0.1");
+  file(a, "FILE", append.file, "A .maille file of mode stream")->required();
+  a->add_option("STEP", append.steps, "Meshes with the values of the next steps, in any format, or .pvd")
+      ->type_name("FILE")
+      ->required()
+      ->group(files_group);
+  add_input_format(a, append.input_format, "STEP", files_group);
+  a->add_option("--time", append.time,
+                "Time of the first STEP, those behind it are 1 apart (default: what the file says, such as "
+                "TimeValue, or the number of the step)")
+      ->type_name("T")
+      ->group(files_group);
+  repeatable(a->add_option("-e,--error", append.quality.error,
+                           "Largest error allowed per component of the array NAME; repeatable"),
+             "NAME=X");
+  repeatable(a->add_option("--rel-error", append.quality.relative_error,
+                           "The same as a fraction of the range of values; repeatable"),
+             "NAME=X");
+  repeatable(a->add_option("--bits", append.quality.bits,
+                           "2^N values over the range of values of the array NAME; repeatable"),
+             "NAME=N");
+  add_common(a, append.common, true);
 }
 
 void Parser::add_info() {
@@ -419,6 +465,7 @@ Parser::Parser() {
   app.require_subcommand(0, 1);
   add_compress();
   add_decompress();
+  add_append();
   add_info();
   add_verify();
   add_diff();

@@ -37,6 +37,7 @@ struct Parser {
   Raw raw;
   CompressOptions compress;
   DecompressOptions decompress;
+  AppendOptions append;
   InfoOptions info;
   VerifyOptions verify;
   DiffOptions diff;
@@ -53,6 +54,7 @@ struct Parser {
   void add_progress(CLI::App* verb);
   void add_compress();
   void add_decompress();
+  void add_append();
   void add_info();
   void add_verify();
   void add_diff();

@@ -170,6 +170,20 @@ std::string chunks_text(const FileInfo& info) {
 
 }  // namespace
 
+namespace {
+
+std::string steps_text(const FileInfo& info) {
+  Table table({"step", "time", "coded bytes", "arrays"}, 0);
+  for (size_t i = 0; i < info.steps.size(); ++i) {
+    const StepInfo& step = info.steps[i];
+    table.row({fmt::format("{}", i + 1), fmt::format("{}", step.time), fmt::format("{}", step.coded_bytes),
+               fmt::format("{}", fmt::join(step.arrays, ", "))});
+  }
+  return table.str();
+}
+
+}  // namespace
+
 std::string info_text(const FileInfo& info, const std::string& name, bool chunks) {
   const char* word = info.mode == Mode::stream ? "cell" : "face";
   std::string text = fmt::format(
@@ -190,7 +204,9 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
   add_row(table, info.connectivity);
   add_row(table, info.positions);
   for (const ArrayInfo& array : info.arrays) add_row(table, array);
-  return text + table.str() + (chunks ? chunks_text(info) : "");
+  text += table.str();
+  if (!info.steps.empty()) text += steps_text(info);
+  return text + (chunks ? chunks_text(info) : "");
 }
 
 Json info_json(const FileInfo& info, const std::string& name) {
@@ -200,6 +216,9 @@ Json info_json(const FileInfo& info, const std::string& name) {
   for (const ArrayInfo& array : info.arrays) arrays.push_back(json_of(array));
   Json metadata = Json::array();
   for (const auto& [key, value] : info.metadata) metadata.push_back({{"key", key}, {"value", value}});
+  Json steps = Json::array();
+  for (const StepInfo& step : info.steps)
+    steps.push_back({{"time", step.time}, {"coded_bytes", step.coded_bytes}, {"arrays", step.arrays}});
   Json chunks = Json::array();
   for (const ChunkInfo& chunk : info.chunks) {
     chunks.push_back(
@@ -219,6 +238,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},
           {"arrays", arrays},
+          {"steps", steps},
           {"metadata", metadata},
           {"provenance", info.provenance},
           {"chunks", chunks},

@@ -11,6 +11,7 @@ namespace maille::tool {
 Result<int> run(const PrintText& options);
 Result<int> run(const CompressOptions& options);
 Result<int> run(const DecompressOptions& options);
+Result<int> run(const AppendOptions& options);
 Result<int> run(const InfoOptions& options);
 Result<int> run(const VerifyOptions& options);
 Result<int> run(const DiffOptions& options);

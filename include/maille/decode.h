@@ -14,6 +14,7 @@ struct DecodeOptions {
   Limits limits;
   /// Names of the arrays wanted; without a value: all. Positions and connectivity always come.
   std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;             ///< of time, in files of mode stream: 0 for what the mesh came with
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
 };
@@ -23,5 +24,17 @@ struct DecodeOptions {
 /// chunk's name and place. Errors: cannot_read, unsupported (a newer format), corrupt, memory_bound,
 /// cancelled.
 Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
+
+/// What could be had of a damaged file.
+struct Salvaged {
+  Mesh mesh;
+  /// What is damaged; without a value the file is whole, and so is the mesh.
+  std::optional<Error> damage;
+};
+
+/// Decompresses a file of mode stream as far as it goes: all cells before the first damaged or missing chunk,
+/// with their points. The points keep their order; where some are missing, numbers move up. Errors as
+/// decode(), but corrupt only if not even the description can be made out; unsupported for other modes.
+Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
 
 }  // namespace maille

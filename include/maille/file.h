@@ -33,6 +33,13 @@ struct ArrayInfo {
   double step = 0;   ///< lattice step; 0 when there is none
 };
 
+/// Values of a later time, behind the mesh (append_step()).
+struct StepInfo {
+  double time = 0;
+  std::vector<std::string> arrays;
+  uint64_t coded_bytes = 0;
+};
+
 /// What a .maille file says about itself.
 struct FileInfo {
   unsigned format_major = 0;
@@ -49,6 +56,7 @@ struct FileInfo {
   ArrayInfo connectivity;                                ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
+  std::vector<StepInfo> steps;  ///< the first one is step 1
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
   std::vector<ChunkInfo> chunks;

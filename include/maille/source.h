@@ -52,6 +52,10 @@ std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out);
 /// with the system's reason (no such folder, no permission, disk full) before anything is written where that
 /// can be known.
 Result<std::unique_ptr<Sink>> file_sink(const std::string& path);
+/// Writes behind the first `size` bytes of a file that is there; what stood behind them is cut off. Each
+/// commit() makes durable what was written so far. Error: write_failed, also if somebody else has such a sink
+/// of the file.
+Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size);
 /// Standard output; commit() flushes.
 std::unique_ptr<Sink> stdout_sink();
 

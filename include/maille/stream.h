@@ -106,6 +106,9 @@ class StreamWriter {
   Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
                      std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
                      size_t nodes = 0);
+  /// One polyhedron: the number of corners of each face, and the points of these corners, face after face.
+  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
+                          std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {});
   /// Points that no further cell uses, told after the fact.
   Result<> end_points(std::span<const uint64_t> numbers);
 
@@ -122,6 +125,46 @@ class StreamWriter {
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// One step of time: values on the points and cells of the mesh that a file holds.
+struct StreamStep {
+  double time = 0;
+  std::vector<StreamArray> arrays;
+  uint64_t coded_bytes = 0;
+};
+
+/// Where values of a step come from.
+class StepSource {
+ public:
+  virtual ~StepSource() = default;
+  /// Writes the tuple of an array, as declared, for a point by its number or a cell by its place.
+  virtual Result<> read(size_t array, uint64_t number, std::byte* out) = 0;
+};
+
+struct StepOptions {
+  double time = 0;
+  std::vector<StreamArray> arrays;
+  Limits limits;  ///< of what is held at once
+  Executor* executor = nullptr;
+};
+
+struct StepReport {
+  uint64_t number = 0;  ///< of the step
+  uint64_t file_bytes = 0;
+  std::vector<uint64_t> array_bytes;
+};
+
+/// Appends a step to a file of mode stream that keeps the order of its points. Steps are counted from 1; what
+/// the mesh was compressed with is step 0. Each can be read without the others. Arrays that have the values
+/// of step 0 take no room. What is in the file is not touched: until all of the step is there, also after a
+/// crash, the file reads as it was. Errors: usage, cannot_read, corrupt, write_failed.
+Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values);
+/// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
+/// in which the file has them. Of `options`, bounds of arrays and the executor count.
+Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
+                               const EncodeOptions& options = {});
+/// The steps behind a mesh, the first one step 1; empty for other modes. Error: cannot_read, corrupt.
+Result<std::vector<StreamStep>> list_steps(const Source& source);
+
 /// Some thousand cells, and the points that come up with them.
 ///
 /// Every point has its number, which is global, and a slot: a small number that no other point of the piece
@@ -137,10 +180,13 @@ struct StreamPiece {
   std::vector<Block> blocks;  ///< that begin in this piece
 
   uint64_t first_cell = 0;
-  std::vector<CellType> types;                      ///< by cell
-  std::vector<uint64_t> offsets;                    ///< size of types + 1
-  std::vector<uint64_t> connectivity;               ///< numbers of points
-  std::vector<uint32_t> slots;                      ///< the same as slots
+  std::vector<CellType> types;         ///< by cell
+  std::vector<uint64_t> offsets;       ///< size of types + 1
+  std::vector<uint64_t> connectivity;  ///< numbers of points
+  std::vector<uint32_t> slots;         ///< the same as slots
+  /// If there are polyhedra, as CellBlock has them; otherwise both empty.
+  std::vector<uint32_t> face_sizes;
+  std::vector<uint64_t> cell_faces;
   std::vector<std::vector<std::byte>> cell_arrays;  ///< in the order of declaration, arrays on cells only
 
   std::vector<uint64_t> points;       ///< numbers of points that come up here
@@ -193,6 +239,10 @@ class StreamReader {
  public:
   /// Error: corrupt, unsupported, cannot_read.
   static Result<StreamReader> open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options = {});
+  /// The mesh with the arrays of one step, 0 for those it came with; the source must outlive the reader.
+  /// Error: usage, too (there is no such step).
+  static Result<StreamReader> open(const Source& source, uint64_t step,
+                                   const StreamReadOptions& options = {});
   StreamReader(StreamReader&&) noexcept;
   ~StreamReader();
 

@@ -16,11 +16,10 @@ tl::unexpected<Error> bad_index(const std::string& what) {
                  "the index is damaged (" + what + "); its chunks were found by scanning");
 }
 
-/// The content of all index chunks, which fill the file from footer.index_offset to the footer.
-Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Footer& footer) {
+/// The content of all index chunks, which fill the file from footer.index_offset to the footer at `end`.
+Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Footer& footer, uint64_t end) {
   std::vector<std::byte> bytes;
   SourceWindow window(source);
-  const uint64_t end = source.size() - footer_bytes;
   if (footer.index_offset < file_header_bytes || footer.index_offset > end) return bad_index("its place");
   uint64_t offset = footer.index_offset;
   for (uint32_t part = 0; offset < end; ++part) {
@@ -45,21 +44,24 @@ Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Foot
 /// A search for chunks by their markers.
 class Scan {
  public:
-  Scan(const Source& source, uint64_t end, Problems& problems)
-      : window_(source), end_(end), problems_(problems) {}
+  Scan(const Source& source, Bytes file_header, uint64_t end, Problems& problems)
+      : window_(source), digest_(file_header), end_(end), problems_(problems) {}
 
-  Result<std::vector<ChunkRecord>> run() {
+  Result<ScannedChunks> run() {
     uint64_t offset = file_header_bytes;
     while (offset < end_) {
       if (const auto next = MAILLE_TRY(take_chunk(offset))) {
         report_gap(offset);
         gap_start_ = offset = *next;
+      } else if (MAILLE_TRY(take_footer(offset))) {
+        report_gap(offset);
+        gap_start_ = offset = offset + footer_bytes;
       } else {
         offset = MAILLE_TRY(find_marker(offset + 1));
       }
     }
     report_gap(end_);
-    return std::move(records_);
+    return std::move(found_);
   }
 
  private:
@@ -77,8 +79,19 @@ class Scan {
     if (parsed->header.type == index_type) return offset + total;
     const uint64_t checksum_offset = offset + total - chunk_checksum_bytes;
     const Bytes tail = MAILLE_TRY(window_.at(checksum_offset, chunk_checksum_bytes));
-    records_.push_back({parsed->header, offset, load<uint64_t>(tail.data())});
+    found_.records.push_back({parsed->header, offset, load<uint64_t>(tail.data())});
+    digest_.add_chunk(parsed->header, found_.records.back().checksum);
     return offset + total;
+  }
+
+  /// The footer of a file to which something was appended later.
+  Result<bool> take_footer(uint64_t offset) {
+    if (offset + footer_bytes > end_) return false;
+    const auto footer = read_footer(MAILLE_TRY(window_.at(offset, footer_bytes)));
+    if (!footer || footer->digest != digest_.finish(footer->index_offset)) return false;
+    found_.whole = found_.records.size();
+    found_.whole_end = offset + footer_bytes;
+    return true;
   }
 
   Result<uint64_t> find_marker(uint64_t offset) {
@@ -100,9 +113,10 @@ class Scan {
   }
 
   SourceWindow window_;
+  Digest digest_;
   uint64_t end_;
   Problems& problems_;
-  std::vector<ChunkRecord> records_;
+  ScannedChunks found_;
   uint64_t gap_start_ = file_header_bytes;
 };
 
@@ -125,11 +139,15 @@ Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
   return Bytes(buffer_).subspan(static_cast<size_t>(offset - start_));
 }
 
-Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer) {
-  const std::vector<std::byte> bytes = MAILLE_TRY(read_index_bytes(source, footer));
+namespace {
+
+/// The chunks that one index lists, which stand one after the other up to it. `begin`: where the first does.
+Result<std::vector<ChunkRecord>> read_one_index(const Source& source, const Footer& footer, uint64_t end,
+                                                uint64_t& begin) {
+  const std::vector<std::byte> bytes = MAILLE_TRY(read_index_bytes(source, footer, end));
   std::vector<ChunkRecord> records;
   ByteReader in(bytes);
-  uint64_t offset = file_header_bytes;
+  uint64_t size = 0;
   while (in.remaining() > 0) {
     ChunkRecord record;
     FieldReader fields(in);
@@ -138,17 +156,46 @@ Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& 
     if (!fields.ok()) return bad_index("an entry");
     // Chunks stand one after the other without gaps: places follow from sizes, so no entry can overlap
     // another.
-    record.offset = offset;
-    offset += chunk_total_bytes(record.header);
-    if (offset > footer.index_offset) return bad_index("more chunks than the file holds");
+    record.offset = size;
+    size += chunk_total_bytes(record.header);
+    if (size > footer.index_offset - file_header_bytes) return bad_index("more chunks than the file holds");
     records.push_back(record);
   }
-  if (offset != footer.index_offset) return bad_index("fewer chunks than the file holds");
+  begin = footer.index_offset - size;
+  for (ChunkRecord& record : records) record.offset += begin;
   return records;
 }
 
-Result<std::vector<ChunkRecord>> scan_chunks(const Source& source, uint64_t end, Problems& problems) {
-  return Scan(source, end, problems).run();
+}  // namespace
+
+Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer) {
+  // From the last one to the first: each index lists what came since the footer before it.
+  std::vector<std::vector<ChunkRecord>> parts;
+  std::optional<Footer> next = footer;
+  uint64_t end = source.size() - footer_bytes;
+  SourceWindow window(source);
+  for (uint64_t begin = 0;; end = begin - footer_bytes) {
+    parts.push_back(MAILLE_TRY(read_one_index(source, *next, end, begin)));
+    if (begin == file_header_bytes) break;
+    if (begin < file_header_bytes + footer_bytes) return bad_index("fewer chunks than the file holds");
+    next = read_footer(MAILLE_TRY(window.at(begin - footer_bytes, footer_bytes)));
+    if (!next) return bad_index("fewer chunks than the file holds");
+    if (next->index_offset != 0) continue;
+    Problems problems;
+    std::vector<std::byte> file_header(file_header_bytes);
+    MAILLE_CHECK(source.read_at(0, file_header));
+    parts.push_back(MAILLE_TRY(scan_chunks(source, file_header, begin - footer_bytes, problems)).records);
+    if (!problems.sentences().empty()) return bad_index("fewer chunks than the file holds");
+    break;
+  }
+  std::vector<ChunkRecord> records;
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part)
+    records.insert(records.end(), part->begin(), part->end());
+  return records;
+}
+
+Result<ScannedChunks> scan_chunks(const Source& source, Bytes file_header, uint64_t end, Problems& problems) {
+  return Scan(source, file_header, end, problems).run();
 }
 
 }  // namespace maille

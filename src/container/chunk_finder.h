@@ -32,12 +32,19 @@ class SourceWindow {
   uint64_t start_ = 0;
 };
 
-/// The chunks that the index at footer.index_offset lists, in file order. Error: corrupt (which the caller
-/// answers by scanning), cannot_read.
+/// The chunks that the index at footer.index_offset lists, in file order, and before them those of the
+/// footers before. Error: corrupt (which the caller answers by scanning), cannot_read.
 Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& footer);
 
-/// The chunks found by their headers from the end of the file header up to `end`, without the index's own.
-/// Looks at each byte once, whatever the file holds. Contents are not verified.
-Result<std::vector<ChunkRecord>> scan_chunks(const Source& source, uint64_t end, Problems& problems);
+/// Chunks found by scanning. `whole` of them stand before the last footer on the way that fits what is before
+/// it; it ends at `whole_end`, 0 if there is none.
+struct ScannedChunks {
+  std::vector<ChunkRecord> records;
+  size_t whole = 0;
+  uint64_t whole_end = 0;
+};
+/// The chunks found by their headers from the end of the file header, whose bytes are given, up to `end`,
+/// without the index's own. Looks at each byte once, whatever the file holds. Contents are not verified.
+Result<ScannedChunks> scan_chunks(const Source& source, Bytes file_header, uint64_t end, Problems& problems);
 
 }  // namespace maille

@@ -61,7 +61,7 @@ Result<FileReader> FileReader::open(const Source& source, std::span<const std::s
 /// Fills records_, problems_ and complete_: by the index when there is one and all of it fits, else by
 /// scanning.
 Result<> FileReader::find_chunks(Bytes file_header) {
-  uint64_t end = source_->size();
+  uint64_t end = end_ = source_->size();
   std::optional<Footer> footer;
   if (end >= file_header_bytes + footer_bytes) {
     footer = read_footer(MAILLE_TRY(read_part(*source_, end - footer_bytes, footer_bytes)));
@@ -84,9 +84,19 @@ Result<> FileReader::find_chunks(Bytes file_header) {
     problems.add(records ? "the index does not fit the footer; its chunks were found by scanning"
                          : records.error().message);
   }
-  records_ = MAILLE_TRY(scan_chunks(*source_, end, problems));
+  ScannedChunks found = MAILLE_TRY(scan_chunks(*source_, file_header, end, problems));
+  records_ = std::move(found.records);
   complete_ = footer && digest_matches(file_header, records_, *footer);
-  if (footer && !complete_) problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
+  if (!complete_ && found.whole_end != 0) {
+    // What was appended later is damaged, or was never finished: without it the file is whole.
+    records_.resize(found.whole);
+    complete_ = true;
+    end_ = found.whole_end;
+    problems = {};
+    problems.add("what was appended from byte " + std::to_string(end_) +
+                 " on is damaged, or was not finished; the file is read as it was before");
+  } else if (footer && !complete_)
+    problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
   problems_ = problems.sentences();
   return {};
 }
@@ -144,6 +154,12 @@ void FileReader::list_chunks() {
     chunks_.push_back(
         {text(header.type), uint64_t{header.patch} << 32 | header.number, record.offset, header.size});
   }
+}
+
+Digest FileReader::digest() const {
+  Digest digest(write_file_header(header_));
+  for (const ChunkRecord& record : records_) digest.add_chunk(record.header, record.checksum);
+  return digest;
 }
 
 Result<> FileReader::check_complete() const {

@@ -35,6 +35,11 @@ class FileReader {
   /// Error: corrupt, with the first problem, unless complete().
   Result<> check_complete() const;
 
+  /// Where a complete file ends; behind it may stand what somebody began to append.
+  uint64_t end() const { return end_; }
+  /// Over the chunks so far, to go on from there.
+  Digest digest() const;
+
   bool has_stream(const StreamKey& key) const;
   uint64_t stream_bytes(const StreamKey& key) const;
   /// All parts of a stream, checksums verified, one after the other. Error: corrupt, naming chunk and place.
@@ -58,6 +63,7 @@ class FileReader {
   const Source* source_;
   FileHeader header_;
   bool complete_ = false;
+  uint64_t end_ = 0;
   std::vector<std::string> problems_;
   std::vector<ChunkRecord> records_;
   std::vector<size_t> by_stream_;  ///< places in records_, by type, patch, number, part

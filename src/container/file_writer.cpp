@@ -31,9 +31,16 @@ Result<> for_each_part(ChunkHeader header, Bytes bytes, Write write) {
 
 Result<FileWriter> FileWriter::begin(Sink& sink, const FileHeader& header) {
   const std::vector<std::byte> bytes = write_file_header(header);
-  FileWriter writer(sink, bytes);
+  FileWriter writer(sink, Digest(bytes));
   MAILLE_CHECK(writer.write(bytes));
   writer.overhead_ = bytes.size();
+  return writer;
+}
+
+FileWriter FileWriter::resume(Sink& sink, uint64_t end, const Digest& digest) {
+  FileWriter writer(sink, digest);
+  writer.offset_ = end;
+  writer.resumed_ = true;
   return writer;
 }
 
@@ -51,10 +58,11 @@ Result<> FileWriter::write_stream(const StreamKey& key, Bytes bytes) {
 
 Result<uint64_t> FileWriter::finish() {
   Footer footer;
-  if (offset_ >= indexed_file_bytes) {
+  if (offset_ >= indexed_file_bytes || resumed_) {
     footer.index_offset = offset_;
     MAILLE_CHECK(write_index());
   }
+  if (resumed_) MAILLE_CHECK(sink_->commit());
   footer.digest = digest_.finish(footer.index_offset);
   MAILLE_CHECK(write(write_footer(footer)));
   overhead_ += footer_bytes;

@@ -24,17 +24,21 @@ class FileWriter {
  public:
   /// Writes the header.
   static Result<FileWriter> begin(Sink& sink, const FileHeader& header);
+  /// Goes on behind the footer of a complete file, at `end`, with its digest so far: chunks to come, an index
+  /// of them, a footer of its own. The sink writes from there on. Writes nothing itself.
+  static FileWriter resume(Sink& sink, uint64_t end, const Digest& digest);
   /// Cuts `bytes` into chunks of at most max_chunk_bytes and writes them. An empty stream is one empty chunk.
   /// A key is written once. A chunk costs 21 to 36 bytes beside its content, so many tiny streams are better
   /// one.
   Result<> write_stream(const StreamKey& key, Bytes bytes);
-  /// Writes index and footer. Does not commit the sink. Returns the size of the file.
+  /// Writes index and footer. Does not commit the sink, except, where the file goes on, before the footer:
+  /// there must be no footer without what it vouches for. Returns the size of the file.
   Result<uint64_t> finish();
   /// Bytes so far that are not content: header, chunk headers, checksums, index, footer (for reports).
   uint64_t overhead_bytes() const { return overhead_; }
 
  private:
-  FileWriter(Sink& sink, Bytes header) : sink_(&sink), digest_(header) {}
+  FileWriter(Sink& sink, const Digest& digest) : sink_(&sink), digest_(digest) {}
   Result<> write(Bytes bytes);
   Result<uint64_t> write_chunk(const ChunkHeader& header, Bytes content);
   Result<> write_index();
@@ -43,6 +47,7 @@ class FileWriter {
   Digest digest_;
   ByteWriter index_;
   uint64_t offset_ = 0;
+  bool resumed_ = false;
   uint64_t overhead_ = 0;
 };
 

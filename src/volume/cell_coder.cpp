@@ -19,6 +19,7 @@ void CodedCells::clear() {
 
 template <class Coder>
 bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
+  if (encoding && faces_) prefer_faces(cell);
   wanted_ = &cell;
   repeated_ = 0;
   find_sources();
@@ -34,6 +35,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
     if (cell_.kind == isolated_point) return code_isolated(numbers, cell, out);
     if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
     if (cell_.kind == ended_point) return code_end(topology, cell, out);
+    if (cell_.kind == face_cell) return code_by_faces(topology, numbers, cell, out);
     described = repeated_ == 0 && Patterns::describe(cell_, hull_, sources_, pattern);
   } else if (Patterns::is_nearer(patterns_[pattern_], sources_, cell_)) {
     // Made at a seam of blocks, where there was no source: cells behind the seam shall not search for ever.
@@ -59,6 +61,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   Hull::Cell& entered = hull_.cell(last_.slot);
   entered.pattern = pattern_;
   entered.signature = signature_;
+  if (faces_ && cell_.shape().dimension == 3) faces_->close_under(*this, last_.slot);
   last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
   if (!fast) follow_group(cell);
   remove_final(cell, out);
@@ -281,7 +284,29 @@ void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
   out.removed.push_back(slot);
   table_.erase(number_of(slot), 9);
   if (encoding && !numbered_) inputs_.erase(input_numbers_[slot], 9);
+  if (faces_) faces_->store().remove_point(slot, hull_);
   hull_.remove_point(slot);
+}
+
+/// Encoder: triangles and quads that lie on faces of polyhedra are coded as those are.
+template <class Coder>
+void CellCoder<Coder>::prefer_faces(StreamedCell& cell) {
+  if (cell.kind >= shape_count || cell_shapes[cell.kind].nodes > 4) return;
+  const CellType shape = cell_shapes[cell.kind].type;
+  if (shape != CellType::triangle && shape != CellType::quad) return;
+  const unsigned nodes = cell_shapes[cell.kind].nodes;
+  cell.numbers.assign(cell.number.begin(), cell.number.begin() + nodes);
+  if (!faces_->lies_on_face(*this, cell.numbers)) return;
+  cell.kind = face_cell;
+  cell.finals.clear();
+  for (unsigned i = 0; i < nodes; ++i) cell.finals.push_back(cell.final >> i & 1);
+}
+
+template <class Coder>
+bool CellCoder<Coder>::code_by_faces(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
+  if (!faces_) faces_ = std::make_unique<FaceCoder<Coder>>(mixed_);
+  cell.kind = last_kind_ = face_cell;
+  return faces_->code(*this, topology, numbers, cell, out);
 }
 
 template <class Coder>

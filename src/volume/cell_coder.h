@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "volume/assembly.h"
 #include "volume/decisions.h"
+#include "volume/face_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
 
@@ -16,10 +18,11 @@ struct StreamedCell {
   unsigned kind = 0;
   std::array<uint64_t, most_nodes> number{};  ///< of its points
   uint32_t final = 0;                         ///< a bit for each node that is not used again
-  /// Loose cells have these instead.
+  /// Loose cells, and those given by faces, have these instead.
   CellType type = CellType::vertex;
   std::vector<uint64_t> numbers;
   std::vector<uint8_t> finals;
+  std::vector<uint32_t> sizes;  ///< corners of each face of a polyhedron
 };
 
 /// A point that came up with a cell.
@@ -62,7 +65,7 @@ class CellCoder {
   static constexpr bool encoding = Coder::encoding;
 
   /// `mixed`: slow decisions with four contexts instead of one. `numbered`: numbers of points are kept.
-  CellCoder(bool mixed, bool numbered) : numbered_(numbered), decisions_(mixed) {}
+  CellCoder(bool mixed, bool numbered) : numbered_(numbered), decisions_(mixed), mixed_(mixed) {}
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -73,6 +76,7 @@ class CellCoder {
   bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
 
  private:
+  friend class FaceCoder<Coder>;
   enum Question : unsigned {
     same_kind,
     kind_bit,
@@ -150,6 +154,8 @@ class CellCoder {
   void follow_group(const StreamedCell& cell);
   bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
   bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  void prefer_faces(StreamedCell& cell);
+  bool code_by_faces(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
 
   bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
@@ -177,7 +183,9 @@ class CellCoder {
   Numbering numbering_;
   DifferenceModel old_point_, loose_count_;
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
-  unsigned outcomes_ = 0;  ///< of the last two pattern flags
+  bool mixed_;
+  std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
+  unsigned outcomes_ = 0;                    ///< of the last two pattern flags
 
   CellRef last_;
   CellRef last_anchor_;

@@ -91,6 +91,17 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
       }
       return --left == 0;
     });
+    if (faces_) {
+      left = 48;
+      const FaceStore& faces = faces_->store();
+      faces.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))], [&](uint32_t id, uint32_t place) {
+        const uint32_t size = faces.face(id).size;
+        for (const uint32_t next : {place + 1 == size ? 0 : place + 1, place == 0 ? size - 1 : place - 1}) {
+          if (faces.point(id, next) != no_slot) add(faces.point(id, next));
+        }
+        return --left == 0;
+      });
+    }
   }
   std::stable_sort(joined_.begin(), joined_.begin() + count,
                    [](const auto& a, const auto& b) { return a.second > b.second; });

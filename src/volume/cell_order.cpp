@@ -22,7 +22,7 @@ struct FaceKey {
 };
 
 bool latest_first(unsigned kind) {
-  return kind != loose_cell && (cell_shapes[kind].corners == 4 || cell_shapes[kind].corners == 3);
+  return kind < shape_count && (cell_shapes[kind].corners == 4 || cell_shapes[kind].corners == 3);
 }
 
 unsigned kind_at(const CellBlock& block, uint64_t cell) {
@@ -33,7 +33,7 @@ std::vector<FaceKey> sorted_faces(const CellBlock& block) {
   std::vector<FaceKey> faces;
   for (uint64_t cell = 0; cell < block.size(); ++cell) {
     const unsigned kind = kind_at(block, cell);
-    if (kind == loose_cell) continue;
+    if (kind >= shape_count) continue;
     const CellShape& shape = cell_shapes[kind];
     const auto points = block.cell(cell);
     for (unsigned f = 0; f < shape.faces; ++f) {

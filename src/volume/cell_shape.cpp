@@ -135,6 +135,7 @@ constexpr std::array<CellShape, shape_count> cell_shapes = {
 };
 
 unsigned kind_of(CellType type) {
+  if (type == CellType::polyhedron || type == CellType::polygon) return face_cell;
   for (unsigned kind = 0; kind < shape_count; ++kind) {
     if (cell_shapes[kind].type == type) return kind;
   }

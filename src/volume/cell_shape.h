@@ -59,7 +59,9 @@ extern const std::array<CellShape, shape_count> cell_shapes;
 inline constexpr unsigned isolated_point = shape_count;
 inline constexpr unsigned loose_cell = shape_count + 1;
 inline constexpr unsigned ended_point = shape_count + 2;
-inline constexpr unsigned kind_count = shape_count + 3;
+/// A polyhedron, or a polygon of any size (FaceCoder).
+inline constexpr unsigned face_cell = shape_count + 3;
+inline constexpr unsigned kind_count = shape_count + 4;
 inline constexpr uint32_t most_loose_nodes = uint32_t{1} << 24;
 
 /// The kind of a type; loose_cell for those without a shape.

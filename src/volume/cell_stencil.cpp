@@ -36,6 +36,11 @@ void CellStencils::find(const CodedCells& cells, size_t i, PointStencil& stencil
   stencil.clear();
   const uint32_t slot = cells.cell_slots[i];
   if (slot == no_slot) return;
+  if (cells.kinds[i] == face_cell) {
+    find_mean(cells.across[i], stencil);
+    put_links(slot, no_links());
+    return;
+  }
   const auto& neighbours = cells.across[i];
   std::array<uint32_t, axes> cell{};
   std::array<unsigned, axes> face{};
@@ -53,13 +58,30 @@ void CellStencils::find(const CodedCells& cells, size_t i, PointStencil& stencil
     add_sums(std::span(cell).first(count), face, stencil);
     stencil.situation = static_cast<uint8_t>(PointStencil::partial + 4 * (stencil.sums - 1) + count);
   }
-  if (slot >= links_.size())
-    links_.resize(slot + size_t{slot} / 2 + 16, [] {
-      std::array<uint32_t, most_faces> none;
-      none.fill(no_slot);
-      return none;
-    }());
-  links_[slot] = neighbours;
+  put_links(slot, neighbours);
+}
+
+/// Of a polyhedron: the mean of its neighbours, and one of them.
+void CellStencils::find_mean(const std::array<uint32_t, most_faces>& neighbours, PointStencil& stencil) {
+  unsigned count = 0;
+  while (count < most_faces && neighbours[count] != no_slot) ++count;
+  if (count == 0) return;
+  for (unsigned k = 0; k < count && k < axes; ++k) stencil.near[stencil.near_count++] = neighbours[k] + 1;
+  PointSum& mean = stencil.add_sum();
+  for (unsigned k = 0; k < count; ++k) mean.add(neighbours[k] + 1, 1.0 / count);
+  stencil.add_sum().add(neighbours[0] + 1, 1);
+  stencil.situation = static_cast<uint8_t>(PointStencil::partial + 4 + stencil.near_count);
+}
+
+CellStencils::Links CellStencils::no_links() {
+  Links none;
+  none.fill(no_slot);
+  return none;
+}
+
+void CellStencils::put_links(uint32_t slot, const Links& links) {
+  if (slot >= links_.size()) links_.resize(slot + size_t{slot} / 2 + 16, no_links());
+  links_[slot] = links;
 }
 
 }  // namespace maille

@@ -14,6 +14,10 @@ class CellStencils {
 
  private:
   static constexpr unsigned axes = 3;
+  using Links = std::array<uint32_t, most_faces>;
+  static Links no_links();
+  void put_links(uint32_t slot, const Links& links);
+  static void find_mean(const Links& neighbours, PointStencil& stencil);
   bool find_others(const std::array<uint32_t, axes>& cell, const std::array<unsigned, axes>& face,
                    PointStencil& stencil) const;
   void add_sums(std::span<const uint32_t> cell, const std::array<unsigned, axes>& face,
@@ -22,7 +26,7 @@ class CellStencils {
     return slot < links_.size() ? links_[slot][face] : no_slot;
   }
 
-  std::vector<std::array<uint32_t, most_faces>> links_;  ///< by cell slot: its neighbours when it was coded
+  std::vector<Links> links_;  ///< by cell slot: its neighbours when it was coded
 };
 
 }  // namespace maille

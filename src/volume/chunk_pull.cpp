@@ -69,8 +69,12 @@ Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
 }
 
 Result<> ChunkPull::check_end() {
+  // Behind the footer something may have been appended: chunks, which are not the mesh's.
   const Bytes rest = MAILLE_TRY(window(footer_bytes + 1));
-  const auto footer = rest.size() == footer_bytes ? read_footer(rest) : std::nullopt;
+  const bool ends =
+      rest.size() == footer_bytes ||
+      (rest.size() > footer_bytes && static_cast<uint8_t>(rest[footer_bytes]) == chunk_marker[0]);
+  const auto footer = ends ? read_footer(rest.first(footer_bytes)) : std::nullopt;
   if (!footer || !checksum_matches(footer->digest, digest_->finish(footer->index_offset)) ||
       footer->index_offset != index_offset_) {
     return failure(ErrorCode::corrupt, name() + ": damaged or cut off at byte " + std::to_string(offset_));

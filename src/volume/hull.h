@@ -139,6 +139,15 @@ class Hull {
     return found;
   }
 
+  /// A slot for a cell whose faces are elsewhere (FaceStore): it is at no point.
+  uint32_t take_cell() {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    cells_[slot] = {};
+    return slot;
+  }
+  void give_back_cell(uint32_t slot) { cell_slots_.give_back(slot); }
+
   uint32_t live_points() const { return point_slots_.taken(); }
   uint32_t live_cells() const { return cell_slots_.taken(); }
   uint32_t point_capacity() const { return point_slots_.capacity(); }

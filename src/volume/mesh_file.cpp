@@ -28,9 +28,18 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
 
 Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   const Mode mode = MAILLE_TRY(mode_of(source));
+  if (mode != Mode::stream && options.step != 0) {
+    return failure(ErrorCode::usage,
+                   source.name() + ": has no steps; only files of mode \"stream\" have them");
+  }
   if (mode == Mode::single) return decode_single(source, options);
   if (mode == Mode::stream) return decode_stream(source, options);
   return unknown_mode();
+}
+
+Result<Salvaged> salvage(const Source& source, const DecodeOptions& options) {
+  if (MAILLE_TRY(mode_of(source)) == Mode::stream) return salvage_stream(source, options);
+  return failure(ErrorCode::unsupported, source.name() + ": only files of mode \"stream\" can be salvaged");
 }
 
 Result<FileInfo> inspect(const Source& source) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/result.h"
 #include "volume/number_space.h"
@@ -83,6 +84,38 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
 }
 
 }  // namespace
+
+double declared_width(const StreamArray& array) {
+  return array.range ? array.range->second - array.range->first : 0;
+}
+
+Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound) {
+  using Kind = Tolerance::Kind;
+  const Tolerance& tolerance = array.tolerance;
+  bound = 0;
+  const NumberMap exact = {.kind =
+                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
+  if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
+  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
+    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
+  }
+  if (tolerance.kind != Kind::absolute && !array.range) {
+    return failure(ErrorCode::usage,
+                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
+  }
+  double step = 2 * tolerance.value;
+  const double width = array.range ? array.range->second - array.range->first : 0;
+  if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
+  if (tolerance.kind == Kind::bits)
+    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
+  if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
+  bound = step / 2;
+  const double origin = array.range ? array.range->first : 0;
+  // Rounding to the type takes a little of the bound.
+  const NumberMap lattice = {
+      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
+  return std::vector<NumberMap>(array.components, lattice);
+}
 
 Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options) {
   ArrayMapsList list;

@@ -20,6 +20,10 @@ struct ArrayMapsList {
 /// usage.
 Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options);
 
+/// A lattice for a declared range, or the numbers as they are. Error: usage.
+Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);
+double declared_width(const StreamArray& array);
+
 /// A writer with such maps, instead of those that can be told from the declarations alone.
 Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
 

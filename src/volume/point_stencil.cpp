@@ -119,10 +119,23 @@ void find_full(const NewPoint& point, const uint32_t* nodes, PointStencil& stenc
   stencil.situation = static_cast<uint8_t>(PointStencil::full + point.node);
 }
 
+/// A point of a face: near the corners before it, and one of the edge to which the face will come back.
+void find_in_face(const NewPoint& point, PointStencil& stencil) {
+  for (const uint32_t slot : point.behind) {
+    if (slot != no_slot) stencil.near[stencil.near_count++] = slot;
+  }
+  if (stencil.near_count == 0) return;
+  PointSum& mean = stencil.add_sum();
+  for (unsigned i = 0; i < stencil.near_count; ++i) mean.add(stencil.near[i], 1.0 / stencil.near_count);
+  stencil.add_sum().add(stencil.near[0], 1);
+  stencil.situation = static_cast<uint8_t>(PointStencil::partial + stencil.near_count);
+}
+
 }  // namespace
 
 void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil) {
   stencil.clear();
+  if (point.cell != no_slot && cells.kinds[point.cell] == face_cell) return find_in_face(point, stencil);
   if (point.cell != no_slot && cells.kinds[point.cell] < shape_count && point.fresh >> point.node == 1 &&
       cell_shapes[cells.kinds[point.cell]].corners == 8) {
     return find_full(point, cells.nodes.data() + cells.begin[point.cell], stencil);

@@ -12,11 +12,10 @@
 #include "volume/mesh_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_layout.h"
+#include "volume/time_steps.h"
 
 namespace maille {
 namespace {
-
-constexpr std::string_view known_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL"};
 
 /// Points of a mesh in memory, as the writer wants them.
 class MeshPoints final : public PointSource {
@@ -104,7 +103,7 @@ size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint6
       const uint64_t number = orders[b].empty() ? i : orders[b][i];
       cell.kind =
           kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
-      if (cell.kind == loose_cell) continue;
+      if (cell.kind >= shape_count) continue;
       const auto points = block.cell(number);
       cell.final = 0;
       for (size_t k = 0; k < points.size(); ++k) {
@@ -210,7 +209,8 @@ class MeshFeeder {
       return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
     };
     const size_t nodes = block.cell(cell_at(first)).size();
-    const uint64_t most = nodes == 0 ? 1 : std::min<uint64_t>(512, block.size() - first);
+    const bool single = nodes == 0 || type_of(first) == CellType::polyhedron;
+    const uint64_t most = single ? 1 : std::min<uint64_t>(512, block.size() - first);
     numbers_.clear();
     finals_.clear();
     for (auto& bytes : arrays_) bytes.clear();
@@ -230,6 +230,10 @@ class MeshFeeder {
       if (!pace_.step()) return cancelled();
     }
     const std::vector<Bytes> arrays(arrays_.begin(), arrays_.end());
+    if (type_of(first) == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(block.faces(cell_at(first)), numbers_, finals_, arrays));
+      return count;
+    }
     MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
     return count;
   }
@@ -392,6 +396,25 @@ class MeshCollector {
     return {};
   }
 
+  /// A part of a mesh: points that never came up leave gaps in the numbers.
+  Result<> close_gaps(const std::string& name) {
+    std::vector<uint64_t> known = numbers_;
+    std::sort(known.begin(), known.end());
+    const auto place = [&](uint64_t number) {
+      return static_cast<uint64_t>(std::lower_bound(known.begin(), known.end(), number) - known.begin());
+    };
+    for (CellBlock& block : mesh_.blocks) {
+      for (uint32_t& point : block.connectivity) {
+        const uint64_t now = place(point);
+        if (now == known.size() || known[now] != point)
+          return failure(ErrorCode::corrupt, name + ": a cell has a point that never came up");
+        point = static_cast<uint32_t>(now);
+      }
+    }
+    for (uint64_t& number : numbers_) number = place(number);
+    return {};
+  }
+
   /// `order`: the input's, where the stream has another one.
   Result<Mesh> finish(const std::string& name, const std::optional<CodedOrder>& order) {
     MAILLE_CHECK(put_in_place(name));
@@ -450,9 +473,23 @@ class MeshCollector {
       block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
     }
     if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
+    add_faces(piece, i, block);
     if (block.type == CellType::mixed) block.types.push_back(static_cast<uint8_t>(piece.types[i]));
     size_ += (piece.offsets[i + 1] - piece.offsets[i]) * 4 + (nodes_of(block.type) == 0 ? 9 : 0);
     return {};
+  }
+  void add_faces(const StreamPiece& piece, size_t i, CellBlock& block) {
+    const bool polyhedron = piece.types[i] == CellType::polyhedron;
+    if (!polyhedron && block.cell_faces.empty()) return;
+    if (block.cell_faces.empty()) block.cell_faces.assign(block.offsets.size() - 1, 0);
+    if (polyhedron) {
+      const auto begin = piece.face_sizes.begin();
+      block.face_sizes.insert(block.face_sizes.end(), begin + static_cast<ptrdiff_t>(piece.cell_faces[i]),
+                              begin + static_cast<ptrdiff_t>(piece.cell_faces[i + 1]));
+      size_ += (piece.cell_faces[i + 1] - piece.cell_faces[i]) * 4;
+    }
+    block.cell_faces.push_back(block.face_sizes.size());
+    size_ += 8;
   }
   /// Numbers of points must be 0 to n - 1, each once.
   Result<> put_in_place(const std::string& name) {
@@ -492,17 +529,50 @@ class MeshCollector {
 
 }  // namespace
 
+namespace {
+
+/// Files whose order stands apart are read, too.
+Result<StreamReader> open_any(const Source& source, const DecodeOptions& options) {
+  StreamReadOptions opened;
+  opened.limits = options.limits;
+  opened.any_order = true;
+  opened.executor = options.executor;
+  return StreamReader::open(source, options.step, opened);
+}
+
+/// The input's order, where it stands apart.
+Result<std::optional<CodedOrder>> order_of(const Source& source, const StreamDescription& description) {
+  if (!description.order_apart) return std::optional<CodedOrder>();
+  const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"ordr"}));
+  std::optional<CodedOrder> order = split_order(bytes);
+  if (!order)
+    return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
+  return order;
+}
+
+}  // namespace
+
+Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits) {
+  DecodeOptions options;
+  options.limits = limits;
+  options.arrays.emplace();
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  const auto order = MAILLE_TRY(order_of(source, reader.description()));
+  if (!order) return std::optional<InputOrder>();
+  MeshCollector collector(reader.description(), options);
+  StreamPiece piece;
+  while (MAILLE_TRY(reader.next(piece))) MAILLE_CHECK(collector.add(piece, source.name()));
+  const Mesh coded = MAILLE_TRY(collector.finish(source.name(), {}));
+  std::optional<InputOrder> found = all_have_shapes(coded) ? decode_order(coded, *order) : std::nullopt;
+  if (!found)
+    return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
+  return found;
+}
+
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
-  StreamReader reader = MAILLE_TRY(StreamReader::open(
-      source_stream(source), {.limits = options.limits, .any_order = true, .executor = options.executor}));
-  std::optional<CodedOrder> order;
-  if (reader.description().order_apart) {
-    const FileReader file = MAILLE_TRY(FileReader::open(source, known_types));
-    const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"ordr"}));
-    order = split_order(bytes);
-    if (!order)
-      return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
-  }
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  const auto order = MAILLE_TRY(order_of(source, reader.description()));
   MeshCollector collector(reader.description(), options);
   Executor& executor = options.executor ? *options.executor : serial_executor();
   std::array<StreamPiece, 2> pieces;
@@ -523,6 +593,30 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   return collector.finish(source.name(), order);
+}
+
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options) {
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  MeshCollector collector(reader.description(), options);
+  Salvaged salvaged;
+  StreamPiece piece;
+  for (;;) {
+    const Result<bool> more = reader.next(piece);
+    if (!more && more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
+    if (!more) salvaged.damage = more.error();
+    if (!more || !*more) break;
+    MAILLE_CHECK(collector.add(piece, source.name()));
+    if (options.progress && !options.progress({"cells", 0})) return cancelled();
+  }
+  // Of a part the input's order says nothing.
+  std::optional<CodedOrder> order;
+  if (salvaged.damage) {
+    MAILLE_CHECK(collector.close_gaps(source.name()));
+  } else {
+    order = MAILLE_TRY(order_of(source, reader.description()));
+  }
+  salvaged.mesh = MAILLE_TRY(collector.finish(source.name(), order));
+  return salvaged;
 }
 
 namespace {
@@ -556,7 +650,7 @@ void add_sizes(const FileReader& reader, FileInfo& info) {
 }  // namespace
 
 Result<FileInfo> inspect_stream(const Source& source) {
-  const FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   const StreamHeader header = MAILLE_TRY(decode_header(MAILLE_TRY(reader.read_stream({"DESC"}))));
   StreamTail tail;
   if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"}))));
@@ -587,6 +681,12 @@ Result<FileInfo> inspect_stream(const Source& source) {
                                   array.domain == Domain::point ? tail.points : tail.cells));
   }
   add_sizes(reader, info);
+  for (const StreamStep& step : MAILLE_TRY(list_steps(source))) {
+    StepInfo& added = info.steps.emplace_back();
+    added.time = step.time;
+    added.coded_bytes = step.coded_bytes;
+    for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
+  }
   info.metadata = header.description.metadata;
   info.provenance = header.description.provenance;
   info.chunks = reader.chunks();

@@ -4,6 +4,10 @@
 #include <maille/encode.h>
 #include <maille/file.h>
 
+#include <optional>
+
+#include "volume/mesh_order.h"
+
 namespace maille {
 
 // encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
@@ -11,6 +15,10 @@ namespace maille {
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
+/// Where the input's points and cells stand in the stream; none where the stream has them in the input's
+/// order, or in any.
+Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 Result<FileInfo> inspect_stream(const Source& source);
 
 }  // namespace maille

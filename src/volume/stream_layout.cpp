@@ -112,6 +112,37 @@ void visit_tail(Visitor& v, Tail& tail) {
   });
 }
 
+template <class Visitor, class Header>
+void visit_step(Visitor& v, Header& header) {
+  v.real(header.time);
+  v.list(header.arrays, [&](auto& array) { visit_array(v, array); });
+  size_t i = 0;
+  v.list(header.maps, [&](auto& maps) {
+    const Scalar type = i < header.arrays.size() ? header.arrays[i].type : Scalar::u8;
+    v.list(maps, [&](auto& map) { v.map(map, type); });
+    ++i;
+  });
+  v.list(header.bounds, [&](auto& bound) { v.real(bound); });
+  v.list(header.same_as, [&](auto& same) { v.count(same, 0xffffffff); });
+}
+
+bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& arrays) {
+  const size_t count = header.arrays.size();
+  bool sensible =
+      header.maps.size() == count && header.bounds.size() == count && header.same_as.size() == count;
+  for (size_t i = 0; sensible && i < count; ++i) {
+    const StreamArray& array = header.arrays[i];
+    sensible = array.components > 0 && header.maps[i].size() == array.components &&
+               (array.domain == Domain::point || array.domain == Domain::cell);
+    if (!sensible || header.same_as[i] == 0) continue;
+    sensible = header.same_as[i] <= arrays.size();
+    if (!sensible) break;
+    const StreamArray& same = arrays[header.same_as[i] - 1];
+    sensible = same.domain == array.domain && same.type == array.type && same.components == array.components;
+  }
+  return sensible;
+}
+
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
   bool sensible = description.positions.components == 3 &&
@@ -164,6 +195,31 @@ Result<StreamHeader> decode_header(Bytes bytes) {
     return failure(ErrorCode::corrupt, "the description of the stream is damaged");
   }
   for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
+  return header;
+}
+
+Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
+  Writer writer;
+  visit_step(writer, header);
+  if (writer.out().size() > most_plain_bytes)
+    return failure(ErrorCode::unsupported,
+                   "names and labels of arrays take more than the 16 MiB a file holds");
+  ByteWriter out;
+  out.put_count(writer.out().size());
+  out.put_bytes(encode_bytes(writer.out().bytes()));
+  return out.take();
+}
+
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of a step is damaged");
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  StepHeader header;
+  Reader reader(plain);
+  visit_step(reader, header);
+  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header, arrays))
+    return failure(ErrorCode::corrupt, "the description of a step is damaged");
   return header;
 }
 

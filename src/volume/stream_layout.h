@@ -68,6 +68,20 @@ std::vector<std::byte> encode_tail(const StreamTail& tail);
 /// Error: corrupt.
 Result<StreamTail> decode_tail(Bytes bytes);
 
+/// STEP: arrays with their values at one time.
+struct StepHeader {
+  double time = 0;
+  std::vector<StreamArray> arrays;
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+  std::vector<uint32_t> same_as;  ///< by array: 0, or 1 + the array of the mesh that has the same values
+
+  StreamedArray array(size_t i) const { return {arrays[i].type, arrays[i].components, maps[i], bounds[i]}; }
+};
+Result<std::vector<std::byte>> encode_step(const StepHeader& header);
+/// `arrays`: of the mesh. Error: corrupt.
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
+
 inline constexpr uint32_t cells_per_block = 4096;
 /// Mixing makes the slow path a fifth smaller and half as fast.
 inline bool mixes(int effort) {

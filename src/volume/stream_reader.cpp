@@ -5,6 +5,7 @@
 #include "volume/array_stage.h"
 #include "volume/chunk_pull.h"
 #include "volume/stream_layout.h"
+#include "volume/time_steps.h"
 
 namespace maille {
 namespace {
@@ -20,6 +21,8 @@ void clear(StreamPiece& piece) {
   piece.types.clear();
   piece.offsets.assign(1, 0);
   piece.connectivity.clear();
+  piece.face_sizes.clear();
+  piece.cell_faces.clear();
   piece.slots.clear();
   piece.points.clear();
   piece.point_slots.clear();
@@ -35,7 +38,7 @@ class StreamReader::Implementation {
         options_(options),
         executor_(options.executor ? *options.executor : serial_executor()) {}
 
-  Result<> open();
+  Result<> open(std::optional<StepValues> step = {});
   const StreamDescription& description() const { return header_.description; }
   Result<bool> next(StreamPiece& piece);
 
@@ -46,10 +49,12 @@ class StreamReader::Implementation {
   Result<bool> next_chunk(ChunkHeader& header, Bytes& content);
   Result<std::vector<std::byte>> rest_of_stream(const ChunkHeader& first, Bytes content);
   Result<bool> begin_batch();
+  void take_step(StepValues step);
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
   Result<> decode_cells(Block& block);
   Result<> append_cell(const StreamedCell& cell, Block& block);
+  static void append_faces(const StreamedCell& cell, StreamPiece& piece);
   void begin_blocks(StreamPiece& piece);
   Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
 
@@ -58,7 +63,10 @@ class StreamReader::Implementation {
   Executor& executor_;
   StreamHeader header_;
   std::optional<CellCoder<RangeDecoder>> coder_;
-  std::vector<ArrayStage<RansDecoder>> stages_;
+  std::vector<ArrayStage<RansDecoder>> stages_;  ///< positions, then the arrays that are given out
+  std::vector<Domain> domains_;                  ///< of the arrays in the stream
+  std::vector<uint32_t> stage_of_array_;         ///< by array in the stream; 0: it is passed over
+  std::optional<StepValues> step_;
   BatchHeader batch_;
   std::vector<std::byte> cell_stream_, number_stream_;
   std::vector<std::vector<std::byte>> value_streams_;
@@ -75,7 +83,7 @@ class StreamReader::Implementation {
   StreamedCell cell_;
 };
 
-Result<> StreamReader::Implementation::open() {
+Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   const FileHeader file = MAILLE_TRY(pull_.begin());
   if (file.mode != Mode::stream) {
     return failure(ErrorCode::unsupported,
@@ -93,6 +101,11 @@ Result<> StreamReader::Implementation::open() {
         ErrorCode::unsupported,
         pull_.name() + ": cells and points stand in another order than in the mesh; decode() reads it");
   }
+  for (const StreamArray& array : header_.description.arrays) {
+    stage_of_array_.push_back(step ? 0 : static_cast<uint32_t>(stage_of_array_.size() + 1));
+    domains_.push_back(array.domain);
+  }
+  if (step) take_step(std::move(*step));
   uint64_t models = tuple_coder_bytes(header_.positions());
   for (size_t i = 0; i < header_.description.arrays.size(); ++i)
     models += tuple_coder_bytes(header_.array(i));
@@ -161,10 +174,27 @@ Result<bool> StreamReader::Implementation::begin_batch() {
   return true;
 }
 
+/// The arrays of the step instead of the mesh's own, of which only those are read that the step has, too.
+void StreamReader::Implementation::take_step(StepValues step) {
+  const StepHeader& from = step.header();
+  StreamHeader mesh = header_;
+  header_.description.arrays = from.arrays;
+  header_.maps.resize(1);
+  header_.bounds.resize(1);
+  for (size_t i = 0; i < from.arrays.size(); ++i) {
+    const uint32_t same = from.same_as[i];
+    if (same != 0) stage_of_array_[same - 1] = static_cast<uint32_t>(i + 1);
+    header_.maps.push_back(same != 0 ? mesh.maps[same] : from.maps[i]);
+    header_.bounds.push_back(same != 0 ? mesh.bounds[same] : from.bounds[i]);
+  }
+  step_.emplace(std::move(step));
+}
+
 Result<> StreamReader::Implementation::read_values() {
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    value_streams_[s].clear();
-    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+  for (auto& bytes : value_streams_) bytes.clear();
+  for (size_t s = 0; s <= domains_.size(); ++s) {
+    const bool of_points = s == 0 || domains_[s - 1] == Domain::point;
+    const uint64_t tuples = of_points ? batch_.points : batch_.cells;
     if (tuples > 0) {
       ChunkHeader header;
       Bytes content;
@@ -174,10 +204,18 @@ Result<> StreamReader::Implementation::read_values() {
           header.number != (s == 0 ? 0 : s - 1)) {
         return damaged("numbers are missing");
       }
-      value_streams_[s] = MAILLE_TRY(rest_of_stream(header, content));
+      std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+      const uint32_t stage = s == 0 ? 0 : stage_of_array_[s - 1];
+      if (s == 0 || stage != 0) value_streams_[stage] = std::move(bytes);
     }
-    stages_[s].begin_batch(RansDecoder(value_streams_[s], stages_[s].lanes()));
   }
+  for (size_t s = 1; step_ && s < stages_.size(); ++s) {
+    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+    if (tuples > 0 && step_->header().same_as[s - 1] == 0)
+      value_streams_[s] = MAILLE_TRY(step_->read(static_cast<uint32_t>(batches_), s - 1));
+  }
+  for (size_t s = 0; s < stages_.size(); ++s)
+    stages_[s].begin_batch(RansDecoder(value_streams_[s], stages_[s].lanes()));
   return {};
 }
 
@@ -203,11 +241,12 @@ void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
 }
 
 Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cell, size_t nodes) const {
-  CellType type = cell.kind == loose_cell ? cell.type : cell_shapes[cell.kind].type;
+  CellType type = cell.kind >= shape_count ? cell.type : cell_shapes[cell.kind].type;
   const bool renamed = type == CellType::triangle || type == CellType::quad;
-  if (block_type_ == CellType::polygon && renamed) type = CellType::polygon;
-  const bool known = cell.kind < shape_count || (type != CellType::mixed && type != CellType::polyhedron &&
-                                                 std::string_view(name_of(type)) != "unknown");
+  if (block_type_ == CellType::polygon && renamed && cell.kind < shape_count) type = CellType::polygon;
+  const bool known = cell.kind < shape_count ||
+                     (type != CellType::mixed && (type != CellType::polyhedron || cell.kind == face_cell) &&
+                      std::string_view(name_of(type)) != "unknown");
   const bool fits = block_type_ == CellType::mixed || block_type_ == type;
   if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
     return damaged("a cell of an impossible type");
@@ -220,7 +259,8 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
   piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
   const size_t at = piece.connectivity.size();
-  if (cell.kind == loose_cell) {
+  if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
+  if (cell.kind >= shape_count) {
     piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
     piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
   } else {
@@ -234,12 +274,19 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
     }
   }
   piece.offsets.push_back(piece.connectivity.size());
+  if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
   ++cells_seen_;
-  if (piece.connectivity.size() * 16 > options_.limits.mesh_bytes) {
+  if ((piece.connectivity.size() + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
   }
   return {};
+}
+
+/// With the first polyhedron all cells have faces, those before it none.
+void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPiece& piece) {
+  if (piece.cell_faces.empty()) piece.cell_faces.assign(piece.types.size(), 0);
+  piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
@@ -328,6 +375,13 @@ StreamReader::~StreamReader() = default;
 Result<StreamReader> StreamReader::open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options) {
   auto implementation = std::make_unique<Implementation>(std::move(bytes), options);
   MAILLE_CHECK(implementation->open());
+  return StreamReader(std::move(implementation));
+}
+Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
+                                        const StreamReadOptions& options) {
+  if (step == 0) return open(source_stream(source), options);
+  auto implementation = std::make_unique<Implementation>(source_stream(source), options);
+  MAILLE_CHECK(implementation->open(MAILLE_TRY(StepValues::open(source, step))));
   return StreamReader(std::move(implementation));
 }
 const StreamDescription& StreamReader::description() const {

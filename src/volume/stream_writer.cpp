@@ -3,120 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 
 #include "base/result.h"
 #include "container/file_writer.h"
 #include "volume/array_stage.h"
 #include "volume/mesh_stream.h"
+#include "volume/stream_intake.h"
 #include "volume/stream_layout.h"
 
 namespace maille {
 namespace {
-
-/// Cells as they were given, until there is a block of them.
-struct Intake {
-  struct Record {
-    uint8_t kind;
-    CellType type;
-    uint32_t nodes;
-  };
-  std::vector<Record> records;
-  std::vector<uint64_t> numbers;
-  std::vector<uint8_t> last_use;
-  std::vector<std::vector<std::byte>> cell_arrays;
-  std::vector<BlockStart> blocks;
-  std::unordered_set<uint64_t> ended;  ///< points told to be used no more; only looked up
-
-  void clear() {
-    records.clear();
-    numbers.clear();
-    last_use.clear();
-    for (auto& array : cell_arrays) array.clear();
-    blocks.clear();
-    ended.clear();
-  }
-};
 
 /// A block between the stages: its cells, and the tuples of each array (positions first).
 struct Block {
   CodedCells cells;
   std::vector<std::vector<std::byte>> tuples;
 };
-
-/// Points that were given and not used yet.
-class WaitingPoints {
- public:
-  explicit WaitingPoints(size_t stride) : stride_(stride) {}
-  bool has(uint64_t number) { return table_.find(number, 0) != no_slot; }
-  std::byte* add(uint64_t number) {
-    const uint32_t slot = slots_.take();
-    if (slot >= numbers_.size()) {
-      numbers_.resize(slots_.capacity());
-      bytes_.resize(size_t{slots_.capacity()} * stride_);
-    }
-    table_.insert(number, slot);
-    numbers_[slot] = number + 1;
-    return bytes_.data() + slot * stride_;
-  }
-  bool take(uint64_t number, std::byte* out) {
-    const uint32_t slot = table_.find(number, 0);
-    if (slot == no_slot) return false;
-    std::copy_n(bytes_.data() + slot * stride_, stride_, out);
-    table_.erase(number);
-    numbers_[slot] = 0;
-    slots_.give_back(slot);
-    return true;
-  }
-  std::vector<uint64_t> numbers() const {
-    std::vector<uint64_t> found;
-    for (const uint64_t number : numbers_) {
-      if (number != 0) found.push_back(number - 1);
-    }
-    std::sort(found.begin(), found.end());
-    return found;
-  }
-
- private:
-  size_t stride_;
-  PointTable table_;
-  Slots slots_;
-  std::vector<uint64_t> numbers_;  ///< number + 1; 0: free
-  std::vector<std::byte> bytes_;
-};
-
-/// A lattice for a declared range, or the numbers as they are.
-Result<std::vector<NumberMap>> maps_of(const StreamArray& array, double diagonal, double& bound) {
-  using Kind = Tolerance::Kind;
-  const Tolerance& tolerance = array.tolerance;
-  bound = 0;
-  const NumberMap exact = {.kind =
-                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
-  if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
-  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
-    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
-  }
-  if (tolerance.kind != Kind::absolute && !array.range) {
-    return failure(ErrorCode::usage,
-                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
-  }
-  double step = 2 * tolerance.value;
-  const double width = array.range ? array.range->second - array.range->first : 0;
-  if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
-  if (tolerance.kind == Kind::bits)
-    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
-  if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
-  bound = step / 2;
-  const double origin = array.range ? array.range->first : 0;
-  // Rounding to the type takes a little of the bound.
-  const NumberMap lattice = {
-      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
-  return std::vector<NumberMap>(array.components, lattice);
-}
-
-double width_of(const StreamArray& array) {
-  return array.range ? array.range->second - array.range->first : 0;
-}
 
 }  // namespace
 
@@ -147,6 +49,8 @@ class StreamWriter::Implementation {
   Result<> begin_block(std::string name, CellType type);
   Result<> add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t> last_use,
                      std::span<const Bytes> arrays, size_t nodes);
+  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
+                          std::span<const uint8_t> last_use, std::span<const Bytes> arrays);
   Result<> end_points(std::span<const uint64_t> numbers);
   Result<> flush();
   Result<StreamReport> finish();
@@ -164,6 +68,7 @@ class StreamWriter::Implementation {
   unsigned kind_in_block(CellType type, size_t nodes) const;
   Result<> check_cells(CellType type, size_t count, size_t nodes, std::span<const uint8_t> last_use,
                        std::span<const Bytes> arrays) const;
+  Result<> add_values(size_t i, size_t count, std::span<const Bytes> arrays, size_t nodes);
   void add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
                   std::span<const uint8_t> last_use);
   void resolve_ends(std::vector<uint64_t>& late);
@@ -202,7 +107,8 @@ unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes
   const bool polygons = !tail_.blocks.empty() && tail_.blocks.back().type == CellType::polygon;
   if (polygons && type == CellType::polygon && nodes == 3) return kind_of(CellType::triangle);
   if (polygons && type == CellType::polygon && nodes == 4) return kind_of(CellType::quad);
-  return kind_of(type);
+  const unsigned kind = kind_of(type);
+  return kind == face_cell && type == CellType::polygon && nodes > most_face_corners ? loose_cell : kind;
 }
 
 template <class NumberAt>
@@ -236,8 +142,6 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
 Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
   if (std::string_view(name_of(type)) == "unknown")
     return failure(ErrorCode::usage, "a block of an unknown cell type");
-  if (type == CellType::polyhedron)
-    return failure(ErrorCode::unsupported, "mode \"stream\" does not hold polyhedra yet");
   intake_.blocks.push_back({records_taken_ + intake_.records.size(), name, type});
   tail_.blocks.push_back({std::move(name), type, 0});
   return {};
@@ -249,8 +153,6 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
   const auto wrong = [&](const std::string& what) {
     return failure(ErrorCode::malformed_input, "cell " + std::to_string(cells_given_) + ": " + what);
   };
-  if (type == CellType::polyhedron)
-    return failure(ErrorCode::unsupported, "mode \"stream\" does not hold polyhedra yet");
   const CellType block = tail_.blocks.back().type;
   if (block != CellType::mixed && block != type) {
     return wrong(std::string(name_of(type)) + " in a block of type " + name_of(block));
@@ -274,7 +176,7 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
 
 void StreamWriter::Implementation::add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
                                               std::span<const uint8_t> last_use) {
-  intake_.records.push_back({static_cast<uint8_t>(kind), type, static_cast<uint32_t>(numbers.size())});
+  intake_.records.push_back({static_cast<uint8_t>(kind), type, static_cast<uint32_t>(numbers.size()), 0});
   intake_.numbers.insert(intake_.numbers.end(), numbers.begin(), numbers.end());
   if (last_use.empty()) {
     intake_.last_use.resize(intake_.numbers.size());
@@ -286,6 +188,7 @@ void StreamWriter::Implementation::add_record(unsigned kind, CellType type, std:
 Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const uint64_t> connectivity,
                                                  std::span<const uint8_t> last_use,
                                                  std::span<const Bytes> arrays, size_t nodes) {
+  if (type == CellType::polyhedron) return failure(ErrorCode::usage, "polyhedra come by add_polyhedron()");
   if (tail_.blocks.empty()) MAILLE_CHECK(begin_block("", CellType::mixed));
   if (nodes == 0) nodes = nodes_of(type);
   if (nodes == 0 ? !connectivity.empty() : connectivity.size() % nodes != 0) {
@@ -299,17 +202,44 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
   for (size_t i = 0; i < count; ++i) {
     add_record(kind, type, connectivity.subspan(i * nodes, nodes),
                last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes));
-    for (size_t k = 0; k < arrays.size(); ++k) {
-      const size_t size = arrays[k].size() / count;
-      const auto from = arrays[k].begin() + static_cast<ptrdiff_t>(i * size);
-      intake_.cell_arrays[k].insert(intake_.cell_arrays[k].end(), from, from + static_cast<ptrdiff_t>(size));
-    }
-    ++tail_.blocks.back().cells;
-    ++cells_given_;
-    tail_.corners += nodes;
-    if (is_full()) MAILLE_CHECK(run_block());
+    MAILLE_CHECK(add_values(i, count, arrays, nodes));
   }
   return {};
+}
+
+/// The tuples of cell i of `count` behind its record.
+Result<> StreamWriter::Implementation::add_values(size_t i, size_t count, std::span<const Bytes> arrays,
+                                                  size_t nodes) {
+  for (size_t k = 0; k < arrays.size(); ++k) {
+    const size_t size = arrays[k].size() / count;
+    const auto from = arrays[k].begin() + static_cast<ptrdiff_t>(i * size);
+    intake_.cell_arrays[k].insert(intake_.cell_arrays[k].end(), from, from + static_cast<ptrdiff_t>(size));
+  }
+  ++tail_.blocks.back().cells;
+  ++cells_given_;
+  tail_.corners += nodes;
+  return is_full() ? run_block() : Result<>{};
+}
+
+Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> face_sizes,
+                                                      std::span<const uint64_t> connectivity,
+                                                      std::span<const uint8_t> last_use,
+                                                      std::span<const Bytes> arrays) {
+  if (tail_.blocks.empty()) MAILLE_CHECK(begin_block("", CellType::mixed));
+  MAILLE_CHECK(check_cells(CellType::polyhedron, 1, connectivity.size(), last_use, arrays));
+  uint64_t corners = 0;
+  for (const uint32_t size : face_sizes) corners += size;
+  if (corners != connectivity.size() || corners > most_face_corners ||
+      face_sizes.size() > most_face_corners) {
+    return failure(ErrorCode::malformed_input,
+                   "cell " + std::to_string(cells_given_) + ": a polyhedron with " +
+                       std::to_string(face_sizes.size()) + " faces of " + std::to_string(corners) +
+                       " corners, and " + std::to_string(connectivity.size()) + " points for them");
+  }
+  add_record(face_cell, CellType::polyhedron, connectivity, last_use);
+  intake_.records.back().faces = static_cast<uint32_t>(face_sizes.size());
+  intake_.face_sizes.insert(intake_.face_sizes.end(), face_sizes.begin(), face_sizes.end());
+  return add_values(0, 1, arrays, connectivity.size());
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
@@ -328,14 +258,17 @@ void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
 }
 
 void StreamWriter::Implementation::code_records(Block& block) {
-  size_t at = 0;
+  size_t at = 0, faces_at = 0;
   for (const Intake::Record& record : intake_.records) {
     const auto numbers = std::span(intake_.numbers).subspan(at, record.nodes);
     const auto last_use = std::span(intake_.last_use).subspan(at, record.nodes);
     at += record.nodes;
     cell_.kind = record.kind;
-    if (record.kind == loose_cell) {
-      cell_.type = record.type;
+    cell_.type = record.type;
+    const auto sizes = std::span(intake_.face_sizes).subspan(faces_at, record.faces);
+    cell_.sizes.assign(sizes.begin(), sizes.end());
+    faces_at += record.faces;
+    if (record.kind == loose_cell || record.kind == face_cell) {
       cell_.numbers.assign(numbers.begin(), numbers.end());
       cell_.finals.assign(last_use.begin(), last_use.end());
     } else {
@@ -534,11 +467,11 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
   ArrayMapsList maps;
   maps.bounds.resize(options.arrays.size() + 1);
   // The diagonal of a box with equal sides: the bound is kept, if the box is in the range declared.
-  const double diagonal = width_of(options.positions) * 1.7320508075688772;
-  maps.maps.push_back(MAILLE_TRY(maps_of(options.positions, diagonal, maps.bounds[0])));
+  const double diagonal = declared_width(options.positions) * 1.7320508075688772;
+  maps.maps.push_back(MAILLE_TRY(declared_maps(options.positions, diagonal, maps.bounds[0])));
   for (size_t i = 0; i < options.arrays.size(); ++i) {
     maps.maps.push_back(
-        MAILLE_TRY(maps_of(options.arrays[i], width_of(options.arrays[i]), maps.bounds[i + 1])));
+        MAILLE_TRY(declared_maps(options.arrays[i], declared_width(options.arrays[i]), maps.bounds[i + 1])));
   }
   return begin(sink, std::move(options), maps);
 }
@@ -581,6 +514,11 @@ Result<> StreamWriter::add_cells(CellType type, std::span<const uint64_t> connec
                                  std::span<const uint8_t> last_use, std::span<const Bytes> arrays,
                                  size_t nodes) {
   return implementation_->add_cells(type, connectivity, last_use, arrays, nodes);
+}
+Result<> StreamWriter::add_polyhedron(std::span<const uint32_t> face_sizes,
+                                      std::span<const uint64_t> connectivity,
+                                      std::span<const uint8_t> last_use, std::span<const Bytes> arrays) {
+  return implementation_->add_polyhedron(face_sizes, connectivity, last_use, arrays);
 }
 Result<> StreamWriter::end_points(std::span<const uint64_t> numbers) {
   return implementation_->end_points(numbers);

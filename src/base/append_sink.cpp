@@ -1,0 +1,63 @@
+#include <fcntl.h>
+#include <maille/source.h>
+#include <sys/file.h>
+
+#include "base/posix.h"
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+/// What is there already is never touched: whoever reads the file meanwhile, or after a crash, finds it
+/// whole.
+class AppendSink final : public Sink {
+ public:
+  AppendSink(Descriptor file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+
+  Result<> write(Bytes bytes) override {
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    return buffer_.size() < buffer_bytes ? Result<>{} : flush();
+  }
+  Result<> commit() override {
+    MAILLE_CHECK(flush());
+    if (::fsync(file_.get()) != 0) return cannot_write(name_);
+    return {};
+  }
+  std::string name() const override { return name_; }
+
+ private:
+  static constexpr size_t buffer_bytes = size_t{64} << 10;
+
+  Result<> flush() {
+    Bytes left = buffer_;
+    while (!left.empty()) {
+      const ssize_t written = ::write(file_.get(), left.data(), left.size());
+      if (written >= 0)
+        left = left.subspan(static_cast<size_t>(written));
+      else if (errno != EINTR)
+        return cannot_write(name_);
+    }
+    buffer_.clear();
+    return {};
+  }
+
+  Descriptor file_;
+  std::string name_;
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.valid()) return cannot_write(path);
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    return failure(ErrorCode::write_failed, "cannot write " + path + ": somebody else is appending to it");
+  }
+  const auto end = static_cast<off_t>(size);
+  if (::ftruncate(file.get(), end) != 0 || ::lseek(file.get(), end, SEEK_SET) != end)
+    return cannot_write(path);
+  return std::make_unique<AppendSink>(std::move(file), path);
+}
+
+}  // namespace maille

@@ -1,0 +1,259 @@
+// Values of later times behind a mesh, and what is left of files that were cut.
+#include <maille/file.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "volume/testing.h"
+
+namespace maille {
+namespace {
+
+using namespace testing;
+
+/// Pressure on points, temperature on cells, material the same at all times.
+Mesh at_time(unsigned time) {
+  Mesh mesh = grid(20, 20, 20);
+  Array pressure = make_array("pressure", Domain::point, Scalar::f32, 1);
+  pressure.resize(mesh.point_count());
+  for (size_t i = 0; i < mesh.point_count(); ++i)
+    pressure.values<float>()[i] = static_cast<float>(i % 21) * 0.5f + static_cast<float>(time);
+  Array temperature = make_array("temperature", Domain::cell, Scalar::f64, 2);
+  temperature.resize(mesh.cell_count());
+  for (size_t i = 0; i < 2 * mesh.cell_count(); ++i)
+    temperature.values<double>()[i] = 300 + static_cast<double>(i % 37) / (time + 3);
+  Array material = make_array("material", Domain::cell, Scalar::i32, 1);
+  material.resize(mesh.cell_count());
+  for (size_t i = 0; i < mesh.cell_count(); ++i)
+    material.values<int32_t>()[i] = static_cast<int32_t>(i * 7 % 11);
+  mesh.arrays = {pressure, temperature, material};
+  return mesh;
+}
+
+class TimeSteps : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    path_ =
+        (std::filesystem::temp_directory_path() / (std::string("maille_steps_") + test->name() + ".maille"))
+            .string();
+    write(encoded(at_time(0), kept()));
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  void write(const std::vector<std::byte>& bytes) const {
+    std::ofstream file(path_, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  }
+  std::vector<std::byte> bytes() const {
+    const auto source = file_source(path_);
+    std::vector<std::byte> all((*source)->size());
+    EXPECT_TRUE((*source)->read_at(0, all));
+    return all;
+  }
+  Result<Mesh> read(uint64_t step) const {
+    const auto source = file_source(path_);
+    DecodeOptions options;
+    options.step = step;
+    return decode(**source, options);
+  }
+  void append(unsigned time) const {
+    const auto report = append_step(path_, 0.5 * time, at_time(time));
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_EQ(report->number, time);
+    EXPECT_EQ(report->file_bytes, std::filesystem::file_size(path_));
+  }
+
+  std::string path_;
+};
+
+TEST_F(TimeSteps, EachComesBackByItself) {
+  for (unsigned time = 1; time < 4; ++time) append(time);
+  for (const unsigned time : {3u, 0u, 2u, 1u}) {
+    const auto mesh = read(time);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    expect_same(at_time(time), *mesh);
+  }
+  const auto source = file_source(path_);
+  const auto info = inspect(**source);
+  ASSERT_TRUE(info);
+  EXPECT_TRUE(info->problems.empty());
+  ASSERT_EQ(info->steps.size(), 3u);
+  EXPECT_EQ(info->steps[2].time, 1.5);
+  EXPECT_EQ(info->steps[1].arrays, (std::vector<std::string>{"pressure", "temperature", "material"}));
+  EXPECT_TRUE(verify_checksums(**source)->empty());
+}
+
+TEST_F(TimeSteps, ArraysThatDoNotChangeTakeNoRoom) {
+  const auto report = append_step(path_, 1, at_time(1));
+  ASSERT_TRUE(report);
+  EXPECT_GT(report->array_bytes[0], 0u);
+  EXPECT_GT(report->array_bytes[1], 0u);
+  EXPECT_EQ(report->array_bytes[2], 0u);
+}
+
+TEST_F(TimeSteps, MayHaveOtherArraysThanTheMesh) {
+  Mesh mesh = at_time(1);
+  mesh.arrays.erase(mesh.arrays.begin());
+  mesh.arrays[0].name = "heat";
+  ASSERT_TRUE(append_step(path_, 1, mesh));
+  expect_same(mesh, *read(1));
+  mesh.arrays.clear();
+  ASSERT_TRUE(append_step(path_, 2, mesh));
+  expect_same(mesh, *read(2));
+}
+
+TEST_F(TimeSteps, KeepTheirBounds) {
+  EncodeOptions options;
+  options.arrays["pressure"] = {Tolerance::Kind::absolute, 0.01};
+  Mesh mesh = at_time(1);
+  ASSERT_TRUE(append_step(path_, 1, mesh, options));
+  const auto back = read(1);
+  ASSERT_TRUE(back);
+  const Mesh& found = *back;
+  const std::span<const float> a = mesh.arrays[0].values<float>(), b = found.arrays[0].values<float>();
+  for (size_t i = 0; i < a.size(); ++i) ASSERT_LE(std::abs(double{a[i]} - double{b[i]}), 0.01);
+  EXPECT_EQ(mesh.arrays[1].bytes, back->arrays[1].bytes);
+}
+
+TEST_F(TimeSteps, AreRefusedWhereTheyDoNotFit) {
+  Mesh other = grid(3, 3, 3);
+  const auto report = append_step(path_, 1, other);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::usage);
+  EXPECT_EQ(read(1).error().code, ErrorCode::usage);
+  EncodeOptions any = kept();
+  any.order = Order::canonical;
+  write(encoded(at_time(0), any));
+  EXPECT_EQ(append_step(path_, 1, at_time(1)).error().code, ErrorCode::usage);
+}
+
+// Whatever was written of a step when the machine stopped: the file reads as before, and the next step takes
+// the place of the one that was cut.
+TEST_F(TimeSteps, AppendingThatStopsAnywhereLeavesTheFileAsItWas) {
+  append(1);
+  const std::vector<std::byte> before = bytes();
+  append(2);
+  const std::vector<std::byte> after = bytes();
+  for (size_t size = before.size() + 1; size < after.size(); size += size - before.size() < 64 ? 1 : 611) {
+    write({after.begin(), after.begin() + static_cast<ptrdiff_t>(size)});
+    const auto old_step = read(1);
+    ASSERT_TRUE(old_step) << size << ": " << old_step.error().message;
+    ASSERT_EQ(old_step->arrays[0].bytes, at_time(1).arrays[0].bytes);
+    ASSERT_FALSE(read(2));
+    ASSERT_TRUE(read(0));
+  }
+  append(2);
+  EXPECT_EQ(bytes(), after);
+}
+
+TEST_F(TimeSteps, DamageOfOneStepLeavesTheMeshReadable) {
+  append(1);
+  std::vector<std::byte> damaged = bytes();
+  const size_t base = encoded(at_time(0), kept()).size();
+  damaged[base + (damaged.size() - base) / 3] ^= std::byte{4};
+  write(damaged);
+  EXPECT_TRUE(read(0));
+  EXPECT_FALSE(read(1));
+}
+
+TEST_F(TimeSteps, StreamsGiveThemPieceByPiece) {
+  struct Values final : StepSource {
+    Result<> read(size_t, uint64_t number, std::byte* out) override {
+      const float value = static_cast<float>(number) * 2;
+      std::memcpy(out, &value, sizeof value);
+      return {};
+    }
+  } values;
+  StepOptions options;
+  options.time = 7;
+  options.arrays.push_back({"twice", Domain::point, Scalar::f32, 1, Role::none, {}, {}, {}});
+  ASSERT_TRUE(append_step(path_, options, values));
+  const auto source = file_source(path_);
+  StreamReader reader = *StreamReader::open(**source, 1);
+  StreamPiece piece;
+  uint64_t points = 0;
+  while (*reader.next(piece)) {
+    ASSERT_EQ(piece.point_arrays.size(), 1u);
+    for (size_t i = 0; i < piece.points.size(); ++i, ++points) {
+      float value = 0;
+      std::memcpy(&value, piece.point_arrays[0].data() + 4 * i, 4);
+      ASSERT_EQ(value, static_cast<float>(piece.points[i]) * 2);
+    }
+  }
+  EXPECT_EQ(points, at_time(0).point_count());
+}
+
+/// Ten batches of a grid.
+std::vector<std::byte> in_batches(const Mesh& mesh) {
+  std::vector<std::byte> bytes;
+  const auto sink = memory_sink(bytes);
+  StreamOptions options;
+  options.arrays.push_back({"number", Domain::cell, Scalar::u32, 1, Role::none, {}, {}, {}});
+  StreamWriter writer = *StreamWriter::begin(*sink, options);
+  EXPECT_TRUE(writer.add_points(0, mesh.points.bytes));
+  const std::vector<uint32_t>& all = mesh.blocks[0].connectivity;
+  for (uint32_t cell = 0; cell * 8 < all.size(); ++cell) {
+    const std::vector<uint64_t> points(all.begin() + cell * 8, all.begin() + cell * 8 + 8);
+    const std::array<Bytes, 1> arrays{std::as_bytes(std::span(&cell, 1))};
+    EXPECT_TRUE(writer.add_cells(CellType::hexahedron, points, {}, arrays));
+    const bool full = cell % 10 == 9;
+    EXPECT_TRUE(!full || writer.flush());
+  }
+  EXPECT_TRUE(writer.finish());
+  return bytes;
+}
+
+TEST(Salvage, GivesWholeBatchesBeforeAnyCut) {
+  const Mesh mesh = grid(5, 5, 4);
+  const std::vector<std::byte> whole = in_batches(mesh);
+  uint64_t most = 0;
+  unsigned steps = 0;
+  for (size_t size = 0; size < whole.size(); ++size) {
+    const auto found = salvage(*memory_source(Bytes(whole).first(size)));
+    if (!found) {
+      EXPECT_EQ(most, 0u) << size;
+      EXPECT_EQ(found.error().code, ErrorCode::corrupt);
+      continue;
+    }
+    ASSERT_TRUE(found->damage) << size;
+    EXPECT_EQ(found->damage->code, ErrorCode::corrupt);
+    const uint64_t cells = found->mesh.cell_count();
+    ASSERT_EQ(cells % 10, 0u);
+    ASSERT_GE(cells, most);
+    steps += cells > most;
+    most = cells;
+    for (uint64_t i = 0; i < cells; ++i) ASSERT_EQ(found->mesh.arrays[0].values<uint32_t>()[i], i);
+    // The same places in space, whatever the numbers are now.
+    const std::span<const float> there = found->mesh.points.values<float>(),
+                                 here = mesh.points.values<float>();
+    for (size_t k = 0; k < cells * 8; ++k) {
+      const uint32_t a = found->mesh.blocks[0].connectivity[k], b = mesh.blocks[0].connectivity[k];
+      ASSERT_EQ(there[3 * a], here[3 * b]);
+      ASSERT_EQ(there[3 * a + 2], here[3 * b + 2]);
+    }
+  }
+  EXPECT_EQ(most, mesh.cell_count());
+  EXPECT_EQ(steps, 10u);
+}
+
+TEST(Salvage, OfAWholeFileIsTheMesh) {
+  const Mesh mesh = at_time(1);
+  const auto found = salvage(*memory_source(Bytes(encoded(mesh, kept()))));
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->damage);
+  expect_same(mesh, found->mesh);
+}
+
+TEST(Salvage, StopsAtTheFirstDamagedChunk) {
+  std::vector<std::byte> bytes = in_batches(grid(5, 5, 4));
+  bytes[bytes.size() / 2] ^= std::byte{16};
+  const auto found = salvage(*memory_source(Bytes(bytes)));
+  ASSERT_TRUE(found);
+  ASSERT_TRUE(found->damage);
+  EXPECT_GT(found->mesh.cell_count(), 0u);
+  EXPECT_LT(found->mesh.cell_count(), 100u);
+}
+
+}  // namespace
+}  // namespace maille

@@ -1,0 +1,31 @@
+# Values of later times: appended one by one or from a list, listed, read each by itself.
+python3 - <<'PY'
+def write(name, t):
+    n = 3
+    points = [(x, y, z) for z in range(n) for y in range(n) for x in range(n)]
+    cells = [[x + 3 * y + 9 * z + d for d in (0, 1, 4, 3, 9, 10, 13, 12)] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    with open(name, "w") as f:
+        f.write("# vtk DataFile Version 3.0\nstep\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 27 float\n")
+        for p in points: f.write("%d %d %d\n" % p)
+        f.write("CELLS 8 72\n")
+        for c in cells: f.write("8 " + " ".join(map(str, c)) + "\n")
+        f.write("CELL_TYPES 8\n" + "12\n" * 8)
+        f.write("POINT_DATA 27\nSCALARS p float 1\nLOOKUP_TABLE default\n")
+        for i in range(27): f.write("%g\n" % (i * 0.5 + t))
+        f.write("CELL_DATA 8\nSCALARS id int 1\nLOOKUP_TABLE default\n" + "".join("%d\n" % i for i in range(8)))
+for t in range(4): write("flow_%d.vtk" % t, t)
+open("run.pvd", "w").write('<VTKFile type="Collection"><Collection><DataSet timestep="0.2" file="flow_2.vtk"/>'
+                           '<DataSet timestep="0.3" file="flow_3.vtk"/></Collection></VTKFile>')
+PY
+maille compress -q flow_0.vtk flow.maille
+maille append flow.maille flow_1.vtk --time 0.1
+maille append flow.maille run.pvd
+maille info --json flow.maille | json '[step["time"] for step in j["steps"]]'
+for step in 0 1 2 3; do
+  maille decompress -q -f --step $step flow.maille step.vtk && maille diff step.vtk flow_$step.vtk
+done
+maille decompress -q -f --time 0.3 flow.maille step.vtk && maille diff step.vtk flow_3.vtk
+try maille decompress -q -f --time 0.4 flow.maille step.vtk
+try maille decompress -q -f --step 9 flow.maille step.vtk
+try maille append -q flow.maille cube.ply
+try maille append -q flow.maille flow_1.vtk --error 0.1
