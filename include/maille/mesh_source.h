@@ -71,5 +71,8 @@ class MeshSink {
 
 /// A VTU file with raw appended data, each array in its place from the beginning.
 Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
+/// The sink of a format by its name: "vtu". Error: usage for others.
+Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
+                                            const MeshDescription& description);
 
 }  // namespace maille

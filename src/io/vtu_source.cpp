@@ -173,6 +173,7 @@ class VtuSource final : public MeshSource {
   MeshDescription description_;
   std::vector<Piece> pieces_;
   VtkFieldData field_;
+  bool has_block_array_ = false;
 };
 
 /// Reads up to the underscore with which the appended data begin.
@@ -229,7 +230,10 @@ Result<> VtuSource::open_data(pugi::xml_node data, Domain domain, Piece& piece, 
   for (const pugi::xml_node node : data.children("DataArray")) {
     if (std::string_view(node.attribute("type").as_string()) == "String") continue;
     // It says the same as the names of the blocks.
-    if (node.attribute(vtu_block_mark)) continue;
+    if (node.attribute(vtu_block_mark)) {
+      has_block_array_ = true;
+      continue;
+    }
     const std::string place = where + ", array \"" + node.attribute("Name").as_string() + "\"";
     Column column =
         MAILLE_TRY(open_column(node, place, domain == Domain::point ? piece.points : piece.cells));
@@ -335,7 +339,7 @@ Result<> VtuSource::open() {
     description_.point_type = pieces_[0].positions.description.type;
     for (const Column& column : pieces_[0].arrays) description_.arrays.push_back(column.description);
   }
-  field_.take_strings(std::string(vtu_block_array_name) + "_labels");
+  if (has_block_array_) field_.take_strings(std::string(vtu_block_array_name) + "_labels");
   for (Array& array : description_.arrays) field_.give_labels(array);
   for (Array& array : field_.arrays) field_.give_labels(array);
   description_.mesh_arrays = std::move(field_.arrays);

@@ -467,4 +467,17 @@ Result<FileInfo> inspect_stream(const Source& source) {
   return info;
 }
 
+Result<StreamEnds> read_stream_ends(const Source& source) {
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  if (reader.header().mode != Mode::stream)
+    return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
+  MAILLE_CHECK(reader.check_complete());
+  const std::vector<std::byte> description = MAILLE_TRY(reader.read_stream({"DESC"}));
+  const std::vector<std::byte> tail = MAILLE_TRY(reader.read_stream({"TAIL"}));
+  StreamEnds ends;
+  ends.header = MAILLE_TRY(decode_header(description));
+  ends.tail = MAILLE_TRY(decode_tail(tail));
+  return ends;
+}
+
 }  // namespace maille

@@ -14,6 +14,9 @@
 namespace maille {
 namespace {
 
+/// Ends of points that wait for a block of cells: a mesh of points only has as many as points.
+constexpr size_t most_ended = 1 << 16;
+
 /// Cells as they were given, until there is a block of them.
 struct Intake {
   struct Record {
@@ -313,7 +316,10 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
-  intake_.ended.insert(numbers.begin(), numbers.end());
+  for (const uint64_t number : numbers) {
+    intake_.ended.insert(number);
+    if (intake_.ended.size() == most_ended) MAILLE_CHECK(run_block());
+  }
   return {};
 }
 
