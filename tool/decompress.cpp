@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include "files.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -56,22 +57,22 @@ Result<> check_arrays(const Source& source, const std::vector<std::string>& want
   return {};
 }
 
-Result<> report(const DecompressOptions& options, const std::string& output, const Mesh& mesh,
-                uint64_t before, uint64_t after, double seconds) {
+Result<> report(const DecompressOptions& options, const std::string& output, const PartsWritten& done,
+                const char* cell_word, double seconds) {
   if (options.common.json) {
     return answer(dump({{"input", input_name(options.input)},
                         {"output", output},
-                        {"input_bytes", before},
-                        {"output_bytes", after},
-                        {"points", mesh.point_count()},
-                        {"cells", mesh.cell_count()},
+                        {"input_bytes", done.input_bytes},
+                        {"output_bytes", done.output_bytes},
+                        {"points", done.points},
+                        {"cells", done.cells},
                         {"seconds", seconds}}));
   }
   if (options.common.quiet) return {};
-  say(fmt::format(
-      "{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
-      counted(mesh.point_count(), "point"), cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
-      human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)), seconds));
+  say(fmt::format("{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
+                  counted(done.points, "point"), cells_text(done.cells, cell_word),
+                  human_bytes(static_cast<double>(done.input_bytes)),
+                  human_bytes(static_cast<double>(done.output_bytes)), seconds));
   return {};
 }
 
@@ -85,7 +86,22 @@ Result<int> run(const DecompressOptions& options) {
                    "--json and the output '-' both want standard output; name an output file");
   }
   const std::string format = TOOL_TRY(format_to_write(options, output));
-  const Input input = TOOL_TRY(open_maille(options.input));
+  std::unique_ptr<Source> spooled;
+  if (can_write_in_parts(format, output, options.ascii)) {
+    auto source = TOOL_TRY(open_for_parts(options.input, output));
+    DecodeOptions wanted;
+    wanted.arrays = options.arrays;
+    if (const auto mesh = describe(*source, wanted)) {
+      if (options.arrays) TOOL_CHECK(check_arrays(*source, *options.arrays));
+      const PartsWritten done = TOOL_TRY(decompress_in_parts(options, *source, *mesh, output, format));
+      TOOL_CHECK(report(options, output, done, "cell", whole.seconds()));
+      return 0;
+    }
+    // Another mode, or damaged: the usual way tells which.
+    if (options.input == "-") spooled = std::move(source);
+  }
+  const Input input =
+      spooled ? make_input(std::move(spooled), options.input) : TOOL_TRY(open_maille(options.input));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays));
   const auto file =
       TOOL_TRY(open_output({output, options.input, options.force, is_binary(format, options.ascii)}));
@@ -110,7 +126,8 @@ Result<int> run(const DecompressOptions& options) {
     writing.done(options.common.verbose, "writing");
   }
   say_notes(output_name(output), notes, options.common.quiet);
-  TOOL_CHECK(report(options, output, mesh, input.source->size(), sink.count(), whole.seconds()));
+  const PartsWritten done = {mesh.point_count(), mesh.cell_count(), input.source->size(), sink.count()};
+  TOOL_CHECK(report(options, output, done, has_solids(mesh) ? "cell" : "face", whole.seconds()));
   return 0;
 }
 

@@ -61,8 +61,6 @@ std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-namespace {
-
 bool is_solid(uint8_t type) {
   constexpr CellType solids[] = {CellType::tetrahedron,
                                  CellType::voxel,
@@ -79,8 +77,6 @@ bool is_solid(uint8_t type) {
                                  CellType::polyhedron};
   return std::find(std::begin(solids), std::end(solids), static_cast<CellType>(type)) != std::end(solids);
 }
-
-}  // namespace
 
 bool has_solids(const Mesh& mesh) {
   return std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [](const CellBlock& block) {

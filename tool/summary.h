@@ -24,6 +24,8 @@ Json info_json(const FileInfo& info, const std::string& name);
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);
 
+/// Is a VTK cell type a tetrahedron, a hexahedron or the like?
+bool is_solid(uint8_t type);
 /// Has it tetrahedra, hexahedra or the like? Its cells are called cells then, else faces.
 bool has_solids(const Mesh& mesh);
 /// Number of cells.
