@@ -39,7 +39,9 @@ WorkingSpace space_for(const CommonOptions& common, const std::string& output, b
   const uint64_t left = common.memory > fixed_bytes ? common.memory - fixed_bytes : 0;
   if (reorder) space.memory = uint64_t{512} << 20;
   // Half of it is for what is in use in the stream.
-  if (asked) space.memory = reorder ? left / 2 : std::min(space.memory, left / 2);
+  if (!asked) return space;
+  space.memory = reorder ? left / 2 : std::min(space.memory, left / 2);
+  space.in_use = left - space.memory;
   return space;
 }
 
@@ -110,7 +112,8 @@ class RecordedStdin final : public ByteStream {
       return count;
     }
     const size_t count = TOOL_TRY(input_->read(out));
-    if (*recording_) record_->insert(record_->end(), out.begin(), out.begin() + static_cast<ptrdiff_t>(count));
+    if (*recording_)
+      record_->insert(record_->end(), out.begin(), out.begin() + static_cast<ptrdiff_t>(count));
     return count;
   }
   std::string name() const override { return "standard input"; }
@@ -352,7 +355,8 @@ class StreamedGeneration final : public GeneratedOutput {
       patches_.push_back(label_of(label.labels, patch.name));
       stream.metadata.emplace_back("patch." + patch.name, patch.type);
     }
-    if (label.labels.size() > 0xffff) return failure(ErrorCode::unsupported, "more than 65535 zones and patches");
+    if (label.labels.size() > 0xffff)
+      return failure(ErrorCode::unsupported, "more than 65535 zones and patches");
     stream.arrays.push_back(std::move(label));
     writer_.emplace(TOOL_TRY(StreamWriter::begin(sink_, std::move(stream))));
     cells_ = size.cells;

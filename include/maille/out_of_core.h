@@ -14,7 +14,10 @@ namespace maille {
 
 /// What a job may use besides the points and cells that are in use at once in a stream.
 struct WorkingSpace {
-  uint64_t memory = uint64_t{48} << 20;  ///< bytes, about
+  uint64_t memory = uint64_t{32} << 20;  ///< bytes, about
+  /// For the points and cells in use at once, about: a mesh that needs more is refused before anything is
+  /// written. (Known only by another pass over the cells, which is made if it could be.)
+  uint64_t in_use = ~uint64_t{0};
   /// Where temporary files are; they have no names, and are gone when the process ends, however that ends.
   /// Empty: $TMPDIR, or /tmp.
   std::string folder;
@@ -24,7 +27,7 @@ struct WorkingSpace {
 /// finds the last use of each point, a second one codes. `options.order` keep: the same bytes as for the mesh
 /// in memory, if its numbers are such that some ten thousand tell how all are written. canonical: cells come
 /// as they do, points in the order in which cells meet them; reordered() goes before where cells are in no
-/// order. Errors: those of encode(), of the source, write_failed.
+/// order. Errors: those of encode(), of the source, write_failed, memory_bound.
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space = {});
 

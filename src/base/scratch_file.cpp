@@ -77,7 +77,8 @@ Result<> ScratchFile::read_at(uint64_t offset, std::span<std::byte> out) {
   while (!out.empty()) {
     const ssize_t count = ::pread(file_.get(), out.data(), out.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
-    if (count == 0) return failure(ErrorCode::cannot_read, "a temporary file in " + folder_ + " is too short");
+    if (count == 0)
+      return failure(ErrorCode::cannot_read, "a temporary file in " + folder_ + " is too short");
     if (count < 0) return cannot_read("a temporary file in " + folder_);
     offset += static_cast<uint64_t>(count);
     out = out.subspan(static_cast<size_t>(count));

@@ -48,7 +48,8 @@ class SpooledSource final : public Source {
   uint64_t size() const override { return file_.size(); }
   Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (offset > file_.size() || out.size() > file_.size() - offset)
-      return failure(ErrorCode::cannot_read, name_ + " ends before byte " + std::to_string(offset + out.size()));
+      return failure(ErrorCode::cannot_read,
+                     name_ + " ends before byte " + std::to_string(offset + out.size()));
     return file_.read_at(offset, out);
   }
   std::string name() const override { return name_; }

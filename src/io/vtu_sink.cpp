@@ -234,10 +234,4 @@ Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDe
   return std::unique_ptr<MeshSink>(std::move(sink));
 }
 
-Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
-                                            const MeshDescription& description) {
-  if (format == "vtu") return vtu_sink(path, description);
-  return failure(ErrorCode::usage, path + ": files of format " + format + " cannot be written in parts");
-}
-
 }  // namespace maille

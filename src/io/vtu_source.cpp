@@ -6,6 +6,7 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
+#include "io/mesh_sources.h"
 #include "io/vtk_xml_reader.h"
 #include "io/vtu.h"
 
@@ -451,7 +452,7 @@ Result<> VtuSource::read_cells(uint64_t first, uint64_t count, CellPiece& out) {
 
 }  // namespace
 
-Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits) {
+Result<std::unique_ptr<MeshSource>> open_vtu_source(const Source& source, const Limits& limits) {
   auto opened = std::make_unique<VtuSource>(source, limits);
   MAILLE_CHECK(opened->open());
   return std::unique_ptr<MeshSource>(std::move(opened));

@@ -10,6 +10,11 @@ namespace {
 
 constexpr CellType no_type = CellType{0};
 
+/// With a bit each: a quarter of the memory, at least something, and whole words.
+uint64_t most_points_of(const WorkingSpace& space) {
+  return std::max<uint64_t>(space.memory / 4, 1024) / 8 * 64;
+}
+
 }  // namespace
 
 Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, const Progress& progress) {
@@ -25,11 +30,10 @@ Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, con
   for (const MeshDescription::Block& block : description.blocks) {
     uses.common_types_.push_back(uses.one_unknown_ ? no_type : block.type);
   }
-  // A quarter of the memory, at least something, and whole words.
-  const uint64_t most_points = std::max<uint64_t>(space.memory / 4, 1024) / 8 * 64;
+  const uint64_t most_points = most_points_of(space);
   for (uint64_t first = 0; first == 0 || first < description.points; first += most_points) {
-    if (progress &&
-        !progress({"last uses", static_cast<double>(first) / (1.0 + static_cast<double>(description.points))}))
+    if (progress && !progress({"last uses",
+                               static_cast<double>(first) / (1.0 + static_cast<double>(description.points))}))
       return cancelled();
     MAILLE_CHECK(uses.pass(mesh, first, std::min(most_points, description.points - first)));
   }
@@ -56,6 +60,37 @@ void LastUses::note_types(const CellPiece& cells) {
     const auto type = static_cast<CellType>(number);
     common = common == no_type || common == type ? type : CellType::mixed;
   }
+}
+
+/// What each block of cells adds to the points of a range that are in use.
+Result<> LastUses::count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t points,
+                                std::vector<int64_t>& changes) {
+  std::vector<bool> in_use(points);
+  CellPiece cells;
+  std::vector<uint8_t> last;
+  for (uint64_t block = 0; block < begins_.size(); ++block) {
+    const uint64_t first = block * step;
+    MAILLE_CHECK(mesh.read_cells(first, std::min(step, mesh.description().cells - first), cells));
+    MAILLE_CHECK(read(block, cells.connectivity.size(), last));
+    for (size_t i = 0; i < last.size(); ++i) {
+      const uint64_t point = cells.connectivity[i] - first_point;
+      if (point >= points) continue;
+      if (!in_use[point]) ++changes[block];
+      in_use[point] = last[i] == 0;
+      if (last[i] != 0) --changes[block];
+    }
+  }
+  return {};
+}
+
+Result<uint64_t> LastUses::most_in_use(MeshSource& mesh, const WorkingSpace& space) {
+  std::vector<int64_t> changes(begins_.size());
+  const uint64_t most_points = most_points_of(space);
+  for (uint64_t first = 0; first < points_; first += most_points)
+    MAILLE_CHECK(count_in_use(mesh, first, std::min(most_points, points_ - first), changes));
+  int64_t in_use = 0, most = 0;
+  for (const int64_t change : changes) most = std::max(most, in_use += change);
+  return static_cast<uint64_t>(most);
 }
 
 Result<> LastUses::mark(uint64_t block, const CellPiece& cells, uint64_t first_point,

@@ -20,13 +20,18 @@ class LastUses {
 
   /// Flags of the cells from step * `block` on, which have so many corners.
   Result<> read(uint64_t block, size_t corners, std::vector<uint8_t>& flags);
-  /// By block of the mesh: its type; where the file does not tell, the type that all its cells have, or mixed.
+  /// By block of the mesh: its type; where the file does not tell, the type that all its cells have, or
+  /// mixed.
   const std::vector<CellType>& common_types() const { return common_types_; }
   /// Points that no cell uses, from `first` on, ascending, some thousand of them at most; none: there are no
   /// more.
   Result<std::vector<uint64_t>> unused(uint64_t first);
+  /// How many points were used and will be used again, at most, as counted after each block of cells.
+  Result<uint64_t> most_in_use(MeshSource& mesh, const WorkingSpace& space);
 
  private:
+  Result<> count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t points,
+                        std::vector<int64_t>& changes);
   LastUses(ScratchFile flags, ScratchFile seen) : flags_(std::move(flags)), seen_(std::move(seen)) {}
   Result<> pass(MeshSource& mesh, uint64_t first_point, uint64_t points);
   Result<> mark(uint64_t block, const CellPiece& cells, uint64_t first_point, std::vector<uint64_t>& seen);

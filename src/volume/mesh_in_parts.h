@@ -81,7 +81,9 @@ class MeshFromParts final : public MeshSink {
       made.type = block.type;
     }
   }
-  Result<> write_points(uint64_t first, Bytes positions) override { return put(mesh.points, first, positions); }
+  Result<> write_points(uint64_t first, Bytes positions) override {
+    return put(mesh.points, first, positions);
+  }
   Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
     return put(mesh.arrays[array], first, tuples);
   }
@@ -116,7 +118,8 @@ class MeshFromParts final : public MeshSink {
   static Result<> put(Array& array, uint64_t first, Bytes bytes) {
     if (first * array.tuple_size() + bytes.size() > array.bytes.size())
       return failure(ErrorCode::usage, "too many tuples");
-    std::copy(bytes.begin(), bytes.end(), array.bytes.begin() + static_cast<ptrdiff_t>(first * array.tuple_size()));
+    std::copy(bytes.begin(), bytes.end(),
+              array.bytes.begin() + static_cast<ptrdiff_t>(first * array.tuple_size()));
     return {};
   }
   MeshDescription description_;

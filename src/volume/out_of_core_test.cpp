@@ -12,7 +12,7 @@ namespace {
 using namespace testing;
 
 /// So little that points go in ranges, pages are thrown out, and cells are sorted in parts of 64.
-constexpr WorkingSpace tiny = {.memory = 1, .folder = {}};
+constexpr WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
 
 std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& options) {
   MeshInParts parts(mesh);
@@ -90,7 +90,8 @@ TEST(OutOfCore, KeepsPointsThatNoCellUses) {
 }
 
 RC_GTEST_PROP(OutOfCore, GivesTheSameBytesForAnySoup, ()) {
-  Mesh mesh = soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u), *rc::gen::inRange(1u, 2000u));
+  Mesh mesh =
+      soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u), *rc::gen::inRange(1u, 2000u));
   add_arrays(mesh, 2);
   mesh.blocks[0].name = "soup";  // else it could have the type of its cells
   const bool same = encoded_in_parts(mesh, kept()) == encoded(mesh, kept());
@@ -164,7 +165,7 @@ TEST(OutOfCore, ReorderedKeepsBlocksApart) {
 TEST(OutOfCore, ReorderingMakesShuffledCellsCheap) {
   const Mesh mesh = shuffled(grid(24, 24, 24), 7);
   MeshInParts parts(mesh);
-  const auto ordered = reordered(parts, {.memory = 1 << 20, .folder = {}});
+  const auto ordered = reordered(parts, {.memory = 1 << 20, .in_use = ~uint64_t{0}, .folder = {}});
   ASSERT_TRUE(ordered);
   const auto before = incoherence(parts), after = incoherence(**ordered);
   ASSERT_TRUE(before && after);
@@ -178,6 +179,21 @@ TEST(OutOfCore, SweepsAreCoherent) {
   const auto bits = incoherence(parts);
   ASSERT_TRUE(bits);
   EXPECT_LT(*bits, 0.5);
+}
+
+TEST(OutOfCore, RefusesWhatTakesMoreMemoryThanAllowed) {
+  const Mesh sweep = grid(20, 20, 200), soup = shuffled(sweep, 3);
+  for (const Mesh* mesh : {&sweep, &soup}) {
+    MeshInParts parts(*mesh);
+    std::vector<std::byte> bytes;
+    const WorkingSpace space = {.memory = 1, .in_use = 10'000'000, .folder = {}};
+    const auto report = encode(parts, *memory_sink(bytes), kept(), space);
+    EXPECT_EQ(report.has_value(), mesh == &sweep);
+    if (!report) {
+      EXPECT_EQ(report.error().code, ErrorCode::memory_bound);
+      EXPECT_TRUE(bytes.empty());
+    }
+  }
 }
 
 TEST(OutOfCore, StopsWhenTold) {
@@ -196,11 +212,12 @@ TEST(OutOfCore, LeavesNoFilesBehind) {
   std::filesystem::create_directory(folder);
   const Mesh mesh = shuffled(grid(6, 6, 6), 1);
   MeshInParts parts(mesh);
-  const auto ordered = reordered(parts, {.memory = 1, .folder = folder.string()});
+  const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()});
   ASSERT_TRUE(ordered);
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "not even while they are in use";
   std::filesystem::remove(folder);
-  EXPECT_EQ(reordered(parts, {.memory = 1, .folder = folder.string()}).error().code, ErrorCode::write_failed);
+  EXPECT_EQ(reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()}).error().code,
+            ErrorCode::write_failed);
 }
 
 TEST(SpaceCurve, GoesFromNeighbourToNeighbour) {
@@ -208,7 +225,8 @@ TEST(SpaceCurve, GoesFromNeighbourToNeighbour) {
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
       for (int z = 0; z < 8; ++z) {
-        const std::array<uint32_t, 3> at = {static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(z)};
+        const std::array<uint32_t, 3> at = {static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                                            static_cast<uint32_t>(z)};
         places.push_back({place_on_curve(at), {x, y, z}});
       }
     }

@@ -27,7 +27,9 @@ constexpr uint64_t bytes_per_cell = 400;
 struct Place {
   uint64_t block = 0;
   uint64_t key = 0;
-  bool operator<(const Place& other) const { return block != other.block ? block < other.block : key < other.key; }
+  bool operator<(const Place& other) const {
+    return block != other.block ? block < other.block : key < other.key;
+  }
 };
 
 /// The place of a cell on the curve: that of the middle between two of its points.
@@ -132,7 +134,7 @@ class ReorderedSource final : public MeshSource {
     size_t size;
   };
   struct Part {
-    std::vector<std::byte> waiting;  ///< records that are not in the file yet
+    std::vector<std::byte> waiting;                     ///< records that are not in the file yet
     std::vector<std::pair<uint64_t, uint64_t>> pieces;  ///< places of those that are
     uint64_t cells = 0;
   };
@@ -195,13 +197,15 @@ Result<> ReorderedSource::cut(CellPlaces& places, const Progress& progress) {
   // One block of cells in eight is read, more densely: reading is what takes time.
   const uint64_t of_blocks = std::min<uint64_t>(stride, 8);
   const uint64_t within = std::max<uint64_t>(stride / of_blocks, 1);
-  MAILLE_CHECK(visit_cells(progress, "looking", of_blocks, [&](uint64_t first, const CellPiece& piece) -> Result<> {
-    for (uint64_t i = 0; i < piece.size(); i += within) {
-      const auto nodes = std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      sample.push_back(MAILLE_TRY(places.of(first + i, nodes)));
-    }
-    return {};
-  }));
+  MAILLE_CHECK(
+      visit_cells(progress, "looking", of_blocks, [&](uint64_t first, const CellPiece& piece) -> Result<> {
+        for (uint64_t i = 0; i < piece.size(); i += within) {
+          const auto nodes = std::span(piece.connectivity)
+                                 .subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
+          sample.push_back(MAILLE_TRY(places.of(first + i, nodes)));
+        }
+        return {};
+      }));
   std::sort(sample.begin(), sample.end());
   for (uint64_t i = 1; i < parts; ++i) {
     const Place& at = sample[static_cast<size_t>(sample.size() * i / parts)];
@@ -219,7 +223,8 @@ Result<> ReorderedSource::flush(Part& part) {
   return {};
 }
 
-Result<> ReorderedSource::put(Part& part, const RecordHead& head, std::span<const uint64_t> nodes, uint64_t row) {
+Result<> ReorderedSource::put(Part& part, const RecordHead& head, std::span<const uint64_t> nodes,
+                              uint64_t row) {
   const size_t at = part.waiting.size();
   part.waiting.resize(at + record_bytes(head));
   std::byte* out = part.waiting.data() + at;
@@ -240,7 +245,8 @@ Result<> ReorderedSource::distribute(CellPlaces& places, const Progress& progres
       MAILLE_CHECK(mesh_.read_array(columns_[k].array, first, piece.size(), block_values_[k]));
     }
     for (uint64_t i = 0; i < piece.size(); ++i) {
-      const auto nodes = std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
+      const auto nodes =
+          std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
       const Place place = MAILLE_TRY(places.of(first + i, nodes));
       const auto part = std::upper_bound(cuts_.begin(), cuts_.end(), place) - cuts_.begin();
       const RecordHead head = {place.block, place.key, first + i, nodes.size() << 8 | piece.types[i]};
@@ -286,7 +292,8 @@ Result<> ReorderedSource::append(const RecordHead& head) {
 /// Cells of one block and one part, in the order of the front. The points are numbered anew for that.
 Result<> ReorderedSource::order_run(std::span<const RecordHead* const> run) {
   std::vector<uint64_t> points;
-  for (const RecordHead* head : run) points.insert(points.end(), nodes_of_record(*head), nodes_of_record(*head) + head->nodes());
+  for (const RecordHead* head : run)
+    points.insert(points.end(), nodes_of_record(*head), nodes_of_record(*head) + head->nodes());
   CellBlock block;
   block.type = CellType::mixed;
   block.connectivity.resize(points.size());
@@ -295,7 +302,8 @@ Result<> ReorderedSource::order_run(std::span<const RecordHead* const> run) {
   std::sort(sorted.begin(), sorted.end());
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
   for (size_t i = 0; i < points.size(); ++i) {
-    block.connectivity[i] = static_cast<uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), points[i]) - sorted.begin());
+    block.connectivity[i] =
+        static_cast<uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), points[i]) - sorted.begin());
   }
   points = {};
   sorted = {};
@@ -341,7 +349,8 @@ Result<> ReorderedSource::sort(const Progress& progress) {
   types_ = MAILLE_TRY(ScratchFile::create(space_.folder));
   sizes_ = MAILLE_TRY(ScratchFile::create(space_.folder));
   nodes_ = MAILLE_TRY(ScratchFile::create(space_.folder));
-  for (size_t k = 0; k < columns_.size(); ++k) values_.push_back(MAILLE_TRY(ScratchFile::create(space_.folder)));
+  for (size_t k = 0; k < columns_.size(); ++k)
+    values_.push_back(MAILLE_TRY(ScratchFile::create(space_.folder)));
   for (size_t i = 0; i < parts_.size(); ++i) {
     if (progress && !progress({"ordering", static_cast<double>(i) / static_cast<double>(parts_.size())}))
       return cancelled();
@@ -358,8 +367,9 @@ Result<> ReorderedSource::read_cells(uint64_t first, uint64_t count, CellPiece& 
   const uint64_t from = first / cells_at_once * cells_at_once;
   std::vector<uint32_t> sizes(first + count - from);
   MAILLE_CHECK(sizes_->read_at(from * 4, std::as_writable_bytes(std::span(sizes))));
-  const uint64_t begin = (begins_.empty() || count == 0 ? 0 : begins_[from / cells_at_once]) +
-                         std::accumulate(sizes.begin(), sizes.begin() + static_cast<ptrdiff_t>(first - from), uint64_t{0});
+  const uint64_t begin =
+      (begins_.empty() || count == 0 ? 0 : begins_[from / cells_at_once]) +
+      std::accumulate(sizes.begin(), sizes.begin() + static_cast<ptrdiff_t>(first - from), uint64_t{0});
   for (size_t i = first - from; i < sizes.size(); ++i) out.offsets.push_back(out.offsets.back() + sizes[i]);
   out.types.resize(count);
   out.connectivity.resize(out.offsets.back());
@@ -370,7 +380,8 @@ Result<> ReorderedSource::read_cells(uint64_t first, uint64_t count, CellPiece& 
 Result<> ReorderedSource::read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) {
   for (size_t k = 0; k < columns_.size(); ++k) {
     if (columns_[k].array != array) continue;
-    if (out.size() != count * columns_[k].size) return failure(ErrorCode::usage, "the room for values is of another size");
+    if (out.size() != count * columns_[k].size)
+      return failure(ErrorCode::usage, "the room for values is of another size");
     return values_[k].read_at(first * columns_[k].size, out);
   }
   return mesh_.read_array(array, first, count, out);

@@ -66,18 +66,16 @@ class SinkFeeder {
   Result<> add(const StreamPiece& piece) {
     MAILLE_CHECK(add_cells(piece));
     MAILLE_CHECK(find_runs(piece.points));
-    MAILLE_CHECK(add_points(piece.positions, [&](uint64_t first, Bytes bytes) {
-      return sink_.write_points(first, bytes);
-    }));
+    MAILLE_CHECK(add_points(piece.positions,
+                            [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
     size_t of_points = 0, of_cells = 0;
     for (size_t k = 0; k < domains_.size(); ++k) {
       const bool on_points = domains_[k] == Domain::point;
       const auto& bytes = on_points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
       if (places_[k] == not_wanted) continue;
       if (on_points) {
-        MAILLE_CHECK(add_points(bytes, [&](uint64_t first, Bytes part) {
-          return sink_.write_array(places_[k], first, part);
-        }));
+        MAILLE_CHECK(add_points(
+            bytes, [&](uint64_t first, Bytes part) { return sink_.write_array(places_[k], first, part); }));
       } else {
         MAILLE_CHECK(sink_.write_array(places_[k], piece.first_cell, bytes));
       }

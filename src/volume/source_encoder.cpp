@@ -158,8 +158,7 @@ EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, 
   report.connectivity.raw_bytes = mesh.corners * 4;
   report.order_bytes = stream.number_bytes;
   const Array positions = make_array("position", Domain::point, mesh.point_type, 3);
-  report.positions =
-      report_of(positions, mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.positions = report_of(positions, mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
   report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
   for (size_t i = 0; i < mesh.arrays.size(); ++i) {
     report.arrays.push_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i]), maps.maps[i + 1],
@@ -171,12 +170,31 @@ EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, 
   return report;
 }
 
+/// What a point in use takes, with the cell it belongs to: entries of the hull, and the values that predict.
+uint64_t bytes_in_use(const MeshDescription& mesh) {
+  uint64_t bytes = 240 + 3 * 16;
+  for (const Array& array : mesh.arrays) bytes += 16 * array.components;
+  return bytes;
+}
+
+Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space) {
+  const uint64_t each = bytes_in_use(mesh.description()), allowed = space.in_use / each;
+  if (mesh.description().points <= allowed) return {};
+  const uint64_t most = MAILLE_TRY(uses.most_in_use(mesh, space));
+  if (most <= allowed) return {};
+  return failure(ErrorCode::memory_bound, "in the order of this file " + std::to_string(most) +
+                                              " points are in use at once, which takes about " +
+                                              std::to_string((most * each >> 20) + 1) +
+                                              " MiB; allow more memory, or let the order change");
+}
+
 }  // namespace
 
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
+  MAILLE_CHECK(check_in_use(mesh, uses, space));
   const ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
   SourcePoints points(mesh, space.memory / 4, true);
   stream.points = &points;

@@ -57,8 +57,7 @@ Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sam
 }
 
 Result<Array> sample_of(MeshSource& mesh, size_t array, Array sample, const Tolerance& tolerance) {
-  const uint64_t count =
-      array == positions ? mesh.description().points : mesh.description().count_of(sample);
+  const uint64_t count = array == positions ? mesh.description().points : mesh.description().count_of(sample);
   MAILLE_CHECK(take_sample(mesh, array, count, sample));
   const bool whole = count <= tuples_in_all;
   if (!whole && tolerance.kind != Tolerance::Kind::lossless)

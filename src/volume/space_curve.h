@@ -11,7 +11,8 @@ namespace maille {
 /// pattern of eight octants is turned there; the octants come in the order of a Gray code of three bits.
 inline uint64_t place_on_curve(std::array<uint32_t, 3> point) {
   constexpr uint32_t top = uint32_t{1} << 19;
-  // From coordinates to the bits of the place, transposed: J. Skilling, "Programming the Hilbert curve", 2004.
+  // From coordinates to the bits of the place, transposed: J. Skilling, "Programming the Hilbert curve",
+  // 2004.
   for (uint32_t bit = top; bit > 1; bit >>= 1) {
     const uint32_t below = bit - 1;
     for (uint32_t& axis : point) {
