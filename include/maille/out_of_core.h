@@ -31,7 +31,7 @@ struct WorkingSpace {
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space = {});
 
-/// About the bits a cell that the order of the cells costs, judged by some hundred thousand of them from the
+/// About the bits a cell that the order of the cells costs, judged by some ten thousand of them from the
 /// begin: below 2 for meshes that were written in sweeps.
 Result<double> incoherence(MeshSource& mesh);
 

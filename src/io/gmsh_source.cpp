@@ -121,7 +121,8 @@ Result<uint64_t> GmshSource::count_line(const char* what) {
   const std::string text = MAILLE_TRY(in_.line());
   char* end = nullptr;
   const long long count = std::strtoll(text.c_str(), &end, 10);
-  if (end == text.c_str() || count < 0) return malformed(std::string("there should be the number of ") + what);
+  if (end == text.c_str() || count < 0)
+    return malformed(std::string("there should be the number of ") + what);
   return static_cast<uint64_t>(count);
 }
 
@@ -136,14 +137,17 @@ Result<> GmshSource::read_format() {
   std::istringstream line(MAILLE_TRY(in_.line()));
   double version = 0;
   int binary = 0, size = 0;
-  if (!(line >> version >> binary >> size)) return malformed("there should be version, kind and size of numbers");
+  if (!(line >> version >> binary >> size))
+    return malformed("there should be version, kind and size of numbers");
   version_ = static_cast<int>(version);
   const bool known = version_ == 2 || (version > 4.05 && version < 4.2);
   if (!known || binary != 1 || size != 8) return unsupported("it is no binary file of version 2 or 4.1");
   description_.metadata.emplace_back(gmsh_version_key, version_ == 2 ? "2.2" : "4.1");
   const auto one = MAILLE_TRY(in_.take<int32_t>(false));
   swapped_ = one != 1;
-  return one == 1 || one == 0x01000000 ? Result<>() : malformed("the number behind the header is not 1 in either byte order");
+  return one == 1 || one == 0x01000000
+             ? Result<>()
+             : malformed("the number behind the header is not 1 in either byte order");
 }
 
 Result<> GmshSource::read_names() {
@@ -269,10 +273,12 @@ Result<> GmshSource::add_run(ElementRun run) {
 Result<> GmshSource::read_elements_2() {
   const uint64_t count = MAILLE_TRY(count_line("elements"));
   while (description_.cells < count) {
-    const int64_t number = MAILLE_TRY(integer()), follow = MAILLE_TRY(integer()), tags = MAILLE_TRY(integer());
+    const int64_t number = MAILLE_TRY(integer()), follow = MAILLE_TRY(integer()),
+                  tags = MAILLE_TRY(integer());
     const GmshType* const type = find_type(number);
     if (type == nullptr) return malformed("element type " + std::to_string(number) + " cannot be read");
-    if (tags < 0 || tags > 1 << 20 || follow < 1 || static_cast<uint64_t>(follow) > count - description_.cells)
+    if (tags < 0 || tags > 1 << 20 || follow < 1 ||
+        static_cast<uint64_t>(follow) > count - description_.cells)
       return malformed("the number of elements or tags is out of range");
     const uint64_t stride = 4 * (1 + static_cast<uint64_t>(tags) + type->nodes);
     const uint64_t at = in_.position(), elements = MAILLE_TRY(check_room(follow, stride));
@@ -287,7 +293,8 @@ Result<> GmshSource::read_elements_4() {
   const int64_t blocks = MAILLE_TRY(size());
   in_.jump(in_.position() + 24);
   for (int64_t b = 0; b < blocks; ++b) {
-    const int64_t dimension = MAILLE_TRY(integer()), tag = MAILLE_TRY(integer()), number = MAILLE_TRY(integer());
+    const int64_t dimension = MAILLE_TRY(integer()), tag = MAILLE_TRY(integer()),
+                  number = MAILLE_TRY(integer());
     const GmshType* const type = find_type(number);
     if (type == nullptr) return malformed("element type " + std::to_string(number) + " cannot be read");
     const uint64_t stride = 8 * (1 + uint64_t{type->nodes});
@@ -296,8 +303,8 @@ Result<> GmshSource::read_elements_4() {
     const int64_t physical = group == groups_.end() ? 0 : group->second;
     any_physical_ = any_physical_ || (physical != 0 && count > 0);
     any_geometrical_ = any_geometrical_ || (tag != 0 && count > 0);
-    MAILLE_CHECK(add_run({0, count, at, stride, 0, type, 0, 8, 0, static_cast<int32_t>(physical),
-                          static_cast<int32_t>(tag)}));
+    MAILLE_CHECK(add_run(
+        {0, count, at, stride, 0, type, 0, 8, 0, static_cast<int32_t>(physical), static_cast<int32_t>(tag)}));
     shapes_.add(count, type->type, name_of_group(type->type, physical));
     in_.jump(at + count * stride);
   }
@@ -319,7 +326,8 @@ Result<> GmshSource::read_data(Domain domain) {
   const double time = std::strtod(lines[4].c_str(), nullptr);
   const long long components = std::strtoll(lines[9].c_str(), nullptr, 10);
   const long long entries = std::strtoll(lines[10].c_str(), nullptr, 10);
-  if (components < 1 || components > 100) return malformed("data \"" + name + "\" should have 1 to 100 components");
+  if (components < 1 || components > 100)
+    return malformed("data \"" + name + "\" should have 1 to 100 components");
   const uint64_t elements = domain == Domain::point ? description_.points : description_.cells;
   const uint64_t stride = 4 + 8 * static_cast<uint64_t>(components);
   MAILLE_CHECK(check_room(entries, stride));
@@ -356,7 +364,8 @@ Result<> GmshSource::open() {
     const std::string word = MAILLE_TRY(in_.line());
     if (word.empty()) continue;
     const std::string name = word.substr(1);
-    if (word[0] != '$' || (name != "MeshFormat" && version_ == 0)) return unsupported("its sections are not known");
+    if (word[0] != '$' || (name != "MeshFormat" && version_ == 0))
+      return unsupported("its sections are not known");
     const bool twice = (name == "Nodes" && nodes) || (name == "Elements" && elements);
     if (twice || name == "Periodic") return unsupported("it has sections that are read whole");
     nodes = nodes || name == "Nodes";
@@ -497,8 +506,7 @@ Result<> GmshSource::read_array(size_t array, uint64_t first, uint64_t count, st
   MAILLE_CHECK(source_.read_at(column.run.at + first * column.run.stride, bytes));
   for (uint64_t i = 0; i < count; ++i)
     std::copy_n(bytes.data() + i * column.run.stride, size, out.data() + i * size);
-  for (size_t i = 0; swapped_ && i < out.size(); i += 8)
-    std::reverse(out.data() + i, out.data() + i + 8);
+  for (size_t i = 0; swapped_ && i < out.size(); i += 8) std::reverse(out.data() + i, out.data() + i + 8);
   return {};
 }
 

@@ -397,7 +397,7 @@ Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpa
 }
 
 Result<double> incoherence(MeshSource& mesh) {
-  constexpr uint64_t most_cells = 100'000;
+  constexpr uint64_t most_cells = 32768;
   const uint64_t cells = std::min(mesh.description().cells, most_cells);
   RangeEncoder topology, numbers;
   CellCoder<RangeEncoder> coder(true, false);

@@ -416,6 +416,17 @@ ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, 
   return info;
 }
 
+/// Models and buffers; slots of points, cells and values; a bit for each point that is written. Measured: a
+/// front of 100,000 points takes 40 MB.
+uint64_t decode_bytes_of(const StreamHeader& header, const StreamTail& tail) {
+  constexpr uint64_t models = uint64_t{18} << 20, point_and_cell = 168, value = 16;
+  uint64_t components = header.description.positions.components;
+  for (const StreamArray& array : header.description.arrays) components += array.components;
+  const uint64_t most =
+      std::min(std::max(tail.most_live_points, tail.most_live_cells), tail.points + tail.cells);
+  return models + most * (point_and_cell + value * components) + tail.points / 8;
+}
+
 void add_sizes(const FileReader& reader, FileInfo& info) {
   for (const ChunkRecord& record : reader.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
@@ -459,6 +470,8 @@ Result<FileInfo> inspect_stream(const Source& source) {
     info.arrays.push_back(info_of(array, header.bounds[i + 1], header.maps[i + 1][0],
                                   array.domain == Domain::point ? tail.points : tail.cells));
   }
+  info.most_points_in_use = tail.most_live_points;
+  info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
   info.metadata = header.description.metadata;
   info.provenance = header.description.provenance;
