@@ -3,12 +3,13 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help demo test bench fuzz format install clean
+.PHONY: help demo test bench scale fuzz format install clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
 	@echo "make test     build and run all tests, with and without sanitizers"
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
+	@echo "make scale    measure peak memory of volumes larger than memory (CELLS=1e6: smaller ones than the full size)"
 	@echo "make fuzz     feed damaged input to every reader and decoder, FUZZ_SECONDS each ($(FUZZ_SECONDS))"
 	@echo "make format   clang-format on every source file"
 	@echo "make install  install the command and the library below PREFIX ($(PREFIX))"
@@ -22,6 +23,10 @@ test:
 
 bench:
 	@scripts/bench
+
+scale:
+	@cmake --preset release > /dev/null && cmake --build --preset release --target maille_tool
+	@scripts/scale $(if $(CELLS),--cells $(CELLS) --shuffled $(CELLS) --pipe $(CELLS))
 
 fuzz:
 	@scripts/fuzz $(FUZZ_SECONDS)

@@ -2,6 +2,9 @@
 // read can be written again in every format, and compressed.
 
 #include <maille/io.h>
+#include <maille/mesh_source.h>
+
+#include <algorithm>
 
 #include "fuzzing.h"
 
@@ -26,8 +29,33 @@ void write_everywhere(const Mesh& mesh, unsigned choice) {
   require(again.has_value(), "what was written can be read");
 }
 
+/// Everything, some elements at a time.
+void read_in_parts(const Source& source) {
+  const auto opened = open_mesh_source(source, {uint64_t{16} << 20});
+  if (!opened) return;
+  MeshSource& mesh = **opened;
+  const MeshDescription& description = mesh.description();
+  require(description.points <= source.size() && description.cells <= source.size(),
+          "no more elements than bytes");
+  constexpr uint64_t step = 100;
+  std::vector<std::byte> room;
+  CellPiece cells;
+  for (uint64_t first = 0; first < description.cells; first += step) {
+    if (!mesh.read_cells(first, std::min(step, description.cells - first), cells)) break;
+    for (const uint64_t point : cells.connectivity)
+      require(point < description.points, "a point that is there");
+  }
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    const Array& array = description.arrays[i];
+    const uint64_t count = std::min(step, description.count_of(array));
+    room.resize(count * array.tuple_size());
+    (void)mesh.read_array(i, 0, count, room);
+  }
+}
+
 void run(unsigned choice, Bytes input) {
   const auto source = memory_source(input, "x");
+  read_in_parts(*source);
   ReadOptions options;
   options.limits.mesh_bytes = uint64_t{16} << 20;
   const size_t format = choice % (formats().size() + 1);

@@ -4,6 +4,7 @@
 #include <maille/version.h>
 
 #include "files.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -25,9 +26,9 @@ std::string provenance_of(const CompressOptions& options) {
   return text;
 }
 
-EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, const Mesh& mesh) {
+EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, bool volume) {
   EncodeOptions encode;
-  encode.mode = options.mode.value_or(usual_mode(mesh));
+  encode.mode = options.mode.value_or(volume ? Mode::stream : Mode::single);
   encode.effort = options.effort;
   // A stream keeps the order of its cells: what a solver wrote is mostly a sweep, and fields go with it.
   const bool keep = options.keep_order || (encode.mode == Mode::stream && !options.any_order);
@@ -78,6 +79,99 @@ Result<> report(const CompressOptions& options, const EncodeReport& report, cons
   return {};
 }
 
+/// What was compressed, for the report.
+struct Compressed {
+  EncodeReport report;
+  uint64_t input_bytes = 0;
+  const char* cell_word = "cell";
+};
+
+// What check_names() asks a mesh for.
+Mesh names_of(const std::vector<Array>& arrays) {
+  Mesh mesh;
+  mesh.arrays = arrays;
+  return mesh;
+}
+
+std::vector<Array> arrays_of(const StreamDescription& description) {
+  std::vector<Array> arrays;
+  for (const StreamArray& array : description.arrays)
+    arrays.push_back(make_array(array.name, array.domain, array.type, array.components));
+  return arrays;
+}
+
+Result<std::unique_ptr<Sink>> open_sink(const CompressOptions& options, const std::string& output) {
+  return open_output({output, options.input, options.force, true});
+}
+
+Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& options,
+                                  const Tolerances& tolerances, const std::string& output) {
+  TOOL_CHECK(check_names(tolerances, names_of(input.mesh->description().arrays), input_name(options.input)));
+  const auto sink = TOOL_TRY(open_sink(options, output));
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Threads threads(options.common.threads);
+  EncodeOptions encoding = encode_options(options, tolerances, true);
+  encoding.executor = threads.executor();
+  const Stopwatch step;
+  EncodeReport report = TOOL_TRY(compress_in_parts(input, *sink, encoding, options, progress));
+  progress.clear();
+  step.done(options.common.verbose, "compressing");
+  return Compressed{std::move(report), input.source->size()};
+}
+
+Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,
+                                  const Tolerances& tolerances, const std::string& output,
+                                  Executor* executor) {
+  TOOL_CHECK(
+      check_names(tolerances, names_of(arrays_of(input.reader.description())), input_name(options.input)));
+  const auto sink = TOOL_TRY(open_sink(options, output));
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  EncodeOptions encoding = encode_options(options, tolerances, true);
+  encoding.executor = executor;
+  EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, progress));
+  progress.clear();
+  return Compressed{std::move(report), input.source ? input.source->size() : 0};
+}
+
+Result<Compressed> compress_whole(const Input& input, const CompressOptions& options,
+                                  const Tolerances& tolerances, const std::string& output) {
+  const auto sink = TOOL_TRY(open_sink(options, output));
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+  TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
+  const Threads threads(options.common.threads);
+  const bool volume = usual_mode(loaded.mesh) == Mode::stream;
+  EncodeOptions encoding = encode_options(options, tolerances, volume);
+  encoding.executor = threads.executor();
+  encoding.progress =
+      progress.watch(static_cast<double>(loaded.mesh.cell_count()), volume ? "cells" : "faces");
+  const Stopwatch step;
+  EncodeReport report = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
+  progress.clear();
+  step.done(options.common.verbose, "compressing");
+  return Compressed{std::move(report), input.source->size(), volume ? "cell" : "face"};
+}
+
+Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
+                            const std::string& output) {
+  if (auto parts = open_in_parts(options)) return compress_parts(*parts, options, tolerances, output);
+  std::vector<std::byte> begin;
+  const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
+                             (!options.mode || options.mode == Mode::stream) && !options.any_order;
+  if (may_be_stream) {
+    const Threads threads(options.common.threads);
+    if (auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin)))
+      return compress_cells(*stream, options, tolerances, output, threads.executor());
+  }
+  if (!begin.empty()) {
+    std::unique_ptr<Source> rest = TOOL_TRY(rest_of_stdin(std::move(begin)));
+    return compress_whole(make_input(std::move(rest), options.input, options.input_format), options,
+                          tolerances, output);
+  }
+  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  return compress_whole(input, options, tolerances, output);
+}
+
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
@@ -86,27 +180,8 @@ Result<int> run(const CompressOptions& options) {
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
   TOOL_CHECK(check(options, output));
   const Tolerances tolerances = TOOL_TRY(parse_tolerances(options));
-  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
-  const auto sink = TOOL_TRY(open_output({output, options.input, options.force, true}));
-
-  EncodeReport result;
-  const char* word = "face";
-  {
-    ProgressDisplay progress(options.common.progress, options.common.quiet);
-    LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
-    TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
-    const Threads threads(options.common.threads);
-    EncodeOptions encoding = encode_options(options, tolerances, loaded.mesh);
-    word = cell_word(loaded.mesh);
-    encoding.executor = threads.executor();
-    encoding.progress =
-        progress.watch(static_cast<double>(loaded.mesh.cell_count()), std::string(word) + "s");
-    const Stopwatch step;
-    result = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
-    progress.clear();
-    step.done(options.common.verbose, "compressing");
-  }
-  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds(), word));
+  const Compressed done = TOOL_TRY(compress(options, tolerances, output));
+  TOOL_CHECK(report(options, done.report, output, done.input_bytes, whole.seconds(), done.cell_word));
   return 0;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include "files.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -68,22 +69,22 @@ Result<> check_arrays(const Source& source, const std::vector<std::string>& want
   return {};
 }
 
-Result<> report(const DecompressOptions& options, const std::string& output, const Mesh& mesh,
-                uint64_t before, uint64_t after, double seconds) {
+Result<> report(const DecompressOptions& options, const std::string& output, const PartsWritten& done,
+                const char* cell_word, double seconds) {
   if (options.common.json) {
     return answer(dump({{"input", input_name(options.input)},
                         {"output", output},
-                        {"input_bytes", before},
-                        {"output_bytes", after},
-                        {"points", mesh.point_count()},
-                        {"cells", mesh.cell_count()},
+                        {"input_bytes", done.input_bytes},
+                        {"output_bytes", done.output_bytes},
+                        {"points", done.points},
+                        {"cells", done.cells},
                         {"seconds", seconds}}));
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
-                  counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
-                  human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)),
-                  seconds));
+                  counted(done.points, "point"), counted(done.cells, cell_word),
+                  human_bytes(static_cast<double>(done.input_bytes)),
+                  human_bytes(static_cast<double>(done.output_bytes)), seconds));
   return {};
 }
 
@@ -92,6 +93,21 @@ std::string salvaged_text(const Source& source, const Mesh& mesh) {
   const auto info = inspect(source);
   const std::string of = info && info->cells > 0 ? fmt::format(" of {}", info->cells) : "";
   return fmt::format("{} points, {}{} cells", mesh.point_count(), mesh.cell_count(), of);
+}
+
+/// Writes cells as they are decoded. False: this is no stream, or is damaged at its ends; nothing was
+/// written.
+Result<bool> write_parts(const DecompressOptions& options, const Source& source, const std::string& output,
+                         const Stopwatch& whole) {
+  DecodeOptions wanted;
+  wanted.arrays = options.arrays;
+  const auto mesh = describe(source, wanted);
+  if (!mesh) return false;
+  if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
+  const std::string format = TOOL_TRY(format_to_write(options, output));
+  const PartsWritten done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
+  TOOL_CHECK(report(options, output, done, "cell", whole.seconds()));
+  return true;
 }
 
 }  // namespace
@@ -105,8 +121,24 @@ Result<int> run(const DecompressOptions& options) {
   }
   // Before the input is opened: a pipe may take its time.
   if (!output.empty()) TOOL_CHECK(format_to_write(options, output));
-  const Input input = TOOL_TRY(open_maille(options.input));
-  if (output.empty()) output = TOOL_TRY(name_beside(input, options.output_format));
+  Input input;
+  // A name is given, so that its format is known before the input is opened.
+  const bool plain = !options.salvage && !options.step && !options.time;
+  if (!output.empty() && plain &&
+      can_write_in_parts(TOOL_TRY(format_to_write(options, output)), output, options.ascii)) {
+    auto source = TOOL_TRY(open_for_parts(options.input, output));
+    if (TOOL_TRY(write_parts(options, *source, output, whole))) return 0;
+    // Another mode, or damaged: the usual way tells which.
+    if (options.input == "-") input = make_input(std::move(source), options.input);
+  }
+  if (!input.source) input = TOOL_TRY(open_maille(options.input));
+  if (output.empty()) {
+    output = TOOL_TRY(name_beside(input, options.output_format));
+    const std::string format = TOOL_TRY(format_to_write(options, output));
+    if (plain && can_write_in_parts(format, output, options.ascii) &&
+        TOOL_TRY(write_parts(options, *TOOL_TRY(open_for_parts(options.input, output)), output, whole)))
+      return 0;
+  }
   const std::string format = TOOL_TRY(format_to_write(options, output));
   const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
@@ -141,7 +173,8 @@ Result<int> run(const DecompressOptions& options) {
     writing.done(options.common.verbose, "writing");
   }
   say_notes(output_name(output), notes, options.common.quiet);
-  TOOL_CHECK(report(options, output, mesh, input.source->size(), sink.count(), whole.seconds()));
+  const PartsWritten done = {mesh.point_count(), mesh.cell_count(), input.source->size(), sink.count()};
+  TOOL_CHECK(report(options, output, done, cell_word(mesh), whole.seconds()));
   if (!damage) return 0;
   complain(damage->message + "; salvaged: " + salvaged_text(*input.source, mesh));
   return static_cast<int>(ErrorCode::corrupt);

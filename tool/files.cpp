@@ -89,6 +89,10 @@ std::string with_extension(const std::string& path, const std::string& extension
 Result<Input> open_input(const std::string& path, const std::string& format) {
   // Not within the braces: GCC 12 forgets the strings before it when TOOL_TRY returns from there.
   std::unique_ptr<Source> source = TOOL_TRY(open_source(path));
+  return make_input(std::move(source), path, format);
+}
+
+Input make_input(std::unique_ptr<Source> source, const std::string& path, const std::string& format) {
   Input input{path, format, std::move(source), false};
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
   const bool looks_like_it =
@@ -173,16 +177,21 @@ Result<> check_existing(const OutputRequest& request, const struct stat& status)
 
 }  // namespace
 
-Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
+Result<> check_output(const OutputRequest& request) {
   if (request.path == "-") {
     if (request.binary && !request.force && isatty(STDOUT_FILENO) == 1) {
       return failure(ErrorCode::usage,
                      "standard output is a terminal; name an output file, pipe the output, or use -f");
     }
-    return stdout_sink();
+    return {};
   }
-  if (const auto status = status_of(request.path)) TOOL_CHECK(check_existing(request, *status));
-  return file_sink(request.path);
+  const auto status = status_of(request.path);
+  return status ? check_existing(request, *status) : Result<>();
+}
+
+Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
+  TOOL_CHECK(check_output(request));
+  return request.path == "-" ? stdout_sink() : file_sink(request.path);
 }
 
 namespace {

@@ -34,6 +34,9 @@ struct Input {
 /// is a terminal.
 Result<Input> open_input(const std::string& path, const std::string& format = {});
 
+/// The same for a source that is open already.
+Input make_input(std::unique_ptr<Source> source, const std::string& path, const std::string& format = {});
+
 /// Opens a path that has to be a .maille file. Error: usage when it is one of the other formats.
 Result<Input> open_maille(const std::string& path);
 
@@ -63,6 +66,8 @@ struct OutputRequest {
   bool binary = true;  ///< the bytes would upset a terminal
 };
 
+/// Checks that writing makes sense: errors as of open_output().
+Result<> check_output(const OutputRequest& request);
 /// Checks that writing makes sense, then opens the output. Errors: usage (same file as the input, exists
 /// already, terminal), write_failed.
 Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "files.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -144,8 +145,43 @@ Result<> encode_mesh(const Mesh& mesh, Sink& sink, const GenerateOptions& option
   return {};
 }
 
+/// Above, a mesh in streaming order is written as it comes.
+constexpr uint64_t most_cells_in_memory = 1'000'000;
+
+uint64_t cells_of(const BlockDescription& description, uint64_t refine) {
+  uint64_t cells = 0;
+  for (const HexBlock& block : description.blocks)
+    cells += refine * block.divisions[0] * refine * block.divisions[1] * refine * block.divisions[2];
+  return cells;
+}
+
+Result<int> write_stream(const GenerateOptions& options, const BlockDescription& description) {
+  const auto file = TOOL_TRY(open_output({options.output, options.input, options.force, true}));
+  CountingSink sink(*file);
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const StreamReport report = TOOL_TRY(generate_stream(description, options, sink, progress));
+  progress.clear();
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump({{"points", report.points},
+                            {"cells", report.cells},
+                            {"most_points_in_use", report.most_live_points},
+                            {"output", options.output},
+                            {"output_bytes", sink.count()}})));
+  } else if (!options.common.quiet) {
+    say(fmt::format("{} -> {}: {}, {}, patches as labels of array \"patch\"; at most {} in use; {}",
+                    options.input, output_name(options.output), counted(report.points, "point"),
+                    counted(report.cells, "cell and outer face"), counted(report.most_live_points, "point"),
+                    human_bytes(static_cast<double>(sink.count()))));
+  }
+  return 0;
+}
+
 Result<int> write(const GenerateOptions& options, const BlockDescription& description) {
-  const std::string format = TOOL_TRY(output_format(options.output, options.output_format, ""));
+  const std::string format =
+      TOOL_TRY(output_format(options.output, options.output_format, options.output == "-" ? "maille" : ""));
+  const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
+  if (format == "maille" && options.generation.streaming_order && (many || options.output == "-"))
+    return write_stream(options, description);
   const auto file =
       TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, false)}));
   CountingSink sink(*file);

@@ -195,6 +195,11 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
       info.file_bytes, human_bytes(static_cast<double>(info.file_bytes)),
       bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), word, info.points,
       word, info.cells, counted(info.corners, "corner"));
+  if (info.most_points_in_use > 0) {
+    text += fmt::format("in use:  at most {} at once; decompressing to VTU takes about {} of memory\n",
+                        counted(info.most_points_in_use, "point"),
+                        human_bytes(static_cast<double>(info.decode_bytes)));
+  }
   if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
@@ -234,6 +239,8 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"cells", info.cells},
           {"corners", info.corners},
           {"parts", info.parts},
+          {"most_points_in_use", info.most_points_in_use},
+          {"decode_bytes", info.decode_bytes},
           {"blocks", blocks},
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},

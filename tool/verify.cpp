@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "files.h"
+#include "in_parts.h"
 #include "original_order.h"
 #include "result.h"
 #include "summary.h"
@@ -156,8 +157,7 @@ Json json_of(const Verdict& verdict, const VerifyOptions& options) {
   return json;
 }
 
-Result<Verdict> judge(const VerifyOptions& options) {
-  const Input input = TOOL_TRY(open_maille(options.input));
+Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   Verdict verdict;
   verdict.damage = TOOL_TRY(verify_checksums(*input.source));
   if (!verdict.damage.empty()) return verdict;
@@ -174,6 +174,42 @@ Result<Verdict> judge(const VerifyOptions& options) {
   return verdict;
 }
 
+/// Nothing where the file is no stream of cells, which is decoded as it comes, also from a pipe.
+Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::vector<std::byte>& begin) {
+  const Threads threads(options.common.threads);
+  auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin));
+  if (!stream) return std::nullopt;
+  Verdict verdict;
+  verdict.cell_word = "cell";
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Progress watch = progress.watch(0, "cells");
+  StreamPiece piece;
+  for (;;) {
+    const auto more = stream->reader.next(piece);
+    if (!more) {
+      if (more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
+      if (stream->source) return std::nullopt;  // of a file every damaged chunk can be told
+      verdict.damage.push_back(more.error().message);
+      return verdict;
+    }
+    if (!*more) return verdict;
+    verdict.points += piece.points.size();
+    verdict.cells += piece.cell_count();
+    if (watch) watch({"cells", 0});
+  }
+}
+
+Result<Verdict> judge(const VerifyOptions& options) {
+  std::vector<std::byte> begin;
+  if (options.original.empty()) {
+    if (auto verdict = TOOL_TRY(judge_stream(options, begin))) return *std::move(verdict);
+  }
+  if (!begin.empty()) {
+    std::unique_ptr<Source> rest = TOOL_TRY(rest_of_stdin(std::move(begin)));
+    return judge_whole(make_input(std::move(rest), options.input), options);
+  }
+  return judge_whole(TOOL_TRY(open_maille(options.input)), options);
+}
 }  // namespace
 
 Result<int> run(const VerifyOptions& options) {

@@ -53,7 +53,9 @@ struct FileInfo {
   uint64_t corners = 0;
   uint64_t parts = 1;                                    ///< coded by themselves
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
-  ArrayInfo connectivity;                                ///< count: corners
+  uint64_t most_points_in_use = 0;                       ///< at once, in a stream; 0: not known
+  uint64_t decode_bytes = 0;  ///< of memory that decoding a stream in pieces takes, about
+  ArrayInfo connectivity;     ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
   std::vector<StepInfo> steps;  ///< the first one is step 1

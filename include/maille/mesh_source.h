@@ -53,7 +53,8 @@ class MeshSource {
 };
 
 /// Opens a file for reading in parts. Today: VTU with raw appended data, plain or compressed, without
-/// polyhedra; other files are unsupported, see read_mesh(). `source` must outlive the result.
+/// polyhedra; binary Gmsh files (2.x, 4.1) whose nodes are numbered from 1 on, without periodic or partial
+/// data. Other files are unsupported, see read_mesh(). `source` must outlive the result.
 Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits = {});
 
 /// A mesh written a part at a time, in any order except that cells follow each other.
@@ -71,5 +72,8 @@ class MeshSink {
 
 /// A VTU file with raw appended data, each array in its place from the beginning.
 Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
+/// The sink of a format by its name: "vtu". Error: usage for others.
+Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
+                                            const MeshDescription& description);
 
 }  // namespace maille

@@ -32,6 +32,13 @@ std::unique_ptr<Source> memory_source(Bytes bytes, std::string name = "<memory>"
 std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string name = "<memory>");
 /// A file, mapped into memory. Error: cannot_read, with the system's reason.
 Result<std::unique_ptr<Source>> file_source(const std::string& path);
+/// A file read by calls to the system: nothing of it counts as memory of the process, as the pages of a map
+/// would. For what is larger than memory. What is no regular file is spooled. Error: cannot_read.
+Result<std::unique_ptr<Source>> unmapped_source(const std::string& path);
+/// All that an open descriptor gives, in a temporary file in `folder` (empty: $TMPDIR, or /tmp) that has no
+/// name and is gone with the process. Not for several threads. Errors: cannot_read, write_failed.
+Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,
+                                               const std::string& folder = {});
 /// Standard input, read to its end.
 Result<std::unique_ptr<Source>> stdin_source();
 

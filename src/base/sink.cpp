@@ -1,58 +1,14 @@
 #include <fcntl.h>
 #include <maille/source.h>
 #include <sys/stat.h>
-#include <array>
-#include <atomic>
-#include <chrono>
-#include <climits>
-#include <cstdio>
 #include <cstdlib>
 
 #include "base/posix.h"
 #include "base/result.h"
+#include "base/unfinished.h"
 
 namespace maille {
 namespace {
-
-// ---- temporary files of this process --------------------------------------------------------------------
-
-/// One open temporary file: its folder (a descriptor, so that chdir() does not matter) and its name there.
-/// A signal handler may read it at any moment, hence no allocation and the atomic state.
-struct Unfinished {
-  std::atomic<bool> taken{false};
-  std::atomic<bool> ready{false};
-  int folder = -1;
-  char name[NAME_MAX + 1] = {};
-};
-
-// The only global of the library: a signal handler has no other way to know what to remove. A file beyond
-// the table's size is written all the same, and merely not removed by remove_unfinished_files().
-std::array<Unfinished, 64> unfinished_files;
-
-/// Registers a temporary file while it lives. Made before the file is, so that no moment is missed.
-class Registration {
- public:
-  Registration(int folder, const std::string& name) {
-    for (Unfinished& entry : unfinished_files) {
-      if (entry.taken.exchange(true)) continue;
-      entry.folder = folder;
-      entry.name[name.copy(entry.name, NAME_MAX)] = '\0';
-      entry.ready = true;
-      entry_ = &entry;
-      return;
-    }
-  }
-  Registration(Registration&& other) noexcept : entry_(std::exchange(other.entry_, nullptr)) {}
-  Registration& operator=(Registration&&) = delete;
-  ~Registration() {
-    if (entry_ == nullptr) return;
-    entry_->ready = false;
-    entry_->taken = false;
-  }
-
- private:
-  Unfinished* entry_ = nullptr;
-};
 
 // ---- writing to a descriptor ----------------------------------------------------------------------------
 
@@ -132,27 +88,6 @@ class DirectSink final : public Sink {
 
 // ---- files that appear whole or not at all --------------------------------------------------------------
 
-struct Place {
-  std::string folder;
-  std::string name;
-};
-
-Place split_path(const std::string& path) {
-  const size_t slash = path.rfind('/');
-  if (slash == std::string::npos) return {".", path};
-  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
-}
-
-std::string temporary_name(const std::string& name) {
-  static std::atomic<unsigned> count{0};
-  const auto now =
-      static_cast<unsigned long long>(std::chrono::steady_clock::now().time_since_epoch().count());
-  char tail[64];
-  std::snprintf(tail, sizeof tail, ".%ld-%x%08llx.part", static_cast<long>(::getpid()), count++,
-                now & 0xffffffffu);
-  return "." + name.substr(0, NAME_MAX - 1 - std::string_view(tail).size()) + tail;
-}
-
 /// fsync(), again after an interruption.
 bool sync(int fd) {
   int result = 0;
@@ -164,8 +99,8 @@ bool sync(int fd) {
 
 class FileSink final : public Sink {
  public:
-  FileSink(std::string path, Place place, Descriptor folder, Descriptor file, std::string temporary,
-           Registration registration)
+  FileSink(std::string path, PathParts place, Descriptor folder, Descriptor file, std::string temporary,
+           UnfinishedRegistration registration)
       : path_(std::move(path)),
         final_name_(std::move(place.name)),
         temporary_(std::move(temporary)),
@@ -207,7 +142,7 @@ class FileSink final : public Sink {
   Descriptor folder_;
   Descriptor file_;
   BufferedOutput output_;
-  Registration registration_;
+  UnfinishedRegistration registration_;
   bool committed_ = false;
 };
 
@@ -229,14 +164,14 @@ std::string resolve_link(const std::string& path) {
 }
 
 Result<std::unique_ptr<Sink>> replacing_sink(const std::string& path, mode_t mode, bool keep_mode) {
-  const Place place = split_path(resolve_link(path));
+  const PathParts place = split_path(resolve_link(path));
   const std::string what = path + ": folder " + place.folder;
   Descriptor folder(::open(place.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder.valid()) return cannot_write(what);
 
   for (int attempt = 0;; ++attempt) {
     std::string temporary = temporary_name(place.name);
-    Registration registration(folder.get(), temporary);
+    UnfinishedRegistration registration(folder.get(), temporary);
     Descriptor file(::openat(folder.get(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     if (file.valid()) {
       if (keep_mode) ::fchmod(file.get(), mode);  // best effort: some file systems have no modes
@@ -272,14 +207,6 @@ Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
 
 std::unique_ptr<Sink> stdout_sink() {
   return std::make_unique<DirectSink>(Descriptor(), STDOUT_FILENO, "standard output");
-}
-
-void remove_unfinished_files() noexcept {
-  const int saved = errno;
-  for (Unfinished& entry : unfinished_files) {
-    if (entry.ready) ::unlinkat(entry.folder, entry.name, 0);
-  }
-  errno = saved;
 }
 
 }  // namespace maille

@@ -77,9 +77,11 @@ class BlockShapes {
     }
   }
   bool too_many() const { return sections_.size() > most_sections; }
-  std::vector<CellBlock> take(CellStore& cells) {
-    if (too_many()) return cells.take();
+  std::vector<CellBlock> take(CellStore& cells) { return too_many() ? cells.take() : cells.take(runs()); }
+  /// None where there are too many.
+  std::vector<NamedRun> runs() const {
     std::vector<NamedRun> shapes;
+    if (too_many()) return shapes;
     for (const Section& section : sections_) {
       if (section.runs.size() > most_runs) {
         shapes.push_back({section.cells, CellType::mixed, section.name});
@@ -87,7 +89,7 @@ class BlockShapes {
         shapes.insert(shapes.end(), section.runs.begin(), section.runs.end());
       }
     }
-    return cells.take(shapes);
+    return shapes;
   }
 
  private:

@@ -136,6 +136,65 @@ TEST(MeshSource, GivesBackWhatTheWriterWrote) {
   }
 }
 
+/// A mesh as Gmsh has it: all nodes are numbered in their order.
+Result<Mesh> gmsh_file(uint64_t seed, const char* version, std::string& text) {
+  RandomVolumeOptions some = without_polyhedra();
+  Mesh mesh = random_volume(seed, some);
+  mesh.metadata.emplace_back("gmsh.version", version);
+  text = write_text(gmsh_format(), mesh, {}).text;
+  const auto whole =
+      read_mesh(*memory_source(std::as_bytes(std::span(text.data(), text.size())), "a.msh"), {});
+  if (!whole) return tl::unexpected(whole.error());
+  return whole->mesh;
+}
+
+TEST(MeshSource, GivesOfBinaryGmshFilesWhatIsReadWhole) {
+  unsigned in_parts = 0, elements = 0;
+  for (const char* version : {"2.2", "4.1"}) {
+    for (uint64_t seed = 0; seed < 60; ++seed) {
+      std::string text;
+      const auto whole = gmsh_file(seed, version, text);
+      ASSERT_TRUE(whole) << whole.error().message;
+      const auto source = memory_source(std::as_bytes(std::span(text.data(), text.size())), "a.msh");
+      const auto back = read_in_parts(*source, 1 + seed % 9);
+      if (!back) {
+        EXPECT_EQ(back.error().code, ErrorCode::unsupported) << back.error().message;
+        continue;
+      }
+      ++in_parts;
+      elements += whole->cell_count() > 0;
+      Mesh expected = joined(*whole);
+      if (expected.cell_count() == 0) expected.blocks.clear();
+      expect_same_mesh(*back, expected);
+      const auto opened = open_mesh_source(*source);
+      ASSERT_EQ((*opened)->description().blocks.size(), whole->blocks.size());
+      for (size_t b = 0; b < whole->blocks.size(); ++b) {
+        EXPECT_EQ((*opened)->description().blocks[b].name, whole->blocks[b].name);
+        EXPECT_EQ((*opened)->description().blocks[b].type, whole->blocks[b].type);
+        EXPECT_EQ((*opened)->description().blocks[b].cells, whole->blocks[b].size());
+      }
+    }
+  }
+  EXPECT_GT(in_parts, 60u);
+  EXPECT_GT(elements, 30u);
+}
+
+TEST(MeshSource, SurvivesDamagedGmshFiles) {
+  for (const char* version : {"2.2", "4.1"}) {
+    std::string text;
+    ASSERT_TRUE(gmsh_file(3, version, text));
+    Random random(2);
+    for (int trial = 0; trial < 2000; ++trial) {
+      std::string damaged = text.substr(0, random.chance(20) ? random.below(text.size()) : text.size());
+      for (uint32_t i = random.between(1, 4); i > 0 && !damaged.empty(); --i)
+        damaged[random.below(damaged.size())] = static_cast<char>(random.below(256));
+      const auto source = memory_source(std::as_bytes(std::span(damaged.data(), damaged.size())), "x.msh");
+      const auto mesh = read_in_parts(*source, 5);
+      EXPECT_TRUE(!mesh || mesh->count_of(Domain::point) <= text.size());
+    }
+  }
+}
+
 TEST(MeshSource, SaysWhatItCannotReadInParts) {
   for (const auto& [name, message] : {std::pair("ascii.vtu", "no appended data"),
                                       {"appended_base64.vtu", "base64"},

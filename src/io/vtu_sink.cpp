@@ -1,69 +1,18 @@
 // VTU files written in parts: the counts are known, so every array has its place before the first value
 // comes.
-#include <fcntl.h>
 #include <maille/mesh_source.h>
-#include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cstring>
-#include <filesystem>
+#include <optional>
 
+#include "base/region_file.h"
 #include "base/result.h"
 #include "io/vtk_xml_writer.h"
 #include "io/vtu.h"
 
 namespace maille {
 namespace {
-
-/// A file that appears whole or not at all, written at any place.
-class RegionFile {
- public:
-  explicit RegionFile(std::string path)
-      : path_(std::move(path)), unfinished_(path_ + ".part-" + std::to_string(getpid())) {}
-  ~RegionFile() {
-    if (file_ >= 0) close(file_);
-    if (file_ >= 0 && !committed_) unlink(unfinished_.c_str());
-  }
-  RegionFile(const RegionFile&) = delete;
-  RegionFile& operator=(const RegionFile&) = delete;
-
-  Result<> open() {
-    file_ = ::open(unfinished_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
-    return file_ < 0 ? failed("cannot be created") : Result<>();
-  }
-  Result<> write_at(uint64_t offset, Bytes bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) return failed("cannot be written");
-      offset += static_cast<uint64_t>(written);
-      bytes = bytes.subspan(static_cast<size_t>(written));
-    }
-    return {};
-  }
-  Result<> commit() {
-    if (fsync(file_) != 0 || rename(unfinished_.c_str(), path_.c_str()) != 0)
-      return failed("cannot be written");
-    committed_ = true;
-    const std::string folder = std::filesystem::path(path_).parent_path().string();
-    const int opened = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (opened >= 0) {
-      fsync(opened);
-      close(opened);
-    }
-    return {};
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  Result<> failed(const std::string& what) const {
-    return failure(ErrorCode::write_failed, path_ + ": " + what + ": " + std::strerror(errno));
-  }
-
-  std::string path_, unfinished_;
-  int file_ = -1;
-  bool committed_ = false;
-};
 
 struct Region {
   uint64_t begin = 0, size = 0;
@@ -90,6 +39,8 @@ class VtuSink final : public MeshSink {
   void add_strings(const std::string& name, const std::vector<std::string>& values);
   void add_fields();
   void add_data(Domain domain, const char* element);
+  bool has_names() const;
+  Result<> write_names(uint64_t cells);
   Result<> write_sizes();
   Result<> write(const Region& region, uint64_t at, Bytes bytes);
   Result<> write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
@@ -102,10 +53,23 @@ class VtuSink final : public MeshSink {
   std::vector<Region> regions_;
   std::vector<std::pair<Region, std::vector<std::byte>>> values_;  ///< known from the beginning
   Region points_, connectivity_, ends_, types_;
+  std::optional<Region> names_;  ///< number of the block by cell: what VTK's users see of it
   std::vector<Region> arrays_;
   Scalar point_number_ = Scalar::i32, end_number_ = Scalar::i32;
   uint64_t cells_ = 0, corners_ = 0;
+  size_t named_block_ = 0;
+  uint64_t named_end_ = 0;
 };
+
+/// As vtu_writer.cpp has it.
+bool VtuSink::has_names() const {
+  const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
+  const auto same = [](const Array& array) {
+    return array.domain == Domain::cell && array.name == vtu_block_array_name;
+  };
+  return std::any_of(description_.blocks.begin(), description_.blocks.end(), named) &&
+         std::none_of(description_.arrays.begin(), description_.arrays.end(), same);
+}
 
 Region VtuSink::add(const std::string& tag, uint64_t size) {
   xml_ += "<DataArray " + tag + " format=\"appended\" offset=\"" + std::to_string(next_) + "\"/>\n";
@@ -155,6 +119,7 @@ void VtuSink::add_fields() {
       if (array.role == Role::label) add_strings(array.name + "_labels", array.labels);
     }
   }
+  if (has_names()) add_strings(std::string(vtu_block_array_name) + "_labels", names);
   for (const auto& [key, value] : description_.metadata) add_strings(key, {value});
   xml_ += "</FieldData>\n";
 }
@@ -165,6 +130,10 @@ void VtuSink::add_data(Domain domain, const char* element) {
     const Array& array = description_.arrays[i];
     if (array.domain == domain)
       arrays_[i] = add(tag_of(array), description_.count_of(array) * array.tuple_size());
+  }
+  if (domain == Domain::cell && has_names()) {
+    const Array names = make_array(vtu_block_array_name, Domain::cell, Scalar::u32, 1, Role::label);
+    names_ = add(tag_of(names) + " " + vtu_block_mark + "=\"1\"", description_.cells * sizeof(uint32_t));
   }
   xml_ += std::string("</") + element + ">\n";
 }
@@ -224,7 +193,19 @@ Result<> VtuSink::write_integers(const Region& region, uint64_t first, std::span
   return write(region, first * size, bytes);
 }
 
+/// The numbers of the blocks of the next cells.
+Result<> VtuSink::write_names(uint64_t cells) {
+  std::vector<uint32_t> numbers;
+  for (uint64_t i = cells_; i < cells_ + cells; ++i) {
+    for (; named_block_ < description_.blocks.size() && named_end_ <= i; ++named_block_)
+      named_end_ += description_.blocks[named_block_].cells;
+    numbers.push_back(static_cast<uint32_t>(named_block_ - 1));
+  }
+  return write(*names_, cells_ * sizeof(uint32_t), std::as_bytes(std::span(numbers)));
+}
+
 Result<> VtuSink::write_cells(const CellPiece& cells) {
+  if (names_) MAILLE_CHECK(write_names(cells.size()));
   MAILLE_CHECK(write_integers(connectivity_, corners_, cells.connectivity, point_number_));
   std::vector<uint64_t> ends;
   for (size_t i = 1; i < cells.offsets.size(); ++i) ends.push_back(corners_ + cells.offsets[i]);

@@ -6,6 +6,7 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
+#include "io/mesh_sources.h"
 #include "io/vtk_xml_reader.h"
 #include "io/vtu.h"
 
@@ -173,6 +174,7 @@ class VtuSource final : public MeshSource {
   MeshDescription description_;
   std::vector<Piece> pieces_;
   VtkFieldData field_;
+  bool has_block_array_ = false;
 };
 
 /// Reads up to the underscore with which the appended data begin.
@@ -229,7 +231,10 @@ Result<> VtuSource::open_data(pugi::xml_node data, Domain domain, Piece& piece, 
   for (const pugi::xml_node node : data.children("DataArray")) {
     if (std::string_view(node.attribute("type").as_string()) == "String") continue;
     // It says the same as the names of the blocks.
-    if (node.attribute(vtu_block_mark)) continue;
+    if (node.attribute(vtu_block_mark)) {
+      has_block_array_ = true;
+      continue;
+    }
     const std::string place = where + ", array \"" + node.attribute("Name").as_string() + "\"";
     Column column =
         MAILLE_TRY(open_column(node, place, domain == Domain::point ? piece.points : piece.cells));
@@ -335,7 +340,7 @@ Result<> VtuSource::open() {
     description_.point_type = pieces_[0].positions.description.type;
     for (const Column& column : pieces_[0].arrays) description_.arrays.push_back(column.description);
   }
-  field_.take_strings(std::string(vtu_block_array_name) + "_labels");
+  if (has_block_array_) field_.take_strings(std::string(vtu_block_array_name) + "_labels");
   for (Array& array : description_.arrays) field_.give_labels(array);
   for (Array& array : field_.arrays) field_.give_labels(array);
   description_.mesh_arrays = std::move(field_.arrays);
@@ -447,7 +452,7 @@ Result<> VtuSource::read_cells(uint64_t first, uint64_t count, CellPiece& out) {
 
 }  // namespace
 
-Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits) {
+Result<std::unique_ptr<MeshSource>> open_vtu_source(const Source& source, const Limits& limits) {
   auto opened = std::make_unique<VtuSource>(source, limits);
   MAILLE_CHECK(opened->open());
   return std::unique_ptr<MeshSource>(std::move(opened));

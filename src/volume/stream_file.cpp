@@ -636,6 +636,17 @@ ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, 
   return info;
 }
 
+/// Models and buffers; slots of points, cells and values; a bit for each point that is written. Measured: a
+/// front of 100,000 points takes 40 MB.
+uint64_t decode_bytes_of(const StreamHeader& header, const StreamTail& tail) {
+  constexpr uint64_t models = uint64_t{18} << 20, point_and_cell = 168, value = 16;
+  uint64_t components = header.description.positions.components;
+  for (const StreamArray& array : header.description.arrays) components += array.components;
+  const uint64_t most =
+      std::min(std::max(tail.most_live_points, tail.most_live_cells), tail.points + tail.cells);
+  return models + most * (point_and_cell + value * components) + tail.points / 8;
+}
+
 void add_sizes(const FileReader& reader, FileInfo& info) {
   for (const ChunkRecord& record : reader.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
@@ -680,6 +691,8 @@ Result<FileInfo> inspect_stream(const Source& source) {
     info.arrays.push_back(info_of(array, header.bounds[i + 1], header.maps[i + 1][0],
                                   array.domain == Domain::point ? tail.points : tail.cells));
   }
+  info.most_points_in_use = tail.most_live_points;
+  info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
   for (const StreamStep& step : MAILLE_TRY(list_steps(source))) {
     StepInfo& added = info.steps.emplace_back();
@@ -692,6 +705,19 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.chunks = reader.chunks();
   info.problems = reader.problems();
   return info;
+}
+
+Result<StreamEnds> read_stream_ends(const Source& source) {
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  if (reader.header().mode != Mode::stream)
+    return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
+  MAILLE_CHECK(reader.check_complete());
+  const std::vector<std::byte> description = MAILLE_TRY(reader.read_stream({"DESC"}));
+  const std::vector<std::byte> tail = MAILLE_TRY(reader.read_stream({"TAIL"}));
+  StreamEnds ends;
+  ends.header = MAILLE_TRY(decode_header(description));
+  ends.tail = MAILLE_TRY(decode_tail(tail));
+  return ends;
 }
 
 }  // namespace maille

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "volume/mesh_order.h"
+#include "volume/stream_layout.h"
 
 namespace maille {
 
@@ -20,5 +21,12 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 Result<FileInfo> inspect_stream(const Source& source);
+
+/// What a stream says before its first and after its last cell. Error: corrupt when either is missing.
+struct StreamEnds {
+  StreamHeader header;
+  StreamTail tail;
+};
+Result<StreamEnds> read_stream_ends(const Source& source);
 
 }  // namespace maille

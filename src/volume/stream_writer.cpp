@@ -14,6 +14,9 @@
 namespace maille {
 namespace {
 
+/// Ends of points that wait for a block of cells: a mesh of points only has as many as points.
+constexpr size_t most_ended = 1 << 16;
+
 /// A block between the stages: its cells, and the tuples of each array (positions first).
 struct Block {
   CodedCells cells;
@@ -243,7 +246,10 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
-  intake_.ended.insert(numbers.begin(), numbers.end());
+  for (const uint64_t number : numbers) {
+    intake_.ended.insert(number);
+    if (intake_.ended.size() == most_ended) MAILLE_CHECK(run_block());
+  }
   return {};
 }
 

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+#include <maille/mesh_source.h>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+// Volume meshes that are larger than memory, from file to file: MeshSource -> .maille -> MeshSink. Mode
+// `stream` only.
+
+namespace maille {
+
+/// What a job may use besides the points and cells that are in use at once in a stream.
+struct WorkingSpace {
+  uint64_t memory = uint64_t{32} << 20;  ///< bytes, about
+  /// For the points and cells in use at once, about: a mesh that needs more is refused before anything is
+  /// written. (Known only by another pass over the cells, which is made if it could be.)
+  uint64_t in_use = ~uint64_t{0};
+  /// Where temporary files are; they have no names, and are gone when the process ends, however that ends.
+  /// Empty: $TMPDIR, or /tmp.
+  std::string folder;
+};
+
+/// Compresses a mesh that is read in parts, as encode() does a mesh in memory: a first pass, backwards,
+/// finds the last use of each point, a second one codes. `options.order` keep: the same bytes as for the mesh
+/// in memory, if its numbers are such that some ten thousand tell how all are written. canonical: cells come
+/// as they do, points in the order in which cells meet them; reordered() goes before where cells are in no
+/// order. Errors: those of encode(), of the source, write_failed, memory_bound.
+Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                            const WorkingSpace& space = {});
+
+/// About the bits a cell that the order of the cells costs, judged by some ten thousand of them from the
+/// begin: below 2 for meshes that were written in sweeps.
+Result<double> incoherence(MeshSource& mesh);
+
+/// The same mesh with the cells of each block in an order that streams well: along a curve that fills space,
+/// in pieces that fit into memory, and within each as the front meets them. Points and values of points are
+/// left as they are and read from `mesh`, which must outlive the result; cells and their values are in
+/// temporary files.
+Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpace& space = {},
+                                              const Progress& progress = {});
+
+/// What a file of mode `stream` holds: sizes, blocks, arrays (those of `options.arrays`). Error: unsupported
+/// for other modes, corrupt when its end is missing.
+Result<MeshDescription> describe(const Source& source, const DecodeOptions& options = {});
+/// Decompresses a file of mode `stream` into a sink that was made for its description(), with the same
+/// options, and commits it. Memory is for the points in use, and a bit for each point.
+Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {});
+
+}  // namespace maille

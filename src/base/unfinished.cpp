@@ -1,0 +1,74 @@
+#include "base/unfinished.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <climits>
+#include <cstdio>
+#include <string_view>
+
+namespace maille {
+
+/// One open temporary file: its folder and its name there. A signal handler may read it at any moment, hence
+/// no allocation and the atomic state.
+struct UnfinishedFile {
+  std::atomic<bool> taken{false};
+  std::atomic<bool> ready{false};
+  int folder = -1;
+  char name[NAME_MAX + 1] = {};
+};
+
+namespace {
+
+// The only global of the library: a signal handler has no other way to know what to remove. A file beyond
+// the table's size is written all the same, and merely not removed by remove_unfinished_files().
+std::array<UnfinishedFile, 64> unfinished_files;
+
+}  // namespace
+
+UnfinishedRegistration::UnfinishedRegistration(int folder, const std::string& name) {
+  for (UnfinishedFile& entry : unfinished_files) {
+    if (entry.taken.exchange(true)) continue;
+    entry.folder = folder;
+    entry.name[name.copy(entry.name, NAME_MAX)] = '\0';
+    entry.ready = true;
+    entry_ = &entry;
+    return;
+  }
+}
+
+UnfinishedRegistration::~UnfinishedRegistration() {
+  if (entry_ == nullptr) return;
+  entry_->ready = false;
+  entry_->taken = false;
+}
+
+std::string temporary_name(const std::string& name) {
+  static std::atomic<unsigned> count{0};
+  const auto now =
+      static_cast<unsigned long long>(std::chrono::steady_clock::now().time_since_epoch().count());
+  char tail[64];
+  std::snprintf(tail, sizeof tail, ".%ld-%x%08llx.part", static_cast<long>(::getpid()), count++,
+                now & 0xffffffffu);
+  return "." + name.substr(0, NAME_MAX - 1 - std::string_view(tail).size()) + tail;
+}
+
+PathParts split_path(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  if (slash == std::string::npos) return {".", path};
+  return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
+}
+
+void remove_unfinished_files() noexcept {
+  const int saved = errno;
+  for (UnfinishedFile& entry : unfinished_files) {
+    if (entry.ready) ::unlinkat(entry.folder, entry.name, 0);
+  }
+  errno = saved;
+}
+
+}  // namespace maille

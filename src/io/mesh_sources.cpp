@@ -1,0 +1,26 @@
+#include "io/mesh_sources.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace maille {
+
+Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits) {
+  constexpr std::string_view gmsh = "$MeshFormat";
+  std::array<char, gmsh.size()> first{};
+  if (source.size() >= first.size())
+    MAILLE_CHECK(source.read_at(0, std::as_writable_bytes(std::span(first))));
+  const bool is_gmsh = std::equal(gmsh.begin(), gmsh.end(), first.begin());
+  return is_gmsh ? open_gmsh_source(source, limits) : open_vtu_source(source, limits);
+}
+
+Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
+                                            const MeshDescription& description) {
+  if (format == "vtu") return vtu_sink(path, description);
+  return failure(ErrorCode::usage, path + ": files of format " + format + " cannot be written in parts");
+}
+
+}  // namespace maille

@@ -1,0 +1,244 @@
+#include <maille/out_of_core.h>
+
+#include <filesystem>
+
+#include "volume/mesh_in_parts.h"
+#include "volume/space_curve.h"
+#include "volume/testing.h"
+
+namespace maille {
+namespace {
+
+using namespace testing;
+
+/// So little that points go in ranges, pages are thrown out, and cells are sorted in parts of 64.
+constexpr WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
+
+std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& options) {
+  MeshInParts parts(mesh);
+  std::vector<std::byte> bytes;
+  const auto report = encode(parts, *memory_sink(bytes), options, tiny);
+  EXPECT_TRUE(report) << report.error().message;
+  return bytes;
+}
+
+void expect_same_bytes(const Mesh& mesh, int effort = 5) {
+  EXPECT_TRUE(encoded_in_parts(mesh, kept(effort)) == encoded(mesh, kept(effort))) << mesh.cell_count();
+}
+
+Mesh decoded_into_parts(const std::vector<std::byte>& bytes, const DecodeOptions& options = {}) {
+  const auto source = memory_source(Bytes(bytes));
+  const auto description = describe(*source, options);
+  EXPECT_TRUE(description) << description.error().message;
+  MeshFromParts sink(*description);
+  const auto done = decode(*source, sink, options);
+  EXPECT_TRUE(done) << done.error().message;
+  EXPECT_TRUE(sink.committed);
+  return std::move(sink.mesh);
+}
+
+Mesh several_blocks() {
+  Mesh mesh = grid(17, 16, 15);
+  CellBlock sides;
+  sides.name = "sides";
+  sides.type = CellType::polygon;
+  sides.offsets = {0, 4, 7, 12};
+  sides.connectivity = {0, 1, 5, 4, 1, 2, 5, 8, 9, 10, 11, 12};
+  CellBlock empty;
+  empty.name = "empty";
+  empty.type = CellType::wedge;
+  mesh.blocks = {empty, sides, mesh.blocks[0], empty};
+  add_arrays(mesh, 3);
+  return mesh;
+}
+
+/// The same cells and points in random order.
+Mesh shuffled(Mesh mesh, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<uint32_t> points(mesh.point_count()), cells(mesh.blocks[0].size());
+  std::iota(points.begin(), points.end(), 0u);
+  std::iota(cells.begin(), cells.end(), 0u);
+  std::shuffle(points.begin(), points.end(), random);
+  std::shuffle(cells.begin(), cells.end(), random);
+  const Mesh before = mesh;
+  for (uint32_t i = 0; i < points.size(); ++i)
+    std::copy_n(before.points.bytes.data() + 12 * i, 12, mesh.points.bytes.data() + 12 * points[i]);
+  for (uint32_t i = 0; i < cells.size(); ++i) {
+    for (unsigned k = 0; k < 8; ++k)
+      mesh.blocks[0].connectivity[8 * cells[i] + k] = points[before.blocks[0].connectivity[8 * i + k]];
+  }
+  return mesh;
+}
+
+TEST(OutOfCore, GivesTheSameBytesAsInMemory) {
+  expect_same_bytes(Mesh{});
+  expect_same_bytes(grid(1, 1, 1));
+  expect_same_bytes(grid(40, 30, 20));
+  expect_same_bytes(grid(40, 30, 20), 1);
+  expect_same_bytes(several_blocks());
+  expect_same_bytes(shuffled(grid(12, 11, 10), 1));
+}
+
+TEST(OutOfCore, KeepsPointsThatNoCellUses) {
+  Mesh mesh = grid(3, 3, 3);
+  std::vector<float> positions(3 * 200'000, 0.25f);
+  for (size_t i = 0; i < positions.size(); ++i) positions[i] = static_cast<float>(i % 977);
+  set_positions(mesh, positions);
+  expect_same_bytes(mesh);
+  const Mesh back = decoded_into_parts(encoded_in_parts(mesh, kept()));
+  EXPECT_EQ(back.points.bytes, mesh.points.bytes);
+}
+
+RC_GTEST_PROP(OutOfCore, GivesTheSameBytesForAnySoup, ()) {
+  Mesh mesh =
+      soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u), *rc::gen::inRange(1u, 2000u));
+  add_arrays(mesh, 2);
+  mesh.blocks[0].name = "soup";  // else it could have the type of its cells
+  const bool same = encoded_in_parts(mesh, kept()) == encoded(mesh, kept());
+  RC_ASSERT(same);
+}
+
+TEST(OutOfCore, WritesInPartsWhatDecodeGivesWhole) {
+  for (const Mesh& mesh : {grid(20, 21, 22), several_blocks(), shuffled(grid(9, 8, 7), 2)}) {
+    const std::vector<std::byte> bytes = encoded(mesh, kept());
+    expect_same(mesh, decoded_into_parts(bytes));
+  }
+}
+
+TEST(OutOfCore, WritesOnlyTheArraysWanted) {
+  const Mesh mesh = several_blocks();
+  const std::string wanted = mesh.arrays[1].name;
+  DecodeOptions options;
+  options.arrays = std::vector<std::string>{wanted};
+  const Mesh back = decoded_into_parts(encoded(mesh, kept()), options);
+  for (const Array& array : back.arrays) {
+    if (array.domain != Domain::mesh) {
+      EXPECT_EQ(array.name, wanted);
+    }
+  }
+  ASSERT_NE(back.find(wanted, mesh.arrays[1].domain), nullptr);
+  EXPECT_EQ(back.find(wanted, mesh.arrays[1].domain)->bytes, mesh.arrays[1].bytes);
+}
+
+TEST(OutOfCore, KeepsErrorBounds) {
+  const Mesh mesh = grid(60, 50, 40);  // more points than are looked at for their kind
+  EncodeOptions options = kept();
+  options.positions = {Tolerance::Kind::absolute, 0.01};
+  const Mesh back = decoded_into_parts(encoded_in_parts(mesh, options));
+  for (size_t i = 0; i < mesh.points.values<float>().size(); ++i)
+    ASSERT_LE(std::abs(mesh.points.values<float>()[i] - back.points.values<float>()[i]), 0.01f) << i;
+}
+
+TEST(OutOfCore, RefusesTruncatedFiles) {
+  const std::vector<std::byte> bytes = encoded(grid(5, 5, 5), kept());
+  for (size_t size = 0; size < bytes.size(); size += 7)
+    EXPECT_FALSE(describe(*memory_source(Bytes(bytes).first(size)))) << size;
+}
+
+TEST(OutOfCore, ReorderedIsTheSameMesh) {
+  Mesh mesh = shuffled(grid(14, 13, 12), 5);
+  add_arrays(mesh, 3);
+  MeshInParts parts(mesh);
+  const auto ordered = reordered(parts, tiny);
+  ASSERT_TRUE(ordered) << ordered.error().message;
+  EncodeOptions options = kept();
+  options.order = Order::canonical;
+  std::vector<std::byte> bytes;
+  ASSERT_TRUE(encode(**ordered, *memory_sink(bytes), options, tiny));
+  const auto back = decode(*memory_source(Bytes(bytes)));
+  ASSERT_TRUE(back) << back.error().message;
+  const Comparison comparison = compare(mesh, *back);
+  EXPECT_TRUE(comparison.equal) << comparison.differences.front();
+}
+
+TEST(OutOfCore, ReorderedKeepsBlocksApart) {
+  const Mesh mesh = several_blocks();
+  MeshInParts parts(mesh);
+  const auto ordered = reordered(parts, tiny);
+  ASSERT_TRUE(ordered) << ordered.error().message;
+  CellPiece piece;
+  ASSERT_TRUE((*ordered)->read_cells(0, 4, piece));
+  EXPECT_EQ(piece.types, (std::vector<uint8_t>{7, 7, 7, 12}));
+  EXPECT_FALSE((*ordered)->read_cells(mesh.cell_count() - 1, 2, piece));
+}
+
+TEST(OutOfCore, ReorderingMakesShuffledCellsCheap) {
+  const Mesh mesh = shuffled(grid(24, 24, 24), 7);
+  MeshInParts parts(mesh);
+  const auto ordered = reordered(parts, {.memory = 1 << 20, .in_use = ~uint64_t{0}, .folder = {}});
+  ASSERT_TRUE(ordered);
+  const auto before = incoherence(parts), after = incoherence(**ordered);
+  ASSERT_TRUE(before && after);
+  EXPECT_GT(*before, 20);
+  EXPECT_LT(*after, 8);
+}
+
+TEST(OutOfCore, SweepsAreCoherent) {
+  const Mesh mesh = grid(30, 30, 30);
+  MeshInParts parts(mesh);
+  const auto bits = incoherence(parts);
+  ASSERT_TRUE(bits);
+  EXPECT_LT(*bits, 0.5);
+}
+
+TEST(OutOfCore, RefusesWhatTakesMoreMemoryThanAllowed) {
+  const Mesh sweep = grid(20, 20, 200), soup = shuffled(sweep, 3);
+  for (const Mesh* mesh : {&sweep, &soup}) {
+    MeshInParts parts(*mesh);
+    std::vector<std::byte> bytes;
+    const WorkingSpace space = {.memory = 1, .in_use = 10'000'000, .folder = {}};
+    const auto report = encode(parts, *memory_sink(bytes), kept(), space);
+    EXPECT_EQ(report.has_value(), mesh == &sweep);
+    if (!report) {
+      EXPECT_EQ(report.error().code, ErrorCode::memory_bound);
+      EXPECT_TRUE(bytes.empty());
+    }
+  }
+}
+
+TEST(OutOfCore, StopsWhenTold) {
+  const Mesh mesh = grid(20, 20, 20);
+  MeshInParts parts(mesh);
+  EncodeOptions options = kept();
+  options.progress = [](const ProgressReport&) { return false; };
+  std::vector<std::byte> bytes;
+  const auto report = encode(parts, *memory_sink(bytes), options, tiny);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::cancelled);
+}
+
+TEST(OutOfCore, LeavesNoFilesBehind) {
+  const auto folder = std::filesystem::temp_directory_path() / ("maille_space_" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  const Mesh mesh = shuffled(grid(6, 6, 6), 1);
+  MeshInParts parts(mesh);
+  const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()});
+  ASSERT_TRUE(ordered);
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "not even while they are in use";
+  std::filesystem::remove(folder);
+  EXPECT_EQ(reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()}).error().code,
+            ErrorCode::write_failed);
+}
+
+TEST(SpaceCurve, GoesFromNeighbourToNeighbour) {
+  std::vector<std::pair<uint64_t, std::array<int, 3>>> places;
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      for (int z = 0; z < 8; ++z) {
+        const std::array<uint32_t, 3> at = {static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                                            static_cast<uint32_t>(z)};
+        places.push_back({place_on_curve(at), {x, y, z}});
+      }
+    }
+  }
+  std::sort(places.begin(), places.end());
+  for (size_t i = 1; i < places.size(); ++i) {
+    EXPECT_EQ(places[i].first, places[i - 1].first + 1);
+    int steps = 0;
+    for (size_t c = 0; c < 3; ++c) steps += std::abs(places[i].second[c] - places[i - 1].second[c]);
+    EXPECT_EQ(steps, 1) << i;
+  }
+}
+
+}  // namespace
+}  // namespace maille

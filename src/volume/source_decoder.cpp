@@ -1,0 +1,181 @@
+// decode() into a mesh that is written in parts.
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <numeric>
+#include <unordered_map>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "container/file_reader.h"
+#include "volume/stream_file.h"
+#include "volume/stream_layout.h"
+
+namespace maille {
+namespace {
+
+bool is_wanted(const StreamArray& array, const DecodeOptions& options) {
+  return !options.arrays ||
+         std::find(options.arrays->begin(), options.arrays->end(), array.name) != options.arrays->end();
+}
+
+/// Numbers that were met, each once; memory for those that were, not for what a file claims.
+class NumberSet {
+ public:
+  explicit NumberSet(uint64_t most_bytes) : most_pages_(most_bytes / sizeof(Page)) {}
+  bool full() const { return pages_.size() > most_pages_; }
+  /// False: it was there already.
+  bool add(uint64_t number) {
+    const uint64_t place = number / (sizeof(Page) * 8);
+    if (place != last_place_) {
+      auto& page = pages_[place];
+      if (!page) page = std::make_unique<Page>();
+      last_ = page.get();
+      last_place_ = place;
+    }
+    uint64_t& word = (*last_)[number / 64 % last_->size()];
+    const uint64_t bit = uint64_t{1} << number % 64;
+    const bool is_new = (word & bit) == 0;
+    word |= bit;
+    return is_new;
+  }
+
+ private:
+  using Page = std::array<uint64_t, 512>;
+  std::unordered_map<uint64_t, std::unique_ptr<Page>> pages_;  ///< only looked up
+  uint64_t most_pages_;
+  Page* last_ = nullptr;
+  uint64_t last_place_ = ~uint64_t{0};
+};
+
+/// Writes pieces where they belong.
+class SinkFeeder {
+ public:
+  SinkFeeder(const StreamDescription& stream, const MeshDescription& mesh, MeshSink& sink,
+             const DecodeOptions& options, std::string name)
+      : mesh_(mesh), sink_(sink), numbers_(options.limits.mesh_bytes / 2), name_(std::move(name)) {
+    size_t next = 0;
+    for (const StreamArray& array : stream.arrays)
+      places_.push_back(is_wanted(array, options) ? next++ : not_wanted);
+    for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
+  }
+
+  Result<> add(const StreamPiece& piece) {
+    MAILLE_CHECK(add_cells(piece));
+    MAILLE_CHECK(find_runs(piece.points));
+    MAILLE_CHECK(add_points(piece.positions,
+                            [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
+    size_t of_points = 0, of_cells = 0;
+    for (size_t k = 0; k < domains_.size(); ++k) {
+      const bool on_points = domains_[k] == Domain::point;
+      const auto& bytes = on_points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+      if (places_[k] == not_wanted) continue;
+      if (on_points) {
+        MAILLE_CHECK(add_points(
+            bytes, [&](uint64_t first, Bytes part) { return sink_.write_array(places_[k], first, part); }));
+      } else {
+        MAILLE_CHECK(sink_.write_array(places_[k], piece.first_cell, bytes));
+      }
+    }
+    return {};
+  }
+
+ private:
+  static constexpr size_t not_wanted = ~size_t{0};
+
+  Result<> add_cells(const StreamPiece& piece) {
+    if (piece.cell_count() > mesh_.cells - std::min(mesh_.cells, piece.first_cell))
+      return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
+    cells_.types.clear();
+    for (const CellType type : piece.types) cells_.types.push_back(static_cast<uint8_t>(type));
+    cells_.offsets = piece.offsets;
+    cells_.connectivity = piece.connectivity;
+    return sink_.write_cells(cells_);
+  }
+
+  /// Orders the points of a piece by number: neighbours are written at once.
+  Result<> find_runs(const std::vector<uint64_t>& numbers) {
+    order_.resize(numbers.size());
+    std::iota(order_.begin(), order_.end(), 0u);
+    const auto by_number = [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; };
+    if (!std::is_sorted(numbers.begin(), numbers.end())) std::sort(order_.begin(), order_.end(), by_number);
+    sorted_.clear();
+    for (const uint32_t i : order_) {
+      if (numbers[i] >= mesh_.points || !numbers_.add(numbers[i])) {
+        return failure(ErrorCode::corrupt,
+                       name_ + ": the numbers of points have gaps or repeat; read it in pieces");
+      }
+      sorted_.push_back(numbers[i]);
+    }
+    if (numbers_.full())
+      return failure(ErrorCode::memory_bound, name_ + ": the points take more memory than allowed");
+    return {};
+  }
+  template <class Write>
+  Result<> add_points(const std::vector<std::byte>& tuples, Write write) {
+    const size_t size = order_.empty() ? 0 : tuples.size() / order_.size();
+    for (size_t i = 0; i < order_.size();) {
+      run_.clear();
+      const uint64_t first = sorted_[i];
+      for (; i < order_.size() && sorted_[i] == first + run_.size() / size; ++i) {
+        const auto from = tuples.begin() + static_cast<ptrdiff_t>(order_[i] * size);
+        run_.insert(run_.end(), from, from + static_cast<ptrdiff_t>(size));
+      }
+      MAILLE_CHECK(write(first, Bytes(run_)));
+    }
+    return {};
+  }
+
+  const MeshDescription& mesh_;
+  MeshSink& sink_;
+  NumberSet numbers_;
+  std::string name_;
+  std::vector<size_t> places_;  ///< by array of the stream, its number in the description
+  std::vector<Domain> domains_;
+  CellPiece cells_;
+  std::vector<uint32_t> order_;
+  std::vector<uint64_t> sorted_;
+  std::vector<std::byte> run_;
+};
+
+}  // namespace
+
+Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
+  const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
+  const StreamDescription& stream = ends.header.description;
+  MeshDescription mesh;
+  mesh.points = ends.tail.points;
+  mesh.cells = ends.tail.cells;
+  mesh.corners = ends.tail.corners;
+  mesh.point_type = stream.positions.type;
+  for (const StreamTail::Block& block : ends.tail.blocks)
+    mesh.blocks.push_back({block.name, block.type, block.cells});
+  for (const StreamArray& array : stream.arrays) {
+    if (!is_wanted(array, options)) continue;
+    mesh.arrays.push_back(make_array(array.name, array.domain, array.type, array.components, array.role));
+    mesh.arrays.back().labels = array.labels;
+  }
+  mesh.mesh_arrays = stream.mesh_arrays;
+  mesh.metadata = stream.metadata;
+  return mesh;
+}
+
+Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options) {
+  const MeshDescription mesh = MAILLE_TRY(describe(source, options));
+  StreamReader reader = MAILLE_TRY(
+      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+  SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
+  StreamPiece piece;
+  while (MAILLE_TRY(reader.next(piece))) {
+    MAILLE_CHECK(feeder.add(piece));
+    const auto done = static_cast<double>(piece.first_cell + piece.cell_count());
+    if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))
+      return cancelled();
+  }
+  return sink.commit();
+}
+
+}  // namespace maille

@@ -1,0 +1,206 @@
+// encode() of a mesh that is read in parts.
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <algorithm>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "volume/cell_coder.h"
+#include "volume/last_uses.h"
+#include "volume/source_points.h"
+#include "volume/source_sample.h"
+#include "volume/stream_layout.h"
+
+namespace maille {
+namespace {
+
+Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
+  const auto found = options.arrays.find(array.name);
+  return found == options.arrays.end() ? Tolerance{} : found->second;
+}
+
+Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
+  if (options.mode != Mode::stream) {
+    return failure(ErrorCode::usage, "only mode \"stream\" compresses a mesh that is read in parts");
+  }
+  StreamOptions stream;
+  stream.positions.type = mesh.point_type;
+  stream.positions.tolerance = options.positions;
+  for (const Array& array : mesh.arrays) {
+    stream.arrays.push_back({array.name, array.domain, array.type, array.components, array.role, array.labels,
+                             tolerance_of(array, options), std::nullopt});
+  }
+  for (const auto& [name, tolerance] : options.arrays) {
+    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
+    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name) &&
+        std::none_of(mesh.mesh_arrays.begin(), mesh.mesh_arrays.end(), same_name))
+      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
+  }
+  stream.mesh_arrays = mesh.mesh_arrays;
+  stream.metadata = mesh.metadata;
+  stream.provenance = options.provenance;
+  stream.effort = options.effort;
+  stream.any_order = options.order == Order::canonical;
+  stream.executor = options.executor;
+  return stream;
+}
+
+/// Hands the cells of a source to a writer, a block of LastUses at a time.
+class SourceFeeder {
+ public:
+  SourceFeeder(MeshSource& mesh, StreamWriter& writer, LastUses& uses)
+      : mesh_(mesh), writer_(writer), uses_(uses) {
+    for (size_t i = 0; i < mesh.description().arrays.size(); ++i) {
+      if (mesh.description().arrays[i].domain == Domain::cell) columns_.push_back(i);
+    }
+    values_.resize(columns_.size());
+    tuples_.resize(columns_.size());
+  }
+
+  Result<> feed(const Progress& progress) {
+    const uint64_t cells = mesh_.description().cells;
+    for (uint64_t first = 0; first < cells; first += LastUses::step) {
+      if (progress && !progress({"cells", static_cast<double>(first) / static_cast<double>(cells)}))
+        return cancelled();
+      MAILLE_CHECK(load(first, std::min(LastUses::step, cells - first)));
+      for (uint64_t i = 0; i < piece_.size();) {
+        MAILLE_CHECK(begin_blocks(first + i));
+        i += MAILLE_TRY(feed_run(first, i));
+      }
+    }
+    MAILLE_CHECK(begin_blocks(cells));
+    for (uint64_t next = 0;;) {
+      const std::vector<uint64_t> unused = MAILLE_TRY(uses_.unused(next));
+      if (unused.empty()) return {};
+      MAILLE_CHECK(writer_.end_points(unused));
+      next = unused.back() + 1;
+    }
+  }
+
+ private:
+  Result<> load(uint64_t first, uint64_t count) {
+    MAILLE_CHECK(mesh_.read_cells(first, count, piece_));
+    MAILLE_CHECK(uses_.read(first / LastUses::step, piece_.connectivity.size(), flags_));
+    for (size_t k = 0; k < columns_.size(); ++k) {
+      values_[k].resize(count * mesh_.description().arrays[columns_[k]].tuple_size());
+      MAILLE_CHECK(mesh_.read_array(columns_[k], first, count, values_[k]));
+    }
+    return {};
+  }
+  /// Those that begin at the cell, empty ones included.
+  Result<> begin_blocks(uint64_t cell) {
+    const auto& blocks = mesh_.description().blocks;
+    for (; next_block_ < blocks.size() && block_end_ <= cell; ++next_block_) {
+      MAILLE_CHECK(writer_.begin_block(blocks[next_block_].name, uses_.common_types()[next_block_]));
+      block_end_ += blocks[next_block_].cells;
+    }
+    return {};
+  }
+  /// Cells of one type and size within one block; returns how many.
+  Result<uint64_t> feed_run(uint64_t first, uint64_t i) {
+    const uint64_t nodes = piece_.offsets[i + 1] - piece_.offsets[i];
+    const uint64_t end = nodes == 0 ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
+    uint64_t next = i + 1;
+    while (next < end && piece_.types[next] == piece_.types[i] &&
+           piece_.offsets[next + 1] - piece_.offsets[next] == nodes) {
+      ++next;
+    }
+    const size_t begin = piece_.offsets[i], corners = (next - i) * nodes;
+    for (size_t k = 0; k < columns_.size(); ++k) {
+      const size_t size = mesh_.description().arrays[columns_[k]].tuple_size();
+      tuples_[k] = Bytes(values_[k]).subspan(i * size, (next - i) * size);
+    }
+    MAILLE_CHECK(writer_.add_cells(static_cast<CellType>(piece_.types[i]),
+                                   std::span(piece_.connectivity).subspan(begin, corners),
+                                   std::span(flags_).subspan(begin, corners), tuples_, nodes));
+    return next - i;
+  }
+
+  MeshSource& mesh_;
+  StreamWriter& writer_;
+  LastUses& uses_;
+  std::vector<size_t> columns_;  ///< arrays on cells
+  CellPiece piece_;
+  std::vector<uint8_t> flags_;
+  std::vector<std::vector<std::byte>> values_;
+  std::vector<Bytes> tuples_;
+  size_t next_block_ = 0;
+  uint64_t block_end_ = 0;
+};
+
+ArrayReport report_of(const Array& array, uint64_t count, const std::vector<NumberMap>& maps, double bound,
+                      uint64_t coded_bytes) {
+  ArrayReport report;
+  report.name = array.name;
+  report.domain = array.domain;
+  report.type = array.type;
+  report.components = array.components;
+  report.elements = count;
+  report.raw_bytes = count * array.tuple_size();
+  report.coded_bytes = coded_bytes;
+  report.lossless = bound == 0;
+  report.bound = bound;
+  if (!maps.empty() && bound > 0) report.step = maps[0].step;
+  return report;
+}
+
+EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, const ArrayMapsList& maps) {
+  EncodeReport report;
+  report.points = stream.points;
+  report.cells = stream.cells;
+  report.file_bytes = stream.file_bytes;
+  report.connectivity.name = "connectivity";
+  report.connectivity.domain = Domain::cell;
+  report.connectivity.type = Scalar::u32;
+  report.connectivity.elements = stream.cells;
+  report.connectivity.coded_bytes = stream.cell_bytes;
+  report.connectivity.raw_bytes = mesh.corners * 4;
+  report.order_bytes = stream.number_bytes;
+  const Array positions = make_array("position", Domain::point, mesh.point_type, 3);
+  report.positions = report_of(positions, mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
+  for (size_t i = 0; i < mesh.arrays.size(); ++i) {
+    report.arrays.push_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i]), maps.maps[i + 1],
+                                      maps.bounds[i + 1], stream.array_bytes[i]));
+    report.other_bytes -= stream.array_bytes[i];
+  }
+  for (const Array& array : mesh.mesh_arrays)
+    report.arrays.push_back(report_of(array, array.count(), {}, 0, 0));
+  return report;
+}
+
+/// What a point in use takes, with the cell it belongs to: entries of the hull, and the values that predict.
+uint64_t bytes_in_use(const MeshDescription& mesh) {
+  uint64_t bytes = 240 + 3 * 16;
+  for (const Array& array : mesh.arrays) bytes += 16 * array.components;
+  return bytes;
+}
+
+Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space) {
+  const uint64_t each = bytes_in_use(mesh.description()), allowed = space.in_use / each;
+  if (mesh.description().points <= allowed) return {};
+  const uint64_t most = MAILLE_TRY(uses.most_in_use(mesh, space));
+  if (most <= allowed) return {};
+  return failure(ErrorCode::memory_bound, "in the order of this file " + std::to_string(most) +
+                                              " points are in use at once, which takes about " +
+                                              std::to_string((most * each >> 20) + 1) +
+                                              " MiB; allow more memory, or let the order change");
+}
+
+}  // namespace
+
+Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                            const WorkingSpace& space) {
+  StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
+  LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
+  MAILLE_CHECK(check_in_use(mesh, uses, space));
+  const ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  SourcePoints points(mesh, space.memory / 4, true);
+  stream.points = &points;
+  StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
+  MAILLE_CHECK(SourceFeeder(mesh, writer, uses).feed(options.progress));
+  return report_of(mesh.description(), MAILLE_TRY(writer.finish()), maps);
+}
+
+}  // namespace maille

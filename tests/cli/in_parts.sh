@@ -1,0 +1,21 @@
+# Volumes go from file to file in parts, and through pipes as they are made; nothing is left behind.
+cat > blockMeshDict <<'END'
+vertices ((0 0 0) (1 0 0) (1 1 0) (0 1 0) (0 0 1) (1 0 1) (1 1 1) (0 1 1));
+blocks (hex (0 1 2 3 4 5 6 7) (16 15 14) simpleGrading (1 2 3));
+boundary (inlet { type patch; faces ((0 1 2 3)); });
+END
+mkdir tmp
+export TMPDIR=$PWD/tmp
+try maille generate -q blockMeshDict cube.vtu
+try maille compress -q --memory 64M cube.vtu
+try maille compress -q cube.maille again.maille
+try maille decompress -q again.maille back.vtu
+try maille diff --same-order cube.vtu back.vtu
+maille generate -q --any-order blockMeshDict - | maille compress -q -9 - - | maille verify -
+maille generate -q --any-order blockMeshDict - | maille decompress -q - piped.vtu
+maille generate -q --any-order blockMeshDict piped.maille -f
+try maille diff piped.maille cube.vtu
+maille compress -q - shape.maille < cube.vtu
+try maille diff --same-order shape.maille cube.vtu
+files_like 'tmp/*'
+files_like '.*part'

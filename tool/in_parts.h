@@ -1,0 +1,59 @@
+#pragma once
+
+#include <maille/generate.h>
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "files.h"
+#include "options.h"
+
+// Volumes larger than memory: read, compressed and written in parts.
+namespace maille::tool {
+
+/// A volume that compress can read in parts.
+struct InputInParts {
+  std::unique_ptr<Source> source;
+  std::unique_ptr<MeshSource> mesh;
+};
+/// Nothing where the input has to be read whole: another format, a surface, or a mesh so small that the best
+/// order is found in memory.
+std::optional<InputInParts> open_in_parts(const CompressOptions& options);
+Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
+                                       const CompressOptions& options, ProgressDisplay& progress);
+
+/// A stream of cells from a pipe or a file.
+struct InputStream {
+  std::unique_ptr<Source> source;  ///< none for a pipe
+  StreamReader reader;
+};
+/// Nothing where the input is no .maille file of mode stream. What was read from standard input to find that
+/// out is in `begin`.
+Result<std::optional<InputStream>> open_stream(const std::string& path, const CommonOptions& common,
+                                               Executor* executor, std::vector<std::byte>& begin);
+/// Standard input, of which `begin` was read.
+Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
+
+/// Compresses again what comes from a stream.
+Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
+                                     ProgressDisplay& progress);
+
+/// Whether decompress can write the output in parts.
+bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii);
+struct PartsWritten {
+  uint64_t points = 0, cells = 0, input_bytes = 0, output_bytes = 0;
+};
+/// An input whose end can be read first: a pipe goes through a temporary file.
+Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output);
+Result<PartsWritten> decompress_in_parts(const DecompressOptions& options, const Source& source,
+                                         const MeshDescription& mesh, const std::string& output,
+                                         const std::string& format);
+
+/// Writes a generated mesh as it comes: one block, and an array of labels that tells zones and patches.
+Result<StreamReport> generate_stream(const BlockDescription& description, const GenerateOptions& options,
+                                     Sink& sink, ProgressDisplay& progress);
+
+}  // namespace maille::tool
