@@ -72,12 +72,13 @@ def parts(results):
         ours, any_order, peer = rows.get(BEST), rows.get(BEST + ANY), rows.get(GENERIC)
         if not (ours and any_order and peer):
             continue
-        least = generic(rows, 'connectivity_bytes')
+        least, indices = generic(rows, 'connectivity_bytes'), rows.get('index prediction')
         lines.append([f'{folder}/{mesh}', f'{ours["solids"]:,}', f'{bits(ours, "connectivity_bytes"):.3f}',
                       f'{bits(ours, "numbering_bytes"):.3f}', f'{bits(any_order, "connectivity_bytes"):.3f}',
-                      f'{bits(least, "connectivity_bytes"):.3f}', f'{bits(ours, "geometry_bytes"):.2f}',
+                      f'{bits(least, "connectivity_bytes"):.3f}',
+                      f'{bits(indices, "connectivity_bytes"):.3f}', f'{bits(ours, "geometry_bytes"):.2f}',
                       f'{bits(any_order, "geometry_bytes"):.2f}', f'{bits(peer, "geometry_bytes"):.2f}'])
-    return table(['file', 'cells', 'connectivity', '+ numbering', 'any order', 'best generic', 'geometry', 'any order',
+    return table(['file', 'cells', 'connectivity', '+ numbering', 'any order', 'best generic', 'index prediction', 'geometry', 'any order',
                   GENERIC], lines)
 
 
@@ -100,7 +101,7 @@ def speeds(results):
         sizes = [r[codec]['bytes'] / r[GENERIC]['bytes'] for _, r in results.each()
                  if codec in r and GENERIC in r and r[codec]['whole']]
         pipe = results.meshes['f32'].get(('generated', 'pipe 1M'), {}).get(codec)
-        lines.append([codec, f'{geometric_mean(sizes):.3f}' if sizes else 'floats only',
+        lines.append([codec, f'{geometric_mean(sizes):.3f}' if sizes else 'not all arrays',
                       f'{statistics.median(r["encode_mcps"] for r in rows):.2f}',
                       f'{statistics.median(r["decode_mcps"] for r in rows):.2f}',
                       f'{pipe["encode_mcps"]:.2f} / {pipe["decode_mcps"]:.2f}' if pipe else '-'])
