@@ -29,6 +29,8 @@ class Volumes:
         self.codecs = []
         for line in open(path):
             row = json.loads(line)
+            if row['precision'] == 'f32' and row['round_trip'] != 'exact':
+                continue  # listed with the round trips
             self.meshes[row['precision']].setdefault((row['folder'], row['mesh']), {})[row['codec']] = row
             if row['precision'] == 'f32' and row['codec'] not in self.codecs:
                 self.codecs.append(row['codec'])
@@ -145,9 +147,11 @@ def aims(results):
     yield f'whole mesh / {GENERIC}, unstructured, any order', geometric_mean(ratios), 0.65, 0.5
     ratios = [mesh_bytes(rows[BEST + ANY]) / best_mesh(rows) for _, rows in results.each('tet') if BEST + ANY in rows]
     yield 'tets: whole mesh, any order / best generic', geometric_mean(ratios), 0.5, 0.4
-    ratios = [size / rows[GENERIC]['field_bytes'][name] for _, rows in results.each() if BEST in rows and GENERIC in rows
-              for name, size in rows[BEST]['field_bytes'].items() if rows[GENERIC]['field_bytes'].get(name) and size]
-    yield f'fields / {GENERIC}', geometric_mean(ratios), 0.85, 0.7
+    # Floats are what fpzip takes; in arrays of some hundred bytes headers decide.
+    ratios = [rows[BEST]['field_bytes'][name] / size for _, rows in results.each() if BEST in rows and 'fpzip' in rows
+              for name, size in rows[GENERIC]['field_bytes'].items()
+              if size >= 1000 and name in rows['fpzip']['field_bytes']]
+    yield f'fields of floats / {GENERIC}', geometric_mean(ratios), 0.85, 0.7
 
 
 def aims_table(results):
