@@ -59,12 +59,12 @@ def best_mesh(rows):
 
 
 def whole_files(results):
+    codecs = [c for c in results.codecs if any(r.get(c, {}).get('whole') for _, r in results.each())]
     lines = []
     for (folder, mesh), rows in results.each():
-        codecs = [c for c in results.codecs if c in rows and rows[c]['whole']]
         first = next(iter(rows.values()))
-        lines.append([f'{folder}/{mesh}', f'{first["solids"]:,}'] + [f'{bits(rows[c], "bytes"):.2f}' for c in codecs])
-    codecs = [c for c in results.codecs if any(r.get(c, {}).get('whole') for _, r in results.each())]
+        lines.append([f'{folder}/{mesh}', f'{first["solids"]:,}'] +
+                     [f'{bits(rows[c], "bytes"):.2f}' if c in rows else '-' for c in codecs])
     return table(['file', 'cells'] + codecs, lines)
 
 
