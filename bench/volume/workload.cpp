@@ -51,6 +51,19 @@ bool is_solid(CellType type) {
   }
 }
 
+/// Without it cross-sections would be copies of one another, and coordinates repeat.
+void twist(Array& points) {
+  const auto values = points.values<double>();
+  for (size_t i = 0; i + 2 < values.size(); i += 3) {
+    const double x = values[i], y = values[i + 1], z = values[i + 2];
+    const double turn = 0.3 + 0.04 * z, tilt = 0.5 + 0.01 * z;
+    const double u = x * std::cos(turn) - y * std::sin(turn), v = x * std::sin(turn) + y * std::cos(turn);
+    values[i] = u;
+    values[i + 1] = v * std::cos(tilt) - z * std::sin(tilt);
+    values[i + 2] = v * std::sin(tilt) + z * std::cos(tilt);
+  }
+}
+
 void make_f32(Array& array) {
   if (array.type != Scalar::f64) return;
   Array narrow = array;
@@ -99,6 +112,7 @@ Result<Mesh> generate_pipe() {
   if (!mesh) return mesh;
   std::erase_if(mesh->blocks, [](const CellBlock& block) { return block.type != CellType::hexahedron; });
   mesh->arrays.clear();
+  twist(mesh->points);
   return as_f32(std::move(*mesh));
 }
 

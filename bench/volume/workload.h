@@ -6,8 +6,8 @@
 
 namespace maille::bench {
 
-/// A million hexahedra: five blocks of an O-grid in a pipe with an S-bend, graded towards the wall, block
-/// after block.
+/// A million hexahedra: five blocks of an O-grid in a twisted pipe with an S-bend, graded towards the wall,
+/// block after block.
 Result<Mesh> generate_pipe();
 
 /// All numbers of 64-bit floats as 32-bit ones, which is what the aims of the project speak of.
