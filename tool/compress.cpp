@@ -77,6 +77,7 @@ Result<> report(const CompressOptions& options, const EncodeReport& report, cons
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
+  if (is_series(options.input)) return compress_series(options);
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
