@@ -24,7 +24,7 @@ struct Step {
 Result<std::vector<Step>> all_steps(const AppendOptions& options) {
   std::vector<Step> steps;
   for (const std::string& path : options.steps) {
-    if (path.size() < 4 || path.substr(path.size() - 4) != ".pvd") {
+    if (!is_series(path)) {
       steps.push_back({path, {}});
       continue;
     }
@@ -88,6 +88,43 @@ Result<int> run(const AppendOptions& options) {
   }
   for (const Step& step : TOOL_TRY(all_steps(options))) TOOL_CHECK(append_one(options, step, tolerances));
   return 0;
+}
+
+bool is_series(const std::string& path) {
+  return path.size() > 4 && path.substr(path.size() - 4) == ".pvd";
+}
+
+Result<int> compress_series(CompressOptions options) {
+  const std::string list = options.input;
+  const std::vector<SeriesEntry> series = TOOL_TRY(read_series(list));
+  if (series.empty()) return failure(ErrorCode::malformed_input, list + ": names no file");
+  if (options.output.empty()) options.output = with_extension(list, ".maille");
+  if (options.output == "-" || options.any_order || options.mode.value_or(Mode::stream) != Mode::stream) {
+    return failure(ErrorCode::usage,
+                   list +
+                       ": steps of time need a file of mode stream that keeps the order; leave out "
+                       "--any-order, --mode and the output '-'");
+  }
+  options.mode = Mode::stream;
+  options.input = series.front().path;
+  TOOL_TRY(run(options));
+  // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
+  AppendOptions append;
+  append.common = options.common;
+  append.common.json = false;
+  append.file = options.output;
+  append.steps = {list};
+  const auto of_arrays = [](const std::vector<std::string>& bounds) {
+    std::vector<std::string> named;
+    for (const std::string& bound : bounds) {
+      if (bound.find('=') != std::string::npos) named.push_back(bound);
+    }
+    return named;
+  };
+  append.quality.error = of_arrays(options.error);
+  append.quality.relative_error = of_arrays(options.relative_error);
+  append.quality.bits = of_arrays(options.bits);
+  return run(append);
 }
 
 }  // namespace maille::tool

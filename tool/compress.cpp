@@ -175,6 +175,7 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
+  if (is_series(options.input)) return compress_series(options);
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");

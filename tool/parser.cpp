@@ -104,6 +104,7 @@ void Parser::add_compress() {
            "The same input and settings give the same file on every machine, with any number of threads; "
            "the file records the input's name unless --no-provenance is given.",
            "maille compress dragon.ply                        # dragon.maille, lossless\n"
+           "maille compress run.pvd                           # run.maille, with all steps of time\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");

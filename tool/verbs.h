@@ -21,4 +21,8 @@ Result<int> run(const SubdivideOptions& options);
 Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
 
+/// Is it a list of files in time (.pvd)? compress makes one file of them, its steps appended.
+bool is_series(const std::string& path);
+Result<int> compress_series(CompressOptions options);
+
 }  // namespace maille::tool

@@ -166,6 +166,13 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   verdict.points = decoded.point_count();
   verdict.cells = decoded.cell_count();
   verdict.word = cell_word(decoded);
+  const size_t steps = TOOL_TRY(inspect(*input.source)).steps.size();
+  for (size_t step = 1; step <= steps; ++step) {
+    DecodeOptions decoding;
+    decoding.limits.mesh_bytes = options.common.memory;
+    decoding.step = step;
+    TOOL_TRY(decode(*input.source, decoding));
+  }
   if (options.original.empty()) return verdict;
   const Input original = TOOL_TRY(open_input(options.original, options.original_format));
   const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));

@@ -694,7 +694,9 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
-  for (const StreamStep& step : MAILLE_TRY(list_steps(source))) {
+  const auto steps = list_steps(source);
+  if (!steps && steps.error().code != ErrorCode::corrupt) return tl::unexpected(steps.error());
+  for (const StreamStep& step : steps ? *steps : std::vector<StreamStep>{}) {
     StepInfo& added = info.steps.emplace_back();
     added.time = step.time;
     added.coded_bytes = step.coded_bytes;
@@ -704,6 +706,7 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.provenance = header.description.provenance;
   info.chunks = reader.chunks();
   info.problems = reader.problems();
+  if (!steps) info.problems.push_back(steps.error().message);
   return info;
 }
 

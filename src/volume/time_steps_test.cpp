@@ -155,6 +155,16 @@ TEST_F(TimeSteps, DamageOfOneStepLeavesTheMeshReadable) {
   write(damaged);
   EXPECT_TRUE(read(0));
   EXPECT_FALSE(read(1));
+  damaged[base + 20] ^= std::byte{4};  // its description
+  write(damaged);
+  EXPECT_TRUE(read(0));
+  EXPECT_FALSE(read(1));
+  const auto source = file_source(path_);
+  const auto info = inspect(**source);
+  ASSERT_TRUE(info);
+  EXPECT_FALSE(info->problems.empty());
+  ASSERT_TRUE(append_step(path_, 2, at_time(2)));  // the others do not need it
+  EXPECT_TRUE(read(2));
 }
 
 TEST_F(TimeSteps, StreamsGiveThemPieceByPiece) {

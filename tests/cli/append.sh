@@ -25,6 +25,9 @@ for step in 0 1 2 3; do
   maille decompress -q -f --step $step flow.maille step.vtk && maille diff step.vtk flow_$step.vtk
 done
 maille decompress -q -f --time 0.3 flow.maille step.vtk && maille diff step.vtk flow_3.vtk
+maille verify flow.maille
+maille compress -q run.pvd && maille info --json run.maille | json '[step["time"] for step in j["steps"]]'
+maille decompress -q -f --time 0.2 run.maille step.vtk && maille diff step.vtk flow_2.vtk
 try maille decompress -q -f --time 0.4 flow.maille step.vtk
 try maille decompress -q -f --step 9 flow.maille step.vtk
 try maille append -q flow.maille cube.ply
