@@ -75,7 +75,11 @@ std::optional<InputInParts> open_in_parts(const CompressOptions& options) {
   if (!mesh || !has_volume(**mesh)) return std::nullopt;
   const MeshDescription& description = (*mesh)->description();
   const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
-  if (options.any_order && bytes < std::min(small_bytes, options.common.memory)) return std::nullopt;
+  if (bytes < std::min(small_bytes, options.common.memory)) {
+    // In memory, cells in no order can be coded in a better one with theirs beside it.
+    const Result<double> bits = incoherence(**mesh);
+    if (options.any_order || (bits && *bits > 2)) return std::nullopt;
+  }
   return InputInParts{*std::move(source), *std::move(mesh)};
 }
 
