@@ -296,18 +296,21 @@ Result<> StreamWriter::Implementation::take_values(Block& block) {
     block.tuples[s].clear();
     if (of_points) block.tuples[s].resize(block.cells.points.size() * stages_[s].tuple_size());
   }
+  // Positions alone need no buffer in between.
+  const bool only_positions = point_buffer_.size() == stages_[0].tuple_size();
   for (size_t i = 0; i < block.cells.points.size(); ++i) {
     const uint64_t number = block.cells.points[i].number;
+    std::byte* to = only_positions ? block.tuples[0].data() + i * point_buffer_.size() : point_buffer_.data();
     if (options_.points) {
-      MAILLE_CHECK(options_.points->read(number, point_buffer_.data()));
-    } else if (!waiting_.take(number, point_buffer_.data())) {
+      MAILLE_CHECK(options_.points->read(number, to));
+    } else if (!waiting_.take(number, to)) {
       const uint64_t cell = block.cells.points[i].cell;
       const std::string where = cell == no_slot ? "" : "cell " + std::to_string(report_.cells + cell) + ": ";
       return failure(ErrorCode::malformed_input, where + "point " + std::to_string(number) +
                                                      " was not given, or is used after its last use");
     }
     const std::byte* from = point_buffer_.data();
-    for (size_t s = 0; s < stages_.size(); ++s) {
+    for (size_t s = 0; s < stages_.size() && !only_positions; ++s) {
       if (stages_[s].domain() != Domain::point) continue;
       const size_t size = stages_[s].tuple_size();
       std::copy_n(from, size, block.tuples[s].data() + i * size);
