@@ -93,11 +93,12 @@ Result<int> run(const DecompressOptions& options) {
     wanted.arrays = options.arrays;
     if (const auto mesh = describe(*source, wanted)) {
       if (options.arrays) TOOL_CHECK(check_arrays(*source, *options.arrays));
-      const PartsWritten done = TOOL_TRY(decompress_in_parts(options, *source, *mesh, output, format));
-      TOOL_CHECK(report(options, output, done, "cell", whole.seconds()));
-      return 0;
+      if (const auto done = TOOL_TRY(decompress_in_parts(options, *source, *mesh, output, format))) {
+        TOOL_CHECK(report(options, output, *done, "cell", whole.seconds()));
+        return 0;
+      }
     }
-    // Another mode, or damaged: the usual way tells which.
+    // To be written whole, of another mode, or damaged: the usual way tells which.
     if (options.input == "-") spooled = std::move(source);
   }
   const Input input =
