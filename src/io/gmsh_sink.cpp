@@ -6,10 +6,10 @@
 #include "base/bytes.h"
 #include "base/region_file.h"
 #include "base/result.h"
+#include "io/buffered_writer.h"
 #include "io/cell_faces.h"
 #include "io/gmsh.h"
 #include "io/mesh_sources.h"
-#include "io/buffered_writer.h"
 
 namespace maille {
 namespace {
@@ -83,12 +83,14 @@ GmshSink::Tags* GmshSink::tags_of(const Array& array) {
 /// A group for each name of a block, in all dimensions its cells could have; those of the file it came from
 /// keep their numbers.
 void GmshSink::put_names(std::string& head) {
+  std::map<std::pair<int, int32_t>, std::string> names;
   int32_t last = 0;
   for (const auto& [key, name] : description_.metadata) {
     int dimension = 0, tag = 0;
     if (!key.starts_with(gmsh_names_prefix)) continue;
     const char* const rest = key.c_str() + std::string_view(gmsh_names_prefix).size();
     if (std::sscanf(rest, "%d.%d", &dimension, &tag) != 2) continue;
+    names[{dimension, tag}] = name;
     groups_.try_emplace({dimension, name}, tag);
     last = std::max(last, tag);
   }
@@ -96,17 +98,16 @@ void GmshSink::put_names(std::string& head) {
     if (block.name.empty()) continue;
     for (int dimension = 0; dimension < 4; ++dimension) {
       if (block.type != CellType::mixed && dimension != dimension_of(block.type)) continue;
-      const auto [found, added] = groups_.try_emplace({dimension, block.name}, last + 1);
-      last += added;
+      if (groups_.try_emplace({dimension, block.name}, last + 1).second)
+        names[{dimension, ++last}] = block.name;
     }
   }
-  if (groups_.empty()) return;
-  head += "$PhysicalNames\n" + std::to_string(groups_.size()) + "\n";
-  for (const auto& [group, tag] : groups_) {
-    std::string name = group.second;
+  if (names.empty()) return;
+  head += "$PhysicalNames\n" + std::to_string(names.size()) + "\n";
+  for (auto [group, name] : names) {
     std::replace_if(
         name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-    head += std::to_string(group.first) + " " + std::to_string(tag) + " \"" + name + "\"\n";
+    head += std::to_string(group.first) + " " + std::to_string(group.second) + " \"" + name + "\"\n";
   }
   head += "$EndPhysicalNames\n";
 }
@@ -126,7 +127,8 @@ Result<> GmshSink::choose_columns() {
   for (const Array& array : description_.arrays) {
     Column& column = columns_.emplace_back();
     if (tags_of(array) != nullptr) continue;
-    if (array.components > 9) return unsupported("array \"" + array.name + "\" has more than nine components");
+    if (array.components > 9)
+      return unsupported("array \"" + array.name + "\" has more than nine components");
     column.components = array.components == 1 ? 1 : array.components <= 3 ? 3 : 9;
     const std::string head = head_of(array, column.components);
     column.at = at + head.size();
@@ -148,7 +150,8 @@ Result<> GmshSink::check() const {
     return unsupported("numbers of nodes and elements, and arrays of the mesh, cannot be written in parts");
   for (const MeshDescription::Block& block : description_.blocks) {
     if (type_of(block.type, nodes_of(block.type)) == nullptr)
-      return unsupported("blocks of type " + std::string(name_of(block.type)) + " cannot be written in parts");
+      return unsupported("blocks of type " + std::string(name_of(block.type)) +
+                         " cannot be written in parts");
   }
   return {};
 }
@@ -166,8 +169,7 @@ Result<> GmshSink::open() {
   head += "$Nodes\n" + std::to_string(description_.points) + "\n";
   nodes_at_ = head.size();
   MAILLE_CHECK(put_text(0, head));
-  const std::string between =
-      "\n$EndNodes\n$Elements\n" + std::to_string(description_.cells) + "\n";
+  const std::string between = "\n$EndNodes\n$Elements\n" + std::to_string(description_.cells) + "\n";
   const uint64_t at = nodes_at_ + node_bytes * description_.points;
   MAILLE_CHECK(put_text(at, between));
   next_element_ = at + between.size();
@@ -195,20 +197,23 @@ Result<> GmshSink::write_points(uint64_t first, Bytes positions) {
 
 /// The array's, if there is one, else that of the block's name.
 int32_t GmshSink::physical_of(uint64_t cell, CellType type) {
-  while (block_ < description_.blocks.size() && block_end_ <= cell) block_end_ += description_.blocks[block_++].cells;
+  while (block_ < description_.blocks.size() && block_end_ <= cell)
+    block_end_ += description_.blocks[block_++].cells;
   if (!physical_.values.empty()) return static_cast<int32_t>(physical_.of(cell));
-  const auto found = groups_.find({dimension_of(type), block_ == 0 ? "" : description_.blocks[block_ - 1].name});
+  const auto found =
+      groups_.find({dimension_of(type), block_ == 0 ? "" : description_.blocks[block_ - 1].name});
   return found == groups_.end() ? 0 : found->second;
 }
 
 Result<> GmshSink::write_cells(const CellPiece& cells) {
   ByteWriter out;
   for (uint64_t i = 0; i < cells.size(); ++i, ++cells_) {
-    const auto nodes = std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
+    const auto nodes =
+        std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
     const GmshType* const type = type_of(static_cast<CellType>(cells.types[i]), nodes.size());
     if (type == nullptr) {
-      return unsupported("Gmsh has no cells of type " + std::string(name_of(static_cast<CellType>(cells.types[i]))) +
-                         "; write .vtu");
+      return unsupported("Gmsh has no cells of type " +
+                         std::string(name_of(static_cast<CellType>(cells.types[i]))) + "; write .vtu");
     }
     const int32_t physical = physical_of(cells_, type->type);
     for (const int32_t value : {type->number, 1, 2, static_cast<int32_t>(cells_ + 1), physical,
