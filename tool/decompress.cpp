@@ -105,8 +105,9 @@ Result<bool> write_parts(const DecompressOptions& options, const Source& source,
   if (!mesh) return false;
   if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
   const std::string format = TOOL_TRY(format_to_write(options, output));
-  const PartsWritten done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
-  TOOL_CHECK(report(options, output, done, "cell", whole.seconds()));
+  const auto done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
+  if (!done) return false;
+  TOOL_CHECK(report(options, output, *done, "cell", whole.seconds()));
   return true;
 }
 

@@ -305,7 +305,7 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
   struct stat status = {};
   const bool special = stat(output.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
-  return format == "vtu" && !ascii && output != "-" && !special;
+  return (format == "vtu" || format == "msh") && !ascii && output != "-" && !special;
 }
 
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output) {
@@ -313,11 +313,26 @@ Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const st
   return unmapped_source(path);
 }
 
-Result<PartsWritten> decompress_in_parts(const DecompressOptions& options, const Source& source,
-                                         const MeshDescription& mesh, const std::string& output,
-                                         const std::string& format) {
+namespace {
+
+/// Small meshes for Gmsh are written whole, in the newer version of the format unless they came in the older.
+bool goes_to_gmsh(const MeshDescription& mesh) {
+  const std::pair<std::string, std::string> older = {"gmsh.version", "2.2"};
+  return mesh.cells > 2'000'000 ||
+         std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end();
+}
+
+}  // namespace
+
+Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions& options,
+                                                        const Source& source, const MeshDescription& mesh,
+                                                        const std::string& output,
+                                                        const std::string& format) {
+  if (format == "msh" && !goes_to_gmsh(mesh)) return std::nullopt;
   TOOL_CHECK(check_output({output, options.input, options.force, true}));
-  const auto sink = TOOL_TRY(mesh_sink(output, format, mesh));
+  auto opened = mesh_sink(output, format, mesh);
+  if (!opened && opened.error().code == ErrorCode::unsupported) return std::nullopt;
+  const auto sink = TOOL_TRY(std::move(opened));
   const Threads threads(options.common.threads);
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
@@ -329,7 +344,7 @@ Result<PartsWritten> decompress_in_parts(const DecompressOptions& options, const
   progress.clear();
   step.done(options.common.verbose, "decompressing");
   const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
-  if (std::any_of(mesh.blocks.begin(), mesh.blocks.end(), named)) {
+  if (format == "vtu" && std::any_of(mesh.blocks.begin(), mesh.blocks.end(), named)) {
     say_notes(output, {"VTU has no named blocks: their names are in the cell array \"block\""},
               options.common.quiet);
   }

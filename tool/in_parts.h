@@ -48,9 +48,10 @@ struct PartsWritten {
 };
 /// An input whose end can be read first: a pipe goes through a temporary file.
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output);
-Result<PartsWritten> decompress_in_parts(const DecompressOptions& options, const Source& source,
-                                         const MeshDescription& mesh, const std::string& output,
-                                         const std::string& format);
+/// Nothing where the mesh has to be written whole.
+Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions& options,
+                                                        const Source& source, const MeshDescription& mesh,
+                                                        const std::string& output, const std::string& format);
 
 /// Writes a generated mesh as it comes: one block, and an array of labels that tells zones and patches.
 Result<StreamReport> generate_stream(const BlockDescription& description, const GenerateOptions& options,

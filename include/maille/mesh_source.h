@@ -57,7 +57,7 @@ class MeshSource {
 /// data. Other files are unsupported, see read_mesh(). `source` must outlive the result.
 Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits = {});
 
-/// A mesh written a part at a time, in any order except that cells follow each other.
+/// A mesh written a part at a time, in any order except that cells follow each other (see mesh_sink()).
 class MeshSink {
  public:
   virtual ~MeshSink() = default;
@@ -72,7 +72,9 @@ class MeshSink {
 
 /// A VTU file with raw appended data, each array in its place from the beginning.
 Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
-/// The sink of a format by its name: "vtu". Error: usage for others.
+/// The sink of a format by its name: "vtu", or "msh" (version 2.2, binary; blocks of one type each, values of
+/// cells before their cells). Errors: usage for other formats; unsupported where only write_mesh() can write
+/// it.
 Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
                                             const MeshDescription& description);
 

@@ -280,6 +280,46 @@ TEST(MeshSink, WritesInPartsWhatIsReadWhole) {
   }
 }
 
+TEST(MeshSink, WritesGmshFilesInParts) {
+  const std::string path = temporary("parts.msh");
+  unsigned written = 0;
+  for (uint64_t seed = 0; seed < 80; ++seed) {
+    std::string text;
+    const auto whole = gmsh_file(seed, "2.2", text);
+    ASSERT_TRUE(whole) << whole.error().message;
+    const auto opened = mesh_sink(path, "msh", description_of(*whole));
+    if (!opened) {
+      EXPECT_EQ(opened.error().code, ErrorCode::unsupported);
+      continue;
+    }
+    ++written;
+    MeshSink& sink = **opened;
+    const CellBlock all = joined(*whole).blocks[0];
+    for (uint64_t i = 0; i < all.size(); ++i) {
+      for (size_t k = 0; k < whole->arrays.size(); ++k) {
+        const Array& array = whole->arrays[k];
+        if (array.domain != Domain::cell) continue;
+        ASSERT_TRUE(
+            sink.write_array(k, i, Bytes(array.bytes).subspan(i * array.tuple_size(), array.tuple_size())));
+      }
+      const auto nodes = all.cell(i);
+      ASSERT_TRUE(sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}}));
+    }
+    for (size_t k = 0; k < whole->arrays.size(); ++k) {
+      if (whole->arrays[k].domain == Domain::point) {
+        ASSERT_TRUE(sink.write_array(k, 0, whole->arrays[k].bytes));
+      }
+    }
+    ASSERT_TRUE(sink.write_points(0, whole->points.bytes));
+    ASSERT_TRUE(sink.commit());
+    const auto back = read_mesh(path);
+    ASSERT_TRUE(back) << back.error().message;
+    expect_same_mesh(back->mesh, *whole);
+    std::filesystem::remove(path);
+  }
+  EXPECT_GT(written, 10u);
+}
+
 TEST(MeshSink, LeavesNothingWithoutCommit) {
   const std::string path = temporary("unfinished.vtu");
   {

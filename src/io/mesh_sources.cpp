@@ -20,6 +20,7 @@ Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const
 Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
                                             const MeshDescription& description) {
   if (format == "vtu") return vtu_sink(path, description);
+  if (format == "msh") return gmsh_sink(path, description);
   return failure(ErrorCode::usage, path + ": files of format " + format + " cannot be written in parts");
 }
 

@@ -64,7 +64,6 @@ class SinkFeeder {
   }
 
   Result<> add(const StreamPiece& piece) {
-    MAILLE_CHECK(add_cells(piece));
     MAILLE_CHECK(find_runs(piece.points));
     MAILLE_CHECK(add_points(piece.positions,
                             [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
@@ -80,7 +79,7 @@ class SinkFeeder {
         MAILLE_CHECK(sink_.write_array(places_[k], piece.first_cell, bytes));
       }
     }
-    return {};
+    return add_cells(piece);  // behind their values: some formats have these within the cells
   }
 
  private:
