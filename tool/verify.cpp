@@ -187,7 +187,7 @@ Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::v
   auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin));
   if (!stream) return std::nullopt;
   Verdict verdict;
-  verdict.cell_word = "cell";
+  verdict.word = "cell";
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Progress watch = progress.watch(0, "cells");
   StreamPiece piece;

@@ -711,7 +711,7 @@ Result<FileInfo> inspect_stream(const Source& source) {
 }
 
 Result<StreamEnds> read_stream_ends(const Source& source) {
-  const FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   if (reader.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   MAILLE_CHECK(reader.check_complete());
