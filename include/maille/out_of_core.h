@@ -25,8 +25,9 @@ struct WorkingSpace {
 
 /// Compresses a mesh that is read in parts, as encode() does a mesh in memory: a first pass, backwards,
 /// finds the last use of each point, a second one codes. `options.order` keep: the same bytes as for the mesh
-/// in memory, if its numbers are such that some ten thousand tell how all are written. canonical: cells come
-/// as they do, points in the order in which cells meet them; reordered() goes before where cells are in no
+/// in memory, if its numbers are such that some ten thousand tell how all are written, and its cells come in
+/// an order that they do not have apart in memory (StreamDescription::order_apart). canonical: cells come as
+/// they do, points in the order in which cells meet them; reordered() goes before where cells are in no
 /// order. Errors: those of encode(), of the source, write_failed, memory_bound.
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space = {});

@@ -22,8 +22,29 @@ std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& o
   return bytes;
 }
 
+/// In memory, cells in no order of their own may stand in a better one with theirs beside it.
+bool has_order_apart(const std::vector<std::byte>& bytes) {
+  const auto source = memory_source(Bytes(bytes));
+  StreamReadOptions options;
+  options.any_order = true;
+  const auto reader = StreamReader::open(source_stream(*source), options);
+  return reader && reader->description().order_apart;
+}
+
+/// Out of core the file is that of encode(), or the same mesh where encode() has the order apart.
+bool same_in_parts(const Mesh& mesh, int effort = 5) {
+  const std::vector<std::byte> whole = encoded(mesh, kept(effort)),
+                               parts = encoded_in_parts(mesh, kept(effort));
+  if (!has_order_apart(whole)) return parts == whole;
+  const auto source = memory_source(Bytes(parts));
+  const auto back = decode(*source);
+  CompareOptions strict;
+  strict.same_order = true;
+  return back && compare(mesh, *back, strict).equal;
+}
+
 void expect_same_bytes(const Mesh& mesh, int effort = 5) {
-  EXPECT_TRUE(encoded_in_parts(mesh, kept(effort)) == encoded(mesh, kept(effort))) << mesh.cell_count();
+  EXPECT_TRUE(same_in_parts(mesh, effort)) << mesh.cell_count();
 }
 
 Mesh decoded_into_parts(const std::vector<std::byte>& bytes, const DecodeOptions& options = {}) {
@@ -94,13 +115,13 @@ RC_GTEST_PROP(OutOfCore, GivesTheSameBytesForAnySoup, ()) {
       soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u), *rc::gen::inRange(1u, 2000u));
   add_arrays(mesh, 2);
   mesh.blocks[0].name = "soup";  // else it could have the type of its cells
-  const bool same = encoded_in_parts(mesh, kept()) == encoded(mesh, kept());
+  const bool same = same_in_parts(mesh);
   RC_ASSERT(same);
 }
 
 TEST(OutOfCore, WritesInPartsWhatDecodeGivesWhole) {
   for (const Mesh& mesh : {grid(20, 21, 22), several_blocks(), shuffled(grid(9, 8, 7), 2)}) {
-    const std::vector<std::byte> bytes = encoded(mesh, kept());
+    const std::vector<std::byte> bytes = encoded_in_parts(mesh, kept());
     expect_same(mesh, decoded_into_parts(bytes));
   }
 }
