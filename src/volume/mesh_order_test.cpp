@@ -7,42 +7,6 @@ namespace {
 
 using namespace testing;
 
-std::vector<uint32_t> shuffled(size_t count, unsigned seed) {
-  std::vector<uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  std::mt19937 random(seed);
-  for (size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-  return order;
-}
-
-/// The cells and points of a grid in no order, with arrays, and points that no cell has.
-Mesh scattered_grid(unsigned n, unsigned seed) {
-  Mesh mesh = grid(n, n, n);
-  const auto first = mesh.points.values<float>();
-  std::vector<float> positions(first.begin(), first.end());
-  positions.resize(positions.size() + 300, 0.25f);
-  const std::vector<uint32_t> points = shuffled(positions.size() / 3, seed);
-  std::vector<float> moved(positions.size());
-  for (size_t i = 0; i < points.size(); ++i) std::copy_n(&positions[3 * i], 3, &moved[size_t{3} * points[i]]);
-  set_positions(mesh, moved);
-  CellBlock& block = mesh.blocks[0];
-  const std::vector<uint32_t> cells = shuffled(block.size(), seed + 1);
-  std::vector<uint32_t> connectivity(block.connectivity.size());
-  for (size_t i = 0; i < connectivity.size(); ++i)
-    connectivity[size_t{8} * cells[i / 8] + i % 8] = points[block.connectivity[i]];
-  block.connectivity = connectivity;
-  add_arrays(mesh, seed);
-  return mesh;
-}
-
-bool is_apart(const std::vector<std::byte>& bytes) {
-  const auto source = memory_source(Bytes(bytes));
-  StreamReadOptions options;
-  options.any_order = true;
-  const auto reader = StreamReader::open(source_stream(*source), options);
-  return reader && reader->description().order_apart;
-}
-
 TEST(MeshOrder, IsApartForScatteredCellsOnly) {
   EXPECT_TRUE(is_apart(encoded(scattered_grid(12, 3), kept())));
   EXPECT_FALSE(is_apart(encoded(grid(12, 12, 12), kept())));

@@ -22,20 +22,11 @@ std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& o
   return bytes;
 }
 
-/// In memory, cells in no order of their own may stand in a better one with theirs beside it.
-bool has_order_apart(const std::vector<std::byte>& bytes) {
-  const auto source = memory_source(Bytes(bytes));
-  StreamReadOptions options;
-  options.any_order = true;
-  const auto reader = StreamReader::open(source_stream(*source), options);
-  return reader && reader->description().order_apart;
-}
-
 /// Out of core the file is that of encode(), or the same mesh where encode() has the order apart.
 bool same_in_parts(const Mesh& mesh, int effort = 5) {
   const std::vector<std::byte> whole = encoded(mesh, kept(effort)),
                                parts = encoded_in_parts(mesh, kept(effort));
-  if (!has_order_apart(whole)) return parts == whole;
+  if (!is_apart(whole)) return parts == whole;
   const auto source = memory_source(Bytes(parts));
   const auto back = decode(*source);
   CompareOptions strict;

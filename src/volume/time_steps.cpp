@@ -195,8 +195,11 @@ struct Counts {
 /// Values of a mesh whose cells and points stand in another order in the stream.
 class InOrderOfStream final : public StepSource {
  public:
-  InOrderOfStream(StepSource& values, const InputOrder& order, const std::vector<StreamArray>& arrays)
-      : values_(values), points_(inverse(order.points)), cells_(inverse(order.cells)), arrays_(arrays) {}
+  InOrderOfStream(StepSource& values, const InputOrder& order, std::vector<StreamArray> arrays)
+      : values_(values),
+        points_(inverse(order.points)),
+        cells_(inverse(order.cells)),
+        arrays_(std::move(arrays)) {}
   Result<> read(size_t array, uint64_t number, std::byte* out) override {
     const auto& input = arrays_[array].domain == Domain::point ? points_ : cells_;
     if (number >= input.size())
@@ -213,7 +216,7 @@ class InOrderOfStream final : public StepSource {
 
   StepSource& values_;
   std::vector<uint32_t> points_, cells_;
-  const std::vector<StreamArray>& arrays_;
+  std::vector<StreamArray> arrays_;
 };
 
 Result<StepReport> write_step(const std::string& path, const Source& source, const FileReader& file,

@@ -84,6 +84,24 @@ TEST_F(TimeSteps, EachComesBackByItself) {
   EXPECT_TRUE(verify_checksums(**source)->empty());
 }
 
+TEST_F(TimeSteps, AreInTheMeshesOrderWhereTheStreamHasAnother) {
+  Mesh mesh = scattered_grid(12, 3);
+  ASSERT_TRUE(is_apart(encoded(mesh, kept())));
+  write(encoded(mesh, kept()));
+  std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
+  for (Array& array : mesh.arrays) std::reverse(array.bytes.begin(), array.bytes.end());
+  const auto report = append_step(path_, 1, mesh);
+  ASSERT_TRUE(report) << report.error().message;
+  const auto back = read(1);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(back->blocks[0].connectivity, mesh.blocks[0].connectivity);
+  for (const Array& array : mesh.arrays) {
+    const Array* found = back->find(array.name, array.domain);
+    ASSERT_NE(found, nullptr) << array.name;
+    EXPECT_EQ(found->bytes, array.bytes) << array.name;
+  }
+}
+
 TEST_F(TimeSteps, ArraysThatDoNotChangeTakeNoRoom) {
   const auto report = append_step(path_, 1, at_time(1));
   ASSERT_TRUE(report);
