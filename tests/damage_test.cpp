@@ -31,13 +31,7 @@ File file_of(const std::string& name, const Mesh& mesh, const EncodeOptions& opt
 }
 
 Mesh triangle_sphere(uint32_t around, uint32_t up) {
-  Surface surface = shapes::sphere(around, up);
-  std::vector<std::vector<uint32_t>> triangles;
-  for (const auto& face : surface.faces) {
-    for (size_t i = 2; i < face.size(); ++i) triangles.push_back({face[0], face[i - 1], face[i]});
-  }
-  surface.faces = triangles;
-  return to_mesh(surface);
+  return to_mesh(triangulated(shapes::sphere(around, up)));
 }
 
 /// Small files of all kinds: nothing, faces only, all arrays, order kept, lossy.

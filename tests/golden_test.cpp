@@ -197,15 +197,6 @@ Mesh with_fields() {
   return mesh;
 }
 
-Surface in_triangles(const Surface& surface) {
-  Surface result = surface;
-  result.faces.clear();
-  for (const auto& face : surface.faces) {
-    for (size_t i = 2; i < face.size(); ++i) result.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  return result;
-}
-
 /// One coordinate of each point stays; the others go to planes.
 Surface on_planes(Surface surface) {
   for (size_t i = 0; i < surface.points.size(); ++i) {
@@ -226,9 +217,9 @@ std::vector<GoldenFile> goldens() {
   };
   add("empty", "no points, no cells", {});
   add("tetrahedron", "four triangles, f32, lossless", tetrahedron());
-  add("triangles", "a surface with weights fitted to it, f32", to_mesh(in_triangles(saddle(24))));
-  add("planes", "coordinates that come again", to_mesh(on_planes(in_triangles(saddle(24)))));
-  add("fast", "static tables", to_mesh(in_triangles(saddle(24)))).effort = 2;
+  add("triangles", "a surface with weights fitted to it, f32", to_mesh(triangulated(saddle(24))));
+  add("planes", "coordinates that come again", to_mesh(on_planes(triangulated(saddle(24)))));
+  add("fast", "static tables", to_mesh(triangulated(saddle(24)))).effort = 2;
   add("textured_quads", "quads, corner uv with seams, labels, metadata", textured_quads());
   add("soup", "non-manifold, flipped, twice, degenerate, alone", soup());
   add("lossy", "positions at 12 bits, quads", to_mesh(saddle(12))).positions = {Kind::bits, 12};

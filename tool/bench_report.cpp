@@ -116,7 +116,7 @@ std::string bench_text(const BenchReport& report) {
       "{}: {}, {}; positions {}\n"
       "size: relative to {}; encode, decode: million triangles per second of one thread\n",
       report.file, counted(report.workload.surface.vertices(), "point"),
-      cells_text(report.workload.surface.faces(), "face"), precision_text(report.workload.bits),
+      counted(report.workload.surface.faces(), "face"), precision_text(report.workload.bits),
       report.against.empty() ? "-" : report.against);
   Table table(
       {"codec", "bytes", "bits/point", "size", "encode", "decode", "enc. memory", "dec. memory", "came back"},

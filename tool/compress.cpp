@@ -60,12 +60,12 @@ Result<> check(const CompressOptions& options, const std::string& output) {
 }
 
 Result<> report(const CompressOptions& options, const EncodeReport& report, const std::string& output,
-                uint64_t input_bytes, double seconds, const char* cell_word) {
+                uint64_t input_bytes, double seconds, const char* word) {
   const std::string input = input_name(options.input);
   if (options.common.json) return answer(dump(summary_json(report, input, output, input_bytes, seconds)));
   if (options.common.quiet) return {};
-  std::string text = summary_text(report, input, output_name(output), input_bytes, seconds,
-                                  options.common.verbose, cell_word);
+  std::string text =
+      summary_text(report, input, output_name(output), input_bytes, seconds, options.common.verbose, word);
   if (!options.lossless && options.error.empty() && options.relative_error.empty() && options.bits.empty()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
@@ -86,22 +86,23 @@ Result<int> run(const CompressOptions& options) {
   const auto sink = TOOL_TRY(open_output({output, options.input, options.force, true}));
 
   EncodeReport result;
-  const char* cell_word = "face";
+  const char* word = "face";
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
     TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
     const Threads threads(options.common.threads);
     EncodeOptions encoding = encode_options(options, tolerances, loaded.mesh);
-    cell_word = has_solids(loaded.mesh) ? "cell" : "face";
+    word = cell_word(loaded.mesh);
     encoding.executor = threads.executor();
-    encoding.progress = progress.watch(static_cast<double>(loaded.mesh.cell_count()), "faces");
+    encoding.progress =
+        progress.watch(static_cast<double>(loaded.mesh.cell_count()), std::string(word) + "s");
     const Stopwatch step;
     result = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
     progress.clear();
     step.done(options.common.verbose, "compressing");
   }
-  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds(), cell_word));
+  TOOL_CHECK(report(options, result, output, input.source->size(), whole.seconds(), word));
   return 0;
 }
 

@@ -19,7 +19,8 @@ Result<> write_maille(const Mesh& mesh, Sink& sink, const CommonOptions& common,
   EncodeOptions options;
   options.order = Order::keep;
   options.executor = threads.executor();
-  options.progress = progress.watch(static_cast<double>(mesh.cell_count()), "faces");
+  options.progress =
+      progress.watch(static_cast<double>(mesh.cell_count()), std::string(cell_word(mesh)) + "s");
   TOOL_CHECK(encode(mesh, sink, options));
   return {};
 }
@@ -37,8 +38,7 @@ Result<> report(const ConvertOptions& options, const Mesh& mesh, uint64_t before
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}; {} -> {}", input_name(options.input), output_name(options.output),
-                  counted(mesh.point_count(), "point"),
-                  cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
+                  counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
                   human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after))));
   return {};
 }

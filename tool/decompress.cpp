@@ -15,16 +15,10 @@ namespace maille::tool {
 
 namespace {
 
-std::string output_of(const DecompressOptions& options) {
-  if (!options.output.empty()) return options.output;
-  if (options.input == "-") return "-";
-  // Whatever is wrong with the input is said when it is opened.
-  bool stream = false;
-  if (const auto input = open_maille(options.input)) {
-    const auto info = inspect(*input->source);
-    stream = info && info->mode == Mode::stream;
-  }
-  return with_extension(options.input, stream ? ".vtu" : ".ply");
+// Beside the input, in a format that holds everything: VTU for cells of all kinds, else PLY.
+Result<std::string> name_beside(const Input& input) {
+  const FileInfo info = TOOL_TRY(inspect(*input.source));
+  return with_extension(input.path, info.mode == Mode::stream ? ".vtu" : ".ply");
 }
 
 Result<std::string> format_to_write(const DecompressOptions& options, const std::string& output) {
@@ -68,10 +62,10 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
                         {"seconds", seconds}}));
   }
   if (options.common.quiet) return {};
-  say(fmt::format(
-      "{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
-      counted(mesh.point_count(), "point"), cells_text(mesh.cell_count(), has_solids(mesh) ? "cell" : "face"),
-      human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)), seconds));
+  say(fmt::format("{} -> {}: {}, {}; {} -> {}, {:.2f} s", input_name(options.input), output_name(output),
+                  counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
+                  human_bytes(static_cast<double>(before)), human_bytes(static_cast<double>(after)),
+                  seconds));
   return {};
 }
 
@@ -79,13 +73,16 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
 
 Result<int> run(const DecompressOptions& options) {
   const Stopwatch whole;
-  const std::string output = output_of(options);
+  std::string output = options.output.empty() && options.input == "-" ? "-" : options.output;
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");
   }
-  const std::string format = TOOL_TRY(format_to_write(options, output));
+  // Before the input is opened: a pipe may take its time.
+  if (!output.empty()) TOOL_CHECK(format_to_write(options, output));
   const Input input = TOOL_TRY(open_maille(options.input));
+  if (output.empty()) output = TOOL_TRY(name_beside(input));
+  const std::string format = TOOL_TRY(format_to_write(options, output));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays));
   const auto file =
       TOOL_TRY(open_output({output, options.input, options.force, is_binary(format, options.ascii)}));

@@ -95,12 +95,12 @@ Result<Input> open_input(const std::string& path, const std::string& format) {
 Result<Input> open_maille(const std::string& path) {
   Input input = TOOL_TRY(open_input(path));
   // Anything else may still be a damaged .maille file under another name; the decoder tells.
-  if (!input.is_maille && path != "-") {
-    if (const auto format = format_of(path)) {
+  if (!input.is_maille) {
+    if (const auto format = format_of(*input.source)) {
       return failure(ErrorCode::usage,
                      fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "
                                  "`maille convert` turns it into other formats",
-                                 path, *format));
+                                 input_name(path), *format));
     }
   }
   if (starts_with(*input.source, gzip_magic)) {

@@ -73,7 +73,7 @@ Counter counted_mesh(const Mesh& mesh) {
   for (const auto& [key, type] : mesh.metadata) counter.patches.push_back({key.substr(6), type, 0});
   for (const CellBlock& block : mesh.blocks) {
     const CellType first = block.types.empty() ? block.type : static_cast<CellType>(block.types[0]);
-    const bool volume = nodes_of(first) >= 4 && first != CellType::quad;
+    const bool volume = dimension_of(first) == 3;
     if (!volume) {
       for (auto& patch : counter.patches) patch.faces += patch.name == block.name ? block.size() : 0;
     } else if (block.types.empty()) {

@@ -61,36 +61,15 @@ std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-namespace {
-
-bool is_solid(uint8_t type) {
-  constexpr CellType solids[] = {CellType::tetrahedron,
-                                 CellType::voxel,
-                                 CellType::hexahedron,
-                                 CellType::wedge,
-                                 CellType::pyramid,
-                                 CellType::pentagonal_prism,
-                                 CellType::hexagonal_prism,
-                                 CellType::quadratic_tetrahedron,
-                                 CellType::quadratic_hexahedron,
-                                 CellType::quadratic_wedge,
-                                 CellType::quadratic_pyramid,
-                                 CellType::triquadratic_hexahedron,
-                                 CellType::polyhedron};
-  return std::find(std::begin(solids), std::end(solids), static_cast<CellType>(type)) != std::end(solids);
-}
-
-}  // namespace
-
 bool has_solids(const Mesh& mesh) {
-  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [](const CellBlock& block) {
-    return is_solid(static_cast<uint8_t>(block.type)) ||
-           std::any_of(block.types.begin(), block.types.end(), is_solid);
+  const auto is_solid = [](uint8_t type) { return dimension_of(static_cast<CellType>(type)) == 3; };
+  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [&](const CellBlock& block) {
+    return dimension_of(block.type) == 3 || std::any_of(block.types.begin(), block.types.end(), is_solid);
   });
 }
 
-std::string cells_text(uint64_t count, const char* word) {
-  return counted(count, word);
+const char* cell_word(const Mesh& mesh) {
+  return has_solids(mesh) ? "cell" : "face";
 }
 
 namespace {
@@ -120,14 +99,14 @@ void add_single_values(Table& table, const std::vector<ArrayReport>& arrays) {
 }  // namespace
 
 std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
-                         uint64_t input_bytes, double seconds, bool every_array, const char* cell_word) {
+                         uint64_t input_bytes, double seconds, bool every_array, const char* word) {
   const auto bytes = static_cast<double>(report.file_bytes);
   std::string text = fmt::format(
       "{} -> {}: {}, {}; {} -> {} (ratio {}), {} bits/point, {} bits/{}, {:.2f} s\n", input, output,
-      counted(report.points, "point"), cells_text(report.cells, cell_word),
+      counted(report.points, "point"), counted(report.cells, word),
       human_bytes(static_cast<double>(input_bytes)), human_bytes(bytes),
       quotient(static_cast<double>(input_bytes), bytes), bits_each(report.file_bytes, report.points),
-      bits_each(report.file_bytes, report.cells), cell_word, seconds);
+      bits_each(report.file_bytes, report.cells), word, seconds);
   Table table(
       {"array", "domain", "type", "raw bytes", "coded bytes", "bits/element", "ratio", "bound", "max error"},
       3);
@@ -196,7 +175,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
       word, info.cells, counted(info.corners, "corner"));
   if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
   for (const auto& [block, cells] : info.blocks)
-    text += fmt::format("block:   {}: {}\n", block, cells_text(cells, word));
+    text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
   Table table({"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound"}, 4);

@@ -12,9 +12,9 @@ namespace maille::tool {
 using Json = nlohmann::ordered_json;
 
 /// What compress prints. `seconds` of reading and encoding together. Lossless single values of the mesh share
-/// one row, unless `every_array`.
+/// one row, unless `every_array`. `word` is that of cell_word().
 std::string summary_text(const EncodeReport& report, const std::string& input, const std::string& output,
-                         uint64_t input_bytes, double seconds, bool every_array, const char* cell_word);
+                         uint64_t input_bytes, double seconds, bool every_array, const char* word);
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 
@@ -24,9 +24,9 @@ Json info_json(const FileInfo& info, const std::string& name);
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);
 
-/// Has it tetrahedra, hexahedra or the like? Its cells are called cells then, else faces.
+/// Has it tetrahedra, hexahedra or the like?
 bool has_solids(const Mesh& mesh);
-/// Number of cells.
-std::string cells_text(uint64_t count, const char* word);
+/// What its cells are called: "cell" if there are solids among them, else "face".
+const char* cell_word(const Mesh& mesh);
 
 }  // namespace maille::tool

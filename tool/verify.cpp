@@ -28,7 +28,7 @@ struct Verdict {
   std::vector<std::string> damage;
   uint64_t points = 0;
   uint64_t cells = 0;
-  const char* cell_word = "face";
+  const char* word = "face";
   bool compared = false;
   bool same = true;
   std::vector<std::string> differences;
@@ -114,9 +114,8 @@ std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
     for (const std::string& damage : verdict.damage) text += fmt::format("  {}\n", damage);
     return text;
   }
-  std::string text =
-      fmt::format("{}: checksums good, decodes to {}, {}\n", name, counted(verdict.points, "point"),
-                  cells_text(verdict.cells, verdict.cell_word));
+  std::string text = fmt::format("{}: checksums good, decodes to {}, {}\n", name,
+                                 counted(verdict.points, "point"), counted(verdict.cells, verdict.word));
   if (!verdict.compared) return text;
   text += fmt::format("against {}: {}\n", input_name(options.original),
                       verdict.same ? "the same mesh, every array as exact as promised"
@@ -166,7 +165,7 @@ Result<Verdict> judge(const VerifyOptions& options) {
   const Mesh decoded = TOOL_TRY(load(input, options.common, progress)).mesh;
   verdict.points = decoded.point_count();
   verdict.cells = decoded.cell_count();
-  if (has_solids(decoded)) verdict.cell_word = "cell";
+  verdict.word = cell_word(decoded);
   if (options.original.empty()) return verdict;
   const Input original = TOOL_TRY(open_input(options.original, options.original_format));
   const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));

@@ -24,6 +24,8 @@ const std::vector<FormatInfo>& formats();
 /// Name of the format of a path by its extension ("dragon.ply.gz" -> "ply"), or of a file by its first bytes
 /// where the extension says nothing. Error: usage, listing what is known.
 Result<std::string> format_of(const std::string& path);
+/// The same of what is open already, such as a pipe, by its name and bytes.
+Result<std::string> format_of(const Source& source);
 
 struct ReadOptions {
   std::string format;  ///< empty: by extension, then by first bytes

@@ -122,6 +122,8 @@ enum class CellType : uint8_t {
 
 /// Nodes of a cell of this type; 0 when it varies from cell to cell (polygon, poly_line, mixed, ...).
 unsigned nodes_of(CellType type);
+/// 0 points, 1 lines, 2 faces, 3 solids; -1 for mixed, where each cell has its own.
+int dimension_of(CellType type);
 /// Triangle, quad or polygon: what the surface codec takes as a face.
 inline bool is_face(CellType type) {
   return type == CellType::triangle || type == CellType::quad || type == CellType::polygon;

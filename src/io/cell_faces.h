@@ -6,37 +6,6 @@
 
 namespace maille {
 
-/// Dimension of a cell: 0 points, 1 lines, 2 faces, 3 volumes.
-inline int dimension_of(CellType type) {
-  switch (type) {
-    case CellType::vertex:
-    case CellType::poly_vertex:
-      return 0;
-    case CellType::line:
-    case CellType::poly_line:
-    case CellType::quadratic_edge:
-    case CellType::cubic_line:
-    case CellType::lagrange_curve:
-      return 1;
-    case CellType::triangle:
-    case CellType::triangle_strip:
-    case CellType::polygon:
-    case CellType::pixel:
-    case CellType::quad:
-    case CellType::quadratic_triangle:
-    case CellType::quadratic_quad:
-    case CellType::biquadratic_quad:
-    case CellType::quadratic_linear_quad:
-    case CellType::biquadratic_triangle:
-    case CellType::quadratic_polygon:
-    case CellType::lagrange_triangle:
-    case CellType::lagrange_quad:
-      return 2;
-    default:
-      return 3;
-  }
-}
-
 /// The faces of a linear cell as places in its list of nodes, -1 behind a triangle; normals point outwards.
 inline std::span<const std::array<int8_t, 4>> faces_of(CellType type) {
   using Face = std::array<int8_t, 4>;

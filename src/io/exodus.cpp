@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 
-#include "io/cell_faces.h"
 #include "io/cell_store.h"
 #include "io/format.h"
 #include "io/netcdf_classic.h"

@@ -147,6 +147,10 @@ Result<std::string> format_of(const std::string& path) {
   return unknown_format(path, first, "no known mesh format (by extension or first bytes); known are ");
 }
 
+Result<std::string> format_of(const Source& source) {
+  return MAILLE_TRY(choose("", source))->info.name;
+}
+
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
   if (std::filesystem::is_directory(path)) return read_mesh(*memory_source(Bytes(), path), options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));

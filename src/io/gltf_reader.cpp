@@ -1,8 +1,3 @@
-// TINYGLTF's images and external files are never used: it sees only what gltf_file.cpp leaves of the JSON.
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,26 +8,13 @@
 #include "io/budget.h"
 #include "io/buffered_writer.h"
 #include "io/gltf.h"
-#include "io/gltf_file.h"
+#include "io/gltf_accessors.h"
 #include "io/gltf_names.h"
 
 namespace maille {
 namespace {
 
 using nlohmann::json;
-
-/// Type and shape of an accessor's elements. Columns of matrices start at multiples of four bytes.
-struct Layout {
-  Scalar type = Scalar::f32;
-  uint32_t rows = 1, columns = 1;
-  bool normalized = false;
-
-  uint32_t components() const { return rows * columns; }
-  uint64_t column_size() const { return rows * size_of(type); }
-  uint64_t column_stride() const { return columns == 1 ? column_size() : (column_size() + 3) / 4 * 4; }
-  uint64_t element_size() const { return column_stride() * (columns - 1) + column_size(); }
-  uint64_t tuple_size() const { return column_size() * columns; }
-};
 
 /// Primitives over the same points.
 struct Group {
@@ -46,157 +28,6 @@ struct Part {
   const tinygltf::Primitive* primitive = nullptr;
   size_t group = 0;
   std::string where;  ///< for messages
-};
-
-std::optional<Scalar> scalar_of(int component_type) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-      return Scalar::i8;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return Scalar::u8;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-      return Scalar::i16;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return Scalar::u16;
-    case TINYGLTF_COMPONENT_TYPE_INT:  // not in the standard, but seen in custom attributes
-      return Scalar::i32;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-      return Scalar::u32;
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-      return Scalar::f32;
-    case TINYGLTF_COMPONENT_TYPE_DOUBLE:
-      return Scalar::f64;
-    default:
-      return std::nullopt;
-  }
-}
-
-/// Reads accessors from buffers; nothing in the file is believed before it is checked against them.
-class Accessors {
- public:
-  Accessors(const GltfFile& file, const tinygltf::Model& model) : file_(file), model_(model) {}
-
-  Result<const tinygltf::Accessor*> get(int index, const std::string& where) const {
-    if (index < 0 || static_cast<size_t>(index) >= model_.accessors.size()) {
-      return malformed(where + " uses accessor " + std::to_string(index) + ", but there are " +
-                       std::to_string(model_.accessors.size()));
-    }
-    return &model_.accessors[static_cast<size_t>(index)];
-  }
-
-  Result<Layout> layout(const tinygltf::Accessor& accessor, const std::string& where) const {
-    const std::optional<Scalar> type = scalar_of(accessor.componentType);
-    if (!type)
-      return malformed(where + " has the unknown componentType " + std::to_string(accessor.componentType));
-    Layout layout;
-    layout.type = *type;
-    layout.normalized = accessor.normalized && !is_float(*type);
-    const uint32_t matrix = accessor.type == TINYGLTF_TYPE_MAT2   ? 2
-                            : accessor.type == TINYGLTF_TYPE_MAT3 ? 3
-                            : accessor.type == TINYGLTF_TYPE_MAT4 ? 4
-                                                                  : 0;
-    layout.rows = matrix != 0                             ? matrix
-                  : accessor.type == TINYGLTF_TYPE_SCALAR ? 1
-                                                          : static_cast<uint32_t>(accessor.type);
-    layout.columns = matrix != 0 ? matrix : 1;
-    return layout;
-  }
-
-  /// All elements, tightly packed, into `out` (count x tuple_size bytes).
-  Result<> read(const tinygltf::Accessor& accessor, const Layout& layout, const std::string& where,
-                std::span<std::byte> out) const {
-    std::fill(out.begin(), out.end(), std::byte{0});
-    if (accessor.bufferView >= 0) {
-      uint64_t stride = 0;
-      const Bytes from = MAILLE_TRY(elements(accessor.bufferView, accessor.byteOffset, accessor.count,
-                                             layout.element_size(), stride, where));
-      for (uint64_t i = 0; i < accessor.count; ++i) {
-        copy_element(layout, from.data() + i * stride, out.data() + i * layout.tuple_size());
-      }
-    }
-    return accessor.sparse.isSparse ? read_sparse(accessor, layout, where, out) : Result<>{};
-  }
-
-  tl::unexpected<Error> malformed(const std::string& what) const {
-    return failure(ErrorCode::malformed_input, file_.name + ": " + what);
-  }
-
- private:
-  static void copy_element(const Layout& layout, const std::byte* from, std::byte* to) {
-    for (uint32_t c = 0; c < layout.columns; ++c) {
-      std::memcpy(to + c * layout.column_size(), from + c * layout.column_stride(), layout.column_size());
-    }
-  }
-
-  /// The bytes from the first element on, checked to hold `count` elements `stride` apart.
-  Result<Bytes> elements(int view_index, uint64_t offset, uint64_t count, uint64_t size, uint64_t& stride,
-                         const std::string& where) const {
-    if (view_index < 0 || static_cast<size_t>(view_index) >= model_.bufferViews.size()) {
-      return malformed(where + " uses buffer view " + std::to_string(view_index) + ", which does not exist");
-    }
-    const tinygltf::BufferView& view = model_.bufferViews[static_cast<size_t>(view_index)];
-    const std::string in = where + ", buffer view " + std::to_string(view_index);
-    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= file_.buffers.size()) {
-      return malformed(in + " uses buffer " + std::to_string(view.buffer) + ", which does not exist");
-    }
-    if (view.extensions.count("EXT_meshopt_compression") + view.extensions.count("KHR_meshopt_compression") !=
-            0 &&
-        file_.buffers[static_cast<size_t>(view.buffer)].empty()) {
-      return failure(ErrorCode::unsupported,
-                     file_.name + ": " + in +
-                         " is compressed by EXT_meshopt_compression, which cannot be read "
-                         "here; decompress it first, e.g. with \"gltf-transform copy\"");
-    }
-    const Bytes buffer = file_.buffers[static_cast<size_t>(view.buffer)];
-    if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
-      return malformed(in + " goes beyond the " + std::to_string(buffer.size()) + " bytes of its buffer");
-    }
-    stride = view.byteStride == 0 ? size : view.byteStride;
-    if (stride < size) return malformed(in + " has a byteStride smaller than the elements");
-    const Bytes bytes = buffer.subspan(view.byteOffset, view.byteLength);
-    if (count == 0) return bytes.first(0);
-    if (offset > bytes.size() || size > bytes.size() - offset ||
-        count - 1 > (bytes.size() - offset - size) / stride) {
-      return malformed(in + ": " + std::to_string(count) + " elements of " + std::to_string(size) +
-                       " bytes do not fit its " + std::to_string(bytes.size()) + " bytes");
-    }
-    return bytes.subspan(static_cast<size_t>(offset));
-  }
-
-  Result<> read_sparse(const tinygltf::Accessor& accessor, const Layout& layout, const std::string& in,
-                       std::span<std::byte> out) const {
-    const auto& sparse = accessor.sparse;
-    const std::string where = in + ", its sparse part";
-    const std::optional<Scalar> type = scalar_of(sparse.indices.componentType);
-    if (!type || (*type != Scalar::u8 && *type != Scalar::u16 && *type != Scalar::u32)) {
-      return malformed(where + " has indices that are not unsigned integers");
-    }
-    if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) {
-      return malformed(where + " has a negative count or offset");
-    }
-    const auto count = static_cast<uint64_t>(sparse.count);
-    uint64_t index_stride = 0, value_stride = 0;
-    const Bytes indices =
-        MAILLE_TRY(elements(sparse.indices.bufferView, static_cast<uint64_t>(sparse.indices.byteOffset),
-                            count, size_of(*type), index_stride, where));
-    const Bytes values =
-        MAILLE_TRY(elements(sparse.values.bufferView, static_cast<uint64_t>(sparse.values.byteOffset), count,
-                            layout.element_size(), value_stride, where));
-    for (uint64_t i = 0; i < count; ++i) {
-      const uint64_t index = with_type(*type, [&](auto zero) {
-        return static_cast<uint64_t>(load<decltype(zero)>(indices.data() + i * index_stride));
-      });
-      if (index >= accessor.count) {
-        return malformed(where + " changes element " + std::to_string(index) + " of " +
-                         std::to_string(accessor.count));
-      }
-      copy_element(layout, values.data() + i * value_stride, out.data() + index * layout.tuple_size());
-    }
-    return {};
-  }
-
-  const GltfFile& file_;
-  const tinygltf::Model& model_;
 };
 
 class GltfReader {
@@ -219,7 +50,7 @@ class GltfReader {
   Result<> read_points();
   Result<> read_attributes();
   Result<> read_attribute(Group& group, const std::string& semantic, int index);
-  Array& array_for(const std::string& semantic, const Layout& layout);
+  Array& array_for(const std::string& semantic, const GltfLayout& layout);
   Result<> read_cells(const Part& part);
   Result<std::vector<uint32_t>> read_indices(const Part& part);
   Result<> read_materials();
@@ -229,7 +60,7 @@ class GltfReader {
 
   GltfFile file_;
   tinygltf::Model model_;
-  Accessors accessors_;
+  GltfAccessors accessors_;
   const ReadOptions& options_;
   Budget budget_;
   Mesh mesh_;
@@ -371,7 +202,7 @@ Result<> GltfReader::collect_parts() {
 }
 
 /// Copies integers or floats into floats.
-void widen(const Layout& layout, std::span<const std::byte> from, std::byte* to) {
+void widen(const GltfLayout& layout, std::span<const std::byte> from, std::byte* to) {
   const size_t size = size_of(layout.type);
   for (size_t i = 0; i * size < from.size(); ++i) {
     const float value = with_type(layout.type, [&](auto zero) {
@@ -382,7 +213,7 @@ void widen(const Layout& layout, std::span<const std::byte> from, std::byte* to)
 }
 
 Result<> GltfReader::read_points() {
-  std::vector<Layout> layouts;
+  std::vector<GltfLayout> layouts;
   uint64_t total = 0;
   for (Group& group : groups_) {
     const int index = group.attributes.at("POSITION");
@@ -402,7 +233,7 @@ Result<> GltfReader::read_points() {
     total += group.count;
   }
   const bool same = std::all_of(layouts.begin(), layouts.end(),
-                                [&](const Layout& layout) { return layout.type == layouts[0].type; });
+                                [&](const GltfLayout& layout) { return layout.type == layouts[0].type; });
   if (!same) notes_.push_back("positions have different number types; all are now f32");
   mesh_.points.type = same && !layouts.empty() ? layouts[0].type : Scalar::f32;
   if (!layouts.empty() && layouts[0].normalized) normalized_.insert("position");
@@ -422,7 +253,7 @@ Result<> GltfReader::read_points() {
   return {};
 }
 
-Array& GltfReader::array_for(const std::string& semantic, const Layout& layout) {
+Array& GltfReader::array_for(const std::string& semantic, const GltfLayout& layout) {
   const std::string type = std::string(name_of(layout.type)) + "x" + std::to_string(layout.components()) +
                            (layout.normalized ? "n" : "");
   const auto known = arrays_.find({semantic, type});
@@ -439,7 +270,7 @@ Array& GltfReader::array_for(const std::string& semantic, const Layout& layout) 
 Result<> GltfReader::read_attribute(Group& group, const std::string& semantic, int index) {
   const std::string where = "accessor " + std::to_string(index) + " (" + semantic + ")";
   const auto accessor = MAILLE_TRY(accessors_.get(index, "attribute " + semantic));
-  const Layout layout = MAILLE_TRY(accessors_.layout(*accessor, where));
+  const GltfLayout layout = MAILLE_TRY(accessors_.layout(*accessor, where));
   if (accessor->count != group.count) {
     return malformed(where + " has " + std::to_string(accessor->count) + " elements for " +
                      std::to_string(group.count) + " positions");
@@ -479,7 +310,7 @@ Result<std::vector<uint32_t>> GltfReader::read_indices(const Part& part) {
   }
   const std::string where = part.where + ", indices";
   const auto accessor = MAILLE_TRY(accessors_.get(part.primitive->indices, where));
-  const Layout layout = MAILLE_TRY(accessors_.layout(*accessor, where));
+  const GltfLayout layout = MAILLE_TRY(accessors_.layout(*accessor, where));
   if (layout.components() != 1 ||
       (layout.type != Scalar::u8 && layout.type != Scalar::u16 && layout.type != Scalar::u32)) {
     return malformed(where + " are not unsigned integers");

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "io/cell_faces.h"
 #include "io/cell_store.h"
 #include "io/format.h"
 #include "io/token_reader.h"

@@ -3,7 +3,6 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
-#include "io/cell_faces.h"
 #include "io/cells.h"
 #include "io/gmsh.h"
 #include "io/notes.h"

@@ -8,38 +8,11 @@
 #include "io/cells.h"
 #include "io/notes.h"
 #include "io/ply.h"
+#include "io/ply_rows.h"
 #include "io/reading.h"
 
 namespace maille {
 namespace {
-
-/// One or more properties of an element and where their values come from.
-struct Field {
-  enum class Kind : uint8_t {
-    fixed,         ///< `numbers` numbers of every row
-    fixed_list,    ///< the same as a list
-    padded_list,   ///< as many as `counts` says, at a fixed distance
-    running_list,  ///< the same, one row's behind the other's
-    corners,       ///< a list: `numbers` numbers of every corner
-    nodes,         ///< the list of point numbers
-    ends,          ///< the two point numbers of an edge
-  };
-  Kind kind = Kind::fixed;
-  const Array* array = nullptr;
-  Scalar type = Scalar::f32;  ///< as written: u32 halves of 64-bit integers
-  uint32_t numbers = 1;
-  Scalar count_type = Scalar::u8;
-  const Array* counts = nullptr;
-};
-
-struct OutElement {
-  enum class Rows : uint8_t { numbered, faces, edges };
-  Rows rows = Rows::numbered;
-  PlyElement element;
-  std::vector<Field> fields;
-  std::vector<PlyHint> hints;
-  std::set<std::string> used;  // names of properties
-};
 
 bool is_half(Scalar type) {
   return type == Scalar::i64 || type == Scalar::u64;
@@ -60,12 +33,6 @@ std::string unique(std::string name, std::set<std::string>& used) {
   return name;
 }
 
-uint64_t count_at(const Array& counts, uint64_t row) {
-  uint64_t value = 0;
-  std::memcpy(&value, counts.bytes.data() + row * counts.tuple_size(), counts.tuple_size());
-  return value;
-}
-
 /// Builds header and fields from a mesh.
 class PlyPlan {
  public:
@@ -84,7 +51,7 @@ class PlyPlan {
   }
 
   PlyHeader header;
-  std::vector<OutElement> elements;
+  std::vector<PlyOutElement> elements;
   uint64_t face_count = 0;
   uint64_t line_count = 0;
 
@@ -138,20 +105,20 @@ class PlyPlan {
     }
   }
 
-  OutElement& start(const std::string& name, uint64_t count) {
-    OutElement element;
+  PlyOutElement& start(const std::string& name, uint64_t count) {
+    PlyOutElement element;
     element.element.name = unique(property_name(name), element_names_);
     element.element.count = count;
     return elements.emplace_back(std::move(element));
   }
 
   void plan_vertices() {
-    OutElement& out = start("vertex", mesh_.point_count());
+    PlyOutElement& out = start("vertex", mesh_.point_count());
     const bool halves = is_half(mesh_.points.type);
     if (halves) make_rounded_points();
     const Array& points = halves ? rounded_points_ : mesh_.points;
     for (const char* name : {"x", "y", "z"}) add_property(out, name, points.type, false, Scalar::u8);
-    out.fields.push_back({Field::Kind::fixed, &points, points.type, 3, Scalar::u8, nullptr});
+    out.fields.push_back({PlyField::Kind::fixed, &points, points.type, 3, Scalar::u8, nullptr});
     // 64-bit integers: doubles for other readers, and the exact values for ours.
     if (halves) add_named(out, mesh_.points, numbered_names("position", 3), "");
     add_arrays(out, Domain::point);
@@ -169,9 +136,9 @@ class PlyPlan {
   }
 
   void plan_faces() {
-    OutElement& out = start("face", face_count);
-    out.rows = OutElement::Rows::faces;
-    Field field{Field::Kind::nodes, nullptr, index_type(), 1, list_count_type(longest_face_), nullptr};
+    PlyOutElement& out = start("face", face_count);
+    out.rows = PlyOutElement::Rows::faces;
+    PlyField field{PlyField::Kind::nodes, nullptr, index_type(), 1, list_count_type(longest_face_), nullptr};
     std::string name = "vertex_indices";
     if (indices_.size() == 3) {
       const auto count = ply_type_named(indices_[0]);
@@ -192,11 +159,11 @@ class PlyPlan {
   }
 
   void plan_edges() {
-    OutElement& out = start("edge", line_count);
-    out.rows = OutElement::Rows::edges;
+    PlyOutElement& out = start("edge", line_count);
+    out.rows = PlyOutElement::Rows::edges;
     add_property(out, "vertex1", index_type(), false, Scalar::u8);
     add_property(out, "vertex2", index_type(), false, Scalar::u8);
-    out.fields.push_back({Field::Kind::ends, nullptr, index_type(), 2, Scalar::u8, nullptr});
+    out.fields.push_back({PlyField::Kind::ends, nullptr, index_type(), 2, Scalar::u8, nullptr});
     add_arrays(out, Domain::cell);
     add_hints(out, "", {"vertex1", "vertex2"});
   }
@@ -214,14 +181,14 @@ class PlyPlan {
     return holds(Scalar::u8, longest) ? Scalar::u8 : Scalar::u32;
   }
 
-  static void add_property(OutElement& out, const std::string& name, Scalar type, bool list,
+  static void add_property(PlyOutElement& out, const std::string& name, Scalar type, bool list,
                            Scalar count_type) {
     out.used.insert(name);
     out.element.properties.push_back({name, type, list, count_type});
   }
 
   /// Is this array written with this element? (Cells: "ply.only" says where it came from.)
-  bool belongs(const Array& array, const OutElement& out) const {
+  bool belongs(const Array& array, const PlyOutElement& out) const {
     if (array.domain != Domain::cell) return true;
     const auto only = only_.find(array.name);
     return face_count == 0 || line_count == 0 || only == only_.end() || only->second == out.element.name;
@@ -232,13 +199,13 @@ class PlyPlan {
     return at == lists_.end() ? nullptr : &at->second;
   }
 
-  void add_arrays(OutElement& out, Domain domain) {
+  void add_arrays(PlyOutElement& out, Domain domain) {
     for (const Array& array : mesh_.arrays) {
       if (array.domain == domain && belongs(array, out)) add_array(out, array, "");
     }
   }
 
-  void add_array(OutElement& out, const Array& array, const std::string& prefix) {
+  void add_array(PlyOutElement& out, const Array& array, const std::string& prefix) {
     if (used_.count(&array) != 0 && array.domain == Domain::mesh) return;
     const bool counts = array.name.ends_with(".count");
     const std::string list_name = counts ? array.name.substr(0, array.name.size() - 6) : array.name;
@@ -251,7 +218,7 @@ class PlyPlan {
         const std::string name = unique(property_name(array.name.substr(prefix.size())), out.used);
         add_property(out, name, array.type, true, type->count);
         out.fields.push_back(
-            {Field::Kind::fixed_list, &array, array.type, array.components, type->count, nullptr});
+            {PlyField::Kind::fixed_list, &array, array.type, array.components, type->count, nullptr});
         used_.insert(&array);
         return;
       }
@@ -260,26 +227,26 @@ class PlyPlan {
   }
 
   /// A list of varying length from "name.count" and "name", when these fit together.
-  bool add_ragged(OutElement& out, const Array& counts, const std::string& name, const ListType& type,
+  bool add_ragged(PlyOutElement& out, const Array& counts, const std::string& name, const ListType& type,
                   const std::string& prefix) {
     if (counts.type != type.count || counts.components != 1) return false;
     if (counts.domain == Domain::mesh && counts.count() != out.element.count) return false;
     uint64_t total = 0;
     uint64_t longest = 0;
     for (uint64_t i = 0; i < counts.count(); ++i) {
-      const uint64_t count = count_at(counts, i);
+      const uint64_t count = ply_count_at(counts, i);
       longest = std::max(longest, count);
       if (count > (uint64_t{1} << 40)) return false;
       total += count;
     }
     const Array* padded = counts.domain == Domain::mesh ? nullptr : mesh_.find(name, counts.domain);
     const Array* running = mesh_.find(name, Domain::mesh);
-    Field field{Field::Kind::padded_list, nullptr, type.value, 1, type.count, &counts};
+    PlyField field{PlyField::Kind::padded_list, nullptr, type.value, 1, type.count, &counts};
     if (padded != nullptr && padded->type == type.value && padded->components >= longest) {
       field.array = padded;
     } else if (running != nullptr && running->type == type.value && running->components == 1 &&
                running->count() == total && out.element.count == counts.count()) {
-      field.kind = Field::Kind::running_list;
+      field.kind = PlyField::Kind::running_list;
       field.array = running;
     } else if (longest != 0) {
       return false;
@@ -293,7 +260,7 @@ class PlyPlan {
     return true;
   }
 
-  std::vector<std::string> preferred_names(const OutElement& out, const Array& array,
+  std::vector<std::string> preferred_names(const PlyOutElement& out, const Array& array,
                                            const std::string& prefix) const {
     const std::string name = array.name.substr(prefix.size());
     const auto is = [&](const char* usual, Role role) { return array.role == role || name == usual; };
@@ -315,7 +282,7 @@ class PlyPlan {
   }
 
   /// Adds one property per component; 64-bit integers as two.
-  void add_named(OutElement& out, const Array& array, std::vector<std::string> names,
+  void add_named(PlyOutElement& out, const Array& array, std::vector<std::string> names,
                  const std::string& prefix) {
     if (std::any_of(names.begin(), names.end(),
                     [&](const auto& name) { return out.used.count(name) != 0; })) {
@@ -333,12 +300,12 @@ class PlyPlan {
       out.element.properties.push_back({hint.properties.back(), type, false, Scalar::u8});
     }
     out.fields.push_back(
-        {Field::Kind::fixed, &array, type, static_cast<uint32_t>(names.size()), Scalar::u8, nullptr});
+        {PlyField::Kind::fixed, &array, type, static_cast<uint32_t>(names.size()), Scalar::u8, nullptr});
     used_.insert(&array);
     out.hints.push_back(std::move(hint));
   }
 
-  void add_corner_array(OutElement& out, const Array& array) {
+  void add_corner_array(PlyOutElement& out, const Array& array) {
     const uint32_t numbers = array.components * (is_half(array.type) ? 2 : 1);
     const uint64_t longest = longest_face_ * numbers;
     Scalar count_type = list_count_type(longest);
@@ -350,7 +317,7 @@ class PlyPlan {
                        is_float(array.type) && out.used.count("texcoord") == 0;
     const std::string name = usual ? "texcoord" : unique(property_name(array.name), out.used);
     add_property(out, name, type, true, count_type);
-    out.fields.push_back({Field::Kind::corners, &array, type, numbers, count_type, nullptr});
+    out.fields.push_back({PlyField::Kind::corners, &array, type, numbers, count_type, nullptr});
     used_.insert(&array);
     if (!usual || array.name != "texcoord") {
       corner_hints_.push_back({"corner", array.name, array.type, array.components, array.role, {name}});
@@ -358,7 +325,7 @@ class PlyPlan {
   }
 
   /// Keeps of the hints those that are needed for the reader to make the same arrays.
-  void add_hints(OutElement& out, const std::string& prefix, const std::vector<std::string_view>& taken) {
+  void add_hints(PlyOutElement& out, const std::string& prefix, const std::vector<std::string_view>& taken) {
     std::vector<PlyHint> wanted = std::move(out.hints);
     out.hints.clear();
     for (size_t round = 0; round <= wanted.size(); ++round) {
@@ -392,7 +359,7 @@ class PlyPlan {
   void plan_mesh_arrays() {
     for (const auto& [name, count] : foreign_) {
       const std::string prefix = name + ".";
-      OutElement& out = start(name, count);
+      PlyOutElement& out = start(name, count);
       for (const Array& array : mesh_.arrays) {
         if (array.domain != Domain::mesh || !array.name.starts_with(prefix) || used_.count(&array) != 0)
           continue;
@@ -402,17 +369,17 @@ class PlyPlan {
     }
     for (const Array& array : mesh_.arrays) {
       if (array.domain != Domain::mesh || used_.count(&array) != 0) continue;
-      OutElement& out = start(property_name(array.name), array.count());
+      PlyOutElement& out = start(property_name(array.name), array.count());
       add_named(out, array, numbered_names("value", array.components), "");
     }
   }
 
   void order_elements() {
-    const auto place = [&](const OutElement& out) {
+    const auto place = [&](const PlyOutElement& out) {
       return std::find(order_.begin(), order_.end(), out.element.name) - order_.begin();
     };
     std::stable_sort(elements.begin(), elements.end(),
-                     [&](const OutElement& a, const OutElement& b) { return place(a) < place(b); });
+                     [&](const PlyOutElement& a, const PlyOutElement& b) { return place(a) < place(b); });
   }
 
   void add_comments() {
@@ -425,7 +392,7 @@ class PlyPlan {
         header.comments.emplace_back("comment", format_ply_metadata(key, text));
       }
     }
-    for (const OutElement& out : elements) {
+    for (const PlyOutElement& out : elements) {
       for (const PlyHint& hint : out.hints) header.comments.emplace_back("comment", format_ply_hint(hint));
       header.elements.push_back(out.element);
     }
@@ -453,104 +420,10 @@ class PlyPlan {
   std::set<const Array*> used_;
 };
 
-/// Writes rows in one of the three encodings.
-class RowWriter {
- public:
-  RowWriter(BufferedWriter& out, PlyEncoding encoding) : out_(out), encoding_(encoding) {}
-
-  /// `cell`: number of the row's cell or point; `corner`: of its first corner.
-  void write(OutElement& element, uint64_t row, uint64_t corner, std::span<const uint32_t> nodes) {
-    first_ = true;
-    for (size_t i = 0; i < element.fields.size(); ++i) {
-      const Field& field = element.fields[i];
-      const size_t size = size_of(field.type);
-      switch (field.kind) {
-        case Field::Kind::fixed:
-          numbers(values_of(field, row), field.type, field.numbers);
-          break;
-        case Field::Kind::fixed_list:
-          count(field.numbers, field.count_type);
-          numbers(values_of(field, row), field.type, field.numbers);
-          break;
-        case Field::Kind::padded_list: {
-          const uint64_t length = count_at(*field.counts, row);
-          count(length, field.count_type);
-          if (length != 0) numbers(values_of(field, row), field.type, length);
-          break;
-        }
-        case Field::Kind::running_list: {
-          const uint64_t length = count_at(*field.counts, row);
-          count(length, field.count_type);
-          numbers(field.array->bytes.data() + running_[&field], field.type, length);
-          running_[&field] += length * size;
-          break;
-        }
-        case Field::Kind::corners:
-          count(nodes.size() * field.numbers, field.count_type);
-          numbers(field.array->bytes.data() + corner * field.array->tuple_size(), field.type,
-                  nodes.size() * field.numbers);
-          break;
-        case Field::Kind::nodes:
-          count(nodes.size(), field.count_type);
-          indices(nodes, field.type);
-          break;
-        case Field::Kind::ends:
-          indices(nodes, field.type);
-          break;
-      }
-    }
-    if (encoding_ == PlyEncoding::ascii) out_.put('\n');
-  }
-
- private:
-  static const std::byte* values_of(const Field& field, uint64_t row) {
-    return field.array->bytes.data() + row * field.array->tuple_size();
-  }
-
-  void numbers(const std::byte* from, Scalar type, uint64_t many) {
-    const size_t size = size_of(type);
-    if (encoding_ == PlyEncoding::little_endian || (encoding_ == PlyEncoding::big_endian && size == 1)) {
-      out_.put_bytes({from, static_cast<size_t>(many) * size});
-      return;
-    }
-    for (uint64_t i = 0; i < many; ++i, from += size) {
-      if (encoding_ == PlyEncoding::ascii) {
-        separate();
-        put_scalar(out_, from, type);
-      } else {
-        std::byte turned[8];
-        std::reverse_copy(from, from + size, turned);
-        out_.put_bytes({turned, size});
-      }
-    }
-  }
-
-  /// One whole number in a type that holds it.
-  void count(uint64_t value, Scalar type) {
-    numbers(reinterpret_cast<const std::byte*>(&value), type, 1);  // little-endian: the low bytes come first
-  }
-  void indices(std::span<const uint32_t> nodes, Scalar type) {
-    if (size_of(type) == 4) {
-      numbers(std::as_bytes(nodes).data(), type, nodes.size());
-    } else {
-      for (const uint32_t node : nodes) count(node, type);
-    }
-  }
-  void separate() {
-    if (!first_) out_.put(' ');
-    first_ = false;
-  }
-
-  BufferedWriter& out_;
-  PlyEncoding encoding_;
-  bool first_ = true;
-  std::map<const Field*, uint64_t> running_;
-};
-
-void write_element(const Mesh& mesh, OutElement& element, RowWriter& rows) {
-  const bool faces = element.rows == OutElement::Rows::faces;
+void write_element(const Mesh& mesh, PlyOutElement& element, PlyRowWriter& rows) {
+  const bool faces = element.rows == PlyOutElement::Rows::faces;
   if (element.element.properties.empty()) return;
-  if (element.rows == OutElement::Rows::numbered) {
+  if (element.rows == PlyOutElement::Rows::numbered) {
     for (uint64_t row = 0; row < element.element.count; ++row) rows.write(element, row, 0, {});
     return;
   }
@@ -571,8 +444,8 @@ Result<std::vector<std::string>> write_ply(const Mesh& mesh, Sink& sink, const W
   if (options.ascii) note_nan_payloads(mesh, notes);
   BufferedWriter out(sink);
   out.put(format_ply_header(plan.header));
-  RowWriter rows(out, plan.header.encoding);
-  for (OutElement& element : plan.elements) write_element(mesh, element, rows);
+  PlyRowWriter rows(out, plan.header.encoding);
+  for (PlyOutElement& element : plan.elements) write_element(mesh, element, rows);
   MAILLE_CHECK(out.finish());
   return notes;
 }

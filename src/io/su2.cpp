@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "io/buffered_writer.h"
-#include "io/cell_faces.h"
 #include "io/cell_store.h"
 #include "io/format.h"
 #include "io/notes.h"

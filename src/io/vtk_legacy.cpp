@@ -7,10 +7,8 @@
 #include <cctype>
 
 #include "io/buffered_writer.h"
-#include "io/cell_store.h"
 #include "io/format.h"
-#include "io/token_reader.h"
-#include "io/vtk_xml_reader.h"
+#include "io/vtk_legacy_reader.h"
 #include "io/vtu.h"
 
 namespace maille {
@@ -54,75 +52,9 @@ bool parse_token(std::string_view token, T& value) {
   }
 }
 
-class VtkReader {
- public:
-  VtkReader(std::string_view text, const std::string& name, const ReadOptions& options)
-      : in_(text, name), text_(text), options_(options), budget_(name, text.size(), options.limits) {}
+}  // namespace
 
-  Result<ReadResult> read();
-
- private:
-  enum class Shape { unstructured, poly_data, structured, rectilinear, image };
-  /// A list of cells as the sections hold them.
-  struct Cells {
-    std::vector<int64_t> connectivity;
-    std::vector<int64_t> offsets;  ///< one more than cells
-
-    uint64_t count() const { return offsets.empty() ? 0 : offsets.size() - 1; }
-    std::span<const int64_t> cell(uint64_t i) const {
-      return std::span(connectivity)
-          .subspan(static_cast<size_t>(offsets[i]), static_cast<size_t>(offsets[i + 1] - offsets[i]));
-    }
-  };
-
-  Result<> read_header();
-  Result<> read_section(const std::string& keyword);
-  Result<> read_geometry(const std::string& keyword);
-  Result<> read_attribute(const std::string& keyword);
-  Result<> read_field();
-  Result<> read_strings(const std::string& name, uint64_t count);
-  Result<Cells> read_cells();
-  Result<Cells> read_offsets(uint64_t offsets, uint64_t size);
-  Result<> read_list(Array& array, uint64_t count, uint32_t components, const std::string& type);
-  Result<> read_ascii(Array& array, uint64_t values);
-  Result<> read_binary(Array& array, uint64_t values);
-  Result<> read_bits(Array& array, uint64_t values);
-  Result<Array> read_array(const std::string& name, uint64_t count, uint32_t components,
-                           Role role = Role::none);
-  Result<std::vector<int64_t>> read_integers(uint64_t count, Scalar type);
-  Result<> add_array(Array array);
-  void skip_metadata();
-  std::string next_word() { return std::string(in_.word()); }
-
-  Result<> finish_cells();
-  Result<> finish_unstructured();
-  Result<> add_poly_data(const Cells& cells, CellType single, CellType varying);
-  Result<> add_nodes(std::span<const int64_t> nodes);
-  Result<> finish_grid();
-  Result<> make_grid_points();
-  void finish_fields();
-
-  TokenReader in_;
-  std::string_view text_;
-  const ReadOptions& options_;
-  Budget budget_;
-  bool binary_ = false;
-  Shape shape_ = Shape::unstructured;
-  Mesh mesh_;
-  std::vector<std::string> notes_;
-  Cells cells_, verts_, lines_, polys_, strips_;
-  std::vector<int64_t> types_;
-  CellStore store_;
-  int64_t dimensions_[3] = {0, 0, 0};
-  double origin_[3] = {0, 0, 0}, spacing_[3] = {1, 1, 1};
-  Array coordinates_[3];
-  Domain domain_ = Domain::mesh;
-  uint64_t domain_count_ = 0;
-  std::vector<Array> point_arrays_, cell_arrays_;
-  VtkFieldData field_;
-};
-
-Result<> VtkReader::read_header() {
+Result<> VtkLegacyReader::read_header() {
   TextScanner& scanner = in_.scanner;
   scanner.skip_byte_order_mark();
   const std::string first = lower_case(scanner.rest_of_line());
@@ -142,7 +74,8 @@ Result<> VtkReader::read_header() {
 }
 
 /// Skips the rest of the keyword's line and reads the values.
-Result<> VtkReader::read_list(Array& array, uint64_t count, uint32_t components, const std::string& type) {
+Result<> VtkLegacyReader::read_list(Array& array, uint64_t count, uint32_t components,
+                                    const std::string& type) {
   if (components == 0 || components > 0xffff) return in_.malformed("an array has 1 to 65535 components");
   const auto scalar = scalar_of_vtk_legacy(type);
   if (!scalar) return in_.malformed("\"" + type.substr(0, 40) + "\" is no type of numbers");
@@ -156,7 +89,7 @@ Result<> VtkReader::read_list(Array& array, uint64_t count, uint32_t components,
   return type == "bit" ? read_bits(array, values) : read_binary(array, values);
 }
 
-Result<> VtkReader::read_ascii(Array& array, uint64_t values) {
+Result<> VtkLegacyReader::read_ascii(Array& array, uint64_t values) {
   return with_type(array.type, [&](auto zero) -> Result<> {
     using T = decltype(zero);
     ReadingPace pace(budget_, options_.progress, text_.size());
@@ -178,7 +111,7 @@ Result<> VtkReader::read_ascii(Array& array, uint64_t values) {
   });
 }
 
-Result<> VtkReader::read_binary(Array& array, uint64_t values) {
+Result<> VtkLegacyReader::read_binary(Array& array, uint64_t values) {
   const uint64_t size = values * size_of(array.type);
   const char* const from = in_.scanner.here();
   if (size > static_cast<uint64_t>(in_.scanner.end() - from)) {
@@ -199,7 +132,7 @@ Result<> VtkReader::read_binary(Array& array, uint64_t values) {
 }
 
 /// Eight to a byte, the first one highest.
-Result<> VtkReader::read_bits(Array& array, uint64_t values) {
+Result<> VtkLegacyReader::read_bits(Array& array, uint64_t values) {
   const uint64_t size = (values + 7) / 8;
   const char* const from = in_.scanner.here();
   if (size > static_cast<uint64_t>(in_.scanner.end() - from)) {
@@ -214,14 +147,15 @@ Result<> VtkReader::read_bits(Array& array, uint64_t values) {
   return {};
 }
 
-Result<Array> VtkReader::read_array(const std::string& name, uint64_t count, uint32_t components, Role role) {
+Result<Array> VtkLegacyReader::read_array(const std::string& name, uint64_t count, uint32_t components,
+                                          Role role) {
   Array array = make_array(name, domain_, Scalar::f32, components, role);
   const std::string type = lower_case(in_.word());
   MAILLE_CHECK(read_list(array, count, components, type));
   return array;
 }
 
-Result<std::vector<int64_t>> VtkReader::read_integers(uint64_t count, Scalar type) {
+Result<std::vector<int64_t>> VtkLegacyReader::read_integers(uint64_t count, Scalar type) {
   Array array = make_array("cells", Domain::mesh, type, 1);
   if (count > text_.size()) return in_.malformed("there are more cells announced than the file can hold");
   if (binary_) in_.scanner.skip_line();
@@ -232,7 +166,7 @@ Result<std::vector<int64_t>> VtkReader::read_integers(uint64_t count, Scalar typ
   return values;
 }
 
-Result<VtkReader::Cells> VtkReader::read_offsets(uint64_t offsets, uint64_t size) {
+Result<VtkLegacyReader::Cells> VtkLegacyReader::read_offsets(uint64_t offsets, uint64_t size) {
   Cells cells;
   const auto scalar_here = [&]() -> Result<Scalar> {
     const std::string type = lower_case(in_.word());
@@ -257,7 +191,7 @@ Result<VtkReader::Cells> VtkReader::read_offsets(uint64_t offsets, uint64_t size
 }
 
 /// "n size", then n lists, each led by its length; or from version 5.0 on offsets and connectivity.
-Result<VtkReader::Cells> VtkReader::read_cells() {
+Result<VtkLegacyReader::Cells> VtkLegacyReader::read_cells() {
   const uint64_t count = MAILLE_TRY(in_.count("cells"));
   const uint64_t size = MAILLE_TRY(in_.count("entries of the cells"));
   const TextScanner before = in_.scanner;
@@ -284,7 +218,7 @@ Result<VtkReader::Cells> VtkReader::read_cells() {
 }
 
 /// Up to an empty line.
-void VtkReader::skip_metadata() {
+void VtkLegacyReader::skip_metadata() {
   const TextScanner before = in_.scanner;
   if (lower_case(in_.word()) != "metadata") {
     in_.scanner = before;
@@ -295,7 +229,7 @@ void VtkReader::skip_metadata() {
   skip_metadata();
 }
 
-Result<> VtkReader::add_array(Array array) {
+Result<> VtkLegacyReader::add_array(Array array) {
   if (domain_ == Domain::mesh) {
     field_.arrays.push_back(std::move(array));
     return {};
@@ -311,7 +245,7 @@ Result<> VtkReader::add_array(Array array) {
   return {};
 }
 
-Result<> VtkReader::read_strings(const std::string& name, uint64_t count) {
+Result<> VtkLegacyReader::read_strings(const std::string& name, uint64_t count) {
   std::vector<std::string> strings;
   if (count > text_.size()) return in_.malformed("there are more texts announced than the file can hold");
   in_.scanner.skip_line();
@@ -343,7 +277,7 @@ Result<> VtkReader::read_strings(const std::string& name, uint64_t count) {
   return {};
 }
 
-Result<> VtkReader::read_field() {
+Result<> VtkLegacyReader::read_field() {
   next_word();  // its name
   const uint64_t arrays = MAILLE_TRY(in_.count("arrays"));
   for (uint64_t i = 0; i < arrays; ++i) {
@@ -373,7 +307,7 @@ Result<> VtkReader::read_field() {
   return {};
 }
 
-Result<> VtkReader::read_attribute(const std::string& keyword) {
+Result<> VtkLegacyReader::read_attribute(const std::string& keyword) {
   const std::string name = from_word(next_word());
   if (keyword == "lookup_table") {
     const uint64_t count = MAILLE_TRY(in_.count("colours"));
@@ -418,7 +352,7 @@ Result<> VtkReader::read_attribute(const std::string& keyword) {
   return add_array(std::move(array));
 }
 
-Result<> VtkReader::read_geometry(const std::string& keyword) {
+Result<> VtkLegacyReader::read_geometry(const std::string& keyword) {
   if (keyword == "points") {
     const uint64_t count = MAILLE_TRY(in_.count("points"));
     const std::string type = lower_case(in_.word());
@@ -460,7 +394,7 @@ Result<> VtkReader::read_geometry(const std::string& keyword) {
   return {};
 }
 
-Result<> VtkReader::read_section(const std::string& keyword) {
+Result<> VtkLegacyReader::read_section(const std::string& keyword) {
   static constexpr std::string_view geometry[] = {
       "points",        "dimensions",    "origin",        "spacing",        "aspect_ratio",
       "x_coordinates", "y_coordinates", "z_coordinates", "cells",          "cell_types",
@@ -498,149 +432,7 @@ Result<> VtkReader::read_section(const std::string& keyword) {
   return in_.malformed("\"" + keyword.substr(0, 40) + "\" is no keyword of VTK files");
 }
 
-Result<> VtkReader::add_nodes(std::span<const int64_t> nodes) {
-  for (const int64_t node : nodes) {
-    if (node < 0 || static_cast<uint64_t>(node) >= mesh_.point_count()) {
-      return failure(ErrorCode::malformed_input, in_.name() + ": cell " + std::to_string(store_.count()) +
-                                                     " uses point " + std::to_string(node) +
-                                                     ", but there are " +
-                                                     std::to_string(mesh_.point_count()) + " points");
-    }
-    store_.nodes.push_back(static_cast<uint32_t>(node));
-  }
-  return {};
-}
-
-Result<> VtkReader::finish_unstructured() {
-  if (types_.size() != cells_.count()) {
-    return in_.malformed("there are " + std::to_string(cells_.count()) + " cells but types of " +
-                         std::to_string(types_.size()));
-  }
-  for (uint64_t i = 0; i < cells_.count(); ++i) {
-    const auto type = static_cast<CellType>(types_[i] < 0 || types_[i] > 254 ? 255 : types_[i]);
-    std::span<const int64_t> list = cells_.cell(i);
-    if (type == CellType::polyhedron) {
-      const auto bad = [&] {
-        return in_.malformed("the faces of cell " + std::to_string(i) +
-                             ", a polyhedron, end too early or too late");
-      };
-      if (list.empty()) return bad();
-      int64_t faces = list[0];
-      for (list = list.subspan(1); faces > 0; --faces) {
-        if (list.empty() || list[0] < 0 || static_cast<uint64_t>(list[0]) > list.size() - 1) return bad();
-        const auto size = static_cast<size_t>(list[0]);
-        MAILLE_CHECK(add_nodes(list.subspan(1, size)));
-        store_.face_sizes.push_back(static_cast<uint32_t>(size));
-        list = list.subspan(size + 1);
-      }
-      if (!list.empty()) return bad();
-    } else {
-      MAILLE_CHECK(add_nodes(list));
-    }
-    store_.end_cell(type);
-  }
-  return {};
-}
-
-/// Cells of `single` number of nodes each, or of any.
-Result<> VtkReader::add_poly_data(const Cells& cells, CellType single, CellType varying) {
-  const auto all = [&](unsigned nodes) {
-    for (uint64_t i = 0; i < cells.count(); ++i) {
-      if (cells.cell(i).size() != nodes) return false;
-    }
-    return true;
-  };
-  CellType type = all(nodes_of(single)) ? single : varying;
-  if (type == CellType::polygon && all(4)) type = CellType::quad;
-  for (uint64_t i = 0; i < cells.count(); ++i) {
-    MAILLE_CHECK(add_nodes(cells.cell(i)));
-    store_.end_cell(type);
-  }
-  return {};
-}
-
-Result<> VtkReader::make_grid_points() {
-  const uint64_t points = static_cast<uint64_t>(dimensions_[0]) * static_cast<uint64_t>(dimensions_[1]);
-  if (points > max_points || points * static_cast<uint64_t>(dimensions_[2]) > max_points) {
-    return in_.malformed("the grid has 2^32 points or more");
-  }
-  MAILLE_CHECK(budget_.take(points * static_cast<uint64_t>(dimensions_[2]), 3 * sizeof(double)));
-  mesh_.points.type = Scalar::f64;
-  mesh_.points.resize(points * static_cast<uint64_t>(dimensions_[2]));
-  const auto coordinate = [&](size_t axis, int64_t i) {
-    if (shape_ == Shape::image) return origin_[axis] + spacing_[axis] * static_cast<double>(i);
-    const Array& values = coordinates_[axis];
-    return with_type(values.type, [&](auto zero) {
-      return static_cast<double>(values.values<decltype(zero)>()[static_cast<size_t>(i)]);
-    });
-  };
-  double* to = mesh_.points.values<double>().data();
-  for (int64_t k = 0; k < dimensions_[2]; ++k) {
-    for (int64_t j = 0; j < dimensions_[1]; ++j) {
-      for (int64_t i = 0; i < dimensions_[0]; ++i, to += 3) {
-        to[0] = coordinate(0, i);
-        to[1] = coordinate(1, j);
-        to[2] = coordinate(2, k);
-      }
-    }
-  }
-  return {};
-}
-
-/// Hexahedra, or quads, lines or a vertex where the grid is thin.
-Result<> VtkReader::finish_grid() {
-  if (dimensions_[0] == 0) return in_.malformed("there are no DIMENSIONS");
-  for (size_t axis = 0; shape_ == Shape::rectilinear && axis < 3; ++axis) {
-    if (coordinates_[axis].components != 1 ||
-        coordinates_[axis].count() != static_cast<uint64_t>(dimensions_[axis])) {
-      return in_.malformed("there are not as many coordinates as DIMENSIONS say");
-    }
-  }
-  if (shape_ != Shape::structured) MAILLE_CHECK(make_grid_points());
-  const auto nx = static_cast<uint64_t>(dimensions_[0]), ny = static_cast<uint64_t>(dimensions_[1]),
-             nz = static_cast<uint64_t>(dimensions_[2]);
-  if (nx > max_points || nx * ny > max_points || nx * ny * nz != mesh_.point_count()) {
-    return in_.malformed("there are " + std::to_string(mesh_.point_count()) +
-                         " points, not as many as DIMENSIONS say");
-  }
-  // Steps along the axes that have cells; the cells are then the same in every number of dimensions.
-  std::vector<std::pair<uint64_t, uint64_t>> axes;
-  const uint64_t strides[] = {1, nx, nx * ny};
-  for (size_t axis = 0; axis < 3; ++axis) {
-    if (dimensions_[axis] > 1) axes.emplace_back(static_cast<uint64_t>(dimensions_[axis]) - 1, strides[axis]);
-  }
-  const size_t thick = axes.size();
-  axes.resize(3, {1, 0});
-  static constexpr CellType types[] = {CellType::vertex, CellType::line, CellType::quad,
-                                       CellType::hexahedron};
-  const size_t nodes = size_t{1} << thick;
-  const uint64_t cells = axes[0].first * axes[1].first * axes[2].first;
-  MAILLE_CHECK(budget_.take(cells, nodes * sizeof(uint32_t) + 1));
-  const uint64_t a = axes[0].second, b = axes[1].second, c = axes[2].second;
-  const uint64_t steps[8] = {0, a, a + b, b, c, a + c, a + b + c, b + c};
-  for (uint64_t k = 0; k < axes[2].first; ++k) {
-    for (uint64_t j = 0; j < axes[1].first; ++j) {
-      for (uint64_t i = 0; i < axes[0].first; ++i) {
-        const uint64_t first = i * a + j * b + k * c;
-        for (size_t n = 0; n < nodes; ++n) store_.nodes.push_back(static_cast<uint32_t>(first + steps[n]));
-      }
-    }
-  }
-  store_.end_cells(cells, types[thick], nodes);
-  return {};
-}
-
-Result<> VtkReader::finish_cells() {
-  if (mesh_.point_count() > max_points) return in_.malformed("there are 2^32 points or more");
-  if (shape_ == Shape::unstructured) return finish_unstructured();
-  if (shape_ != Shape::poly_data) return finish_grid();
-  MAILLE_CHECK(add_poly_data(verts_, CellType::vertex, CellType::poly_vertex));
-  MAILLE_CHECK(add_poly_data(lines_, CellType::line, CellType::poly_line));
-  MAILLE_CHECK(add_poly_data(polys_, CellType::triangle, CellType::polygon));
-  return add_poly_data(strips_, CellType::triangle_strip, CellType::triangle_strip);
-}
-
-void VtkReader::finish_fields() {
+void VtkLegacyReader::finish_fields() {
   const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
   const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
   mesh_.blocks = !shapes.empty() && store_.fits(shapes) ? store_.take(shapes) : store_.take();
@@ -660,7 +452,7 @@ void VtkReader::finish_fields() {
   check_vtk_corner_arrays(mesh_, notes_);
 }
 
-Result<ReadResult> VtkReader::read() {
+Result<ReadResult> VtkLegacyReader::read() {
   MAILLE_CHECK(read_header());
   for (skip_metadata(); !in_.at_end(); skip_metadata()) MAILLE_CHECK(read_section(lower_case(in_.word())));
   MAILLE_CHECK(finish_cells());
@@ -676,6 +468,8 @@ Result<ReadResult> VtkReader::read() {
   }
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
+
+namespace {
 
 bool recognise_vtk(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
@@ -700,7 +494,7 @@ const char* vtk_legacy_name_of(Scalar type) {
 
 Result<ReadResult> read_vtk_legacy(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
-  return VtkReader(input.text(), source.name(), options).read();
+  return VtkLegacyReader(input.text(), source.name(), options).read();
 }
 
 const Format& vtk_legacy_format() {

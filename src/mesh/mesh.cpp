@@ -219,6 +219,38 @@ unsigned nodes_of(CellType type) {
   return table[static_cast<uint8_t>(type)];
 }
 
+int dimension_of(CellType type) {
+  switch (type) {
+    case CellType::vertex:
+    case CellType::poly_vertex:
+      return 0;
+    case CellType::line:
+    case CellType::poly_line:
+    case CellType::quadratic_edge:
+    case CellType::cubic_line:
+    case CellType::lagrange_curve:
+      return 1;
+    case CellType::triangle:
+    case CellType::triangle_strip:
+    case CellType::polygon:
+    case CellType::pixel:
+    case CellType::quad:
+    case CellType::quadratic_triangle:
+    case CellType::quadratic_quad:
+    case CellType::biquadratic_quad:
+    case CellType::quadratic_linear_quad:
+    case CellType::biquadratic_triangle:
+    case CellType::quadratic_polygon:
+    case CellType::lagrange_triangle:
+    case CellType::lagrange_quad:
+      return 2;
+    case CellType::mixed:
+      return -1;
+    default:
+      return 3;
+  }
+}
+
 const char* name_of(CellType type) {
   const CellTypeInfo* info = find_type(type);
   return info ? info->name : "unknown";

@@ -33,6 +33,18 @@ Mesh with_block(uint64_t points, CellType type, std::vector<uint64_t> offsets,
   return mesh;
 }
 
+TEST(CellTypes, OfEachShapeHaveItsDimensionWhateverTheirOrder) {
+  const std::pair<int, std::vector<CellType>> shapes[] = {
+      {0, {CellType::vertex, CellType::poly_vertex}},
+      {1, {CellType::line, CellType::poly_line, CellType::cubic_line, CellType::lagrange_curve}},
+      {2, {CellType::triangle, CellType::polygon, CellType::biquadratic_quad, CellType::lagrange_triangle}},
+      {3, {CellType::voxel, CellType::polyhedron, CellType::triquadratic_pyramid, CellType::lagrange_wedge}},
+      {-1, {CellType::mixed}}};
+  for (const auto& [dimension, types] : shapes) {
+    for (const CellType type : types) EXPECT_EQ(dimension_of(type), dimension) << name_of(type);
+  }
+}
+
 TEST(Validate, TakesEmptyMeshesAndBlocks) {
   EXPECT_EQ(complaint(Mesh{}), "valid");
   EXPECT_EQ(complaint(with_block(0, CellType::polygon, {}, {})), "valid");

@@ -67,15 +67,6 @@ int64_t euler_characteristic(const TriangleSurface& surface) {
   return static_cast<int64_t>(surface.points.size()) - static_cast<int64_t>(edges) + surface.triangles();
 }
 
-/// Each quad in two.
-Surface triangulated(const Surface& surface) {
-  Surface result{surface.points, {}};
-  for (const auto& face : surface.faces) {
-    for (size_t i = 2; i < face.size(); ++i) result.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  return result;
-}
-
 Mesh mesh_of(const Surface& surface) {
   return to_mesh(triangulated(surface), Scalar::f64);
 }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
 #include "surface/adaptive_positions.h"
@@ -19,24 +20,13 @@ struct Patch {
 };
 
 Patch patch_of(const Surface& shape) {
-  Surface triangles = shape;
-  triangles.faces.clear();
-  for (const auto& face : shape.faces) {
-    for (size_t i = 2; i < face.size(); ++i) triangles.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  auto coded = encode_fan_patch(to_mesh(triangles), FanModels::adaptive);
+  auto coded = encode_fan_patch(to_mesh(triangulated(shape)), FanModels::adaptive);
   EXPECT_TRUE(coded);
   return *coded ? Patch{std::move(**coded)} : patch_of({});
 }
 
 Result<FanPatchDecoder> fans_of(const Patch& patch, Bytes bytes) {
   return FanPatchDecoder::begin(bytes, patch.points(), patch.corners(), FanModels::adaptive);
-}
-
-Array positions(Scalar type, size_t points) {
-  Array array = make_array("position", Domain::point, type, 3);
-  array.resize(points);
-  return array;
 }
 
 /// Empty when fans and numbers come back; those of a lattice once they lie on it.
@@ -56,26 +46,7 @@ std::string round_trip(const Patch& patch, const Array& array, const Tolerance& 
   Array decoded = positions(array.type, 0);
   const auto ok = decode_adaptive_positions(fans, bytes, patch.points(), decoded);
   if (!ok) return ok.error().message;
-  if (decoded.count() != array.count()) return "another number of points";
-  const size_t size = size_of(array.type);
-  for (size_t i = 0; i < 3 * sources.size(); ++i) {
-    const std::byte* number = array.bytes.data() + (size_t{3} * sources[i / 3] + i % 3) * size;
-    std::vector<std::byte> wanted(number, number + size);
-    const NumberMap& map = maps->maps[i % 3];
-    if (!maps->lossless) map.store_number(array.type, map.code_of(array.type, number), wanted.data());
-    if (std::memcmp(wanted.data(), decoded.bytes.data() + i * size, size) != 0)
-      return "point " + std::to_string(i / 3) + " differs";
-  }
-  return {};
-}
-
-Array smooth(const Surface& shape, double scale) {
-  Array array = positions(Scalar::f32, shape.points.size());
-  for (size_t i = 0; i < shape.points.size(); ++i) {
-    for (size_t k = 0; k < 3; ++k)
-      array.values<float>()[3 * i + k] = static_cast<float>(scale * shape.points[i][k]);
-  }
-  return array;
+  return difference(array, *maps, sources, decoded);
 }
 
 /// Few values on each axis, but for one number in seven.
@@ -106,12 +77,7 @@ TEST(AdaptiveFans, AnySoupComesBack) {
 
 TEST(AdaptiveFans, CostNoMoreThanStaticTables) {
   const Surface shape = shapes::plate(5);
-  Surface triangles = shape;
-  triangles.faces.clear();
-  for (const auto& face : shape.faces) {
-    for (size_t i = 2; i < face.size(); ++i) triangles.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  const auto fixed = encode_fan_patch(to_mesh(triangles), FanModels::fixed);
+  const auto fixed = encode_fan_patch(to_mesh(triangulated(shape)), FanModels::fixed);
   ASSERT_TRUE(fixed && *fixed);
   EXPECT_LE(patch_of(shape).coded.bytes.size(), (**fixed).bytes.size());
 }

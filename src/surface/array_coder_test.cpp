@@ -7,44 +7,14 @@
 
 #include "base/bytes.h"
 #include "support/cases.h"
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_arrays.h"
 #include "support/random_mesh.h"
-#include "surface/patch_topology.h"
 #include "surface/surface_normals.h"
 
 namespace maille::testing {
 namespace {
-
-/// A mesh as arrays see it.
-struct Patch {
-  Mesh mesh;
-  EncodedTopology encoded;
-  std::vector<Vector3> positions;
-
-  explicit Patch(Mesh from) : mesh(std::move(from)) {
-    auto topology = encode_topology(mesh, 4);
-    EXPECT_TRUE(topology) << topology.error().message;
-    if (topology) encoded = std::move(*topology);
-    find_corner_sources(mesh, encoded);
-    const auto maps = choose_maps(mesh.points, {}, true);
-    if (maps) positions = decoded_positions(mesh.points, *maps, encoded.sources.points);
-  }
-  PatchElements elements() const {
-    PatchElements elements = encoded.topology.elements();
-    elements.positions = positions;
-    return elements;
-  }
-  /// Tuples of the mesh in coded order.
-  std::vector<uint32_t> sources(const Array& array) const {
-    if (array.domain == Domain::point) return encoded.sources.points;
-    if (array.domain == Domain::cell) return encoded.sources.cells;
-    if (array.domain == Domain::corner) return encoded.sources.corners;
-    std::vector<uint32_t> all(array.count());
-    for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-    return all;
-  }
-};
 
 ArrayMaps maps_of(const Array& array, const Tolerance& tolerance = {}) {
   const auto maps = choose_maps(array, tolerance, false);
@@ -52,11 +22,12 @@ ArrayMaps maps_of(const Array& array, const Tolerance& tolerance = {}) {
   return maps ? *maps : ArrayMaps{};
 }
 
-std::vector<std::byte> encode(const Patch& patch, const Array& array, const ArrayMaps& maps, int effort = 5) {
+std::vector<std::byte> encode(const CodedMesh& patch, const Array& array, const ArrayMaps& maps,
+                              int effort = 5) {
   return encode_array(patch.elements(), array, maps, patch.sources(array), effort);
 }
 
-Result<Array> decode(const Patch& patch, const Array& like, Bytes bytes) {
+Result<Array> decode(const CodedMesh& patch, const Array& like, Bytes bytes) {
   Array array = make_array(like.name, like.domain, like.type, like.components, like.role);
   const auto done = decode_array(patch.elements(), bytes, like.count(), array);
   if (!done) return tl::unexpected(done.error());
@@ -64,7 +35,7 @@ Result<Array> decode(const Patch& patch, const Array& like, Bytes bytes) {
 }
 
 /// What is wrong with a decoded array, whose tuples are in coded order.
-std::string difference(const Patch& patch, const Array& array, const Array& decoded) {
+std::string difference(const CodedMesh& patch, const Array& array, const Array& decoded) {
   const auto sources = patch.sources(array);
   const size_t size = array.tuple_size();
   if (decoded.bytes.size() != sources.size() * size) return "another number of tuples";
@@ -77,7 +48,7 @@ std::string difference(const Patch& patch, const Array& array, const Array& deco
   return {};
 }
 
-std::string round_trip(const Patch& patch, const Array& array, int effort = 5) {
+std::string round_trip(const CodedMesh& patch, const Array& array, int effort = 5) {
   const auto decoded = decode(patch, array, encode(patch, array, maps_of(array), effort));
   return decoded ? difference(patch, array, *decoded) : decoded.error().message;
 }
@@ -99,18 +70,18 @@ Array random_array(Random& random, const Mesh& mesh, Domain domain, Scalar type,
   return array;
 }
 
-Patch mixed_patch() {
+CodedMesh mixed_patch() {
   Surface surface = shapes::plate(1);
   append(surface, shapes::moebius(6, 2));
   append(surface, shapes::fan(5, false));
   surface.faces.push_back({0, 1, 0});  // loose cells
   surface.faces.push_back({3, 4});
   surface.points.push_back({1, 2, 3});
-  return Patch(to_mesh(surface));
+  return CodedMesh(to_mesh(surface));
 }
 
 TEST(ArrayCoder, EveryTypeComesBackInEveryDomain) {
-  const Patch patch = mixed_patch();
+  const CodedMesh patch = mixed_patch();
   for (unsigned type = 0; type < scalar_count; ++type) {
     for (unsigned domain = 0; domain < domain_count; ++domain) {
       for (uint64_t seed = 0; seed < 6; ++seed) {
@@ -125,7 +96,7 @@ TEST(ArrayCoder, EveryTypeComesBackInEveryDomain) {
 }
 
 TEST(ArrayCoder, TuplesOfUpToTwentyNumbersComeBack) {
-  const Patch patch = mixed_patch();
+  const CodedMesh patch = mixed_patch();
   for (uint32_t components = 1; components <= 20; ++components) {
     for (const Scalar type : {Scalar::u8, Scalar::f32, Scalar::f64, Scalar::i64}) {
       Random random(components);
@@ -138,7 +109,7 @@ TEST(ArrayCoder, TuplesOfUpToTwentyNumbersComeBack) {
 
 TEST(ArrayCoder, ArraysOfRandomMeshesComeBack) {
   for (uint64_t seed = 0; seed < 150; ++seed) {
-    const Patch patch(random_surface(seed, {.faces = 40, .other_cells = true}));
+    const CodedMesh patch(random_surface(seed, {.faces = 40, .other_cells = true}));
     ASSERT_EQ(round_trip(patch, patch.mesh.points), "") << seed;
     for (const Array& array : patch.mesh.arrays)
       ASSERT_EQ(round_trip(patch, array), "") << seed << " " << array.name;
@@ -146,7 +117,7 @@ TEST(ArrayCoder, ArraysOfRandomMeshesComeBack) {
 }
 
 TEST(ArrayCoder, WorksWithoutElements) {
-  const Patch patch{Mesh{}};
+  const CodedMesh patch{Mesh{}};
   for (unsigned domain = 0; domain < domain_count; ++domain) {
     for (const int effort : {5, 9}) {
       EXPECT_EQ(round_trip(patch, make_array("none", static_cast<Domain>(domain), Scalar::f32, 3), effort),
@@ -156,7 +127,7 @@ TEST(ArrayCoder, WorksWithoutElements) {
 }
 
 TEST(ArrayCoder, NumbersBesideALatticeComeBackBitForBit) {
-  const Patch patch(grid(9, 7));
+  const CodedMesh patch(grid(9, 7));
   for (const Domain domain : {Domain::point, Domain::cell, Domain::corner, Domain::mesh}) {
     Array array = make_array("values", domain, Scalar::f32, 2);
     array.resize(domain == Domain::mesh ? 12 : patch.mesh.count_of(domain));
@@ -185,7 +156,7 @@ TEST(ArrayCoder, NumbersBesideALatticeComeBackBitForBit) {
 
 /// An array of the mesh as it is stored, with this list of exceptions: integers, previous, nothing else.
 ErrorCode error_with_exceptions(std::initializer_list<unsigned> exceptions) {
-  const Patch patch{Mesh{}};
+  const CodedMesh patch{Mesh{}};
   Array array = make_array("values", Domain::mesh, Scalar::u8, 1);
   array.resize(3);
   const auto bytes = encode(patch, array, maps_of(array));
@@ -215,7 +186,7 @@ TEST(ArrayCoder, DamagedListsOfExceptionsAreRefused) {
 }
 
 TEST(ArrayCoder, SmoothValuesCostLessThanNoise) {
-  const Patch patch(grid(60, 60));
+  const CodedMesh patch(grid(60, 60));
   Array smooth = make_array("smooth", Domain::point, Scalar::f32, 1);
   smooth.resize(patch.mesh.point_count());
   Array noise = smooth;
@@ -232,7 +203,7 @@ TEST(ArrayCoder, SmoothValuesCostLessThanNoise) {
 }
 
 TEST(ArrayCoder, EveryTruncationIsAnError) {
-  const Patch patch = mixed_patch();
+  const CodedMesh patch = mixed_patch();
   for (const Domain domain : {Domain::point, Domain::cell, Domain::corner, Domain::mesh}) {
     Random random(9);
     Array array = random_array(random, patch.mesh, domain, Scalar::f32, 3);
@@ -247,7 +218,7 @@ TEST(ArrayCoder, EveryTruncationIsAnError) {
 }
 
 TEST(ArrayCoder, DamageGivesTheRightNumberOfTuplesOrAnError) {
-  const Patch patch = mixed_patch();
+  const CodedMesh patch = mixed_patch();
   for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     Random random(seed);
     const Array array = random_array(random, patch.mesh, static_cast<Domain>(random.below(domain_count)),
@@ -266,7 +237,7 @@ TEST(ArrayCoder, DamageGivesTheRightNumberOfTuplesOrAnError) {
 }
 
 TEST(ArrayCoder, ClaimedTuplesThatNoStreamHoldsAreAnError) {
-  const Patch patch{Mesh{}};
+  const CodedMesh patch{Mesh{}};
   Array array = make_array("values", Domain::mesh, Scalar::f64, 4);
   array.resize(3);
   const auto bytes = encode(patch, array, maps_of(array));

@@ -88,15 +88,6 @@ Surface prism(uint32_t n) {
   return surface;
 }
 
-Surface triangulated(const Surface& quads) {
-  Surface surface = quads;
-  surface.faces.clear();
-  for (const auto& face : quads.faces) {
-    for (size_t i = 2; i < face.size(); ++i) surface.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  return surface;
-}
-
 std::vector<Surface> shapes_and_a_prism() {
   std::vector<Surface> all = named_shapes();
   all.push_back(prism(5));

@@ -2,74 +2,11 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 
 namespace maille {
 namespace {
-
-constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
-
-// One list of fields serves writing and reading: Writer and Reader have the same calls.
-
-class Writer {
- public:
-  void byte(const uint8_t& value, unsigned) { out_.put(value); }
-  template <class Enum>
-  void choice(const Enum& value, unsigned) {
-    out_.put(static_cast<uint8_t>(value));
-  }
-  template <class Number>
-  void count(const Number& value, uint64_t) {
-    out_.put_count(value);
-  }
-  void real(const double& value) { out_.put(value); }
-  void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
-  void text(const std::string& value) { out_.put_string(value); }
-  template <class Item, class Each>
-  void list(const std::vector<Item>& items, Each each) {
-    out_.put_count(items.size());
-    for (const Item& item : items) each(item);
-  }
-  ByteWriter& out() { return out_; }
-
- private:
-  ByteWriter out_;
-};
-
-class Reader {
- public:
-  explicit Reader(Bytes bytes) : in_(bytes) {}
-  void byte(uint8_t& value, unsigned count) {
-    value = in_.get<uint8_t>();
-    sensible_ = sensible_ && value < count;
-  }
-  template <class Enum>
-  void choice(Enum& value, unsigned count) {
-    uint8_t number = 0;
-    byte(number, count);
-    value = static_cast<Enum>(number);
-  }
-  template <class Number>
-  void count(Number& value, uint64_t most) {
-    const uint64_t found = in_.get_count();
-    sensible_ = sensible_ && found <= most;
-    value = static_cast<Number>(found);
-  }
-  void real(double& value) { value = in_.get<double>(); }
-  void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
-  void text(std::string& value) { value = in_.get_string(); }
-  template <class Item, class Each>
-  void list(std::vector<Item>& items, Each each) {
-    // Every item takes a byte or more, so the list ends with the bytes at the latest.
-    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
-  }
-  bool ok() const { return sensible_ && in_.ok(); }
-  bool at_end() const { return in_.remaining() == 0; }
-
- private:
-  ByteReader in_;
-  bool sensible_ = true;
-};
 
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {
@@ -197,7 +134,7 @@ Description Description::of_part(size_t part) const {
 }
 
 Result<std::vector<std::byte>> encode_description(const Description& description) {
-  Writer writer;
+  PlainWriter writer;
   visit(writer, description);
   if (writer.out().size() > most_plain_bytes) {
     return failure(ErrorCode::unsupported,
@@ -218,7 +155,7 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   }
   const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
   Description description;
-  Reader reader(plain);
+  PlainReader reader(plain);
   visit(reader, description);
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&

@@ -19,15 +19,6 @@ struct Coded {
   EncodedFans fans;
 };
 
-Surface triangulated(const Surface& surface) {
-  Surface result = surface;
-  result.faces.clear();
-  for (const auto& face : surface.faces) {
-    for (size_t i = 2; i < face.size(); ++i) result.faces.push_back({face[0], face[i - 1], face[i]});
-  }
-  return result;
-}
-
 Coded encode(const Surface& shape) {
   Coded result;
   const FaceList list = face_list(triangulated(shape));

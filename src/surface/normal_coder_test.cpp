@@ -4,39 +4,13 @@
 
 #include <cmath>
 
+#include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
-#include "surface/array_coder.h"
 #include "surface/element_walk.h"
-#include "surface/patch_topology.h"
 
 namespace maille::testing {
 namespace {
-
-/// A mesh as arrays see it, with positions.
-struct Patch {
-  Mesh mesh;
-  EncodedTopology encoded;
-  std::vector<Vector3> positions;
-
-  explicit Patch(Mesh from) : mesh(std::move(from)) {
-    auto topology = encode_topology(mesh, 4);
-    EXPECT_TRUE(topology) << topology.error().message;
-    if (topology) encoded = std::move(*topology);
-    find_corner_sources(mesh, encoded);
-    const auto maps = choose_maps(mesh.points, {}, true);
-    if (maps) positions = decoded_positions(mesh.points, *maps, encoded.sources.points);
-  }
-  PatchElements elements() const {
-    PatchElements elements = encoded.topology.elements();
-    elements.positions = positions;
-    return elements;
-  }
-  const std::vector<uint32_t>& sources(Domain domain) const {
-    if (domain == Domain::point) return encoded.sources.points;
-    return domain == Domain::cell ? encoded.sources.cells : encoded.sources.corners;
-  }
-};
 
 /// Hills of triangles or quads, 40 x 40.
 Mesh hills(bool triangles) {
@@ -45,15 +19,7 @@ Mesh hills(bool triangles) {
     const double x = p[0], y = p[1];
     p[2] = static_cast<float>(2 * std::sin(x / 3) * std::cos(y / 4) + x * y / 50);
   }
-  if (triangles) {
-    std::vector<std::vector<uint32_t>> faces;
-    for (const auto& f : surface.faces) {
-      faces.push_back({f[0], f[1], f[2]});
-      faces.push_back({f[0], f[2], f[3]});
-    }
-    surface.faces = std::move(faces);
-  }
-  return to_mesh(surface);
+  return to_mesh(triangles ? triangulated(surface) : surface);
 }
 
 Vector3 position(const Mesh& mesh, uint32_t point) {
@@ -87,10 +53,10 @@ Array exported_normals(const Mesh& mesh, Domain domain, bool unit) {
 }
 
 /// Bits for each tuple, after a look at what the decoder makes of them.
-double bits(const Patch& patch, const Array& array, const Tolerance& tolerance = {}) {
+double bits(const CodedMesh& patch, const Array& array, const Tolerance& tolerance = {}) {
   const auto maps = choose_maps(array, tolerance, false);
   EXPECT_TRUE(maps);
-  const auto& sources = patch.sources(array.domain);
+  const auto& sources = patch.sources(array);
   const auto bytes = encode_array(patch.elements(), array, *maps, sources, 5);
   Array decoded = make_array(array.name, array.domain, array.type, array.components, array.role);
   const auto done = decode_array(patch.elements(), bytes, array.count(), decoded);
@@ -110,7 +76,7 @@ double bits(const Patch& patch, const Array& array, const Tolerance& tolerance =
 }
 
 TEST(Normals, ComputedFromThePositionsCostAFewBits) {
-  const Patch patch(hills(true));
+  const CodedMesh patch(hills(true));
   for (const Domain domain : {Domain::point, Domain::cell, Domain::corner}) {
     EXPECT_LT(bits(patch, exported_normals(patch.mesh, domain, true)), 5) << name_of(domain);
   }
@@ -118,14 +84,14 @@ TEST(Normals, ComputedFromThePositionsCostAFewBits) {
 }
 
 TEST(Normals, OnALatticeOfTheSphereCostNextToNothingWhereTheSurfaceGivesThem) {
-  const Patch patch(hills(true));
+  const CodedMesh patch(hills(true));
   const Tolerance tolerance{Tolerance::Kind::bits, 10};
   for (const Domain domain : {Domain::point, Domain::cell})
     EXPECT_LT(bits(patch, exported_normals(patch.mesh, domain, true), tolerance), 1) << name_of(domain);
 }
 
 TEST(Normals, UnitVectorsAtRandomCostTwoComponents) {
-  const Patch patch(hills(false));
+  const CodedMesh patch(hills(false));
   Array array = make_array("normal", Domain::point, Scalar::f32, 3, Role::normal);
   array.resize(patch.mesh.point_count());
   Random random(3);
@@ -140,7 +106,7 @@ TEST(Normals, UnitVectorsAtRandomCostTwoComponents) {
 }
 
 TEST(Normals, OfTheOtherSideCostTheSame) {
-  const Patch patch(hills(true));
+  const CodedMesh patch(hills(true));
   Array inward = exported_normals(patch.mesh, Domain::point, true);
   for (float& x : inward.values<float>()) x = -x;
   EXPECT_LT(bits(patch, inward), 5);
@@ -165,7 +131,7 @@ TEST(Normals, OfPointsAtTheSamePlaceAreOfAllTheirFaces) {
                   12);
     }
   }
-  EXPECT_LT(bits(Patch(mesh), normals), 10);
+  EXPECT_LT(bits(CodedMesh(mesh), normals), 10);
 }
 
 TEST(Normals, OfCreasesFollowTheFacesOfEachSide) {
@@ -173,7 +139,7 @@ TEST(Normals, OfCreasesFollowTheFacesOfEachSide) {
   Surface surface = shapes::grid(30, 30);
   for (auto& p : surface.points)
     p[2] = static_cast<float>(-std::fabs(double{p[0]} - 15) + 0.02 * p[1] * p[1]);
-  const Patch patch(to_mesh(surface));
+  const CodedMesh patch(to_mesh(surface));
   const CellBlock& block = patch.mesh.blocks[0];
   Array array = make_array("normal", Domain::corner, Scalar::f32, 3, Role::normal);
   array.resize(patch.mesh.corner_count());
@@ -207,7 +173,7 @@ TEST(Textures, StretchedAsTheSurfaceIsCostLessWithPositions) {
     texture.values<float>()[2 * i + 1] = at[1] / 64;
   }
   const Tolerance tolerance{Tolerance::Kind::bits, 12};
-  Patch patch(mesh);
+  CodedMesh patch(mesh);
   const double placed = bits(patch, texture, tolerance);
   patch.positions.clear();
   EXPECT_LT(placed, bits(patch, texture, tolerance) / 3);
@@ -215,7 +181,7 @@ TEST(Textures, StretchedAsTheSurfaceIsCostLessWithPositions) {
 
 TEST(ElementWalk, WedgesHoldEveryCornerOnceWhateverIsJoined) {
   for (uint64_t seed = 0; seed < 60; ++seed) {
-    const Patch patch(random_surface(seed, {.faces = 40, .arrays = false, .other_cells = true}));
+    const CodedMesh patch(random_surface(seed, {.faces = 40, .arrays = false, .other_cells = true}));
     const auto face_of = faces_of_half_edges(patch.encoded.topology.surface, Domain::corner);
     std::vector<unsigned> seen(patch.elements().corners());
     Random random(seed);

@@ -12,6 +12,7 @@
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "container/file_writer.h"
+#include "surface/array_report.h"
 #include "surface/coded_parts.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
@@ -25,13 +26,7 @@ constexpr StreamKey order_key{"ORDR"};
 constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ARRY", "JOIN", "ORDR"};
 
 ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_bytes) {
-  ArrayReport report;
-  report.name = array.name;
-  report.domain = array.domain;
-  report.type = array.type;
-  report.components = array.components;
-  report.elements = array.count();
-  report.raw_bytes = array.bytes.size();
+  ArrayReport report = report_of(array);
   report.coded_bytes = coded_bytes;
   report.lossless = maps.lossless;
   report.bound = maps.bound;
@@ -146,17 +141,7 @@ Description describe(const Mesh& mesh, std::span<const ArrayToCode> arrays, cons
 }
 
 EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodedParts& encoded) {
-  EncodeReport report;
-  report.points = mesh.point_count();
-  report.cells = mesh.cell_count();
-  report.connectivity.name = "connectivity";
-  report.connectivity.domain = Domain::cell;
-  report.connectivity.type = Scalar::u32;
-  report.connectivity.elements = mesh.cell_count();
-  for (const CellBlock& block : mesh.blocks) {
-    report.connectivity.raw_bytes +=
-        block.connectivity.size() * 4 + block.offsets.size() * 8 + block.types.size();
-  }
+  EncodeReport report = report_of(mesh);
   report.connectivity.coded_bytes = encoded.joins.size();
   std::vector<size_t> bytes(arrays.size());
   for (const EncodedPatch& patch : encoded.patches) {

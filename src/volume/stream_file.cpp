@@ -7,6 +7,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "surface/array_report.h"
 #include "volume/cell_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_layout.h"
@@ -204,13 +205,7 @@ class MeshFeeder {
 
 ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
                       uint64_t coded_bytes) {
-  ArrayReport report;
-  report.name = array.name;
-  report.domain = array.domain;
-  report.type = array.type;
-  report.components = array.components;
-  report.elements = array.count();
-  report.raw_bytes = array.bytes.size();
+  ArrayReport report = report_of(array);
   report.coded_bytes = coded_bytes;
   report.lossless = bound == 0;
   report.bound = bound;
@@ -219,19 +214,9 @@ ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, do
 }
 
 EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps) {
-  EncodeReport report;
-  report.points = stream.points;
-  report.cells = stream.cells;
+  EncodeReport report = report_of(mesh);
   report.file_bytes = stream.file_bytes;
-  report.connectivity.name = "connectivity";
-  report.connectivity.domain = Domain::cell;
-  report.connectivity.type = Scalar::u32;
-  report.connectivity.elements = stream.cells;
   report.connectivity.coded_bytes = stream.cell_bytes;
-  for (const CellBlock& block : mesh.blocks) {
-    report.connectivity.raw_bytes +=
-        block.connectivity.size() * 4 + block.offsets.size() * 8 + block.types.size();
-  }
   report.order_bytes = stream.number_bytes;
   report.positions = report_of(mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
   report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;

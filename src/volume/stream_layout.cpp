@@ -1,6 +1,7 @@
 #include "volume/stream_layout.h"
 
 #include "base/result.h"
+#include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "surface/number_maps.h"
 
@@ -12,84 +13,26 @@ constexpr int most_digits(Scalar type) {
   return type == Scalar::f32 ? 7 : 15;
 }
 
-constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
-
-// One list of fields serves writing and reading: Writer and Reader have the same calls.
-
-class Writer {
+class Writer : public PlainWriter {
  public:
-  template <class Enum>
-  void choice(const Enum& value, unsigned) {
-    out_.put(static_cast<uint8_t>(value));
-  }
-  template <class Number>
-  void count(const Number& value, uint64_t) {
-    out_.put_count(static_cast<uint64_t>(value));
-  }
-  void real(const double& value) { out_.put(value); }
-  void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
-  void text(const std::string& value) { out_.put_string(value); }
-  void bytes(const std::vector<std::byte>& value) {
-    out_.put_count(value.size());
-    out_.put_bytes(value);
-  }
   void map(const NumberMap& value, Scalar) {
-    write_map(out_, value);
-    if (value.kind == NumberMap::Kind::ordered) out_.put(static_cast<uint8_t>(value.exponent));
+    write_map(out(), value);
+    if (value.kind == NumberMap::Kind::ordered) out().put(static_cast<uint8_t>(value.exponent));
   }
-  template <class Item, class Each>
-  void list(const std::vector<Item>& items, Each each) {
-    out_.put_count(items.size());
-    for (const Item& item : items) each(item);
-  }
-  ByteWriter& out() { return out_; }
-
- private:
-  ByteWriter out_;
 };
 
-class Reader {
+class Reader : public PlainReader {
  public:
-  explicit Reader(Bytes bytes) : in_(bytes) {}
-  template <class Enum>
-  void choice(Enum& value, unsigned count) {
-    const auto number = in_.get<uint8_t>();
-    sensible_ = sensible_ && number < count;
-    value = static_cast<Enum>(number);
-  }
-  template <class Number>
-  void count(Number& value, uint64_t most) {
-    const uint64_t found = in_.get_count();
-    sensible_ = sensible_ && found <= most;
-    value = static_cast<Number>(found);
-  }
-  void real(double& value) { value = in_.get<double>(); }
-  void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
-  void text(std::string& value) { value = in_.get_string(); }
-  void bytes(std::vector<std::byte>& value) {
-    const Bytes found = in_.get_bytes(in_.get_count());
-    value.assign(found.begin(), found.end());
-  }
+  using PlainReader::PlainReader;
   void map(NumberMap& value, Scalar type) {
-    auto found = read_map(in_, type);
-    sensible_ = sensible_ && found.has_value();
+    auto found = read_map(in(), type);
+    demand(found.has_value());
     if (!found) return;
     value = *found;
     if (value.kind != NumberMap::Kind::ordered) return;
-    value.exponent = in_.get<uint8_t>();  // significant digits
-    sensible_ = sensible_ && value.exponent <= most_digits(type);
+    value.exponent = in().get<uint8_t>();  // significant digits
+    demand(value.exponent <= most_digits(type));
   }
-  template <class Item, class Each>
-  void list(std::vector<Item>& items, Each each) {
-    // Every item takes a byte or more, so the list ends with the bytes at the latest.
-    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
-  }
-  bool ok() const { return sensible_ && in_.ok(); }
-  bool at_end() const { return in_.remaining() == 0; }
-
- private:
-  ByteReader in_;
-  bool sensible_ = true;
 };
 
 template <class Visitor, class Array>

@@ -52,6 +52,15 @@ void append(Surface& surface, const Surface& part, std::array<double, 3> offset)
   }
 }
 
+Surface triangulated(const Surface& surface) {
+  Surface result = surface;
+  result.faces.clear();
+  for (const auto& face : surface.faces) {
+    for (size_t i = 2; i < face.size(); ++i) result.faces.push_back({face[0], face[i - 1], face[i]});
+  }
+  return result;
+}
+
 Mesh to_mesh(const Surface& surface, Scalar type) {
   Mesh mesh;
   mesh.points = make_array("position", Domain::point, type, 3);

@@ -16,6 +16,8 @@ struct Surface {
 
 /// Appends a copy of `part`, moved by `offset`, without shared points.
 void append(Surface& surface, const Surface& part, std::array<double, 3> offset = {0, 0, 0});
+/// Every face as a fan of triangles round its first corner.
+Surface triangulated(const Surface& surface);
 /// One polygon block, positions of the given type (rounded for integers).
 Mesh to_mesh(const Surface& surface, Scalar type = Scalar::f32);
 

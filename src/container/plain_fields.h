@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/bytes.h"
+
+// Descriptions of what a file holds have one list of fields each, which serves writing and reading:
+// PlainWriter and PlainReader have the same calls. (Headers of the container, whose fields have names, too:
+// fields.h.)
+
+namespace maille {
+
+/// What a description may take before it is packed.
+inline constexpr uint64_t most_plain_bytes = uint64_t{16} << 20;
+
+class PlainWriter {
+ public:
+  void byte(const uint8_t& value, unsigned) { out_.put(value); }
+  template <class Enum>
+  void choice(const Enum& value, unsigned) {
+    out_.put(static_cast<uint8_t>(value));
+  }
+  template <class Number>
+  void count(const Number& value, uint64_t) {
+    out_.put_count(static_cast<uint64_t>(value));
+  }
+  void real(const double& value) { out_.put(value); }
+  void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
+  void text(const std::string& value) { out_.put_string(value); }
+  void bytes(const std::vector<std::byte>& value) {
+    out_.put_count(value.size());
+    out_.put_bytes(value);
+  }
+  template <class Item, class Each>
+  void list(const std::vector<Item>& items, Each each) {
+    out_.put_count(items.size());
+    for (const Item& item : items) each(item);
+  }
+  ByteWriter& out() { return out_; }
+
+ private:
+  ByteWriter out_;
+};
+
+class PlainReader {
+ public:
+  explicit PlainReader(Bytes bytes) : in_(bytes) {}
+  void byte(uint8_t& value, unsigned count) {
+    value = in_.get<uint8_t>();
+    demand(value < count);
+  }
+  template <class Enum>
+  void choice(Enum& value, unsigned count) {
+    uint8_t number = 0;
+    byte(number, count);
+    value = static_cast<Enum>(number);
+  }
+  template <class Number>
+  void count(Number& value, uint64_t most) {
+    const uint64_t found = in_.get_count();
+    demand(found <= most);
+    value = static_cast<Number>(found);
+  }
+  void real(double& value) { value = in_.get<double>(); }
+  void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
+  void text(std::string& value) { value = in_.get_string(); }
+  void bytes(std::vector<std::byte>& value) {
+    const Bytes found = in_.get_bytes(in_.get_count());
+    value.assign(found.begin(), found.end());
+  }
+  template <class Item, class Each>
+  void list(std::vector<Item>& items, Each each) {
+    // Every item takes a byte or more, so the list ends with the bytes at the latest.
+    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
+  }
+  bool ok() const { return sensible_ && in_.ok(); }
+  bool at_end() const { return in_.remaining() == 0; }
+
+ protected:
+  void demand(bool sensible) { sensible_ = sensible_ && sensible; }
+  ByteReader& in() { return in_; }
+
+ private:
+  ByteReader in_;
+  bool sensible_ = true;
+};
+
+}  // namespace maille
