@@ -46,7 +46,10 @@ struct FileInfo {
   uint64_t corners = 0;
   uint64_t parts = 1;                                    ///< coded by themselves
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
-  ArrayInfo connectivity;                                ///< count: corners
+  /// Mode random: of each level of detail, the mesh itself first.
+  std::vector<uint64_t> faces_of_level;
+  std::vector<uint32_t> charts_of_level;
+  ArrayInfo connectivity;  ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
   std::vector<std::pair<std::string, std::string>> metadata;

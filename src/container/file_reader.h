@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "container/file_writer.h"
+#include "container/stream_source.h"
 
 namespace maille {
 
@@ -14,7 +15,7 @@ class SourceWindow;
 /// Opens a file, finds its chunks by the index or, when that is damaged, by scanning; gives streams back
 /// whole. Safe on any input: time and memory are bounded by the size of the file, not by what it claims.
 /// Calls on one reader may come from several threads. The source must outlive it.
-class FileReader {
+class FileReader final : public StreamSource {
  public:
   /// `known_types`: the chunk types the caller can read; a file with an unknown critical one is refused.
   /// Empty: all are let through. Errors: cannot_read; corrupt when the header is damaged or it is no .maille
@@ -35,10 +36,10 @@ class FileReader {
   /// Error: corrupt, with the first problem, unless complete().
   Result<> check_complete() const;
 
-  bool has_stream(const StreamKey& key) const;
+  bool has_stream(const StreamKey& key) const override;
   uint64_t stream_bytes(const StreamKey& key) const;
   /// All parts of a stream, checksums verified, one after the other. Error: corrupt, naming chunk and place.
-  Result<std::vector<std::byte>> read_stream(const StreamKey& key) const;
+  Result<std::vector<std::byte>> read_stream(const StreamKey& key) const override;
 
   /// Place, key and checksum of each chunk, in the order of chunks().
   const std::vector<ChunkRecord>& records() const { return records_; }

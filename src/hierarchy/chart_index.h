@@ -17,10 +17,6 @@ namespace maille {
 /// refined. A group's number is lower than those of the groups that refine its charts, so there are no loops.
 /// docs/format.md, "Chart index".
 
-struct Box {
-  Vector3 low, high;
-};
-
 struct IndexedChart {
   Sphere sphere;
   Box box;                       ///< within the sphere's cube

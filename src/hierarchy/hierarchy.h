@@ -1,17 +1,12 @@
 #pragma once
 
+#include <maille/geometry.h>
+
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "surface/vector3.h"
-
 namespace maille {
-
-struct Sphere {
-  Vector3 centre;
-  double radius = 0;
-};
 
 /// The smallest sphere around both, its radius rounded up.
 Sphere enclosing(const Sphere& a, const Sphere& b);

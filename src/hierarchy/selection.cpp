@@ -68,9 +68,9 @@ bool Region::meets(const Box& other) const {
   });
 }
 
-bool Detail::refines(const IndexedGroup& group) const {
-  return group.bound > bound || group.view_error > view_error || group.level >= level ||
-         (view && seen_error(*view, group) > view->pixels);
+bool is_too_coarse(const IndexedGroup& group, const Detail& detail) {
+  return group.bound > detail.bound || group.view_error > detail.view_error || group.level >= detail.level ||
+         (detail.view && seen_error(*detail.view, group) > detail.view->pixels);
 }
 
 Selection select(const ChartIndex& index, const Region& region, const Detail& detail) {
@@ -94,7 +94,7 @@ Selection select(const ChartIndex& index, const Region& region, const Detail& de
       if (chart.producer != no_group) {
         if (visited[chart.producer] || !missing.has(chart.producer)) continue;
         const IndexedGroup& finer = index.group(chart.producer);
-        if (detail.refines(finer)) {
+        if (is_too_coarse(finer, detail)) {
           if (region.meets(finer.sphere)) visit(chart.producer);
           continue;
         }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "hierarchy/mesh_geometry.h"
+
 namespace maille {
 namespace {
 
@@ -15,17 +17,6 @@ double squared_distance_to_box(const Vector3& p, const Vector3& low, const Vecto
     sum += d * d;
   }
   return sum;
-}
-
-double clamp_unit(double x) {
-  return std::min(std::max(x, 0.0), 1.0);
-}
-
-double to_segment(const Vector3& p, const Vector3& a, const Vector3& b) {
-  const Vector3 ab = b - a, ap = p - a;
-  const double length = dot(ab, ab);
-  const Vector3 d = ap - ab * (length > 0 ? clamp_unit(dot(ap, ab) / length) : 0);
-  return dot(d, d);
 }
 
 }  // namespace
@@ -82,18 +73,7 @@ uint32_t TriangleTree::build(uint32_t begin, uint32_t end) {
 
 double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
   const uint32_t* v = &triangles_[size_t{3} * triangle];
-  const Vector3 a = position(v[0]), b = position(v[1]), c = position(v[2]);
-  const Vector3 n = cross(b - a, c - a);
-  const double area = dot(n, n);
-  if (area > 0) {
-    const double u = dot(cross(b - a, p - a), n), s = dot(cross(c - b, p - b), n),
-                 t = dot(cross(a - c, p - c), n);
-    if (u >= 0 && s >= 0 && t >= 0) {
-      const double height = dot(p - a, n);
-      return height * height / area;
-    }
-  }
-  return std::min({to_segment(p, a, b), to_segment(p, b, c), to_segment(p, c, a)});
+  return maille::squared_distance(p, position(v[0]), position(v[1]), position(v[2]));
 }
 
 double TriangleTree::squared_distance(const Vector3& from, double bound) const {
