@@ -132,13 +132,29 @@ struct GenerateOptions {
   bool force = false;
 };
 
+struct ExtractOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  std::string output_format;
+  std::vector<double> box;     ///< empty, or six numbers: the lowest corner, then the highest
+  std::vector<double> sphere;  ///< empty, or four: centre, radius
+  std::optional<double> error;
+  std::optional<uint32_t> level;
+  std::optional<uint64_t> triangles;
+  bool full = false;
+  bool whole_charts = false;
+  bool ascii = false;
+  bool force = false;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
 };
 
-using Command =
-    std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions, DiffOptions,
-                 ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions, GenerateOptions>;
+using Command = std::variant<PrintText, CompressOptions, DecompressOptions, InfoOptions, VerifyOptions,
+                             DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions,
+                             GenerateOptions, ExtractOptions>;
 
 }  // namespace maille::tool

@@ -348,6 +348,61 @@ void Parser::add_generate() {
   add_common(g, generate.common, true);
 }
 
+void Parser::add_extract() {
+  CLI::App* e = verb("extract",
+                     "Extract a part of a file of mode random, at any level of detail.\n"
+                     "Reads and decodes only what is needed. Without a limit on detail the faces are those "
+                     "of the mesh, bit for bit, with "
+                     "all arrays; coarser ones are triangles with the arrays of points. Faces that have a "
+                     "point in the region are taken, "
+                     "whole. Exit code 6 when charts were damaged: the others are written.",
+                     "maille compress --mode random scan.ply scan.maille\n"
+                     "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
+                     "maille extract scan.maille preview.ply --triangles 20000\n"
+                     "maille extract scan.maille coarse.ply --error 0.01");
+  file(e, "-i,--input,IN", extract.input, "File of mode random to read")->required();
+  file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
+  choice(e->add_option("--output-format", extract.output_format,
+                       "Format of OUT (default: by extension; ply where there is none)"),
+         format_names(false, true))
+      ->group(files_group);
+  e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
+  add_force(e, extract.force);
+  constexpr const char* region = "Region";
+  list(e->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
+      ->expected(6)
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(region);
+  list(e->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
+      ->expected(4)
+      ->type_name("X,Y,Z,R")
+      ->group(region);
+  e->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
+      ->group(region);
+  constexpr const char* detail = "Detail";
+  CLI::Option* full = e->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
+  CLI::Option* error = e->add_option("--error", extract.error,
+                                     "The coarsest that is nowhere farther from the mesh, in file units")
+                           ->check(CLI::NonNegativeNumber)
+                           ->type_name("X")
+                           ->group(detail)
+                           ->excludes(full);
+  CLI::Option* level =
+      e->add_option("--level", extract.level, "Level of detail: 0 is the mesh, each next one a fourth")
+          ->type_name("N")
+          ->group(detail)
+          ->excludes(full)
+          ->excludes(error);
+  e->add_option("--triangles", extract.triangles,
+                "The finest of at most so many faces, before those outside are cut off")
+      ->type_name("N")
+      ->group(detail)
+      ->excludes(full)
+      ->excludes(error)
+      ->excludes(level);
+  add_common(e, extract.common, true);
+}
+
 void Parser::add_bench() {
   CLI::App* b = verb(
       "bench",
@@ -425,6 +480,7 @@ Parser::Parser() {
   add_stencil();
   add_subdivide();
   add_generate();
+  add_extract();
   add_bench();
   add_completion();
 }

@@ -44,6 +44,7 @@ struct Parser {
   StencilOptions stencil;
   SubdivideOptions subdivide;
   GenerateOptions generate;
+  ExtractOptions extract;
   BenchOptions bench;
 
   Parser();
@@ -60,6 +61,7 @@ struct Parser {
   void add_stencil();
   void add_subdivide();
   void add_generate();
+  void add_extract();
   void add_bench();
   void add_completion();
 };

@@ -19,5 +19,6 @@ Result<int> run(const StencilOptions& options);
 Result<int> run(const SubdivideOptions& options);
 Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
+Result<int> run(const ExtractOptions& options);
 
 }  // namespace maille::tool
