@@ -140,11 +140,9 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->excludes(keep);
 
-  choice(
-      c->add_option("--mode", raw.mode,
-                    "Kind of file (default: stream for meshes with volume cells, else single; random comes "
-                    "with a later version)"),
-      {"single", "stream", "random"})
+  choice(c->add_option("--mode", raw.mode,
+                       "Kind of file (default: stream for meshes with volume cells, else single)"),
+         {"single", "stream", "random"})
       ->group(speed_group);
   c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
               "Effort: -1 is fast, -9 makes the smallest file (default -5)")

@@ -17,7 +17,7 @@
 #include "surface/coded_parts.h"
 #include "surface/element_order.h"
 #include "surface/mesh_description.h"
-#include "surface/partition.h"
+#include "surface/mesh_parts.h"
 
 namespace maille {
 namespace {
@@ -116,9 +116,8 @@ class RandomEncoder {
     for (uint32_t c = 0; c < count; ++c) {
       for (const uint32_t face : hierarchy_.charts[c].faces) part_of[face] = c;
     }
-    std::vector<MeshPart> parts = take_parts(mesh_, part_of);
-    level_0_ = parts.size();
-    parts.resize(count);
+    MeshParts parts(mesh_, part_of, executor_);
+    level_0_ = parts.count();
     patches_.resize(count);
     meshes_.resize(count);
     std::vector<Result<>> results(count);
@@ -128,7 +127,7 @@ class RandomEncoder {
     const std::vector<ArrayToCode> coarse_arrays = arrays_of_level(arrays_, 1);
     executor_.parallel_for(count, [&](size_t i) {
       const bool coarse = i >= level_0_;
-      const MeshPart part = coarse ? coarse_part(hierarchy_.charts[i]) : std::move(parts[i]);
+      MeshPart part = coarse ? coarse_part(hierarchy_.charts[i]) : parts.take(i);
       // Not patch 0: arrays of the mesh as a whole are not in charts.
       auto patch = encode_patch(part.mesh, &part.numbers, 1,
                                 coarse ? std::span(coarse_arrays) : std::span(arrays_), of_chart);
@@ -266,7 +265,7 @@ class RandomEncoder {
   Result<> write_mesh_arrays(FileWriter& writer) {
     for (uint32_t i = 1; i < arrays_.size(); ++i) {
       if (arrays_[i].array->domain != Domain::mesh) continue;
-      std::vector<std::byte> bytes = encode_mesh_array(arrays_[i], options_.effort);
+      const std::vector<std::byte> bytes = encode_mesh_array(arrays_[i], options_.effort);
       MAILLE_CHECK(writer.write_stream(mesh_array_key(i - 1), bytes));
       mesh_array_bytes_.resize(arrays_.size());
       mesh_array_bytes_[i] = bytes.size();

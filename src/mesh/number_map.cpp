@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
+#include "base/chunks.h"
 #include "mesh/float_bits.h"
 #include "mesh/scaled_digits.h"
 
@@ -384,28 +386,51 @@ double distance(Number a, Number b) {
   }
 }
 
+/// What a lattice does to some of the numbers.
+struct Measured {
+  bool holds = true;  ///< no code is too large, and the bound is kept
+  double error = 0;
+  std::vector<uint64_t> exceptions;
+};
+
+template <class Number>
+Measured measure_numbers(std::span<const Number> numbers, size_t begin, size_t end, Scalar type,
+                         double allowed, std::span<const NumberMap> maps) {
+  const double largest = sizeof(Number) == 8 ? 4503599627370496.0 : 2147483647.0;
+  Measured measured;
+  for (size_t i = begin; i < end && measured.holds; ++i) {
+    const auto number = static_cast<double>(numbers[i]);
+    if (!std::isfinite(number)) {
+      measured.exceptions.push_back(i);
+      continue;
+    }
+    const NumberMap& map = maps[i % maps.size()];
+    auto back = numbers[i];
+    map.store_number(type, lattice_code(number, map.origin, map.step), reinterpret_cast<std::byte*>(&back));
+    const double error = distance(back, numbers[i]);
+    measured.holds = std::fabs((number - map.origin) / map.step) < largest && !(error > allowed);
+    measured.error = std::max(measured.error, error);
+  }
+  return measured;
+}
+
 /// Measures the error of a lattice on every number. False: some code is too large, or the bound is exceeded.
-bool measure(const Array& array, double allowed, ArrayMaps& maps) {
-  const double largest = size_of(array.type) == 8 ? 4503599627370496.0 : 2147483647.0;
+bool measure(const Array& array, double allowed, Executor& executor, ArrayMaps& maps) {
+  const size_t count = array.count() * array.components;
+  std::vector<Measured> chunks(chunks_of(count));
+  with_numbers(array, [&](auto numbers) {
+    for_each_chunk(executor, count, [&](size_t chunk, size_t begin, size_t end) {
+      chunks[chunk] = measure_numbers(numbers, begin, end, array.type, allowed, maps.maps);
+    });
+  });
   maps.maximum_error = 0;
   maps.exceptions.clear();
-  return with_numbers(array, [&](auto numbers) {
-    for (size_t i = 0; i < numbers.size(); ++i) {
-      const auto number = static_cast<double>(numbers[i]);
-      if (!std::isfinite(number)) {
-        maps.exceptions.push_back(i);
-        continue;
-      }
-      const NumberMap& map = maps.maps[i % array.components];
-      const int64_t code = lattice_code(number, map.origin, map.step);
-      auto back = numbers[i];
-      map.store_number(array.type, code, reinterpret_cast<std::byte*>(&back));
-      const double error = distance(back, numbers[i]);
-      if (!(std::fabs((number - map.origin) / map.step) < largest) || error > allowed) return false;
-      maps.maximum_error = std::max(maps.maximum_error, error);
-    }
-    return true;
-  });
+  for (const Measured& chunk : chunks) {
+    if (!chunk.holds) return false;
+    maps.maximum_error = std::max(maps.maximum_error, chunk.error);
+    maps.exceptions.insert(maps.exceptions.end(), chunk.exceptions.begin(), chunk.exceptions.end());
+  }
+  return true;
 }
 
 /// Are all numbers exactly those of lattice points? Then they were decoded from that lattice and must fall on
@@ -480,14 +505,34 @@ bool pays(const Array& array, const Bounds& bounds, double step) {
 
 /// Number of tuples of codes in the box of all tuples: what maps are compared by. (A product, since log2 is
 /// not the same everywhere.)
-double code_volume(const Array& array, const ArrayMaps& maps) {
+double code_volume(const Array& array, const ArrayMaps& maps, Executor& executor) {
   std::vector<Range> ranges(array.components);
-  for (size_t i = 0; i < array.count() * array.components; ++i) {
-    const std::byte* number = array.bytes.data() + i * size_of(array.type);
-    ranges[i % array.components].add(maps.maps[i % array.components].code_of(array.type, number));
-  }
+  executor.parallel_for(array.components, [&](size_t k) {
+    for (size_t i = k; i < array.count() * array.components; i += array.components)
+      ranges[k].add(maps.maps[k].code_of(array.type, array.bytes.data() + i * size_of(array.type)));
+  });
   double volume = 1;
   for (const Range& range : ranges) volume *= range.width() + 1;
+  return volume;
+}
+
+/// What the code_volume() of lossless maps is not below, as they have a code for each number there is. Found
+/// in a moment, while choosing these maps takes long.
+double least_lossless_volume(const Array& array, Executor& executor) {
+  constexpr unsigned hash_bits = 18;
+  std::vector<uint32_t> different(array.components);
+  executor.parallel_for(array.components, [&](size_t k) {
+    std::vector<bool> met(size_t{1} << hash_bits);
+    for (size_t i = k; i < array.count() * array.components; i += array.components) {
+      uint64_t bits = 0;
+      std::memcpy(&bits, array.bytes.data() + i * size_of(array.type), size_of(array.type));
+      auto hash = met[(bits * 0x9e3779b97f4a7c15) >> (64 - hash_bits)];
+      different[k] += !hash;
+      hash = true;
+    }
+  });
+  double volume = 1;
+  for (const uint32_t numbers : different) volume *= std::max(numbers, 1u);
   return volume;
 }
 
@@ -528,17 +573,28 @@ ArrayMaps octahedral_maps(OctahedralChoice choice, const Tolerance& tolerance) {
   return maps;
 }
 
-ArrayMaps lossless_maps(const Array& array) {
+ArrayMaps lossless_maps(const Array& array, Executor& executor) {
   ArrayMaps maps;
-  for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(choose_lossless_map(array, k));
+  maps.maps.resize(array.components);
+  executor.parallel_for(array.components, [&](size_t k) {
+    maps.maps[k] = choose_lossless_map(array, static_cast<uint32_t>(k));
+  });
   return maps;
+}
+
+/// Do the codes of the numbers as they are take fewer bits? Then an error would buy nothing.
+bool lossless_is_smaller(const Array& array, const ArrayMaps& maps, Executor& executor) {
+  const double volume = code_volume(array, maps, executor);
+  return volume > least_lossless_volume(array, executor) &&
+         volume > code_volume(array, lossless_maps(array, executor), executor);
 }
 
 }  // namespace
 
-Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions) {
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions,
+                              Executor& executor) {
   using Kind = Tolerance::Kind;
-  if (tolerance.kind == Kind::lossless) return lossless_maps(array);
+  if (tolerance.kind == Kind::lossless) return lossless_maps(array, executor);
   if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
     return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
   }
@@ -565,21 +621,21 @@ Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bo
   } else if (allowed > 0) {
     maps.step = relative_step(array, 2 * allowed);
   }
-  if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array);
-  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it. Where
-  // the codes of the numbers as they are take fewer bits, an error would buy nothing.
+  if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array, executor);
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
   const double coarsest = maps.step;
   for (const bool decoded_before : {true, false}) {
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       maps.step = coarsest * finer;
       for (NumberMap& map : maps.maps) map.step = maps.step;
-      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, maps)) continue;
-      if (!decoded_before && code_volume(array, maps) > code_volume(array, lossless_maps(array))) break;
+      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, executor, maps))
+        continue;
+      if (!decoded_before && lossless_is_smaller(array, maps, executor)) break;
       maps.bound = promised_error(array, bounds, tolerance, coarsest);
       return maps;
     }
   }
-  return lossless_maps(array);
+  return lossless_maps(array, executor);
 }
 
 }  // namespace maille

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/encode.h>
+#include <maille/executor.h>
 #include <maille/mesh.h>
 
 #include <cstdint>
@@ -84,6 +85,7 @@ struct ArrayMaps {
 /// bounding box's diagonal for positions, of the widest component's range for other arrays. Falls back to
 /// lossless maps where the bound is finer than what the type can hold. Error: usage, for a bound that is not
 /// positive.
-Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions);
+Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions,
+                              Executor& executor = serial_executor());
 
 }  // namespace maille

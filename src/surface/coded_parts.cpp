@@ -5,8 +5,10 @@
 #include <atomic>
 #include <cstring>
 
+#include "base/chunks.h"
 #include "base/result.h"
 #include "surface/merge_parts.h"
+#include "surface/mesh_parts.h"
 #include "surface/partition.h"
 
 namespace maille {
@@ -31,27 +33,39 @@ std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_
   return decoded;
 }
 
-/// For cutting: what is not finite lies at 0, and what is beyond floats at their ends.
-std::vector<float> decoded_floats(const ArrayToCode& positions) {
-  const Scalar type = positions.array->type;
-  constexpr double most = 3e38;
-  std::vector<float> floats;
-  floats.reserve(positions.array->count() * 3);
-  for (uint64_t point = 0; point < positions.array->count(); ++point) {
-    const auto position = decoded_position(positions, point);
-    for (size_t k = 0; k < 3; ++k) {
-      const double number = number_as_double(type, position.data() + k * size_of(type));
-      floats.push_back(number - number == 0 ? static_cast<float>(std::clamp(number, -most, most)) : 0.0f);
-    }
-  }
-  return floats;
-}
-
 Place place_of(const std::byte* position, Scalar type) {
   Place place{};
   for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
   return place;
 }
+
+}  // namespace
+
+std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
+  const Scalar type = positions.array->type;
+  constexpr double most = 3e38;
+  std::vector<float> floats(positions.array->count() * 3);
+  for_each_chunk(executor, positions.array->count(), [&](size_t, size_t begin, size_t end) {
+    for (size_t point = begin; point < end; ++point) {
+      const auto position = decoded_position(positions, point);
+      for (size_t k = 0; k < 3; ++k) {
+        const double number = number_as_double(type, position.data() + k * size_of(type));
+        if (number - number == 0) floats[3 * point + k] = static_cast<float>(std::clamp(number, -most, most));
+      }
+    }
+  });
+  return floats;
+}
+
+std::vector<Place> decoded_places(const ArrayToCode& positions) {
+  std::vector<Place> places;
+  for (uint64_t point = 0; point < positions.array->count(); ++point) {
+    places.push_back(place_of(decoded_position(positions, point).data(), positions.array->type));
+  }
+  return places;
+}
+
+namespace {
 
 /// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
 /// at a time.
@@ -119,14 +133,14 @@ PartDescription describe_part(const Mesh& part) {
 }
 
 /// What joins the parts, and the numbers that the decoder will give their points.
-Result<> join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts) {
-  std::vector<std::vector<uint32_t>> whole;
+Result<> join(const ArrayToCode& positions, uint32_t points, Executor& executor, EncodedParts& parts) {
+  std::vector<std::span<const uint32_t>> whole;
   std::vector<uint32_t> sizes;
   for (const EncodedPatch& patch : parts.patches) {
     whole.push_back(patch.sources.points);
     sizes.push_back(static_cast<uint32_t>(patch.sources.points.size()));
   }
-  const SharedPoints shared = find_shared_points(whole, points);
+  const SharedPoints shared = find_shared_points(whole, points, executor);
   SharedPlaces places(shared.size());
   for (size_t p = 0; p < shared.size(); ++p) {
     for (const uint32_t i : shared[p]) {
@@ -143,23 +157,27 @@ Result<> join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts
 Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
                                   const EncodeOptions& options) {
   EncodedParts encoded;
-  std::vector<MeshPart> parts;
+  Executor& executor = executor_of(options);
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  std::vector<uint32_t> part_of;
   if (mesh.cell_count() > options.most_cells_per_part) {
-    parts = take_parts(mesh, partition_cells(mesh, decoded_floats(arrays[0]), options.most_cells_per_part));
+    const std::vector<float> positions = decoded_floats(arrays[0], executor);
+    part_of = partition_cells(mesh, positions, options.most_cells_per_part, executor);
   }
-  if (parts.size() < 2) {
+  if (std::all_of(part_of.begin(), part_of.end(), [](uint32_t part) { return part == 0; })) {
     encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));
-    const auto points = static_cast<uint32_t>(mesh.point_count());
     encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
     return encoded;
   }
-  for (const MeshPart& part : parts) encoded.descriptions.push_back(describe_part(part.mesh));
+  MeshParts parts(mesh, part_of, executor);
+  encoded.descriptions.resize(parts.count());
   encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
-      parts.size(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
-        const MeshPart part = std::move(parts[i]);
+      parts.count(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
+        const MeshPart part = parts.take(i);
+        encoded.descriptions[i] = describe_part(part.mesh);
         return encode_patch(part.mesh, &part.numbers, i, arrays, of_patch);
       })));
-  MAILLE_CHECK(join(arrays[0], static_cast<uint32_t>(mesh.point_count()), encoded));
+  MAILLE_CHECK(join(arrays[0], points, executor, encoded));
   return encoded;
 }
 

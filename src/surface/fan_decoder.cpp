@@ -151,13 +151,192 @@ constexpr auto fast_kinds = [] {
   return a ^ ((a ^ b) & mask);
 }
 
+/// Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
+constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
+constexpr uint64_t point_mask = most_fan_points - 1;
+[[gnu::always_inline]] inline uint64_t vertex_in(uint64_t entry) {
+  return entry & none;
+}
+/// Of an entry without its vertex, when it has seen more triangles.
+[[gnu::always_inline]] inline uint64_t see(uint64_t rest, uint64_t triangles) {
+  const uint64_t then = rest + triangles * one_seen;
+  return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
+}
+
+/// What the fast loop keeps in registers: the ring, its head f and its last entry p, as their vertices and
+/// the rest. (In the array the rest of the head is older.)
+struct Cursor {
+  uint64_t* head;
+  uint64_t* tail;
+  uint64_t f, f_rest;
+  uint64_t p, p_rest;
+  uint64_t v;  ///< the next new vertex
+  uint32_t* corner;
+};
+
+/// Symbols that the fast loop leaves to others, but comes back from: one in ten on irregular meshes, where
+/// FanMachine::apply() would take more time than all others together. What it does for them.
+class RareSymbols {
+ public:
+  /// Symbols of the fast loop that one of these counts for: at most nine entries, of which five are vertices.
+  static constexpr uint32_t steps = 3;
+  enum class Outcome : uint8_t { done, left, damaged };
+
+  RareSymbols(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out)
+      : machine_(machine), reader_(reader), out_(out) {}
+
+  /// `left`: nothing was done. Reads from reader.rans, which must be what the cursor stands for.
+  [[gnu::noinline]] Outcome take(StaticSlot slot, Cursor& at) {
+    const unsigned symbol = slot_symbol(slot);
+    const auto room = static_cast<uint64_t>(machine_.entries.data() + machine_.entries.size() - at.tail);
+    const auto size = static_cast<uint64_t>(at.tail - at.head);
+    if (symbol < fan_border || symbol == fan_merge || symbol == fan_marker) return Outcome::left;
+    // A split copies some of the ring.
+    if (symbol >= fan_split && symbol < fan_known && room < size + fast_room) return Outcome::left;
+    StaticRansDecoder& rans = reader_.rans;
+    rans.state = slot_frequency(slot) * (rans.state >> fan_slot_bits) + slot_offset(slot);
+    rans.refill();
+    if (symbol < fan_split) return border(symbol - fan_border, at);
+    if (symbol < fan_known) return split(symbol - fan_split, at);
+    if (symbol == fan_known) return known(at);
+    return open(symbol == fan_open ? 1 : 4, at);
+  }
+
+ private:
+  static void add_triangle(Cursor& at, uint64_t third) {
+    store(at.corner, pair_of(at.f, at.p));
+    at.corner[2] = static_cast<uint32_t>(third);
+    at.corner += 3;
+  }
+  /// The last entry, with one triangle more and the head beyond its gate.
+  static void close_gate(Cursor& at) {
+    at.p_rest = (see(at.p_rest, 1) & ~point_mask) | at.f;
+    at.tail[-1] = pair_of(at.p, at.p_rest);
+  }
+  static void push(Cursor& at, uint64_t vertex, uint64_t across) {
+    at.p = vertex;
+    at.p_rest = across | one_seen;
+    *at.tail++ = pair_of(at.p, at.p_rest);
+  }
+  static void look_at_ends(Cursor& at) {
+    at.f = vertex_in(*at.head);
+    at.f_rest = *at.head >> 32;
+    at.p = vertex_in(at.tail[-1]);
+    at.p_rest = at.tail[-1] >> 32;
+  }
+
+  void add_fan(unsigned i, Cursor& at) {
+    const auto seen = static_cast<unsigned>(at.f_rest >> fan_point_bits);
+    const unsigned seen_then = std::min(seen + i, most_seen);
+    uint64_t before = at.p_rest & point_mask;
+    for (unsigned j = 1; j <= i; ++j, ++at.v) {
+      store_one(out_.references[at.v - out_.first], at.f, at.f, at.f, before, at.p);
+      out_.kinds[at.v - out_.first] = static_cast<uint8_t>(fan_kind(false, i, j, seen_then));
+      add_triangle(at, at.v);
+      close_gate(at);
+      before = at.p;
+      push(at, at.v, at.f);
+    }
+    at.f_rest = see(at.f_rest, i);
+  }
+  void add_closing(uint64_t third, Cursor& at) {
+    add_triangle(at, third);
+    close_gate(at);
+    at.f_rest = see(at.f_rest, 1);
+  }
+
+  Outcome border(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    if (vertex_in(at.head[1]) != none) {
+      *at.tail++ = none;
+      *at.tail++ = pair_of(at.f, at.f_rest);
+    }
+    ++at.head;
+    pass_markers(at);
+    look_at_ends(at);
+    return Outcome::done;
+  }
+  /// As FanMachine::prepare(); at most two entries are new, since there is no marker at the end then.
+  static void pass_markers(Cursor& at) {
+    while (at.tail - at.head > 4) {
+      const bool marker = vertex_in(*at.head) == none;
+      const bool after_marker = vertex_in(at.tail[-1]) == none;
+      if (!marker && !after_marker) return;
+      if (marker ? !after_marker : vertex_in(at.head[1]) != none) {
+        const uint64_t head = *at.head;
+        *at.tail++ = head;
+      }
+      ++at.head;
+    }
+  }
+
+  Outcome open(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    at.p_rest = (at.p_rest & ~point_mask) | vertex_in(at.tail[-2]);
+    at.tail[-1] = pair_of(at.p, at.p_rest);
+    return Outcome::done;
+  }
+
+  Outcome known(Cursor& at) {
+    machine_.vertices = static_cast<uint32_t>(at.v);
+    uint32_t vertex;
+    if (!machine_.take_known(vertex)) return Outcome::damaged;
+    const uint64_t last = at.p;
+    add_closing(vertex, at);
+    push(at, vertex, last);
+    return Outcome::done;
+  }
+
+  Outcome split(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    const auto most = static_cast<uint64_t>(at.tail - at.head - 4);
+    const bool at_tail = reader_.number(FanNumber::side, 0) != 0;
+    const uint64_t offset = reader_.number(at_tail ? FanNumber::split_tail : FanNumber::split_head, 0);
+    if (offset > most || !machine_.spend(offset + 3)) return Outcome::damaged;
+    uint64_t* const place = at_tail ? at.tail - 2 - offset : at.head + 2 + offset;
+    const uint64_t vertex = vertex_in(*place);
+    if (vertex == none) return Outcome::damaged;
+    const uint64_t last = at.p;
+    add_closing(vertex, at);
+    *place = pair_of(vertex, see(*place >> 32, 1));
+    *at.head = pair_of(at.f, at.f_rest);
+    // The entry of m in the ring that goes on, or in that which waits, has the last vertex beyond its gate.
+    const uint64_t joint = pair_of(vertex, (*place >> 32 & ~point_mask) | last);
+    if (at_tail) {
+      std::copy_backward(place, at.tail, at.tail + 1);
+      *place = joint;
+      ++at.tail;
+      wait(at.head, place + 1);
+      at.head = place + 1;
+    } else {
+      uint64_t* const end = std::copy(at.head, place, at.tail);
+      *end = joint;
+      wait(place, at.tail);
+      at.head = at.tail;
+      at.tail = end + 1;
+    }
+    look_at_ends(at);
+    return Outcome::done;
+  }
+  void wait(const uint64_t* begin, const uint64_t* end) {
+    const uint64_t* const entries = machine_.entries.data();
+    machine_.waiting.push_back(
+        {static_cast<uint32_t>(begin - entries), static_cast<uint32_t>(end - entries)});
+  }
+
+  FanMachine<FanReader>& machine_;
+  FanReader& reader_;
+  FanSurface& out_;
+};
+
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
-/// branches; close with more, and swallow, in between. What FanMachine::apply() does for them. False: a
-/// marker was taken for a vertex.
+/// branches; close with more, and swallow, in between, and rare ones. What FanMachine::apply() does for them.
+/// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
 template <bool with_late>
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
   machine.make_room(fast_room);
-  uint32_t steps = std::min({fast_room / 3 - 2, machine.vertices_left() / 3, machine.triangles_left() / 5});
+  uint32_t steps = std::min(fast_room / 3 - 2, machine.triangles_left() / 5);
+  const uint64_t vertices_end = uint64_t{machine.vertices} + machine.vertices_left();
   const StaticSlot* const slots = reader.event_slots.data();
   const uint32_t* const table_at = reader.table_at.data();
   VertexReferences* const references = out.references.data();
@@ -165,15 +344,6 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   const uint64_t first = out.first;
   uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
   const uint64_t nowhere = out.references.size() - 1;
-  constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
-  constexpr uint64_t point_mask = most_fan_points - 1;
-  // Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
-  const auto vertex_in = [](uint64_t entry) { return entry & none; };
-  const auto see = [](uint64_t rest, uint64_t triangles) {
-    const uint64_t then = rest + triangles * one_seen;
-    return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
-  };
-
   // In locals, so that they stay in registers.
   uint64_t state = reader.rans.state;
   StaticRansDecoder::Words words = reader.rans.words;
@@ -183,6 +353,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   uint64_t f = vertex_in(*head), f_rest = *head >> 32;
   uint64_t p = vertex_in(tail[-1]), p_rest = tail[-1] >> 32;
   uint64_t markers = 0;
+  RareSymbols rare(machine, reader, out);
   for (; steps > 0 && tail - head > 4 && words.end - words.next >= 4; --steps) {
     const uint64_t n_entry = head[1];
     const uint64_t f_seen = f_rest >> fan_point_bits;
@@ -191,7 +362,23 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
     const uint64_t symbol = slot_symbol(slot);
     if (symbol >= fast_fan_symbols) [[unlikely]] {
       const uint64_t before_last = vertex_in(tail[-2]);
-      if (symbol > fan_swallow || before_last == none || steps < 5) break;
+      if (steps < 5 || (symbol == fan_swallow && before_last == none)) break;
+      if (symbol > fan_swallow) {
+        reader.rans.state = state;
+        reader.rans.words = words;
+        Cursor at{head, tail, f, f_rest, p, p_rest, v, corner};
+        const RareSymbols::Outcome outcome = rare.take(slot, at);
+        if (outcome == RareSymbols::Outcome::damaged) return false;
+        if (outcome == RareSymbols::Outcome::left) break;
+        head = at.head, tail = at.tail;
+        f = at.f, f_rest = at.f_rest, p = at.p, p_rest = at.p_rest;
+        v = at.v;
+        corner = at.corner;
+        state = reader.rans.state;
+        words = reader.rans.words;
+        steps -= RareSymbols::steps - 1;
+        continue;
+      }
       state = slot_frequency(slot) * (state >> fan_slot_bits) + slot_offset(slot);
       if (state < lowest_static_state) {
         state = state << 32 | load<uint32_t>(words.next);
@@ -297,7 +484,8 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   machine.tail = static_cast<uint32_t>(tail - machine.entries.data());
   machine.vertices = static_cast<uint32_t>(v);
   machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
-  return (markers >> 31) == 0;
+  // There is room for too many vertices, which are found out here.
+  return (markers >> 31) == 0 && v <= vertices_end;
 }
 
 tl::unexpected<Error> corrupt(const char* what) {
@@ -346,10 +534,11 @@ Result<> FanDecoder::State::step() {
   if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
   for (int i = 0; i < slow_run; ++i) {
     if (machine.done() || !machine.prepare()) return {};
+    // Rings of more than four are for the fast loop.
+    if (i > 0 && machine.tail - machine.head > 4) return {};
     const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
                                            machine.seen(machine.tail - 1) << 8];
     const StaticSlot* const slots = &reader.event_slots[table];
-    if (i > 0 && slot_symbol(slots[reader.rans.state & (slots_per_table - 1)]) <= fan_swallow) return {};
     if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
       return corrupt("a fan that cannot be completed");
     if (reader.rans.exhausted()) return corrupt("the fans end early");

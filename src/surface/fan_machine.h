@@ -185,6 +185,23 @@ class FanMachine {
     return tail - head < 4 ? near : near | seen(head + 2) << 12 | seen(tail - 2) << 16;
   }
 
+  /// For moves of entries beyond those of a symbol. False: more than any encoder needs.
+  bool spend(uint64_t moves) {
+    if (moves > moves_left_) return false;
+    moves_left_ -= moves;
+    return true;
+  }
+
+  /// The number of a vertex that is known. False: it is not.
+  bool take_known(uint32_t& v) {
+    const auto delta = coder_.number(FanNumber::reference, 0, last_reference_);
+    // Zigzag, around the last vertex taken.
+    v = last_reference_ + ((delta >> 1) ^ (0 - (delta & 1)));
+    if (v >= vertices) return false;
+    last_reference_ = v;
+    return true;
+  }
+
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
   bool apply(unsigned symbol) {
     if (symbol <= fan_close + 3) return close(symbol - fan_close);
@@ -237,12 +254,6 @@ class FanMachine {
     for (Ring& ring : waiting) move_ring(ring.begin, ring.end);
     move_ring(head, tail);
   }
-  bool spend(uint64_t moves) {
-    if (moves > moves_left_) return false;
-    moves_left_ -= moves;
-    return true;
-  }
-
   void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
     uint32_t* corner = out_.corners.data() + size_t{3} * triangle_count++;
     corner[0] = a;
@@ -253,15 +264,6 @@ class FanMachine {
     out_.references[vertices - out_.first] = references;
     out_.kinds[vertices - out_.first] = static_cast<uint8_t>(kind);
     ++vertices;
-  }
-
-  bool take_known(uint32_t& v) {
-    const auto delta = coder_.number(FanNumber::reference, 0, last_reference_);
-    // Zigzag, around the last vertex taken.
-    v = last_reference_ + ((delta >> 1) ^ (0 - (delta & 1)));
-    if (v >= vertices) return false;
-    last_reference_ = v;
-    return true;
   }
 
   bool has_room(unsigned new_vertices, unsigned triangles) const {

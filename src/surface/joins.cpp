@@ -107,7 +107,7 @@ bool code_groups(Coder& coder, std::vector<Member>& members) {
 
 /// The first of each group's members that are one point in the whole mesh. Groups are small but where many
 /// points lie in one place; their numbers are sorted to find equal ones.
-void find_firsts(std::vector<Member>& members, std::span<const std::vector<uint32_t>> whole) {
+void find_firsts(std::vector<Member>& members, std::span<const std::span<const uint32_t>> whole) {
   const auto number = [&](size_t i) { return whole[members[i].part][members[i].point]; };
   std::vector<size_t> group;
   for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
@@ -200,23 +200,24 @@ std::vector<uint32_t> JoinedPart::all_numbers() const {
   return all;
 }
 
-SharedPoints find_shared_points(std::span<const std::vector<uint32_t>> whole, uint32_t points) {
+SharedPoints find_shared_points(std::span<const std::span<const uint32_t>> whole, uint32_t points,
+                                Executor& executor) {
   std::vector<bool> seen(points);
   std::vector<bool> again(points);
-  for (const std::vector<uint32_t>& part : whole) {
+  for (const std::span<const uint32_t> part : whole) {
     for (const uint32_t point : part) (seen[point] ? again : seen)[point] = true;
   }
   SharedPoints shared(whole.size());
-  for (size_t part = 0; part < whole.size(); ++part) {
+  executor.parallel_for(whole.size(), [&](size_t part) {
     for (uint32_t i = 0; i < whole[part].size(); ++i) {
       if (again[whole[part][i]]) shared[part].push_back(i);
     }
-  }
+  });
   return shared;
 }
 
 std::vector<std::byte> encode_joins(const SharedPoints& shared, const SharedPlaces& places,
-                                    std::span<const std::vector<uint32_t>> whole) {
+                                    std::span<const std::span<const uint32_t>> whole) {
   std::vector<Member> members = sort_members(shared, places);
   find_firsts(members, whole);
   RansEncoder encoder;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/error.h>
+#include <maille/executor.h>
 #include <maille/source.h>
 
 #include <array>
@@ -24,11 +25,12 @@ using SharedPlaces = std::vector<std::vector<Place>>;
 
 /// Which points are in more than one part. `whole` gives for each part and point its number in the whole
 /// mesh, all below `points`.
-SharedPoints find_shared_points(std::span<const std::vector<uint32_t>> whole, uint32_t points);
+SharedPoints find_shared_points(std::span<const std::span<const uint32_t>> whole, uint32_t points,
+                                Executor& executor = serial_executor());
 
 /// Codes them in two sections; `places` are those of `shared`.
 std::vector<std::byte> encode_joins(const SharedPoints& shared, const SharedPlaces& places,
-                                    std::span<const std::vector<uint32_t>> whole);
+                                    std::span<const std::span<const uint32_t>> whole);
 
 /// The first section. Safe on any bytes: as many lists as parts, of numbers below `part_points`.
 Result<SharedPoints> decode_shared_points(Bytes bytes, std::span<const uint32_t> part_points);

@@ -69,10 +69,17 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
 }
 
 Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOptions& options) {
+  Executor& executor = options.executor != nullptr ? *options.executor : serial_executor();
+  std::vector<Result<ArrayMaps>> maps(mesh.arrays.size() + 1);
+  executor.parallel_for(maps.size(), [&](size_t i) {
+    maps[i] = i == 0 ? choose_maps(mesh.points, options.positions, true, executor)
+                     : choose_maps(mesh.arrays[i - 1], tolerance_of(options, mesh.arrays[i - 1].name), false,
+                                   executor);
+  });
   std::vector<ArrayToCode> arrays;
-  arrays.push_back({&mesh.points, MAILLE_TRY(choose_maps(mesh.points, options.positions, true))});
-  for (const Array& array : mesh.arrays) {
-    arrays.push_back({&array, MAILLE_TRY(choose_maps(array, tolerance_of(options, array.name), false))});
+  for (size_t i = 0; i < maps.size(); ++i) {
+    ArrayMaps chosen = MAILLE_TRY(std::move(maps[i]));
+    arrays.push_back({i == 0 ? &mesh.points : &mesh.arrays[i - 1], std::move(chosen)});
   }
   return arrays;
 }

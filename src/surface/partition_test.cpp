@@ -9,6 +9,7 @@
 #include "support/random_mesh.h"
 #include "support/shapes.h"
 #include "surface/joins.h"
+#include "surface/mesh_parts.h"
 
 namespace maille::testing {
 namespace {
@@ -74,13 +75,20 @@ TEST(Partition, CellsInOnePlaceStayTogether) {
   EXPECT_GT(cells_by_part(part_of).size(), 1u);
 }
 
+std::vector<MeshPart> take_all(const Mesh& mesh, const std::vector<uint32_t>& part_of) {
+  MeshParts parts(mesh, part_of, serial_executor());
+  std::vector<MeshPart> taken;
+  for (size_t i = 0; i < parts.count(); ++i) taken.push_back(parts.take(i));
+  return taken;
+}
+
 TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
   for (uint64_t seed = 0; seed < 60; ++seed) {
     const Mesh mesh = random_surface(seed);
     std::mt19937 random(static_cast<unsigned>(seed));
     std::vector<uint32_t> part_of(mesh.cell_count());
     for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 3);
-    const std::vector<MeshPart> parts = take_parts(mesh, part_of);
+    const std::vector<MeshPart> parts = take_all(mesh, part_of);
     std::vector<unsigned> met(mesh.cell_count());
     for (uint32_t p = 0; p < parts.size(); ++p) {
       const MeshPart& part = parts[p];
@@ -113,10 +121,11 @@ struct Parts {
     std::mt19937 random(static_cast<unsigned>(seed));
     std::vector<uint32_t> part_of(mesh.cell_count());
     for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 4);
-    for (MeshPart& part : take_parts(mesh, part_of)) {
+    for (MeshPart& part : take_all(mesh, part_of)) {
       sizes.push_back(static_cast<uint32_t>(part.numbers.points.size()));
-      whole.push_back(std::move(part.numbers.points));
+      numbers.push_back(std::move(part.numbers.points));
     }
+    whole.assign(numbers.begin(), numbers.end());
     shared = find_shared_points(whole, points);
     const uint32_t places_there_are = seed % 4 == 0 ? 3 : points + 1;
     for (size_t p = 0; p < shared.size(); ++p) {
@@ -127,7 +136,8 @@ struct Parts {
   }
   uint32_t points = 0;
   std::vector<uint32_t> sizes;
-  std::vector<std::vector<uint32_t>> whole;
+  std::vector<std::vector<uint32_t>> numbers;
+  std::vector<std::span<const uint32_t>> whole;  ///< the same
   SharedPoints shared;
   SharedPlaces places;
   std::vector<std::byte> bytes;

@@ -10,7 +10,7 @@
 #include "container/file_writer.h"
 #include "mesh/number_map.h"
 #include "surface/description.h"
-#include "surface/partition.h"
+#include "surface/mesh_parts.h"
 #include "surface/patch_topology.h"
 
 namespace maille {

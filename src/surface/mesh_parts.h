@@ -1,0 +1,41 @@
+#pragma once
+
+#include <maille/executor.h>
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+/// Where the elements of a part are in the whole mesh.
+struct PartNumbers {
+  std::vector<uint32_t> points;        ///< by point
+  std::vector<uint32_t> cells;         ///< by cell, counted over all blocks
+  std::vector<uint32_t> first_corner;  ///< by cell: its first corner
+};
+
+/// A part of a mesh that is coded by itself: its cells in the order of the whole, its points numbered anew in
+/// that order. Points on the cut are in every part that meets there.
+struct MeshPart {
+  Mesh mesh;  ///< the blocks of the whole, some of them empty; positions; no other arrays
+  PartNumbers numbers;
+};
+
+/// The parts that a partition names, by cell. Points without a cell belong to part 0. `mesh` must stay.
+class MeshParts {
+ public:
+  MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor);
+
+  size_t count() const { return cells_.size(); }
+  /// Each part can be taken once; several of them at once.
+  MeshPart take(size_t part);
+
+ private:
+  const Mesh& mesh_;
+  std::vector<std::vector<uint32_t>> cells_;  // by part
+  std::vector<uint32_t> unused_points_;
+};
+
+}  // namespace maille
