@@ -78,8 +78,9 @@ Result<int> run(const ExtractOptions& options) {
   const std::string format = TOOL_TRY(format_of_output(options));
   const Input input = TOOL_TRY(open_maille(options.input));
   const Threads threads(options.common.threads);
-  const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
-                               .executor = threads.executor()};
+  DecodeOptions decoding;
+  decoding.limits.mesh_bytes = options.common.memory;
+  decoding.executor = threads.executor();
   File file = TOOL_TRY(File::open(*input.source, decoding));
   const Region region = region_of(options);
   const Selection selection = TOOL_TRY(choose(file, region, options));
