@@ -27,7 +27,7 @@ std::string provenance_of(const CompressOptions& options) {
 
 EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, const Mesh& mesh) {
   EncodeOptions encode;
-  encode.mode = options.mode.value_or(has_solids(mesh) ? Mode::stream : Mode::single);
+  encode.mode = options.mode.value_or(usual_mode(mesh));
   encode.effort = options.effort;
   // A stream keeps the order of its cells: what a solver wrote is mostly a sweep, and fields go with it.
   const bool keep = options.keep_order || (encode.mode == Mode::stream && !options.any_order);
@@ -46,6 +46,10 @@ Result<> check(const CompressOptions& options, const std::string& output) {
         fmt::format("{}: its name says {}, but compress writes .maille files; give it another name, "
                     "or use `maille convert` to write {}",
                     output, *format, *format));
+  }
+  if (output.ends_with(".gz")) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: .maille files are packed as they are; leave the .gz away", output));
   }
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,

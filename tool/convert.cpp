@@ -17,6 +17,7 @@ namespace {
 Result<> write_maille(const Mesh& mesh, Sink& sink, const CommonOptions& common, ProgressDisplay& progress) {
   const Threads threads(common.threads);
   EncodeOptions options;
+  options.mode = usual_mode(mesh);
   options.order = Order::keep;
   options.executor = threads.executor();
   options.progress =

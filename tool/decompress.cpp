@@ -15,8 +15,10 @@ namespace maille::tool {
 
 namespace {
 
-// Beside the input, in a format that holds everything: VTU for cells of all kinds, else PLY.
-Result<std::string> name_beside(const Input& input) {
+// Beside the input; where no format was asked for, in one that holds everything: VTU for cells of all kinds,
+// else PLY.
+Result<std::string> name_beside(const Input& input, const std::string& format) {
+  if (!format.empty()) return with_extension(input.path, "." + format);
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   return with_extension(input.path, info.mode == Mode::stream ? ".vtu" : ".ply");
 }
@@ -81,7 +83,7 @@ Result<int> run(const DecompressOptions& options) {
   // Before the input is opened: a pipe may take its time.
   if (!output.empty()) TOOL_CHECK(format_to_write(options, output));
   const Input input = TOOL_TRY(open_maille(options.input));
-  if (output.empty()) output = TOOL_TRY(name_beside(input));
+  if (output.empty()) output = TOOL_TRY(name_beside(input, options.output_format));
   const std::string format = TOOL_TRY(format_to_write(options, output));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays));
   const auto file =

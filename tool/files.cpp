@@ -50,6 +50,11 @@ std::optional<struct stat> status_of(const std::string& path) {
   return status;
 }
 
+bool is_folder(const std::string& path) {
+  const auto status = status_of(path);
+  return status && S_ISDIR(status->st_mode);
+}
+
 Result<std::unique_ptr<Source>> open_source(const std::string& path) {
   if (path == "-") {
     if (isatty(STDIN_FILENO) == 1) {
@@ -58,8 +63,7 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path) {
     return stdin_source();
   }
   // OpenFOAM's meshes are folders; their reader opens the files in them by itself.
-  const auto status = status_of(path);
-  if (status && S_ISDIR(status->st_mode)) return memory_source(std::vector<std::byte>(), path);
+  if (is_folder(path)) return memory_source(std::vector<std::byte>(), path);
   return file_source(path);
 }
 
@@ -87,12 +91,19 @@ Result<Input> open_input(const std::string& path, const std::string& format) {
   std::unique_ptr<Source> source = TOOL_TRY(open_source(path));
   Input input{path, format, std::move(source), false};
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
-  const bool looks_like_it = starts_with(*input.source, magic) || ends_with(path, ".maille");
+  const bool looks_like_it =
+      starts_with(*input.source, magic) || (ends_with(path, ".maille") && !is_folder(path));
   input.is_maille = format == "maille" || (format.empty() && looks_like_it);
   return input;
 }
 
 Result<Input> open_maille(const std::string& path) {
+  if (is_folder(path)) {
+    return failure(
+        ErrorCode::usage,
+        fmt::format("{}: is a folder, no .maille file; `maille compress` makes one of a case of OpenFOAM",
+                    path));
+  }
   Input input = TOOL_TRY(open_input(path));
   // Anything else may still be a damaged .maille file under another name; the decoder tells.
   if (!input.is_maille) {

@@ -136,6 +136,7 @@ Result<> encode_mesh(const Mesh& mesh, Sink& sink, const GenerateOptions& option
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Threads threads(options.common.threads);
   EncodeOptions encoding;
+  encoding.mode = usual_mode(mesh);
   encoding.order = options.generation.streaming_order ? Order::canonical : Order::keep;
   encoding.executor = threads.executor();
   encoding.progress = progress.watch(static_cast<double>(mesh.cell_count()), "cells");

@@ -161,7 +161,8 @@ void Parser::add_decompress() {
   d->alias("d");
   file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
   file(d, "-o,--output,OUT", decompress.output,
-       "File to write; - is standard output (default: IN with the extension .ply, .vtu for volumes)");
+       "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
+       "volumes .vtu)");
   choice(d->add_option("--output-format", decompress.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
          format_names(false, true))

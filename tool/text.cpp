@@ -9,13 +9,45 @@
 
 namespace maille::tool {
 
+namespace {
+
+// Bytes of the UTF-8 character that begins there; 0: none does, or it would steer a terminal.
+size_t printable_at(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (first < 0x80) return (first >= ' ' && first != 0x7f) || first == '\n' || first == '\t' ? 1 : 0;
+  const size_t size = first >= 0xc2 && first < 0xe0   ? 2
+                      : first >= 0xe0 && first < 0xf0 ? 3
+                      : first >= 0xf0 && first < 0xf5 ? 4
+                                                      : 0;
+  if (size == 0 || text.size() < size) return 0;
+  for (size_t i = 1; i < size; ++i) {
+    if ((text[i] & '\xc0') != '\x80') return 0;
+  }
+  const bool control = first == 0xc2 && static_cast<unsigned char>(text[1]) < 0xa0;
+  return control ? 0 : size;
+}
+
+// Names and words of files are printed as they stand there, but a file must not steer the terminal.
+std::string printable(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const size_t size = printable_at(text);
+    result += size == 0 ? "?" : text.substr(0, size);
+    text.remove_prefix(std::max<size_t>(size, 1));
+  }
+  return result;
+}
+
+}  // namespace
+
 void complain(std::string_view sentence) {
   say(fmt::format("maille: {}", sentence));
 }
 
 void say(std::string_view line) {
   // A closed standard error is no reason to fail.
-  const std::string text = fmt::format("{}\n", line);
+  const std::string text = printable(line) + "\n";
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
@@ -24,10 +56,11 @@ void say_notes(std::string_view name, const std::vector<std::string>& notes, boo
   for (const std::string& note : notes) say(fmt::format("maille: {}: note: {}", name, note));
 }
 
-Result<> answer(std::string_view text) {
+Result<> answer(std::string_view anything) {
+  const std::string text = printable(anything);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     return failure(ErrorCode::write_failed,
-                   fmt::format("standard output: cannot write: {}", std::strerror(errno)));
+                   fmt::format("cannot write standard output: {}", std::strerror(errno)));
   }
   return {};
 }

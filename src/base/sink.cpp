@@ -271,7 +271,7 @@ Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
 }
 
 std::unique_ptr<Sink> stdout_sink() {
-  return std::make_unique<DirectSink>(Descriptor(), STDOUT_FILENO, "<stdout>");
+  return std::make_unique<DirectSink>(Descriptor(), STDOUT_FILENO, "standard output");
 }
 
 void remove_unfinished_files() noexcept {

@@ -229,7 +229,7 @@ TEST_F(FileSink, WritesToStandardOutput) {
     const int file = ::open(path("out").c_str(), O_WRONLY | O_CREAT, 0600);
     ::dup2(file, STDOUT_FILENO);
     const auto sink = stdout_sink();
-    if (!sink->write(bytes_of("answer")) || !sink->commit() || sink->name() != "<stdout>") ::_exit(1);
+    if (!sink->write(bytes_of("answer")) || !sink->commit() || sink->name() != "standard output") ::_exit(1);
   });
   EXPECT_EQ(status, 0);
   EXPECT_EQ(read_file(path("out")), "answer");
@@ -244,7 +244,7 @@ TEST_F(FileSink, ReportsABrokenPipe) {
     ::dup2(ends[1], STDOUT_FILENO);
     const auto sink = stdout_sink();
     if (!sink->write(bytes_of("x"))) ::_exit(2);
-    if (message(sink->commit()) != "cannot write <stdout>: Broken pipe") ::_exit(3);
+    if (message(sink->commit()) != "cannot write standard output: Broken pipe") ::_exit(3);
   });
   EXPECT_EQ(status, 0);
 }

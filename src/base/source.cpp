@@ -109,7 +109,7 @@ Result<std::unique_ptr<Source>> file_source(const std::string& path) {
 }
 
 Result<std::unique_ptr<Source>> stdin_source() {
-  return memory_source(MAILLE_TRY(read_whole(STDIN_FILENO, "<stdin>")), "<stdin>");
+  return memory_source(MAILLE_TRY(read_whole(STDIN_FILENO, "standard input")), "standard input");
 }
 
 }  // namespace maille

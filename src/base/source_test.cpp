@@ -124,7 +124,7 @@ TEST_F(FileSource, ReadsStandardInputToItsEnd) {
   ::close(file);
   ASSERT_TRUE(source);
   EXPECT_EQ(text_of(**source), "from standard input");
-  EXPECT_EQ((*source)->name(), "<stdin>");
+  EXPECT_EQ((*source)->name(), "standard input");
 }
 
 }  // namespace

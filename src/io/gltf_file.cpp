@@ -99,7 +99,7 @@ Result<json> parse_json(const std::string& file, const Chunks& chunks) {
   } catch (const json::exception& error) {
     const auto* where = dynamic_cast<const json::parse_error*>(&error);
     return malformed_byte(file, chunks.json_at + (where ? std::max<size_t>(where->byte, 1) - 1 : 0),
-                          "not well-formed JSON");
+                          "neither binary glTF nor well-formed JSON");
   }
   if (!document.is_object()) return malformed(file, "its JSON is not an object");
   return document;

@@ -10,6 +10,9 @@
 namespace maille {
 namespace {
 
+/// Of the sections left out.
+constexpr uint64_t most_named = 10;
+
 /// What both forms have in common; derived classes find sections and read numbers.
 class MeditReader {
  public:
@@ -54,6 +57,7 @@ class MeditReader {
     std::vector<uint64_t> elements;
   };
   std::vector<Flags> flags_;
+  uint64_t sections_left_out_ = 0;
 };
 
 Result<> MeditReader::read_vertices() {
@@ -126,7 +130,7 @@ Result<> MeditReader::read_section(const std::string& section) {
   for (const MeditFlagKind& kind : medit_flag_kinds) {
     if (section == kind.name) return read_flags(kind);
   }
-  notes_.push_back("section " + section.substr(0, 40) + " left out");
+  if (sections_left_out_++ < most_named) notes_.push_back("section " + section.substr(0, 40) + " left out");
   return skip_section();
 }
 
@@ -176,6 +180,8 @@ Result<ReadResult> MeditReader::read() {
     if (section.empty() || section == "End") break;
     MAILLE_CHECK(read_section(section));
   }
+  if (sections_left_out_ > most_named)
+    notes_.push_back(counted(sections_left_out_ - most_named, "more section") + " left out");
   ReadResult result;
   Mesh& mesh = result.mesh;
   mesh.points = positions_.take("position", Domain::point, 3);
@@ -197,13 +203,9 @@ class MeditTextReader final : public MeditReader {
 
  protected:
   Result<std::string> next_section() override {
+    if (!begun_) MAILLE_CHECK(begin());
     if (in_.at_end()) return std::string();
     const std::string word(in_.word());
-    if (word.starts_with("MeshVersion")) {
-      int64_t version = 0;
-      if (!in_.integer(version)) return in_.expected("the version of the format");
-      return next_section();
-    }
     if (!std::isalpha(static_cast<unsigned char>(word[0]))) {
       return in_.malformed("there should be the name of a section, but found \"" + word.substr(0, 40) + "\"");
     }
@@ -225,7 +227,17 @@ class MeditTextReader final : public MeditReader {
   uint64_t position() const override { return in_.scanner.position(); }
 
  private:
+  Result<> begin() {
+    begun_ = true;
+    if (in_.at_end() || !in_.word().starts_with("MeshVersion"))
+      return in_.malformed("a MEDIT file begins with MeshVersionFormatted");
+    int64_t version = 0;
+    if (!in_.integer(version)) return in_.expected("the version of the format");
+    return {};
+  }
+
   TokenReader in_;
+  bool begun_ = false;
 };
 
 class MeditBinaryReader final : public MeditReader {

@@ -19,16 +19,11 @@ using testing::values_of;
 using testing::write_text;
 
 ReadResult read_obj(std::string_view text) {
-  auto result = read_text(obj_format(), text, "test.obj");
-  EXPECT_TRUE(result) << result.error().message;
-  return result ? std::move(*result) : ReadResult{};
+  return testing::read_good_text(obj_format(), text, "test.obj");
 }
 
 std::string error_of(std::string_view text) {
-  const auto result = read_text(obj_format(), text, "test.obj");
-  if (result) return "no error";
-  EXPECT_EQ(result.error().code, ErrorCode::malformed_input);
-  return result.error().message;
+  return testing::error_of_text(obj_format(), text, "test.obj");
 }
 
 std::vector<std::string> labels_of(const Mesh& mesh, const std::string& name) {

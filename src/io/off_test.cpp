@@ -16,15 +16,11 @@ using testing::values_of;
 using testing::write_text;
 
 ReadResult read_off(std::string_view text) {
-  auto result = read_text(off_format(), text, "test.off");
-  EXPECT_TRUE(result) << result.error().message;
-  return result ? std::move(*result) : ReadResult{};
+  return testing::read_good_text(off_format(), text, "test.off");
 }
 
 std::string error_of(std::string_view text) {
-  const auto result = read_text(off_format(), text, "test.off");
-  if (result) return "no error";
-  return result.error().message;
+  return testing::error_of_text(off_format(), text, "test.off");
 }
 
 TEST(OffReader, ReadsPolygons) {

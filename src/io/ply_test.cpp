@@ -19,16 +19,11 @@ using testing::values_of;
 using testing::write_text;
 
 ReadResult read_ply(std::string_view text) {
-  auto result = read_text(ply_format(), text, "test.ply");
-  EXPECT_TRUE(result) << result.error().message;
-  return result ? std::move(*result) : ReadResult{};
+  return testing::read_good_text(ply_format(), text, "test.ply");
 }
 
 std::string error_of(std::string_view text) {
-  const auto result = read_text(ply_format(), text, "test.ply");
-  if (result) return "no error";
-  EXPECT_EQ(result.error().code, ErrorCode::malformed_input);
-  return result.error().message;
+  return testing::error_of_text(ply_format(), text, "test.ply");
 }
 
 std::string one_vertex(const std::string& type, const std::string& x) {

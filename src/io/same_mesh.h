@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <maille/io.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,26 @@ inline Result<ReadResult> read_text(const Format& format, std::string_view text,
     EXPECT_TRUE(valid) << valid.error().message;
   }
   return result;
+}
+
+/// What must be readable; a failure and nothing where it is not.
+inline ReadResult read_good_text(const Format& format, std::string_view text, std::string name) {
+  auto result = read_text(format, text, std::move(name));
+  EXPECT_TRUE(result) << result.error().message;
+  return result ? std::move(*result) : ReadResult{};
+}
+
+/// What is said of a text that breaks the rules of its format.
+inline std::string error_of_text(const Format& format, std::string_view text, std::string name) {
+  const auto result = read_text(format, text, std::move(name));
+  if (result) return "no error";
+  EXPECT_EQ(result.error().code, ErrorCode::malformed_input);
+  return result.error().message;
+}
+
+inline bool has_note(const std::vector<std::string>& notes, std::string_view part) {
+  return std::any_of(notes.begin(), notes.end(),
+                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }
 
 inline Result<ReadResult> read_file(const Format& format, const std::string& path) {

@@ -13,20 +13,14 @@ namespace {
 using testing::array_of;
 using testing::expect_same_mesh;
 using ::testing::HasSubstr;
-using testing::read_text;
 using testing::write_text;
 
 ReadResult read_stl(std::string_view text) {
-  auto result = read_text(stl_format(), text, "test.stl");
-  EXPECT_TRUE(result) << result.error().message;
-  return result ? std::move(*result) : ReadResult{};
+  return testing::read_good_text(stl_format(), text, "test.stl");
 }
 
 std::string error_of(std::string_view text) {
-  const auto result = read_text(stl_format(), text, "test.stl");
-  if (result) return "no error";
-  EXPECT_EQ(result.error().code, ErrorCode::malformed_input);
-  return result.error().message;
+  return testing::error_of_text(stl_format(), text, "test.stl");
 }
 
 std::string facet(const std::string& normal, const std::string& a, const std::string& b,

@@ -19,6 +19,10 @@ constexpr char zone_name[] = "su2:zone";
 constexpr std::string_view known_keys[] = {"NZONE", "IZONE", "NDIME",      "NELEM",
                                            "NPOIN", "NMARK", "MARKER_TAG", "MARKER_ELEMS"};
 
+bool is_known(std::string_view key) {
+  return std::find(std::begin(known_keys), std::end(known_keys), key) != std::end(known_keys);
+}
+
 bool is_su2_type(int64_t type) {
   return type == 1 || type == 3 || type == 5 || type == 9 || type == 10 || (type >= 12 && type <= 14);
 }
@@ -42,6 +46,7 @@ class Su2Reader {
   TokenReader in_;
   Budget budget_;
   ReadingPace pace_;
+  bool known_ = false;  ///< a key of SU2 was there
   uint64_t dimension_ = 3, zones_ = 1, zone_ = 1;
   uint64_t first_point_ = 0, first_node_ = 0;
   RealColumn positions_;
@@ -159,8 +164,11 @@ Result<ReadResult> Su2Reader::read() {
     if (equals == std::string_view::npos)
       return in_.malformed("there should be \"KEY= value\", but found \"" + std::string(line.substr(0, 40)) +
                            "\"");
-    MAILLE_CHECK(read_line(std::string(trim(line.substr(0, equals))), line.substr(equals + 1)));
+    const std::string key(trim(line.substr(0, equals)));
+    known_ = known_ || is_known(key);
+    MAILLE_CHECK(read_line(key, line.substr(equals + 1)));
   }
+  if (!known_) return in_.malformed("there is none of the keys of SU2, such as NDIME=");
   MAILLE_CHECK(check_points());
   ReadResult result;
   Mesh& mesh = result.mesh;
@@ -295,7 +303,7 @@ void Su2Writer::put_other(std::string_view text) {
     const std::string_view line = trim(scanner.rest_of_line());
     if (const size_t equals = line.find('='); equals != std::string_view::npos) {
       const std::string_view key = trim(line.substr(0, equals));
-      put = std::find(std::begin(known_keys), std::end(known_keys), key) == std::end(known_keys);
+      put = !is_known(key);
     }
     if (put) out_.put(std::string(line) + "\n");
   }

@@ -78,6 +78,15 @@ End)");
   EXPECT_EQ(mesh.metadata, (Metadata{{"medit.dimension", "2"}}));
 }
 
+TEST(MeditReader, TakesVersionsWithoutEndOnASmallStack) {
+  std::string text = "MeshVersionFormatted 2\n";
+  for (int i = 0; i < 200000; ++i) text += "MeshVersionFormatted 2\n";
+  const auto result = read_text(medit_format(), text);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->mesh.point_count(), 0u);
+  EXPECT_LT(result->notes.size(), 20u);
+}
+
 TEST(GmshReader, ReadsWhatMeshioWrote) {
   for (const char* name : {"ascii_22.msh", "binary_22.msh"}) {
     const auto result = read_file(gmsh_format(), sample_path(name));
@@ -511,6 +520,10 @@ TEST(VolumeFormats, NameWhatIsWrong) {
   expect(medit_format(), "MeshVersionFormatted 1\nDimension 3\nVertices 2\n0 0 0 0\n1 x",
          "line 5: there should be a coordinate of vertex 2, but found \"x\"");
   expect(medit_format(), "MeshVersionFormatted 1\nDimension 4\n", "the dimension, 2 or 3");
+  expect(medit_format(), "", "begins with MeshVersionFormatted");
+  expect(medit_format(), "Vertices 0\n", "begins with MeshVersionFormatted");
+  expect(su2_format(), "% nothing\n", "none of the keys of SU2");
+  expect(su2_format(), "COLOUR= red\n", "none of the keys of SU2");
   expect(gmsh_format(), "$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", "save it again with gmsh -format msh41");
   expect(gmsh_format(), "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9000000000\n", "2^32 nodes");
   expect(gmsh_format(),

@@ -28,11 +28,6 @@ std::string error_of(const std::string& body) {
   return result ? "no error" : result.error().message;
 }
 
-bool has_note(const std::vector<std::string>& notes, std::string_view part) {
-  return std::any_of(notes.begin(), notes.end(),
-                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
-}
-
 /// Everything the reader must get through, with two faces at the end of it.
 const char* const busy_scene = R"(#VRML V2.0 utf8
 # a comment { [ "

@@ -13,3 +13,6 @@ mv tetra.off.gz packed
 try maille c -q packed/tetra.off.gz
 try maille c -q packed/tetra.off.gz
 files_like 'tetra.maille'
+# The extension is that of the format asked for.
+maille d -q folder/wave.v2.maille --output-format obj
+maille diff --no-arrays wave.ply folder/wave.v2.obj

@@ -9,6 +9,7 @@
 #include "support/shapes.h"
 #include "surface/array_coder.h"
 #include "surface/patch_topology.h"
+#include "surface/surface_normals.h"
 
 // For tests of the surface codec: meshes as the coders of arrays see them, positions, comparison of numbers
 // in coded order.
