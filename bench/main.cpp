@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include "doubles.h"
 #include "peers/peers.h"
 #include "print.h"
 
@@ -28,6 +29,8 @@ struct Options {
   std::vector<int> efforts = default_efforts;
   std::string json;
   bool quick = false;
+  bool doubles = false;
+  bool variants = false;
 };
 
 std::vector<std::unique_ptr<Codec>> chosen_codecs(const Options& options) {
@@ -146,7 +149,16 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("--json", options.json, "write one line of JSON per row to this file");
   app.add_flag("--quick", options.quick, "meshes up to 100,000 faces, few runs, without OpenCTM and xz");
+  app.add_flag("--doubles", options.doubles,
+               "only positions in doubles, without loss, against xz -9 of the raw numbers");
+  app.add_flag("--variants", options.variants,
+               "with --doubles: also the positions in other units, turned, printed and far off");
   CLI11_PARSE(app, argc, argv);
+  if (options.doubles) {
+    std::vector<std::string> paths;
+    for (const auto& input : maille::bench::inputs(options)) paths.push_back(input.path);
+    return maille::bench::measure_doubles(paths, options.efforts, options.variants) ? 0 : 1;
+  }
   const auto bad =
       std::find_if(options.precisions.begin(), options.precisions.end(), [](const std::string& text) {
         return text != "lossless" && (text.empty() || !std::all_of(text.begin(), text.end(), ::isdigit) ||

@@ -165,18 +165,19 @@ uint64_t entropy(const Histogram& counts, unsigned symbols) {
   return bits;
 }
 
-/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs, and more for the
-/// time to read it and to lay it out, a microsecond.
-uint64_t table_cost(const Histogram& counts, unsigned symbols) {
+/// What a table takes beside its symbols, roughly: a few bits for each symbol that occurs, and the price of
+/// reading it and laying it out.
+uint64_t table_cost(const Histogram& counts, unsigned symbols, uint64_t price) {
   uint64_t used = 0;
   for (unsigned s = 0; s < symbols; ++s) used += counts[s] != 0;
-  return (4 * used + 80) << 16;
+  return (4 * used + price) << 16;
 }
 
 /// Merges contexts greedily, those first that lose least by it.
 class Clustering {
  public:
-  Clustering(std::span<const Histogram> counts, unsigned symbols) : symbols_(symbols) {
+  Clustering(std::span<const Histogram> counts, unsigned symbols, uint64_t price)
+      : symbols_(symbols), price_(price) {
     for (const Histogram& histogram : counts) {
       nodes_.push_back({histogram, 0, true});
       nodes_.back().cost = cost(histogram);
@@ -238,7 +239,7 @@ class Clustering {
   };
 
   uint64_t cost(const Histogram& counts) const {
-    return entropy(counts, symbols_) + table_cost(counts, symbols_);
+    return entropy(counts, symbols_) + table_cost(counts, symbols_, price_);
   }
   int64_t& gain(size_t a, size_t b) { return gains_[a * nodes_.size() + b]; }
   Histogram sum(size_t a, size_t b) const {
@@ -264,6 +265,7 @@ class Clustering {
   }
 
   unsigned symbols_;
+  uint64_t price_;
   std::vector<Node> nodes_;
   std::vector<uint32_t> cluster_;
   std::vector<int64_t> gains_;
@@ -310,8 +312,8 @@ uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bit
 }
 
 StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
-                         unsigned most_tables, RansEncoder& coder) {
-  Clustering clustering(counts, symbols);
+                         unsigned most_tables, RansEncoder& coder, uint64_t price) {
+  Clustering clustering(counts, symbols, price);
   clustering.run(most_tables);
   TableCoder coded;
   const std::vector<Histogram> merged = clustering.result(coded.table_of);

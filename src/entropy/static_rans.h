@@ -35,10 +35,12 @@ struct StaticTables {
   const Frequencies& of(unsigned context) const { return tables[table_of[context]]; }
 };
 
+/// What one more table must save in bits beyond what its symbols take: a microsecond of a decoder's time.
+inline constexpr uint64_t price_of_table = 80;
 /// Tables for these counts, by context, such that tables and symbols together are small. Writes them to
 /// `coder`.
 StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
-                         unsigned most_tables, RansEncoder& coder);
+                         unsigned most_tables, RansEncoder& coder, uint64_t price = price_of_table);
 /// Inverse. Any bytes give valid tables; the caller looks at coder.exhausted().
 StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,
                          RansDecoder& coder);

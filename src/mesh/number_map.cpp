@@ -178,6 +178,22 @@ ScaledDigits digits_of(const NumberMap& map) {
   return {map.kind == NumberMap::Kind::binary_digits ? 2u : 10u, map.digits, map.exponent};
 }
 
+/// The map of the floats that a factor belongs to.
+NumberMap without_factor(const NumberMap& map) {
+  NumberMap plain{.kind = map.kind, .exponent = map.exponent};
+  plain.digits = map.digits;
+  return plain;
+}
+double value_with_factor(const NumberMap& map, int64_t code) {
+  float number;
+  without_factor(map).store_number(Scalar::f32, code, reinterpret_cast<std::byte*>(&number));
+  return static_cast<double>(number) * map.factor;
+}
+int64_t code_with_factor(const NumberMap& map, double number) {
+  const auto floated = rounded_to<float>(number / map.factor);
+  return without_factor(map).code_of(Scalar::f32, reinterpret_cast<const std::byte*>(&floated));
+}
+
 /// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
 /// exact.
 double printed_float(double number, int32_t decimals) {
@@ -193,8 +209,19 @@ int64_t clamped_rank(int64_t code, size_t size) {
   return std::clamp<int64_t>(code, 0, static_cast<int64_t>(size) - 1);
 }
 
+/// As std::lower_bound(), without branches: no processor can guess which half is next.
+const double* first_not_below(const std::vector<double>& table, double value) {
+  const double* first = table.data();
+  for (size_t left = table.size(); left > 0;) {
+    const size_t half = (left + 1) / 2;
+    first += half * static_cast<size_t>(first[half - 1] < value);
+    left -= half;
+  }
+  return first;
+}
+
 int64_t nearest_rank(const std::vector<double>& table, double value) {
-  const auto above = std::lower_bound(table.begin(), table.end(), value);
+  const auto above = table.begin() + (first_not_below(table, value) - table.data());
   if (above == table.begin()) return 0;
   if (above == table.end()) return static_cast<int64_t>(table.size()) - 1;
   return above - table.begin() - (value - above[-1] < *above - value ? 1 : 0);
@@ -211,6 +238,7 @@ int64_t rank_of(const std::vector<double>& table, double number) {
 
 int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
   if (!table.empty()) return rank_of(table, number_as_double(type, number));
+  if (factor != 0) return code_with_factor(*this, number_as_double(type, number));
   switch (kind) {
     case Kind::integer:
       return integer_bits(type, number);
@@ -231,7 +259,7 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
 }
 
 void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
-  if (!table.empty()) return store_rounded(type, value_of(type, code), out);
+  if (!table.empty() || factor != 0) return store_rounded(type, value_of(type, code), out);
   const auto real = static_cast<double>(code);
   switch (kind) {
     case Kind::integer:
@@ -283,10 +311,18 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
       }
     }
   };
-  const bool real = kind != Kind::integer && !is_curved();
+  const bool real = kind != Kind::integer && !is_curved() && factor == 0;
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
   if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
+  if (kind == Kind::binary_digits && type == Scalar::f32 && table.empty()) {
+    const ScaledDigits digits = digits_of(*this);
+    for (size_t i = 0; i < count; ++i) {
+      const auto code = load<int32_t>(codes + i * stride * sizeof(int32_t));
+      store(out + i * stride * sizeof(float), rounded_to<float>(digits.number_of(code)));
+    }
+    return;
+  }
   for (size_t i = 0; i < count; ++i) {
     const size_t code_bytes = size_of(type) == 8 ? 8 : 4;
     const std::byte* code = codes + i * stride * code_bytes;
@@ -302,6 +338,7 @@ bool NumberMap::is_curved() const {
 
 double NumberMap::value_of(Scalar type, int64_t code) const {
   if (!table.empty()) return table[static_cast<size_t>(clamped_rank(code, table.size()))];
+  if (factor != 0) return value_with_factor(*this, code);
   if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).number_of(code);
   std::byte number[8];
   store_number(type, code, number);
@@ -312,6 +349,7 @@ double NumberMap::value_of(Scalar type, int64_t code) const {
 int64_t NumberMap::nearest_code(Scalar type, double value) const {
   if (!(value == value)) value = 0;
   if (!table.empty()) return nearest_rank(table, value);
+  if (factor != 0) return code_with_factor(*this, value);
   if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
   switch (kind) {
     case Kind::decimal:

@@ -458,6 +458,31 @@ TEST(LatticeMap, OfASmallRelativeBoundIsTheSameForNumbersItDecodedTo) {
   }
 }
 
+/// The last piece of work first.
+class BackwardsExecutor final : public Executor {
+ public:
+  void parallel_for(size_t count, const std::function<void(size_t)>& work) override {
+    for (size_t i = count; i-- > 0;) work(i);
+  }
+};
+
+TEST(ChooseMaps, AreTheSameInWhateverOrderChunksAreMeasured) {
+  Array array = make_array("a", Domain::point, Scalar::f32, 3);
+  array.resize(70000);
+  const auto numbers = array.values<float>();
+  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(i * i % 1000003) / 7.0f;
+  for (const size_t odd : {3u, 40000u, 200000u}) numbers[odd] = std::numeric_limits<float>::infinity();
+  BackwardsExecutor backwards;
+  const auto one = choose_maps(array, {Tolerance::Kind::absolute, 0.01}, false);
+  const auto other = choose_maps(array, {Tolerance::Kind::absolute, 0.01}, false, backwards);
+  ASSERT_TRUE(one && other);
+  ASSERT_FALSE(one->lossless);
+  EXPECT_EQ(one->exceptions, (std::vector<uint64_t>{3, 40000, 200000}));
+  EXPECT_EQ(one->exceptions, other->exceptions);
+  EXPECT_EQ(one->maximum_error, other->maximum_error);
+  EXPECT_GT(one->maximum_error, 0);
+}
+
 TEST(ChooseMaps, RefusesTolerancesWithoutMeaning) {
   const Array array = array_of(Scalar::f32, std::vector{1.f, 2.f});
   using K = Tolerance::Kind;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/bytes.h"
+
 namespace maille {
 
 const double exact_powers_of_ten[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -37,6 +39,10 @@ int64_t whole_power(uint32_t base, uint32_t exponent) {
 
 /// The nearest integer, halves upwards; x + 0.5 would be rounded itself from 2^52 on.
 double nearest_integer(double x) {
+  if (x >= 0 && x < 4503599627370496.0) {
+    const auto whole = static_cast<double>(static_cast<int64_t>(x));  // without a call of floor()
+    return x - whole < 0.5 ? whole : whole + 1;
+  }
   const double below = std::floor(x);
   return x - below < 0.5 ? below : below + 1;
 }
@@ -45,13 +51,16 @@ double nearest_integer(double x) {
 
 /// number * base^power.
 double ScaledDigits::scale(double number, int32_t power) const {
+  // Powers of two that are doubles themselves save a call of ldexp(), which rounds the same.
+  if (base == 2 && power >= -1022 && power <= 1023)
+    return number * bits_as<double>(static_cast<uint64_t>(power + 1023) << 52);
   if (base == 2) return std::ldexp(number, power);
   for (; power < -22; power += 22) number /= exact_powers_of_ten[22];
   for (; power > 22; power -= 22) number *= exact_powers_of_ten[22];
   return power < 0 ? number / exact_powers_of_ten[-power] : number * exact_powers_of_ten[power];
 }
 
-double ScaledDigits::number_of(int64_t code) const {
+double ScaledDigits::any_number_of(int64_t code) const {
   const bool negative = code < 0;
   const int64_t place = negative ? -1 - code : code;
   const int64_t first = whole_power(base, digits);  // from here on numbers have all digits
@@ -59,8 +68,9 @@ double ScaledDigits::number_of(int64_t code) const {
   int64_t mantissa = place;
   int64_t power = exponent;
   if (place >= first) {
-    const int64_t decades = (place - first) / decade;
-    mantissa = first / base + (place - first) % decade;
+    const int64_t beyond = place - first;
+    const int64_t decades = base == 2 ? beyond >> (digits - 1) : beyond / decade;
+    mantissa = first / base + (beyond - decades * decade);
     power = std::min<int64_t>(power + 1 + decades, 2000);
   }
   const double number = scale(static_cast<double>(mantissa), static_cast<int32_t>(power));
@@ -69,8 +79,8 @@ double ScaledDigits::number_of(int64_t code) const {
 
 int32_t ScaledDigits::last_place(double number) const {
   const double size = std::fabs(number);
-  int binary_exponent = 0;
-  (void)std::frexp(size, &binary_exponent);  // size < 2^binary_exponent
+  int binary_exponent = static_cast<int>(bits_as<uint64_t>(size) >> 52) - 1022;
+  if (binary_exponent <= -1022) (void)std::frexp(size, &binary_exponent);  // size < 2^binary_exponent
   const int32_t least = exponent;
   if (size == 0) return least;
   if (base == 2) return std::max(least, binary_exponent - static_cast<int32_t>(digits));
@@ -81,7 +91,7 @@ int32_t ScaledDigits::last_place(double number) const {
   return power;
 }
 
-int64_t ScaledDigits::code_of(double number) const {
+int64_t ScaledDigits::any_code_of(double number) const {
   double size = std::fabs(number);
   if (!(size == size)) return 0;
   size = std::min(size, largest_number);

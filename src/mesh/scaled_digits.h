@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "base/bytes.h"
+
 namespace maille {
 
 /// Numbers with at most `digits` significant digits of a base, 2 or 10, and none behind the digit worth
@@ -21,14 +23,43 @@ struct ScaledDigits {
 
   /// The double next to the number of a code, as far as it is one of the numbers 10^q with |q| <= 22 times
   /// an integer below 2^53; others are rounded several times. Any code is fine.
-  double number_of(int64_t code) const;
+  double number_of(int64_t code) const {
+    if (base == 2) {
+      const int64_t sign = code >> 63;
+      const uint64_t shifted = static_cast<uint64_t>(code ^ sign) + static_cast<uint64_t>(first_bits());
+      // From p = b^(d-1) on, numbers have all digits.
+      if ((code ^ sign) >> (digits - 1) != 0 && is_normal(shifted >> (digits - 1))) {
+        const uint64_t size = shifted << (53 - digits);
+        return bits_as<double>(size | (static_cast<uint64_t>(sign) & uint64_t{1} << 63));
+      }
+    }
+    return any_number_of(code);
+  }
   /// The code of the number nearest to a double; for those that round to zero, that of their sign if they are
   /// zero, else that of positive zero. NaN is like zero.
-  int64_t code_of(double number) const;
+  int64_t code_of(double number) const {
+    if (base == 2) {
+      const auto bits = bits_as<uint64_t>(number);
+      const uint64_t size = bits & ~(uint64_t{1} << 63);
+      const uint64_t field = size >> 52;
+      if (is_normal(field) && static_cast<int64_t>(field) >= int64_t{1022} + digits + exponent) {
+        const uint64_t half = (uint64_t{1} << (53 - digits)) >> 1;
+        const int64_t place = static_cast<int64_t>((size + half) >> (53 - digits)) - first_bits();
+        return place ^ -static_cast<int64_t>(bits >> 63);
+      }
+    }
+    return any_code_of(number);
+  }
   /// Place of the last digit that numbers of this size have: they are multiples of base^last_place.
   int32_t last_place(double number) const;
 
  private:
+  /// Base 2: the bits of a number with all digits, as far as they are digits, are its code plus this.
+  int64_t first_bits() const { return (int64_t{1021} + digits + exponent) * (int64_t{1} << (digits - 1)); }
+  static bool is_normal(uint64_t exponent_field) { return exponent_field >= 1 && exponent_field <= 2046; }
+  /// The same of all numbers and codes.
+  double any_number_of(int64_t code) const;
+  int64_t any_code_of(double number) const;
   double scale(double number, int32_t power) const;
   double first_with_all_digits() const;
 };

@@ -12,7 +12,10 @@ namespace maille {
 /// whose samples fade away, solved again now and then. Doubles and floats with + - * / and square roots in a
 /// fixed order, so both sides have the same weights. What is out of all range is not learnt, so that damaged
 /// data cannot bring infinities in.
-template <unsigned N>
+///
+/// `late`: after how many samples weights are solved again, from 1024 on; before that, and where it is 32,
+/// after 32.
+template <unsigned N, unsigned late = 32>
 class OnlineLeastSquares {
  public:
   using Features = std::array<float, N>;
@@ -44,11 +47,13 @@ class OnlineLeastSquares {
     for (unsigned j = 0; j < blocks; ++j) targets_[j] += scaled[j] * scaled_target;
     gain_ *= growth;
     if (gain_ > 1024) fade();
-    if (++samples_ % interval == 0) solve();
+    ++samples_;
+    if (samples_ % interval == 0 && (samples_ < 1024 || samples_ % late == 0)) solve();
   }
 
  private:
   static_assert(N % 4 == 0, "for the processor's vectors");
+  static_assert(late % 32 == 0);
   static constexpr unsigned blocks = N / 4;
   static constexpr float largest = 1e6F;
   static constexpr float growth = 1.0002F;  // of the root: samples fade by .9996

@@ -12,6 +12,7 @@
 #include "surface/mixed_array.h"
 #include "surface/normal_coder.h"
 #include "surface/number_maps.h"
+#include "surface/refined_numbers.h"
 #include "surface/tuple_coder.h"
 
 namespace maille {
@@ -21,6 +22,8 @@ namespace {
 constexpr uint32_t trial_elements = 1 << 15;
 // Stands where tuples have their predictor.
 constexpr uint8_t normal_coding = 8;
+// Behind the maps stand details (RefinedMaps).
+constexpr uint8_t refined_flag = 32;
 
 unsigned lanes_for(size_t components) {
   return components == 3 ? 3 : 1;
@@ -392,8 +395,11 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
   }
 }
 
+/// `refined`: none, if the maps are exact.
 void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                    const Array& array, const ArrayMaps& maps, std::span<const uint32_t> source) {
+                    const Array& array, const ArrayMaps& maps, const RefinedMaps* refined,
+                    std::span<const uint32_t> source) {
+  if (refined) write_details(out, *refined, array, source);
   ByteWriter exceptions;
   write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
                    [&](uint32_t element) { return uint64_t{source[element]}; });
@@ -408,7 +414,8 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
 
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 std::span<const uint32_t> source, bool mixed, int effort, Pace* pace) {
+                                 const RefinedMaps* refined, std::span<const uint32_t> source, bool mixed,
+                                 int effort, Pace* pace) {
   std::vector<Code> codes(codes_of(source.size(), maps));
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
@@ -417,9 +424,9 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
   if (mixed && can_mix<Code>(array.type, maps.maps, std::span(codes).first(codes.size() - 1))) {
     ByteWriter out;
     out.put(mixed_coding);
-    out.put(uint8_t{0});
+    out.put(refined ? refined_flag : uint8_t{0});
     for (const NumberMap& map : maps.maps) write_map(out, map);
-    put_exceptions(out, elements, face_of, array, maps, source);
+    put_exceptions(out, elements, face_of, array, maps, refined, source);
     out.put_bytes(encode_mixed<Code>(elements, array.type, maps.maps,
                                      std::span(codes).first(codes.size() - 1), effort, pace));
     return out.take();
@@ -433,33 +440,40 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
     out.put(coding.normal->flags());
   } else {
     out.put(coding.tuple.predictor);
-    out.put(static_cast<uint8_t>(coding.tuple.whole_values | coding.tuple.repeats << 1 |
-                                 maps.octahedral.has_value() << 2 |
-                                 static_cast<unsigned>(coding.tuple.placement) << 3));
+    out.put(static_cast<uint8_t>(
+        coding.tuple.whole_values | coding.tuple.repeats << 1 | maps.octahedral.has_value() << 2 |
+        static_cast<unsigned>(coding.tuple.placement) << 3 | (refined ? refined_flag : 0u)));
   }
   if (maps.octahedral) {
     out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
   } else {
     for (const NumberMap& map : maps.maps) write_map(out, map);
   }
-  put_exceptions(out, elements, face_of, array, maps, source);
+  put_exceptions(out, elements, face_of, array, maps, refined, source);
   out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
   return out.take();
 }
 
 /// Turns codes into numbers, in place where both have the same size.
 template <class Code>
-void store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<std::byte>&& codes) {
+Result<> store_numbers(Array& array, std::span<const NumberMap> maps, const ReadDetails* details,
+                       std::vector<std::byte>&& codes) {
   const size_t number_bytes = size_of(array.type);
   const size_t count = codes.size() / sizeof(Code);
   std::vector<std::byte> separate;
   if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
   std::byte* const out = separate.empty() ? codes.data() : separate.data();
+  if constexpr (sizeof(Code) == 8) {
+    if (details)
+      MAILLE_CHECK(store_refined(*details, std::span(reinterpret_cast<int64_t*>(codes.data()), count)));
+  }
   for (size_t k = 0; k < maps.size(); ++k) {
+    if (details && details->maps.refined[k]) continue;
     maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
                           count / maps.size());
   }
   array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
+  return {};
 }
 
 /// The same for unit vectors, two codes each.
@@ -482,8 +496,8 @@ void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code>
 
 template <class Code>
 Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding& coding,
-                   const ArrayMaps& maps, Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array,
-                   Pace* pace) {
+                   const ArrayMaps& maps, const ReadDetails* details, Bytes bytes, Bytes exceptions,
+                   uint64_t tuples, Array& array, Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (tuples / 16384 > bytes.size() + 16) {
     return failure(ErrorCode::corrupt,
@@ -498,7 +512,7 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding&
     MAILLE_CHECK(
         decode_mixed<Code>(elements, array.type, maps.maps, bytes, codes.first(codes.size() - 1), pace));
     storage.resize(storage.size() - sizeof(Code));
-    store_numbers<Code>(array, maps.maps, std::move(storage));
+    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
     return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
   }
   RansDecoder decoder(bytes, coding.normal ? 1 : lanes_for(maps.maps.size()));
@@ -512,7 +526,7 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding&
     store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
   } else {
     storage.resize(tuples * maps.maps.size() * sizeof(Code));
-    store_numbers<Code>(array, maps.maps, std::move(storage));
+    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
   }
   return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
 }
@@ -561,30 +575,45 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
   const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
   ArrayMaps used = maps;
   // Normals that the surface tells need no table, which would cost more than they do.
-  if (maps.lossless && array.role != Role::normal) used.maps = with_tables(array, maps.maps, source);
-  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, used, source, mixed, effort, pace);
-  return encode_as<int32_t>(elements, array, used, source, mixed, effort, pace);
+  RefinedMaps refined;
+  if (maps.lossless && array.role != Role::normal) {
+    refined = refine_maps(array, maps.maps, source);
+    used.maps = refined.coarse;
+  }
+  const RefinedMaps* details = refined.any() ? &refined : nullptr;
+  if (size_of(array.type) == 8)
+    return encode_as<int64_t>(elements, array, used, details, source, mixed, effort, pace);
+  return encode_as<int32_t>(elements, array, used, nullptr, source, mixed, effort, pace);
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
                       Pace* pace) {
   ByteReader in(bytes);
   const auto kind = in.get<uint8_t>();
-  const auto flags = in.get<uint8_t>();
+  auto flags = in.get<uint8_t>();
+  const bool refined = (flags & refined_flag) != 0 && array.type == Scalar::f64 && kind != normal_coding;
+  if (refined) flags = static_cast<uint8_t>(flags & ~refined_flag);
   const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
   const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
   if (!in.ok() || !coding || flags > (mixed ? 0 : 31)) {
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
   }
   const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
+  std::optional<ReadDetails> details;
+  if (refined) {
+    if (maps.octahedral)
+      return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
+    details = MAILLE_TRY(read_details(in, maps.maps));
+  }
   const Bytes exceptions = in.get_bytes(in.get_count());
   const Bytes coded = in.get_bytes(in.remaining());
   if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
   const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
   if (size_of(array.type) == 8) {
-    return decode_as<int64_t>(elements, mixed, *coding, maps, coded, exceptions, tuples, array, pace);
+    return decode_as<int64_t>(elements, mixed, *coding, maps, details ? &*details : nullptr, coded,
+                              exceptions, tuples, array, pace);
   }
-  return decode_as<int32_t>(elements, mixed, *coding, maps, coded, exceptions, tuples, array, pace);
+  return decode_as<int32_t>(elements, mixed, *coding, maps, nullptr, coded, exceptions, tuples, array, pace);
 }
 
 }  // namespace maille

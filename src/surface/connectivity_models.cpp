@@ -4,10 +4,9 @@
 
 namespace maille {
 
-std::array<int32_t, 12> MixedConnectivityModels::initial_weights() {
-  std::array<int32_t, 12> weights;
-  weights.fill(65536 / 4);
-  weights[contexts] = weights[contexts + 1] = 0;
+std::array<int32_t, 16> MixedConnectivityModels::initial_weights() {
+  std::array<int32_t, 16> weights{};
+  for (unsigned i = 0; i < contexts; ++i) weights[i] = 65536 / 4;
   return weights;
 }
 
@@ -35,7 +34,10 @@ void MixedConnectivityModels::look(const FrontView& view) {
   const auto put = [&](auto... values) {
     uint32_t hash = hashed(kind + 1, 0x51ed270bu);
     ((hash = hashed(hash, static_cast<uint32_t>(values))), ...);
-    hashes_[kind++] = hash;
+    hashes_[kind] = hash;
+    groups_[kind] = &tables_[kind][hash >> (32 - table_bits)];
+    __builtin_prefetch(groups_[kind]);
+    ++kind;
   };
   put(sum, fullness, dummies);
   put(p.valence, r.valence, p.free);

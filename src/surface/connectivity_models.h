@@ -7,6 +7,7 @@
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/mixing.h"
+#include "entropy/short_mixer.h"
 
 namespace maille {
 
@@ -70,7 +71,7 @@ class MixedConnectivityModels : public PlainConnectivityModels {
   static constexpr unsigned most_steps = 20;
   static constexpr unsigned offset_nodes = 2 + 2 * most_steps;
   static constexpr unsigned nodes = 1 + 2 * offset_nodes;
-  static constexpr unsigned table_bits = 16;
+  static constexpr unsigned table_bits = 13;
 
   template <class Coder>
   int32_t code_offset(Coder& coder, int32_t offset, unsigned node) {
@@ -89,26 +90,43 @@ class MixedConnectivityModels : public PlainConnectivityModels {
   template <class Coder>
   bool code_decision(Coder& coder, bool bit, unsigned node) {
     std::array<WideCell*, contexts> cells;
-    std::array<int32_t, 12> logits;
-    for (unsigned i = 0; i < contexts; ++i) {
-      cells[i] = &tables_[i][hashed(hashes_[i], node) >> (32 - table_bits)];
-      logits[i] = cells[i]->logit();
+    std::array<int32_t, contexts> logits;
+    const unsigned slot = slot_of(node);
+    if (slot == far_slot) {
+      for (unsigned i = 0; i < contexts; ++i)
+        cells[i] = &tables_[i][hashed(hashes_[i], node) >> (32 - table_bits)].cells[node % 8];
+    } else {
+#pragma GCC unroll 16
+      for (unsigned i = 0; i < contexts; ++i) cells[i] = &groups_[i]->cells[slot];
     }
-    logits[contexts] = 77;
-    logits[contexts + 1] = 0;
-    Mixer<12>::Inputs inputs;
-    for (unsigned i = 0; i < 3; ++i)
-      inputs[i] = SignedLanes{logits[4 * i], logits[4 * i + 1], logits[4 * i + 2], logits[4 * i + 3]};
+#pragma GCC unroll 16
+    for (unsigned i = 0; i < contexts; ++i) logits[i] = cells[i]->logit();
+    ShortMixer<16>::Inputs inputs;
+    inputs[0] = shortened(SignedLanes{logits[0], logits[1], logits[2], logits[3]},
+                          SignedLanes{logits[4], logits[5], logits[6], logits[7]});
+    inputs[1] = shortened(SignedLanes{logits[8], logits[9], 77, 0}, SignedLanes{});
     bit = coder.code(bit, mixer_.predict(inputs, node, free_class_ * 4 + (node < 3 ? node : 3), node));
     mixer_.update(bit);
-    for (WideCell* cell : cells) cell->update(bit);
+#pragma GCC unroll 16
+    for (unsigned i = 0; i < contexts; ++i) cells[i]->update(bit);
     return bit;
   }
 
-  static std::array<int32_t, 12> initial_weights();
+  /// The decisions that come most have their cells side by side.
+  static constexpr unsigned far_slot = 8;
+  static unsigned slot_of(unsigned node) {
+    constexpr unsigned below = 1 + 2 + most_steps;  // the first step down
+    return node < 5 ? node : node - below < 3 ? node - below + 5 : far_slot;
+  }
+  struct alignas(32) Group {
+    std::array<WideCell, 8> cells;
+  };
 
-  Mixer<12> mixer_;
-  std::array<std::vector<WideCell>, contexts> tables_;
+  static std::array<int32_t, 16> initial_weights();
+
+  ShortMixer<16> mixer_;
+  std::array<std::vector<Group>, contexts> tables_;
+  std::array<Group*, contexts> groups_ = {};
   std::array<uint32_t, contexts> hashes_ = {};
   std::array<int32_t, 2> earlier_ = {};
   unsigned free_class_ = 0;

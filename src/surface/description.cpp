@@ -8,6 +8,10 @@
 namespace maille {
 namespace {
 
+// The fast levels write short descriptions as they are: decoding one takes as long as hundreds of triangles.
+constexpr int fast_effort = 3;
+constexpr size_t short_bytes = 96;
+
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {
   v.text(array.name);
@@ -140,9 +144,14 @@ Result<std::vector<std::byte>> encode_description(const Description& description
     return failure(ErrorCode::unsupported,
                    "names, labels and metadata take more than the 16 MiB a file holds");
   }
+  const Bytes plain = writer.out().bytes();
+  const std::vector<std::byte> coded = encode_bytes(plain);
+  // Coded to as many bytes it could not be told from a plain one.
+  const bool as_it_is =
+      coded.size() == plain.size() || (description.effort <= fast_effort && plain.size() <= short_bytes);
   ByteWriter out;
-  out.put_count(writer.out().size());
-  out.put_bytes(encode_bytes(writer.out().bytes()));
+  out.put_count(plain.size());
+  out.put_bytes(as_it_is ? plain : Bytes(coded));
   return out.take();
 }
 
@@ -153,7 +162,10 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   if (size > most_plain_bytes || size / 1024 > limits.mesh_bytes / 65536 + 64) {
     return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
   }
-  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  const Bytes coded = in.get_bytes(in.remaining());
+  // As many bytes as there should be are these themselves.
+  const std::vector<std::byte> plain =
+      coded.size() == size ? std::vector(coded.begin(), coded.end()) : decode_bytes(coded, size);
   Description description;
   PlainReader reader(plain);
   visit(reader, description);

@@ -75,6 +75,21 @@ TEST(Description, IsTheSameWhenWrittenAgain) {
   EXPECT_TRUE(encode(*decode_description(bytes, {})) == bytes);
 }
 
+TEST(Description, ShortOnesOfFastLevelsAreWrittenAsTheyAre) {
+  Description description;
+  description.effort = 1;
+  description.blocks = {{"skin", {CellType::triangle, 0}}};
+  description.positions.name = "position";
+  description.positions.components = 3;
+  const std::vector<std::byte> bytes = encode(description);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  EXPECT_NE(text.find("skin"), text.npos);
+  EXPECT_EQ(static_cast<size_t>(bytes[0]) + 1, bytes.size());
+  const auto after = decode_description(bytes, {});
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_EQ(after->blocks[0].name, "skin");
+}
+
 TEST(Description, EveryTruncationIsAnError) {
   const auto bytes = encode(example());
   for (size_t size = 0; size < bytes.size(); ++size) {

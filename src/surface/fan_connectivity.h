@@ -89,8 +89,9 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
 /// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
 class FanDecoder {
  public:
-  /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay.
-  static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
+  /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay. There is room for up to
+  /// as many `more` of them behind the triangles.
+  static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more = 0);
   FanDecoder(FanDecoder&&) noexcept;
   FanDecoder& operator=(FanDecoder&&) noexcept;
   ~FanDecoder();

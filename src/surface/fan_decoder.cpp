@@ -495,13 +495,14 @@ tl::unexpected<Error> corrupt(const char* what) {
 }  // namespace
 
 struct FanDecoder::State {
-  State(Bytes events, StaticTables event_tables, StaticTables numbers, uint32_t triangles, uint32_t vertices)
+  State(Bytes events, StaticTables event_tables, StaticTables numbers, uint32_t triangles, uint32_t vertices,
+        uint64_t more)
       : number_tables(std::move(numbers)),
         reader(events, event_tables, number_tables),
         vertex_count(vertices),
         triangle_count(triangles),
         machine(reader, surface, triangles, vertices) {
-    reserve_pages(surface.corners, size_t{3} * triangles);
+    reserve_pages(surface.corners, 3 * (triangles + std::min<uint64_t>(more, triangles)));
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);
     surface.kinds.back() = 0;
@@ -551,7 +552,7 @@ FanDecoder::FanDecoder(FanDecoder&&) noexcept = default;
 FanDecoder& FanDecoder::operator=(FanDecoder&&) noexcept = default;
 FanDecoder::~FanDecoder() = default;
 
-Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more) {
   ByteReader in(bytes);
   const uint64_t vertices = in.get_count();
   const Bytes tables = in.get_bytes(in.get_count());
@@ -566,7 +567,7 @@ Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t m
   StaticTables numbers = read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side);
   if (side.exhausted()) return corrupt("the tables of the fans end early");
   return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
-                                            static_cast<uint32_t>(vertices)));
+                                            static_cast<uint32_t>(vertices), more));
 }
 
 void FanDecoder::leave_late_out() {

@@ -248,7 +248,12 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   if (models == FanModels::adaptive) {
     decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points));
   } else {
-    decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points));
+    uint64_t copied = 0;
+    MAILLE_CHECK(decode_runs(copies, decoder.triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+      copied += uint64_t{end - begin} * copy;
+      return copied <= corners / 3 - triangles;
+    }));
+    decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points, copied));
   }
   return decoder;
 }

@@ -364,9 +364,12 @@ class PositionEncoder {
   void write_sections(ByteWriter& out, bool with_selectors) {
     RansEncoder side;
     fitted_.code(side);
+    // The fastest level has fewer tables, which small meshes feel.
+    const uint64_t price = vertices_.with_late ? price_of_table : 6 * price_of_table;
     const StaticTables size_tables =
-        make_tables(size_counts_, Points::sizes, class_bits, most_size_tables, side);
-    const StaticTables shape_tables = make_tables(shape_counts_, shapes, class_bits, most_shape_tables, side);
+        make_tables(size_counts_, Points::sizes, class_bits, most_size_tables, side, price);
+    const StaticTables shape_tables =
+        make_tables(shape_counts_, shapes, class_bits, most_shape_tables, side, price);
     StaticTables selector_tables;
     if (with_selectors)
       selector_tables = make_tables(selector_counts_, selectors, selector_bits, selector_contexts, side);

@@ -14,11 +14,16 @@ struct Merger {
   const JoinedPoints& joined;
   Executor& executor;
 
+  /// One part after the other? Then arrays grow along with them, and are touched once.
+  bool in_order() const { return &executor == &serial_executor(); }
   template <class Work>
   void for_each_part(Work work) const {
     executor.parallel_for(parts.size(), work);
   }
 };
+
+/// Corners are numbered anew in pieces that stay in the cache.
+constexpr size_t piece_corners = size_t{1} << 12;
 
 Array like(const Array& array) {
   Array result = make_array(array.name, array.domain, array.type, array.components, array.role);
@@ -26,28 +31,38 @@ Array like(const Array& array) {
   return result;
 }
 
-/// The new points of a part follow one another in the mesh; what lies between joined ones is copied at once.
-void copy_new_points(const JoinedPart& part, const Array& from, Array& to) {
-  const size_t size = to.tuple_size();
-  std::byte* out = to.bytes.data() + part.first_new * size;
+/// The new points of a part follow one another in the mesh: calls copy(begin, end) for what lies between
+/// joined ones.
+template <class Copy>
+void copy_new_points(const JoinedPart& part, Copy copy) {
   size_t next = 0;
-  const auto copy_until = [&](size_t end) {
-    if (end > next) std::memcpy(out, from.bytes.data() + next * size, (end - next) * size);
-    out += (end - next) * size;
-    next = end + 1;
-  };
-  for (const uint32_t point : part.joined) copy_until(point);
-  copy_until(part.points);
+  for (const uint32_t point : part.joined) {
+    if (point > next) copy(next, size_t{point});
+    next = size_t{point} + 1;
+  }
+  if (part.points > next) copy(next, size_t{part.points});
 }
 
 template <class ArrayOf>
 Array merge_point_array(const Merger& merger, ArrayOf array_of) {
   Array result = like(array_of(merger.parts[0]));
-  reserve_pages(result.bytes, merger.joined.count * result.tuple_size());
-  result.resize(merger.joined.count);
+  const size_t size = result.tuple_size();
+  reserve_pages(result.bytes, merger.joined.count * size);
+  if (!merger.in_order()) result.resize(merger.joined.count);
   merger.for_each_part([&](size_t p) {
-    copy_new_points(merger.joined.parts[p], array_of(merger.parts[p]), result);
-    std::vector<std::byte>().swap(array_of(merger.parts[p]).bytes);
+    const JoinedPart& part = merger.joined.parts[p];
+    const std::vector<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
+    size_t out = part.first_new * size;
+    copy_new_points(part, [&](size_t begin, size_t end) {
+      const std::byte* const first = from.data() + begin * size;
+      const size_t bytes = (end - begin) * size;
+      if (merger.in_order()) {
+        result.bytes.insert(result.bytes.end(), first, first + bytes);
+      } else {
+        std::memcpy(result.bytes.data() + out, first, bytes);
+      }
+      out += bytes;
+    });
   });
   return result;
 }
@@ -108,7 +123,7 @@ std::vector<CellBlock> merge_offsets(const Merger& merger, std::vector<std::vect
       before += block.connectivity.size();
     }
     reserve_pages(merged.connectivity, before);
-    merged.connectivity.resize(before);
+    if (!merger.in_order()) merged.connectivity.resize(before);
   }
   return blocks;
 }
@@ -120,8 +135,13 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
     const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
     for (size_t b = 0; b < blocks.size(); ++b) {
       CellBlock& from = merger.parts[p].blocks[b];
-      uint32_t* out = blocks[b].connectivity.data() + corners[b][p];
-      for (const uint32_t point : from.connectivity) *out++ = numbers[point];
+      std::vector<uint32_t>& to = blocks[b].connectivity;
+      for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {
+        const size_t end = std::min(from.connectivity.size(), begin + piece_corners);
+        if (merger.in_order()) to.resize(corners[b][p] + end);
+        uint32_t* const out = to.data() + corners[b][p];
+        for (size_t i = begin; i < end; ++i) out[i] = numbers[from.connectivity[i]];
+      }
       from = {};
     }
   });

@@ -122,6 +122,42 @@ TEST(MixedArray, IsSmallerThanTheDefaultLevel) {
   }
 }
 
+/// A sphere whose points lie on edges of a lattice, as an iso-surface's: two coordinates of each on its
+/// planes.
+Array on_lattice_edges(const Mesh& mesh) {
+  Array array = make_array("values", Domain::point, Scalar::i32, 3);
+  array.resize(mesh.point_count());
+  const auto from = mesh.points.values<float>();
+  const auto to = array.values<int32_t>();
+  Random random(1);
+  for (size_t i = 0; i < to.size(); ++i) {
+    const auto fine =
+        static_cast<int32_t>(std::lround(from[i] * 20000)) + static_cast<int32_t>(random.below(600));
+    const bool free = i / 3 % 7 % 3 == i % 3;
+    to[i] = free ? fine : static_cast<int32_t>(std::lround(fine / 640.0)) * 640;
+  }
+  return array;
+}
+
+TEST(MixedArray, LevelsOfAnAxisAreFound) {
+  const Patch patch(sphere(90, 80));
+  const Array array = on_lattice_edges(patch.mesh);
+  EXPECT_EQ(round_trip(patch, array, 9), "");
+  EXPECT_LT(encode(patch, array, {}, 9).size(), encode(patch, array, {}, 8).size());
+}
+
+TEST(MixedArray, DamagedLevelsGiveTheRightNumberOfTuplesOrAnError) {
+  const Patch patch(sphere(90, 80));  // as above: with levels
+  const Array array = on_lattice_edges(patch.mesh);
+  const auto bytes = encode(patch, array);
+  for (uint64_t seed = 0; seed < cases(40); ++seed) {
+    Random random(seed);
+    const auto decoded = decode(patch, array, damaged(bytes, random));
+    if (!decoded) continue;
+    EXPECT_EQ(decoded->bytes.size(), patch.encoded.sources.points.size() * array.tuple_size()) << seed;
+  }
+}
+
 TEST(MixedArray, EveryTruncationIsAnError) {
   const Patch patch(random_surface(5, {.faces = 60}));
   const auto bytes = encode(patch, patch.mesh.points);

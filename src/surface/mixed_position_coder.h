@@ -6,15 +6,17 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <set>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "entropy/integer_model.h"
 #include "entropy/mixing.h"
+#include "entropy/short_mixer.h"
 #include "mesh/number_map.h"
 #include "surface/position_predictor.h"
+#include "surface/repeat_candidates.h"
+#include "surface/value_dictionary.h"
 
 namespace maille {
 
@@ -24,17 +26,20 @@ struct MixedCoding {
   enum class Centre : uint8_t { expected, best_gate };
   static constexpr unsigned centre_count = 2;
   /// How much is mixed.
-  enum class Models : uint8_t { experts, contexts, matches, dictionary };
-  static constexpr unsigned models_count = 4;
+  enum class Models : uint8_t { experts, contexts, repeats };
+  static constexpr unsigned models_count = 3;
 
   Centre centre = Centre::best_gate;
-  Models models = Models::matches;
-  bool anchors = false;  ///< points outside the surface lie near points of it
-  double unit = 1;       ///< of positions: about the smallest difference of numbers
+  Models models = Models::repeats;
+  bool anchors = false;      ///< points outside the surface lie near points of it
+  double unit = 1;           ///< of positions: about the smallest difference of numbers
+  bool with_levels = false;  ///< with repeats only
+  /// Codes that an axis has often.
+  std::array<ValueDictionary, 3> levels;
 };
 
 /// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
-inline int half_octave(double x) {
+[[gnu::always_inline]] inline int half_octave(double x) {
   if (!(x > 1e-18)) return -126;
   if (x > 1e18) return 126;
   uint64_t bits;
@@ -51,10 +56,10 @@ inline double step_of(const NumberMap& map) {
     case NumberMap::Kind::decimal: {
       double step = 1;
       for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
-      return step;
+      return map.factor == 0 ? step : step * map.factor;
     }
     case NumberMap::Kind::binary:
-      return std::ldexp(1.0, map.exponent);
+      return std::ldexp(map.factor == 0 ? 1 : map.factor, map.exponent);
     default:
       return 1;
   }
@@ -62,13 +67,13 @@ inline double step_of(const NumberMap& map) {
 
 /// Codes the numbers of positions one decision after the other, each of the kind "is the code at least this
 /// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
-/// scale; contexts say what happened before where things looked the same; matches are whole codes that may
+/// scale; contexts say what happened before where things looked the same; repeats are whole codes that may
 /// come again.
 template <class Coder, class Code, MixedCoding::Models models>
 class MixedPositionCoder {
  public:
   MixedPositionCoder(Coder& coder, const MixedCoding& coding, Scalar type, std::span<const NumberMap> maps,
-                     const PatchSurface& surface, uint32_t points, std::span<Code> codes)
+                     const PatchSurface& surface, uint32_t points, uint32_t most, std::span<Code> codes)
       : coder_(coder),
         coding_(coding),
         type_(type),
@@ -77,9 +82,9 @@ class MixedPositionCoder {
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
-        table_(with_contexts ? table_bits_for(points) : 1),
-        match_cells_(matches * 8 * 8 * node_types),
-        followers_(with_matches ? size_t{2} << follower_bits : 0) {
+        table_(with_contexts ? table_bits_for(most < points ? most : points) : 1),
+        is_level_(has_levels() ? codes.size() : 0),
+        followers_(with_repeats ? size_t{4} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
       curved_[k] = maps[k].is_curved() ? &maps[k] : nullptr;
       low_end_[k] = maps[k].table.empty() ? lowest : Wide{0};
@@ -109,16 +114,15 @@ class MixedPositionCoder {
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = PositionPrediction::experts;
   static constexpr bool with_contexts = models >= MixedCoding::Models::contexts;
-  static constexpr bool with_matches = models >= MixedCoding::Models::matches;
-  static constexpr unsigned contexts = with_contexts ? 5 : 0;
-  static constexpr bool with_dictionary = models >= MixedCoding::Models::dictionary;
-  static constexpr unsigned matches = with_dictionary ? 8 : with_matches ? 6 : 0;
-  static constexpr unsigned match_input = experts + 3 + contexts;
-  static constexpr unsigned inputs = (match_input + matches + 3) / 4 * 4;
+  static constexpr bool with_repeats = models >= MixedCoding::Models::repeats;
+  static constexpr unsigned contexts = with_contexts ? 4 : 0;
+  static constexpr unsigned inputs = with_repeats ? 24 : with_contexts ? 16 : 8;
   static constexpr unsigned bias_input = experts;
   static constexpr unsigned follower_bits = 16;
   static constexpr unsigned most_contexts = 5;
   static constexpr unsigned node_types = 16;
+  /// Above this probability codes are asked first whether they are the centre itself.
+  static constexpr uint16_t often_exact = 40000;
   static constexpr unsigned scale_bins = 48;
   static constexpr unsigned scale_kinds = 16;
   static constexpr unsigned few_contexts = 48 * 16;
@@ -135,7 +139,7 @@ class MixedPositionCoder {
     weights.fill(65536 / 25);
     for (unsigned i = 0; i < experts; ++i) weights[i] = 65536 / 5;
     weights[bias_input] = 0;
-    for (unsigned i = match_input; i < inputs; ++i) weights[i] = 65536 * 35 / 100;
+    for (unsigned i = experts + 3 + contexts; i < inputs && with_repeats; ++i) weights[i] = 65536 * 35 / 100;
     return weights;
   }
 
@@ -169,6 +173,7 @@ class MixedPositionCoder {
     const auto& s = prediction.covariance;
     Vector3 where;
     coded_residuals_ = 0;
+    levels_ = 1;
     for (unsigned i = 0; i < 3; ++i) {
       axis_ = prediction.axes[i];
       place_ = i;
@@ -306,7 +311,7 @@ class MixedPositionCoder {
     Wide low = low_end_[axis_];
     Wide high = high_end_[axis_];
     if constexpr (Coder::encoding) target_ = code;
-    if constexpr (with_matches) set_up_matches(centre);
+    if constexpr (with_repeats) find_candidates(centre);
 
     bucket_ = ~0u;
     begin_buckets(0);
@@ -327,7 +332,11 @@ class MixedPositionCoder {
       const Wide at_least = up ? t : t + 1;
       return ask_class(at_least, low, high, k, type) == up;
     };
-    if (beyond(c, 1)) {
+    WideCell& exact = exact_[scale_bin_ * 8 + exact_hits_];
+    const bool exact_first = with_contexts && up && exact.probability > often_exact;
+    if (exact_first && !beyond(0, 14)) {
+      c = 0;
+    } else if (beyond(c, 1)) {
       for (++c; c < most_class && beyond(c, c - start < 3 ? 1 + c - start : 3); ++c) {
       }
     } else {
@@ -335,10 +344,14 @@ class MixedPositionCoder {
     }
     code_mantissa(c, low, high);
     code = static_cast<Code>(low);
+    if constexpr (with_contexts) {
+      exact.update(low == centre);
+      exact_hits_ = (exact_hits_ << 1 | (low == centre ? 1 : 0)) & 7;
+    }
     residuals_[at(point_, axis_)] = static_cast<int32_t>(low - centre);
     coded_residuals_ = coded_residuals_ * 0x9e3779b1u + static_cast<uint32_t>(low - centre) + 1;
     learn_scales();
-    if constexpr (with_matches) learn_matches(low, centre);
+    if constexpr (with_repeats) learn_repeats(low, centre);
   }
 
   /// The class of distance that is most likely, so that few decisions find the true one.
@@ -371,21 +384,27 @@ class MixedPositionCoder {
     unsigned prefix = 1;
     for (unsigned i = 0; low < high; ++i) {
       const Wide size = high - low + 1;
-      if (i >= 2 && is_flat(low, high) && !is_matched()) return code_raw_rest(low, high);
+      if (i >= 2 && is_flat(low, high)) {
+        if constexpr (with_repeats) {
+          if (repeats_.code_whole(coder_, target_, low)) return;
+        }
+        return code_raw_rest(low, high);
+      }
       const Wide half = low + (size >> 1);
-      if (i % 3 == 0 && i < 12) begin_buckets(0x100 + (((c * 2 + side_) << 12) | (prefix & 0xfff)) * 2);
+      if (i % 3 == 0 && i < 6) begin_buckets(0x100 + (((c * 2 + side_) << 12) | (prefix & 0xfff)) * 2);
       const unsigned within = (1u << i % 3) | (prefix & ((1u << i % 3) - 1));
       const unsigned few =
           i < 2 ? 34 + ((side_ * 16 + (c < 15 ? c : 15)) * 3 + (i == 0 ? 0 : 1 + (prefix & 1))) : 0;
-      const bool bit = ask(half, low, high, within - 1, 7 + (i < 6 ? i : 6), few, i < 12);
+      const bool bit = ask(half, low, high, within - 1, 7 + (i < 6 ? i : 6), few, i < 6);
       prefix = prefix << 1 | static_cast<unsigned>(bit);
     }
   }
 
-  /// Is the distribution flat over the interval, so that models would learn nothing?
+  /// Is the distribution flat over the interval, so that models would learn nothing? Contexts still would,
+  /// from numbers that repeat in ways of their own.
   bool is_flat(Wide low, Wide high) const {
     const double width = boundary(high, axis_) - boundary(low, axis_);
-    return width < 0.08 * scale_;
+    return width < (with_contexts ? 0.08 : 1.0) * scale_;
   }
   void code_raw_rest(Wide& low, Wide& high) {
     // The interval's size is a power of two unless it was cut off at the end of the range.
@@ -408,10 +427,12 @@ class MixedPositionCoder {
     if (bucket == bucket_) return;
     bucket_ = bucket;
     std::array<uint32_t, most_contexts> hashes;
+#pragma GCC unroll 8
     for (unsigned i = 0; i < contexts; ++i) {
       hashes[i] = bucket == 0 ? hash_[i] : hashed(hash_[i], bucket * 0x85ebca6bu);
       table_.prefetch(hashes[i]);
     }
+#pragma GCC unroll 8
     for (unsigned i = 0; i < contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
   }
 
@@ -429,26 +450,29 @@ class MixedPositionCoder {
                                  distribution(place[3])};
     const SignedLanes above = high_ - between;
     const SignedLanes below = between - low_;
-    typename Mixer<inputs>::Inputs logits;
-    logits[0] = logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
+    const SignedLanes by_experts =
+        logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
+    typename ShortMixer<inputs>::Inputs logits;
     if (!hashed_too) slot = 0;
     std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
     std::array<NarrowCell*, most_contexts> narrow;
     std::array<int32_t, most_contexts> learnt = {};
+#pragma GCC unroll 8
     for (unsigned i = 0; i < contexts; ++i) {
       narrow[i] = &buckets_[i]->cells[slot];
       learnt[i] = hashed_too ? narrow[i]->logit() : 0;
     }
-    logits[1] = SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]};
-    if constexpr (with_contexts) logits[2] = SignedLanes{learnt[1], learnt[2], learnt[3], learnt[4]};
-    std::array<WideCell*, 8> match_cell;
-    if constexpr (with_matches) {
-      logits[3] = logits[4] = SignedLanes{};
-      for (unsigned i = 0; i < live_; ++i) {
-        match_cell[i] = &match_cells_[match_[i].cells + type];
-        const int32_t logit = match_cell[i]->logit();
-        logits[3 + match_[i].kind / 4][match_[i].kind % 4] = match_[i].code >= at_least ? logit : -logit;
-      }
+    logits[0] = shortened(by_experts, SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]});
+    const SignedLanes others = {learnt[1], learnt[2], learnt[3], learnt[4]};
+    bool repeated = false;
+    if constexpr (with_repeats) {
+      typename RepeatCandidates<Wide>::Logits by_kind = {};
+      repeated = repeats_.any();
+      if (repeated) repeats_.say(at_least, type, by_kind);
+      logits[1] = shortened(others, by_kind[0]);
+      logits[2] = shortened(by_kind[1], by_kind[2]);
+    } else if constexpr (with_contexts) {
+      logits[1] = shortened(others, SignedLanes{});
     }
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
@@ -456,25 +480,21 @@ class MixedPositionCoder {
             node_types +
         type;
     const uint32_t probability =
-        mixer_.predict(logits, first, second, type, with_matches && live_ == 0 ? 3 : inputs / 4);
+        mixer_.predict(logits, first, second, type, with_repeats && !repeated ? 2 : inputs / 8);
     bool bit = false;
     if constexpr (Coder::encoding) bit = target_ >= at_least;
     bit = coder_.code(bit, probability);
     mixer_.update(bit);
     if (few != 0) {
-      for (WideCell* cell : wide) cell->update(bit);
+      wide[0]->update(bit);
+      wide[1]->update(bit);
     }
     if (hashed_too) {
+#pragma GCC unroll 8
       for (unsigned i = 0; i < contexts; ++i) narrow[i]->update(bit);
     }
-    if constexpr (with_matches) {
-      unsigned still = 0;
-      for (unsigned i = 0; i < live_; ++i) {
-        const bool right = (match_[i].code >= at_least) == bit;
-        match_cell[i]->update(right);
-        if (right) match_[still++] = match_[i];
-      }
-      live_ = still;
+    if constexpr (with_repeats) {
+      if (repeated) repeats_.learn(at_least, type, bit);
     }
     if (bit) {
       low = at_least;
@@ -487,50 +507,77 @@ class MixedPositionCoder {
   }
 
   /// Codes that may come again as they are.
-  void set_up_matches(Wide centre) {
+  void find_candidates(Wide centre) {
     const PositionPrediction& p = *prediction_;
     const Neighbourhood& around = predictor_.neighbourhood();
     uint32_t neighbour = newest_;
     for (unsigned i = 0; i < around.ring_count; ++i) {
       if (i == 0 || around.ring[i] > neighbour) neighbour = around.ring[i];
     }
-    live_ = 0;
-    candidate_.fill(highest + 1);
+    repeats_.begin_number();
     const auto place = [&](uint32_t hash) { return hash >> (32 - follower_bits); };
     const uint32_t near = neighbour == none ? 0 : static_cast<uint32_t>(codes_[at(neighbour, axis_)]);
     follower_[0] = &followers_[place(hashed(hashed(axis_, near), 0x3c6ef372u))];
     follower_[1] = &followers_[(size_t{1} << follower_bits) + place(hash_[0])];
-    add_match(0, *follower_[0]);
+    follower_[2] = &followers_[(size_t{2} << follower_bits) + place(hash_[3])];
+    follower_[3] = &followers_[(size_t{3} << follower_bits) + place(hash_[4])];
+    add_candidate(0, *follower_[0]);
     if (p.best_a != none) {
-      add_match(1, codes_[at(p.best_a, axis_)]);
-      add_match(2, codes_[at(p.best_b, axis_)]);
-      add_match(3, codes_[at(p.best_across, axis_)]);
+      add_candidate(1, codes_[at(p.best_a, axis_)]);
+      add_candidate(2, codes_[at(p.best_b, axis_)]);
+      add_candidate(3, codes_[at(p.best_across, axis_)]);
     }
-    add_match(4, nearest_code(static_cast<double>(relative_mean_[1]) + base_, axis_));
-    add_match(5, centre + *follower_[1]);
-    if constexpr (with_dictionary) {
-      const auto expected = static_cast<Code>(nearest_code(mean_[experts - 1], axis_));
-      auto above = seen_[axis_].lower_bound(expected);
-      if (above != seen_[axis_].end()) add_match(6, *above);
-      if (above != seen_[axis_].begin()) add_match(7, *--above);
-    }
+    add_candidate(4, nearest_code(static_cast<double>(relative_mean_[1]) + base_, axis_));
+    add_candidate(5, centre + *follower_[1]);
+    add_candidate(6, centre);
+    add_candidate(7, centre + *follower_[2]);
+    add_candidate(8, centre + *follower_[3]);
+    if (has_levels()) find_levels();
   }
-  void add_match(unsigned kind, Wide code) {
-    for (unsigned i = 0; i < live_; ++i) {
-      if (match_[i].code == code) return;
-    }
+  void add_candidate(unsigned kind, Wide code) {
     if (code < low_end_[axis_] || code > high_end_[axis_]) return;
     const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
-    const unsigned distance = clamp_bin(half_octave(far), -3, 8);
-    candidate_[kind] = code;
-    match_[live_++] = {code, kind, ((kind * 8 + hits_[kind]) * 8 + distance) * node_types};
+    repeats_.add(kind, code, clamp_bin(half_octave(far), -3, 8));
   }
-  bool is_matched() const { return with_matches && live_ > 0; }
-  void learn_matches(Wide code, Wide centre) {
-    for (unsigned i = 0; i < matches; ++i) hits_[i] = (hits_[i] << 1 | (candidate_[i] == code ? 1u : 0u)) & 7;
-    if constexpr (with_dictionary) seen_[axis_].insert(static_cast<Code>(code));
+  bool has_levels() const {
+    return with_repeats && sizeof(Code) == 4 &&
+           coding_.levels[0].size() + coding_.levels[1].size() + coding_.levels[2].size() > 0;
+  }
+  /// The level nearest to what is expected, and that on its other side.
+  void find_levels() {
+    const ValueDictionary& levels = coding_.levels[axis_];
+    if (levels.size() == 0) return;
+    const double expected = mean_[experts - 1];
+    const uint32_t nearest = levels.nearest(static_cast<int32_t>(nearest_code(expected, axis_)));
+    const double off = expected - value(levels[nearest], axis_);
+    const uint32_t other = off > 0 ? nearest + 1 : nearest - 1;
+    unsigned part = 0, sharpness = 0;
+    if (other < levels.size()) {
+      const double gap = std::fabs(value(levels[other], axis_) - value(levels[nearest], axis_));
+      part = static_cast<unsigned>(std::fabs(off) < gap * 0.5 ? 16 * std::fabs(off) / gap : 7);
+      sharpness = clamp_bin(half_octave(gap / deviation_), -1, 8);
+    }
+    const auto level_at = [&](uint32_t point) {
+      return point != none && is_level_[at(point, axis_)] ? 1u : 0u;
+    };
+    const unsigned around = levels_ * 4 + 2 * level_at(prediction_->best_a) + level_at(prediction_->best_b);
+    const unsigned first = RepeatCandidates<Wide>::first_level;
+    const auto add = [&](unsigned kind, int32_t code) {
+      if (code < low_end_[axis_] || code > high_end_[axis_]) return;  // of damaged bytes
+      repeats_.add_level(kind, code, around, sharpness, part);
+    };
+    add(first, levels[nearest]);
+    if (other < levels.size()) add(first + 1, levels[other]);
+  }
+  void learn_repeats(Wide code, Wide centre) {
+    repeats_.end_number(code);
     *follower_[0] = static_cast<Code>(code);
-    *follower_[1] = static_cast<Code>(code - centre);
+    for (unsigned i = 1; i < 4; ++i) *follower_[i] = static_cast<Code>(code - centre);
+    if (!has_levels()) return;
+    const ValueDictionary& levels = coding_.levels[axis_];
+    const bool level = levels.size() > 0 && levels.find(static_cast<int32_t>(code)) < levels.size();
+    is_level_[at(point_, axis_)] = level ? 1 : 0;
+    levels_ = levels_ << 1 | (level ? 1 : 0);
   }
 
   void learn_scales() {
@@ -555,13 +602,12 @@ class MixedPositionCoder {
   std::array<Wide, 3> high_end_;
   std::array<double, 3> step_;
   std::array<double, 3> inverse_step_;
-  Mixer<inputs> mixer_;
+  ShortMixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
   BucketTable table_;
-  std::vector<WideCell> match_cells_;
-  std::array<std::set<Code>, 3> seen_;  // all codes of each axis
+  std::conditional_t<with_repeats, RepeatCandidates<Wide>, char> repeats_;
+  std::vector<uint8_t> is_level_;  // by number
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
-  std::array<unsigned, 8> hits_ = {};
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
 
   CountModel anchor_step_;
@@ -572,6 +618,9 @@ class MixedPositionCoder {
   uint32_t point_ = 0;
   uint32_t newest_ = none;
   uint32_t coded_residuals_ = 0;
+  std::array<WideCell, scale_bins * 8> exact_;
+  unsigned exact_hits_ = 0;
+  unsigned levels_ = 1;  // which of the numbers so far are levels, behind a 1
   std::array<Vector3, experts> residual_;
   // Of the number at hand.
   unsigned axis_ = 0;
@@ -594,15 +643,7 @@ class MixedPositionCoder {
   std::array<uint32_t, most_contexts> hash_;
   unsigned bucket_ = 0;
   std::array<CellBucket*, most_contexts> buckets_;
-  struct Match {
-    Wide code;
-    unsigned kind;
-    unsigned cells;  ///< where those of its kind, history and distance are
-  };
-  std::array<Match, 8> match_;  // those that still may be right
-  unsigned live_ = 0;
-  std::array<Wide, 8> candidate_;  // by kind
-  std::array<Code*, 2> follower_;
+  std::array<Code*, 4> follower_;
 };
 
 }  // namespace maille

@@ -21,6 +21,7 @@ bool has_digits(NumberMap::Kind kind) {
 }
 
 constexpr unsigned table_flag = 128;
+constexpr unsigned factor_flag = 64;
 
 /// Gaps between the numbers of a table: their lengths from the length before, two more bits, the rest raw.
 class GapModel {
@@ -115,7 +116,8 @@ Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
 }  // namespace
 
 void write_map(ByteWriter& out, const NumberMap& map) {
-  out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag)));
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag) |
+                               (map.factor == 0 ? 0 : factor_flag)));
   if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
     out.put(static_cast<int16_t>(map.exponent));
   }
@@ -124,6 +126,7 @@ void write_map(ByteWriter& out, const NumberMap& map) {
     out.put(static_cast<int8_t>(map.decimals));
     out.put(static_cast<int16_t>(map.exponent));
   }
+  if (map.factor != 0) out.put(map.factor);
   if (map.kind == NumberMap::Kind::lattice) {
     out.put(map.origin);
     out.put(map.step);
@@ -135,6 +138,12 @@ namespace {
 
 /// Is this a map that choose_maps() can make for this type?
 bool is_sensible(const NumberMap& map, Scalar type) {
+  if (map.factor != 0) {
+    const bool allowed = map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary ||
+                         (has_digits(map.kind) && map.decimals < 0);
+    if (!allowed || type != Scalar::f64 || !(map.factor > 1e-100 && map.factor < 1e100)) return false;
+    type = Scalar::f32;  // what the fields belong to
+  }
   switch (map.kind) {
     case NumberMap::Kind::integer:
       return !is_float(type);
@@ -164,7 +173,7 @@ bool is_sensible(const NumberMap& map, Scalar type) {
 Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   NumberMap map;
   const auto kind = in.get<uint8_t>();
-  map.kind = static_cast<NumberMap::Kind>(kind & ~table_flag);
+  map.kind = static_cast<NumberMap::Kind>(kind & ~(table_flag | factor_flag));
   if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary)
     map.exponent = in.get<int16_t>();
   if (has_digits(map.kind)) {
@@ -172,11 +181,12 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
     map.decimals = in.get<int8_t>();
     map.exponent = in.get<int16_t>();
   }
+  if ((kind & factor_flag) != 0) map.factor = in.get<double>();
   if (map.kind == NumberMap::Kind::lattice) {
     map.origin = in.get<double>();
     map.step = in.get<double>();
   }
-  if (!in.ok() || !is_sensible(map, type))
+  if (!in.ok() || !is_sensible(map, type) || ((kind & factor_flag) != 0 && map.factor == 0))
     return failure(ErrorCode::corrupt, "an array has an impossible number map");
   if ((kind & table_flag) != 0) {
     if (!is_float(type)) return failure(ErrorCode::corrupt, "an array has an impossible number map");
@@ -185,18 +195,17 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
   return map;
 }
 
-namespace {
-
-/// log2(x) in 1/1024, from below and to 1/11; integers, so the same everywhere. x is positive.
 int64_t logarithm(uint64_t x) {
   const unsigned whole = bit_length(x) - 1;
   const uint64_t fraction = whole > 10 ? x >> (whole - 10) : x << (10 - whole);
   return int64_t{whole} * 1024 + static_cast<int64_t>(fraction & 1023);
 }
 
-/// Do ranks in a table take fewer bits than codes, with the table? `codes` are those of all numbers, in
-/// order. `price`: what must be saved for each of them.
-bool table_pays(std::span<const int64_t> codes, int64_t price) {
+namespace {
+
+/// How many fewer bits (in 1/1024) ranks in a table take than codes, with the table. `codes` are those of all
+/// numbers, in order. `price`: what must be saved for each of them.
+int64_t saving_of_table(std::span<const int64_t> codes, int64_t price) {
   constexpr int64_t bits_of_gap = 1536;  // beyond the gap's logarithm
   const auto gap = [](int64_t low, int64_t high) {
     return static_cast<uint64_t>(high) - static_cast<uint64_t>(low);
@@ -207,18 +216,18 @@ bool table_pays(std::span<const int64_t> codes, int64_t price) {
     size_t end = i + 1;
     while (end < codes.size() && codes[end] == codes[i]) ++end;
     const uint64_t behind = end < codes.size() ? gap(codes[i], codes[end]) : before;
-    if (behind == 0) return false;  // all are one
+    if (behind == 0) return 0;  // all are one
     const uint64_t both = before == 0 ? behind : std::max<uint64_t>(1, before / 2 + behind / 2);
     saved += static_cast<int64_t>(end - i) * logarithm(both) - logarithm(behind) - bits_of_gap;
     before = behind;
     i = end;
   }
-  return saved > 0;
+  return saved;
 }
 
 /// Of the numbers of one component that are coded; empty where it would not pay.
 std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_t component,
-                               std::span<const uint32_t> source) {
+                               std::span<const uint32_t> source, int64_t& saving) {
   const size_t size = size_of(array.type);
   std::vector<int64_t> codes;
   codes.reserve(source.size());
@@ -230,7 +239,8 @@ std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_
   }
   std::sort(codes.begin(), codes.end());
   // Codes in steps are faster to predict, and more exactly.
-  if (!table_pays(codes, map.is_curved() ? 64 : 512)) return {};
+  saving = saving_of_table(codes, map.is_curved() ? 64 : 512);
+  if (saving <= 0) return {};
   codes.erase(std::unique(codes.begin(), codes.end()), codes.end());
   std::vector<double> table;
   for (const int64_t code : codes) {
@@ -244,11 +254,14 @@ std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_
 }  // namespace
 
 std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> maps,
-                                   std::span<const uint32_t> source) {
+                                   std::span<const uint32_t> source, std::vector<int64_t>* savings) {
+  if (savings) savings->assign(maps.size(), 0);
   if (!is_float(array.type)) return maps;
   for (uint32_t k = 0; k < maps.size(); ++k) {
     if (maps[k].kind == NumberMap::Kind::lattice || maps[k].kind == NumberMap::Kind::ordered) continue;
-    maps[k].table = make_table(array, maps[k], k, source);
+    int64_t saving = 0;
+    maps[k].table = make_table(array, maps[k], k, source, saving);
+    if (savings && saving > 0) (*savings)[k] = saving;
   }
   return maps;
 }

@@ -48,7 +48,7 @@ class PositionPredictor {
 
  private:
   static constexpr unsigned features = 12;
-  using Weights = std::array<OnlineLeastSquares<features>, 3>;  // by component in the frame
+  using Weights = std::array<OnlineLeastSquares<features, 256>, 3>;  // by component in the frame
 
   struct Point {
     Vector3 position;
