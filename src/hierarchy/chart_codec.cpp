@@ -139,6 +139,11 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   return out.take();
 }
 
+Result<double> claimed_bytes(const Description& described, Bytes bytes) {
+  ByteReader in(bytes);
+  return memory_of(MAILLE_TRY(get_sizes(in, described)));
+}
+
 Result<DecodedChart> decode_chart(const Description& described, Bytes bytes, const DecodeOptions& options) {
   ByteReader in(bytes);
   const Description description = MAILLE_TRY(get_sizes(in, described));
@@ -149,7 +154,8 @@ Result<DecodedChart> decode_chart(const Description& described, Bytes bytes, con
   MAILLE_CHECK(streams.read(in, description.arrays.size()));
   DecodedChart chart;
   chart.shared = MAILLE_TRY(decode_shared(shared, static_cast<uint32_t>(shared_count), description.points));
-  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 0, options));
+  // Not patch 0: arrays of the mesh as a whole are not in charts.
+  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 1, options));
   chart.mesh = std::move(patch.mesh);
   if (patch.known_valid) return chart;
   if (auto valid = validate(chart.mesh); !valid)

@@ -12,7 +12,7 @@
 namespace maille {
 
 /// A chart as bytes: its sizes, which of its points other charts of level 0 have as well, and the streams of
-/// a patch, as in mode `single`. docs/format.md, "Charts".
+/// a patch, as in mode `single`. docs/format.md, 13.3.
 
 /// A point that several charts have. Those of one position are told apart by the number of the copy, nearly
 /// always 0.
@@ -36,6 +36,9 @@ struct DecodedChart {
   Mesh mesh;
   std::vector<SharedPoint> shared;  ///< by point, rising
 };
+
+/// What the chart says it takes in memory. Error: corrupt.
+Result<double> claimed_bytes(const Description& described, Bytes bytes);
 
 /// Inverse; `described` is chart_description() of its level. Safe on any bytes. Errors: corrupt,
 /// memory_bound, cancelled.
