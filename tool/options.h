@@ -59,6 +59,7 @@ struct DecompressOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  bool tree = false;
   bool chunks = false;
 };
 

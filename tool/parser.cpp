@@ -185,6 +185,8 @@ void Parser::add_info() {
                      "maille info dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
   file(i, "-i,--input,FILE", info.input, "A .maille file; - is standard input")->required();
+  i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
+      ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
   add_common(i, info.common, false);
 }
