@@ -178,6 +178,13 @@ Result<Selection> File::select(const Region& region, uint64_t most_faces, const 
       [&](const ChartIndex& index) { return select_within(index, region, most_faces, view); });
 }
 
+Result<ChartInfo> File::info(const ChartPlace& place) {
+  MAILLE_CHECK(state_->reader.find({place}));
+  const IndexedGroup& group = state_->reader.index().group(place.group);
+  const IndexedChart& chart = group.charts[place.chart];
+  return ChartInfo{group.level, chart.faces, chart.bytes, chart.sphere, chart.box};
+}
+
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
   return MAILLE_TRY(state_->reader.read_charts({place}))[0].mesh;

@@ -464,6 +464,7 @@ TEST(RandomFile, HasNoChartsThatAreNotThere) {
     const auto mesh = open.read(place);
     ASSERT_FALSE(mesh);
     EXPECT_EQ(mesh.error().code, ErrorCode::usage);
+    EXPECT_FALSE(open.info(place));
     Selection selection;
     selection.charts = {place};
     EXPECT_FALSE(open.extract(selection));
