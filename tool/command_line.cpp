@@ -135,6 +135,7 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
   if (verb == "verify") return with_raw(parser.verify, raw);
   if (verb == "convert") return with_raw(parser.convert, raw);
   if (verb == "generate") return with_raw(parser.generate, raw);
+  if (verb == "extract") return with_raw(parser.extract, raw);
   if (verb == "stencil") {
     StencilOptions options = parser.stencil;
     if (!raw.covariance.empty()) options.covariance = covariance_of(raw.covariance);

@@ -40,11 +40,6 @@ EncodeOptions encode_options(const CompressOptions& options, const Tolerances& t
 }
 
 Result<> check(const CompressOptions& options, const std::string& output) {
-  if (options.mode == Mode::random) {
-    return failure(
-        ErrorCode::unsupported,
-        "--mode random comes with a later version of maille; --mode single and --mode stream are there now");
-  }
   // With -f and a pattern of the shell, `compress -f *.off` would overwrite the second mesh.
   if (const auto format = foreign_format(output)) {
     return failure(

@@ -71,6 +71,7 @@ struct AppendOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  bool tree = false;
   bool chunks = false;
 };
 
@@ -144,6 +145,25 @@ struct GenerateOptions {
   bool force = false;
 };
 
+struct ExtractOptions {
+  CommonOptions common;
+  std::string input;
+  std::string output;
+  std::string output_format;
+  std::vector<double> box;     ///< empty, or six numbers: the lowest corner, then the highest
+  std::vector<double> sphere;  ///< empty, or four: centre, radius
+  std::optional<double> error;
+  std::optional<uint32_t> level;
+  std::optional<uint64_t> triangles;
+  std::vector<double> eye;  ///< empty, or three numbers
+  double pixel_error = 1;
+  bool full = false;
+  bool whole_charts = false;
+  bool chart_numbers = false;
+  bool ascii = false;
+  bool force = false;
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
@@ -151,6 +171,6 @@ struct PrintText {
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
                              VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
-                             BenchOptions, GenerateOptions>;
+                             BenchOptions, GenerateOptions, ExtractOptions>;
 
 }  // namespace maille::tool

@@ -141,11 +141,9 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->excludes(keep);
 
-  choice(
-      c->add_option("--mode", raw.mode,
-                    "Kind of file (default: stream for meshes with volume cells, else single; random comes "
-                    "with a later version)"),
-      {"single", "stream", "random"})
+  choice(c->add_option("--mode", raw.mode,
+                       "Kind of file (default: stream for meshes with volume cells, else single)"),
+         {"single", "stream", "random"})
       ->group(speed_group);
   c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
               "Effort: -1 is fast, -9 makes the smallest file (default -5)")
@@ -234,6 +232,8 @@ void Parser::add_info() {
                      "maille info dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
   file(i, "-i,--input,FILE", info.input, "A .maille file; - is standard input")->required();
+  i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
+      ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
   add_common(i, info.common, false);
 }
@@ -396,6 +396,76 @@ void Parser::add_generate() {
   add_common(g, generate.common, true);
 }
 
+void Parser::add_extract() {
+  CLI::App* e = verb("extract",
+                     "Extract a part of a file of mode random, at any level of detail.\n"
+                     "Reads and decodes only what is needed. Without a limit on detail the faces are those "
+                     "of the mesh, bit for bit, with "
+                     "all arrays; coarser ones are triangles with the arrays of points. Faces that have a "
+                     "point in the region are taken, "
+                     "whole. Exit code 6 when charts were damaged: the others are written.",
+                     "maille compress --mode random scan.ply scan.maille\n"
+                     "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
+                     "maille extract scan.maille preview.ply --triangles 20000\n"
+                     "maille extract scan.maille coarse.ply --error 0.01");
+  file(e, "-i,--input,IN", extract.input, "File of mode random to read")->required();
+  file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
+  choice(e->add_option("--output-format", extract.output_format,
+                       "Format of OUT (default: by extension; ply where there is none)"),
+         format_names(false, true))
+      ->group(files_group);
+  e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
+  add_force(e, extract.force);
+  constexpr const char* region = "Region";
+  list(e->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
+      ->expected(6)
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(region);
+  list(e->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
+      ->expected(4)
+      ->type_name("X,Y,Z,R")
+      ->group(region);
+  e->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
+      ->group(region);
+  e->add_flag("--chart-numbers", extract.chart_numbers,
+              "Add an array 'chart' of the cells: which of the charts that were read each is of")
+      ->group(files_group);
+  constexpr const char* detail = "Detail";
+  CLI::Option* full = e->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
+  CLI::Option* error = e->add_option("--error", extract.error,
+                                     "The coarsest that is nowhere farther from the mesh, in file units")
+                           ->check(CLI::NonNegativeNumber)
+                           ->type_name("X")
+                           ->group(detail)
+                           ->excludes(full);
+  CLI::Option* level =
+      e->add_option("--level", extract.level, "Level of detail: 0 is the mesh, each next one a fourth")
+          ->type_name("N")
+          ->group(detail)
+          ->excludes(full)
+          ->excludes(error);
+  e->add_option("--triangles", extract.triangles,
+                "The finest of at most so many faces, before those outside are cut off")
+      ->type_name("N")
+      ->group(detail)
+      ->excludes(full)
+      ->excludes(error)
+      ->excludes(level);
+  list(e->add_option("--eye", extract.eye,
+                     "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
+                     "separated by commas"))
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->group(detail)
+      ->excludes(full);
+  e->add_option("--pixel-error", extract.pixel_error,
+                "The largest error that may be seen with --eye, in pixels (default 1)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->group(detail);
+  add_common(e, extract.common, true);
+}
+
 void Parser::add_bench() {
   CLI::App* b = verb(
       "bench",
@@ -474,6 +544,7 @@ Parser::Parser() {
   add_stencil();
   add_subdivide();
   add_generate();
+  add_extract();
   add_bench();
   add_completion();
 }

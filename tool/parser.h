@@ -45,6 +45,7 @@ struct Parser {
   StencilOptions stencil;
   SubdivideOptions subdivide;
   GenerateOptions generate;
+  ExtractOptions extract;
   BenchOptions bench;
 
   Parser();
@@ -62,6 +63,7 @@ struct Parser {
   void add_stencil();
   void add_subdivide();
   void add_generate();
+  void add_extract();
   void add_bench();
   void add_completion();
 };

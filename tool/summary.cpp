@@ -168,6 +168,27 @@ std::string chunks_text(const FileInfo& info) {
   return "chunks:\n" + table.str();
 }
 
+std::string tree_text(const FileInfo& info) {
+  Table table({"level", "charts", "faces", "view error", "bound"}, 1);
+  for (size_t level = info.faces_of_level.size(); level-- > 0;) {
+    table.row({fmt::format("{}", level), fmt::format("{}", info.charts_of_level[level]),
+               fmt::format("{}", info.faces_of_level[level]), number(info.view_error_of_level[level]),
+               number(info.bound_of_level[level])});
+  }
+  return "levels of detail:\n" + table.str();
+}
+
+Json json_of_levels(const FileInfo& info) {
+  Json levels = Json::array();
+  for (size_t level = 0; level < info.faces_of_level.size(); ++level) {
+    levels.push_back({{"charts", info.charts_of_level[level]},
+                      {"faces", info.faces_of_level[level]},
+                      {"view_error", info.view_error_of_level[level]},
+                      {"bound", info.bound_of_level[level]}});
+  }
+  return levels;
+}
+
 }  // namespace
 
 namespace {
@@ -184,7 +205,7 @@ std::string steps_text(const FileInfo& info) {
 
 }  // namespace
 
-std::string info_text(const FileInfo& info, const std::string& name, bool chunks) {
+std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks) {
   const char* word = info.mode == Mode::stream ? "cell" : "face";
   std::string text = fmt::format(
       "{}: .maille format {}.{}, mode {}, effort {}, order {}\n"
@@ -201,6 +222,10 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
                         human_bytes(static_cast<double>(info.decode_bytes)));
   }
   if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
+  if (!info.faces_of_level.empty()) {
+    text += fmt::format("levels:  {}, the coarsest of {}\n", info.faces_of_level.size(),
+                        counted(info.faces_of_level.back(), word));
+  }
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
@@ -211,7 +236,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
   for (const ArrayInfo& array : info.arrays) add_row(table, array);
   text += table.str();
   if (!info.steps.empty()) text += steps_text(info);
-  return text + (chunks ? chunks_text(info) : "");
+  return text + (tree ? tree_text(info) : "") + (chunks ? chunks_text(info) : "");
 }
 
 Json info_json(const FileInfo& info, const std::string& name) {
@@ -241,6 +266,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"parts", info.parts},
           {"most_points_in_use", info.most_points_in_use},
           {"decode_bytes", info.decode_bytes},
+          {"levels", json_of_levels(info)},
           {"blocks", blocks},
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},

@@ -20,6 +20,7 @@ Result<int> run(const StencilOptions& options);
 Result<int> run(const SubdivideOptions& options);
 Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
+Result<int> run(const ExtractOptions& options);
 
 /// Is it a list of files in time (.pvd)? compress makes one file of them, its steps appended.
 bool is_series(const std::string& path);

@@ -55,7 +55,12 @@ struct FileInfo {
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
   uint64_t most_points_in_use = 0;                       ///< at once, in a stream; 0: not known
   uint64_t decode_bytes = 0;  ///< of memory that decoding a stream in pieces takes, about
-  ArrayInfo connectivity;     ///< count: corners
+  /// Mode random: of each level of detail, the mesh itself first.
+  std::vector<uint64_t> faces_of_level;
+  std::vector<uint32_t> charts_of_level;
+  std::vector<double> view_error_of_level;  ///< the largest quadric error, in units of the mesh
+  std::vector<double> bound_of_level;       ///< no point of the mesh is farther from this level
+  ArrayInfo connectivity;                   ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
   std::vector<StepInfo> steps;  ///< the first one is step 1

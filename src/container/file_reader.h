@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "container/file_writer.h"
+#include "container/stream_source.h"
 
 namespace maille {
 
@@ -14,7 +15,7 @@ class SourceWindow;
 /// Opens a file, finds its chunks by the index or, when that is damaged, by scanning; gives streams back
 /// whole. Safe on any input: time and memory are bounded by the size of the file, not by what it claims.
 /// Calls on one reader may come from several threads. The source must outlive it.
-class FileReader {
+class FileReader final : public StreamSource {
  public:
   /// `known_types`: the chunk types the caller can read; a file with an unknown critical one is refused.
   /// Empty: all are let through. Errors: cannot_read; corrupt when the header is damaged or it is no .maille
@@ -40,10 +41,13 @@ class FileReader {
   /// Over the chunks so far, to go on from there.
   Digest digest() const;
 
-  bool has_stream(const StreamKey& key) const;
+  bool has_stream(const StreamKey& key) const override;
   uint64_t stream_bytes(const StreamKey& key) const;
   /// All parts of a stream, checksums verified, one after the other. Error: corrupt, naming chunk and place.
-  Result<std::vector<std::byte>> read_stream(const StreamKey& key) const;
+  Result<std::vector<std::byte>> read_stream(const StreamKey& key) const override;
+  /// The same for streams whose content has checks of its own: damaged parts come as they are. Error:
+  /// corrupt, when parts are missing.
+  Result<std::vector<std::byte>> read_unchecked(const StreamKey& key) const;
 
   /// Place, key and checksum of each chunk, in the order of chunks().
   const std::vector<ChunkRecord>& records() const { return records_; }
@@ -59,6 +63,7 @@ class FileReader {
   void list_chunks();
   Result<Bytes> read_content(SourceWindow& window, const ChunkRecord& record) const;
   std::span<const size_t> parts_of(const StreamKey& key) const;
+  Result<> check_stream(const StreamKey& key) const;
 
   const Source* source_;
   FileHeader header_;

@@ -6,17 +6,9 @@
 #include <vector>
 
 #include "container/layout.h"
+#include "container/stream_source.h"
 
 namespace maille {
-
-/// Names one coded stream: its chunk type, the patch it belongs to and its number within the patch. A stream
-/// of more than one chunk is cut into parts, numbered from 0.
-struct StreamKey {
-  char type[5];  ///< four letters (digits allowed after the first); upper-case first letter: critical,
-                 ///< lower-case: may be skipped by older readers. "INDX" is the container's own.
-  uint32_t patch = 0;
-  uint32_t number = 0;
-};
 
 /// Writes header, chunks, index, footer, front to back, to any sink. Memory: one chunk, and about 20 bytes
 /// for each chunk written.
@@ -34,6 +26,8 @@ class FileWriter {
   /// Writes index and footer. Does not commit the sink, except, where the file goes on, before the footer:
   /// there must be no footer without what it vouches for. Returns the size of the file.
   Result<uint64_t> finish();
+  /// Where the next chunk will stand.
+  uint64_t offset() const { return offset_; }
   /// Bytes so far that are not content: header, chunk headers, checksums, index, footer (for reports).
   uint64_t overhead_bytes() const { return overhead_; }
 

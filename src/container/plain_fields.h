@@ -27,6 +27,11 @@ class PlainWriter {
     out_.put_count(static_cast<uint64_t>(value));
   }
   void real(const double& value) { out_.put(value); }
+  /// A number of fixed width.
+  template <class Number>
+  void fixed(const Number& value) {
+    out_.put(value);
+  }
   void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
   void text(const std::string& value) { out_.put_string(value); }
   void bytes(const std::vector<std::byte>& value) {
@@ -64,6 +69,10 @@ class PlainReader {
     value = static_cast<Number>(found);
   }
   void real(double& value) { value = in_.get<double>(); }
+  template <class Number>
+  void fixed(Number& value) {
+    value = in_.get<Number>();
+  }
   void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
   void text(std::string& value) { value = in_.get_string(); }
   void bytes(std::vector<std::byte>& value) {
@@ -76,7 +85,8 @@ class PlainReader {
     for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
   }
   bool ok() const { return sensible_ && in_.ok(); }
-  bool at_end() const { return in_.remaining() == 0; }
+  size_t remaining() const { return in_.remaining(); }
+  bool at_end() const { return remaining() == 0; }
 
  protected:
   void demand(bool sensible) { sensible_ = sensible_ && sensible; }

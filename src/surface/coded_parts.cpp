@@ -33,7 +33,14 @@ std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_
   return decoded;
 }
 
-/// For cutting: what is not finite lies at 0, and what is beyond floats at their ends.
+Place place_of(const std::byte* position, Scalar type) {
+  Place place{};
+  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
+  return place;
+}
+
+}  // namespace
+
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
   const Scalar type = positions.array->type;
   constexpr double most = 3e38;
@@ -50,11 +57,15 @@ std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& execut
   return floats;
 }
 
-Place place_of(const std::byte* position, Scalar type) {
-  Place place{};
-  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
-  return place;
+std::vector<Place> decoded_places(const ArrayToCode& positions) {
+  std::vector<Place> places;
+  for (uint64_t point = 0; point < positions.array->count(); ++point) {
+    places.push_back(place_of(decoded_position(positions, point).data(), positions.array->type));
+  }
+  return places;
 }
+
+namespace {
 
 /// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
 /// at a time.

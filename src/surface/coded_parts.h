@@ -11,6 +11,12 @@
 
 namespace maille {
 
+/// Positions as the decoder will have them, as floats: what is not finite lies at 0, and what is beyond
+/// floats at their ends. For cutting.
+std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor);
+/// The same, bit for bit.
+std::vector<Place> decoded_places(const ArrayToCode& positions);
+
 /// The mesh as one patch, or cut into parts of which each is one. docs/format.md, "Parts".
 struct EncodedParts {
   std::vector<PartDescription> descriptions;  ///< empty: the mesh is one patch

@@ -215,9 +215,9 @@ bool needs_faces(const Description& description, const DecodeOptions& options) {
 /// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
 class PatchDecoder {
  public:
-  PatchDecoder(const FileReader& reader, const Description& description, uint32_t patch,
+  PatchDecoder(const StreamSource& streams, const Description& description, uint32_t patch,
                const DecodeOptions& options)
-      : reader_(reader),
+      : streams_(streams),
         description_(description),
         patch_(patch),
         options_(options),
@@ -228,7 +228,7 @@ class PatchDecoder {
   Result<> decode_cells(Array& positions) {
     const uint32_t coding = coding_of(topology_key);
     const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(topology_key(patch_, coding)));
+    const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(topology_key(patch_, coding)));
     if (coding != front_coding) {
       const FanModels models = coding == fan_coding ? FanModels::fixed : FanModels::adaptive;
       auto decoder =
@@ -253,7 +253,7 @@ class PatchDecoder {
     Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
     if (decoder.fans) {
       MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
     } else {
@@ -267,7 +267,7 @@ class PatchDecoder {
     if (!pace.report()) return cancelled();
     if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
     Array array = array_of(described);
-    const std::vector<std::byte> bytes = MAILLE_TRY(reader_.read_stream(key));
+    const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
     PatchElements elements = topology_.elements();
     elements.positions = positions_;
     MAILLE_CHECK(decode_array(elements, bytes, described.mesh_tuples, array, &pace));
@@ -307,11 +307,11 @@ class PatchDecoder {
  private:
   uint32_t coding_of(KeyOfCoding key) const {
     uint32_t coding = last_coding;
-    while (coding > front_coding && !reader_.has_stream(key(patch_, coding))) --coding;
+    while (coding > front_coding && !streams_.has_stream(key(patch_, coding))) --coding;
     return coding;
   }
 
-  const FileReader& reader_;
+  const StreamSource& streams_;
   const Description& description_;
   uint32_t patch_;
   const DecodeOptions& options_;
@@ -342,17 +342,30 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
   return encoder.finish(std::move(streams));
 }
 
+std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort) {
+  const PatchTopology nowhere;
+  std::vector<uint32_t> all;
+  const auto sources = sources_of({}, *coded.array, all);
+  return encode_array(nowhere.elements(), *coded.array, coded.maps, sources,
+                      std::min(effort, least_mixed_effort - 1));
+}
+
+Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array) {
+  const PatchTopology nowhere;
+  return decode_array(nowhere.elements(), bytes, tuples, array);
+}
+
 bool is_wanted(const DecodeOptions& options, const std::string& name) {
   return !options.arrays ||
          std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
 }
 
-Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& description, uint32_t patch,
+Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options) {
   DecodedPatch decoded;
   Mesh& mesh = decoded.mesh;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchDecoder decoder(reader, description, patch, options);
+  PatchDecoder decoder(streams, description, patch, options);
   MAILLE_CHECK(decoder.decode_cells(mesh.points));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];

@@ -41,13 +41,17 @@ struct EncodedPatch {
 Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                   std::span<const ArrayToCode> arrays, const EncodeOptions& options);
 
+/// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
+std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort);
+Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array);
+
 struct DecodedPatch {
   Mesh mesh;
   bool known_valid = false;  ///< validate() would only find what the decoder has seen already
 };
 
 /// Inverse. `description` is that of the part. Safe on any bytes. Errors: corrupt, cancelled.
-Result<DecodedPatch> decode_patch(const FileReader& reader, const Description& description, uint32_t patch,
+Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options);
 
 bool is_wanted(const DecodeOptions& options, const std::string& array);

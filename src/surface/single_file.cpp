@@ -16,6 +16,7 @@
 #include "surface/coded_parts.h"
 #include "surface/description.h"
 #include "surface/element_order.h"
+#include "surface/mesh_description.h"
 
 namespace maille {
 namespace {
@@ -24,128 +25,6 @@ constexpr StreamKey description_key{"DESC"};
 constexpr StreamKey joins_key{"JOIN"};
 constexpr StreamKey order_key{"ORDR"};
 constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ARRY", "JOIN", "ORDR"};
-
-ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_bytes) {
-  ArrayReport report = report_of(array);
-  report.coded_bytes = coded_bytes;
-  report.lossless = maps.lossless;
-  report.bound = maps.bound;
-  report.maximum_error = maps.maximum_error;
-  report.step = maps.step;
-  return report;
-}
-
-ArrayDescription describe(const Array& array, const ArrayMaps& maps, const Tolerance& asked) {
-  ArrayDescription description;
-  description.name = array.name;
-  description.domain = array.domain;
-  description.type = array.type;
-  description.components = array.components;
-  description.role = array.role;
-  description.labels = array.labels;
-  if (array.domain == Domain::mesh) description.mesh_tuples = array.count();
-  if (!maps.lossless) description.asked = asked;
-  description.bound = maps.bound;
-  description.step = maps.step;
-  return description;
-}
-
-Description describe(const Mesh& mesh, const EncodeOptions& options) {
-  Description description;
-  description.effort = static_cast<uint8_t>(options.effort);
-  description.order = options.order;
-  description.points = static_cast<uint32_t>(mesh.point_count());
-  description.corners = mesh.corner_count();
-  for (const CellBlock& block : mesh.blocks)
-    description.blocks.push_back({block.name, {block.type, block.size()}});
-  description.metadata = mesh.metadata;
-  description.provenance = options.provenance;
-  return description;
-}
-
-Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
-  if (options.effort < 1 || options.effort > 9)
-    return failure(ErrorCode::usage, "the effort must be from 1 to 9");
-  if (options.most_cells_per_part == 0) return failure(ErrorCode::usage, "parts must have a cell at least");
-  for (const auto& [name, tolerance] : options.arrays) {
-    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
-    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
-      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
-    }
-  }
-  for (const CellBlock& block : mesh.blocks) {
-    if (!block.face_sizes.empty()) {
-      return failure(ErrorCode::unsupported, "mode \"single\" does not hold polyhedra");
-    }
-  }
-  for (const Array& array : mesh.arrays) {
-    if (array.components > 0xffff || array.count() >= none) {
-      return failure(ErrorCode::unsupported,
-                     "array \"" + array.name + "\" is too large for a file of mode single");
-    }
-  }
-  return {};
-}
-
-/// How the elements of the decoded mesh stood in `mesh`.
-ElementOrder original_order(const Mesh& mesh, std::span<const EncodedPatch> patches,
-                            const JoinedPoints& joined) {
-  struct CodedCell {
-    uint32_t cell;
-    uint32_t first_corner;
-  };
-  const CellTable cells = table_cells(mesh);
-  ElementOrder order;
-  order.points.resize(joined.count);
-  std::vector<CodedCell> coded;
-  for (size_t p = 0; p < patches.size(); ++p) {
-    const PatchSources& sources = patches[p].sources;
-    const std::vector<uint32_t> numbers = joined.parts[p].all_numbers();
-    for (size_t i = 0; i < numbers.size(); ++i) order.points[numbers[i]] = sources.points[i];
-    for (size_t i = 0; i < sources.cells.size(); ++i)
-      coded.push_back({sources.cells[i], sources.first_corner[i]});
-  }
-  // The decoder writes block after block, in each of them patch after patch, each in coded order.
-  std::stable_sort(coded.begin(), coded.end(), [&](const CodedCell& a, const CodedCell& b) {
-    return cells.block[a.cell] < cells.block[b.cell];
-  });
-  for (const CodedCell& c : coded) {
-    order.cells.push_back(c.cell);
-    order.rotation.push_back(c.first_corner - cells.corner[c.cell]);
-  }
-  return order;
-}
-
-Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
-  const auto found = options.arrays.find(name);
-  return found == options.arrays.end() ? Tolerance{} : found->second;
-}
-
-Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOptions& options) {
-  Executor& executor = options.executor != nullptr ? *options.executor : serial_executor();
-  std::vector<Result<ArrayMaps>> maps(mesh.arrays.size() + 1);
-  executor.parallel_for(maps.size(), [&](size_t i) {
-    maps[i] = i == 0 ? choose_maps(mesh.points, options.positions, true, executor)
-                     : choose_maps(mesh.arrays[i - 1], tolerance_of(options, mesh.arrays[i - 1].name), false,
-                                   executor);
-  });
-  std::vector<ArrayToCode> arrays;
-  for (size_t i = 0; i < maps.size(); ++i) {
-    ArrayMaps chosen = MAILLE_TRY(std::move(maps[i]));
-    arrays.push_back({i == 0 ? &mesh.points : &mesh.arrays[i - 1], std::move(chosen)});
-  }
-  return arrays;
-}
-
-Description describe(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodeOptions& options) {
-  Description description = describe(mesh, options);
-  description.positions = describe(mesh.points, arrays[0].maps, options.positions);
-  for (const ArrayToCode& coded : arrays.subspan(1)) {
-    description.arrays.push_back(
-        describe(*coded.array, coded.maps, tolerance_of(options, coded.array->name)));
-  }
-  return description;
-}
 
 EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodedParts& encoded) {
   EncodeReport report = report_of(mesh);
@@ -160,6 +39,12 @@ EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, co
     report.arrays.push_back(report_of(*arrays[i].array, arrays[i].maps, bytes[i]));
   }
   return report;
+}
+
+std::vector<PatchSources> sources_of(EncodedParts& encoded) {
+  std::vector<PatchSources> sources;
+  for (EncodedPatch& patch : encoded.patches) sources.push_back(std::move(patch.sources));
+  return sources;
 }
 
 Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
@@ -178,7 +63,7 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   const std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
-  const EncodedParts encoded = MAILLE_TRY(encode_parts(mesh, arrays, options));
+  EncodedParts encoded = MAILLE_TRY(encode_parts(mesh, arrays, options));
   Description description = describe(mesh, arrays, options);
   description.parts = encoded.descriptions;
   EncodeReport report = report_of(mesh, arrays, encoded);
@@ -189,7 +74,8 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
   if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
   if (options.order == Order::keep) {
-    const std::vector<std::byte> order = encode_order(original_order(mesh, encoded.patches, encoded.joined));
+    const std::vector<std::byte> order =
+        encode_order(original_order(mesh, sources_of(encoded), encoded.joined));
     report.order_bytes = order.size();
     MAILLE_CHECK(writer.write_stream(order_key, order));
   }
@@ -248,22 +134,6 @@ Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options)
   return std::move(mesh);
 }
 
-ArrayInfo info_of(const Description& description, const ArrayDescription& array, uint64_t coded_bytes) {
-  ArrayInfo info;
-  info.name = array.name;
-  info.domain = array.domain;
-  info.type = array.type;
-  info.components = array.components;
-  info.role = array.role;
-  info.count = description.tuples(array);
-  info.coded_bytes = coded_bytes;
-  info.lossless = array.asked.kind == Tolerance::Kind::lossless;
-  info.asked = array.asked;
-  info.step = array.step;
-  info.bound = array.bound;
-  return info;
-}
-
 }  // namespace
 
 Result<Mesh> decode_single(const Source& source, const DecodeOptions& options) {
@@ -279,25 +149,11 @@ Result<FileInfo> inspect_single(const Source& source) {
   auto described = decode_description(MAILLE_TRY(reader.read_stream(description_key)), {});
   if (!described) return tl::unexpected(with_name(std::move(described).error(), source));
   const Description& description = *described;
-  FileInfo info;
+  FileInfo info = file_info(description);
   info.format_major = reader.header().major;
   info.format_minor = reader.header().minor;
   info.mode = reader.header().mode;
-  info.effort = description.effort;
-  info.order = description.order;
   info.file_bytes = source.size();
-  info.points = description.points;
-  info.cells = description.cells();
-  info.corners = description.corners;
-  info.parts = std::max<uint64_t>(description.parts.size(), 1);
-  for (const CodedBlock& block : description.blocks) {
-    const std::string type = std::string("(") + name_of(block.shape.type) + ")";
-    info.blocks.emplace_back(block.name.empty() ? type : block.name + " " + type, block.shape.cells);
-  }
-  info.connectivity.name = "connectivity";
-  info.connectivity.domain = Domain::corner;
-  info.connectivity.type = Scalar::u32;
-  info.connectivity.count = description.corners;
   info.connectivity.coded_bytes = reader.stream_bytes(joins_key);
   std::vector<uint64_t> coded(description.arrays.size() + 1);
   for (uint32_t patch = 0; patch < info.parts; ++patch) {
@@ -305,12 +161,10 @@ Result<FileInfo> inspect_single(const Source& source) {
     info.connectivity.coded_bytes += sizes.topology;
     for (size_t i = 0; i < coded.size(); ++i) coded[i] += sizes.arrays[i];
   }
-  info.positions = info_of(description, description.positions, coded[0]);
+  info.positions = array_info(description, description.positions, coded[0]);
   for (size_t i = 0; i < description.arrays.size(); ++i) {
-    info.arrays.push_back(info_of(description, description.arrays[i], coded[i + 1]));
+    info.arrays.push_back(array_info(description, description.arrays[i], coded[i + 1]));
   }
-  info.metadata = description.metadata;
-  info.provenance = description.provenance;
   info.chunks = reader.chunks();
   info.problems = reader.problems();
   return info;

@@ -1,29 +1,3 @@
 #pragma once
 
-#include <array>
-
-namespace maille {
-
-struct Vector3 {
-  std::array<double, 3> x = {};
-  double& operator[](unsigned k) { return x[k]; }
-  double operator[](unsigned k) const { return x[k]; }
-};
-
-inline Vector3 operator+(const Vector3& a, const Vector3& b) {
-  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
-}
-inline Vector3 operator-(const Vector3& a, const Vector3& b) {
-  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
-}
-inline Vector3 operator*(const Vector3& a, double s) {
-  return {{a[0] * s, a[1] * s, a[2] * s}};
-}
-inline double dot(const Vector3& a, const Vector3& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
-}
-
-}  // namespace maille
+#include <maille/geometry.h>

@@ -1,6 +1,7 @@
 // encode(), decode() and inspect(): each mode has its own.
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "hierarchy/random_file.h"
 #include "surface/single_file.h"
 #include "volume/stream_file.h"
 
@@ -14,16 +15,12 @@ Result<Mode> mode_of(const Source& source) {
   return MAILLE_TRY(read_file_header(Bytes(front).first(size), source.name())).mode;
 }
 
-tl::unexpected<Error> unknown_mode() {
-  return failure(ErrorCode::unsupported, "mode \"random\" is not known to this version");
-}
-
 }  // namespace
 
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   if (options.mode == Mode::single) return encode_single(mesh, sink, options);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options);
-  return unknown_mode();
+  return encode_random(mesh, sink, options);
 }
 
 Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
@@ -34,7 +31,7 @@ Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   }
   if (mode == Mode::single) return decode_single(source, options);
   if (mode == Mode::stream) return decode_stream(source, options);
-  return unknown_mode();
+  return decode_random(source, options);
 }
 
 Result<Salvaged> salvage(const Source& source, const DecodeOptions& options) {
@@ -46,7 +43,7 @@ Result<FileInfo> inspect(const Source& source) {
   const Mode mode = MAILLE_TRY(mode_of(source));
   if (mode == Mode::single) return inspect_single(source);
   if (mode == Mode::stream) return inspect_stream(source);
-  return unknown_mode();
+  return inspect_random(source);
 }
 
 }  // namespace maille

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/file.h>
+#include <maille/geometry.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+/// Files of mode `random`: a hierarchy of charts, of which any part can be read at any level of detail. Level
+/// 0 is the mesh, face for face; each coarser level has about a fourth of the faces of the finer one.
+/// docs/random-access.md.
+
+/// Where charts are wanted; everywhere where nothing is said.
+struct Region {
+  std::optional<Box> box;
+  std::optional<Sphere> sphere;
+  /// A half-space: normal.x + offset >= 0 inside. A frustum has six.
+  struct Plane {
+    Vector3 normal;  ///< of length 1
+    double offset = 0;
+  };
+  std::vector<Plane> planes;
+
+  bool meets(const Sphere& other) const;
+  bool meets(const Box& other) const;
+};
+
+/// A perspective view. An error is seen from the nearest point of what it belongs to.
+struct View {
+  Vector3 eye;
+  double pixels_per_radian = 1;  ///< height in pixels / (2 tan(vertical field of view / 2))
+  double pixels = 1;             ///< error that may be seen
+};
+
+/// How fine: the coarsest charts that keep within all these limits, where any do.
+struct Detail {
+  /// No point of the mesh is farther than this from what is chosen, world units.
+  double bound = std::numeric_limits<double>::infinity();
+  /// The quadric error, world units: what drives views. Smaller than the distance, mostly.
+  double view_error = std::numeric_limits<double>::infinity();
+  std::optional<View> view;
+  uint32_t level = std::numeric_limits<uint32_t>::max();  ///< no charts coarser than this one
+
+  /// The mesh itself.
+  static Detail full() {
+    Detail detail;
+    detail.level = 0;
+    return detail;
+  }
+};
+
+/// A chart: the number of its group, and its place in it. Charts of one group lie together in the file.
+struct ChartPlace {
+  uint32_t group = 0;
+  uint32_t chart = 0;
+  bool operator==(const ChartPlace&) const = default;
+};
+
+/// Charts that together have no cracks, as far as they meet a region.
+struct Selection {
+  std::vector<ChartPlace> charts;  ///< in the order of the file
+  uint64_t faces = 0;              ///< of these charts
+  std::vector<uint32_t> missing;   ///< pages of the index that were not read; empty after File::select()
+};
+
+/// What is known of a chart without reading it.
+struct ChartInfo {
+  uint32_t level = 0;
+  uint64_t faces = 0;
+  uint64_t bytes = 0;  ///< in the file
+  Sphere sphere;
+  Box box;
+};
+
+/// What is hit by a ray, or near a point. The face is one of the mesh itself, never of a coarser level.
+struct SurfacePoint {
+  ChartPlace chart;
+  uint64_t face = 0;                  ///< in the chart
+  std::array<uint32_t, 3> corners{};  ///< points of the chart: the triangle (of a polygon's fan) that was hit
+  std::array<double, 3> weights{};    ///< barycentric coordinates
+  Vector3 position;
+  double distance = 0;  ///< along the ray, in lengths of its direction; or from the point
+};
+
+class File {
+ public:
+  /// Reads the front of the file: directory, and the first page of the index. `source` must stay. Errors:
+  /// cannot_read, network, corrupt, unsupported (usage for a file of another mode).
+  static Result<File> open(const Source& source, const DecodeOptions& options = {});
+  File(File&&) noexcept;
+  File& operator=(File&&) noexcept;
+  ~File();
+
+  uint32_t levels() const;
+  uint64_t faces(uint32_t level) const;
+  uint32_t charts(uint32_t level) const;
+  Sphere sphere() const;
+
+  /// The coarsest charts that keep within the limits, as far as they meet the region. Reads pages of the
+  /// index.
+  Result<Selection> select(const Region& region, const Detail& detail);
+  /// The finest charts of at most so many faces; the worst error, as seen by `view` if given, is refined
+  /// first.
+  Result<Selection> select(const Region& region, uint64_t most_faces, const std::optional<View>& view = {});
+
+  /// Error: usage, for a chart that is not there.
+  Result<ChartInfo> info(const ChartPlace& place);
+  /// One chart as a mesh of its own.
+  Result<Mesh> read(const ChartPlace& place);
+  /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.
+  /// With coarser charts: triangles, and the arrays of points. Faces that only touch the region come with
+  /// their charts: see clip().
+  Result<Mesh> extract(const Selection& selection);
+  /// The same, without charts that are damaged; `problems` names them.
+  Result<Mesh> salvage(const Selection& selection, std::vector<std::string>& problems);
+
+  /// The first face that the ray from `origin` hits; decodes only charts that it passes.
+  Result<std::optional<SurfacePoint>> hit(const Vector3& origin, const Vector3& direction);
+  /// The point of the surface nearest to this one.
+  Result<std::optional<SurfacePoint>> nearest(const Vector3& point);
+
+ private:
+  struct State;
+  explicit File(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// The faces of a mesh that have a point in the region, with the points they use, arrays following; all else
+/// falls away.
+Mesh clip(const Mesh& mesh, const Region& region);
+
+}  // namespace maille

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/random_access.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "container/file_reader.h"
+#include "hierarchy/chart_codec.h"
+#include "hierarchy/random_layout.h"
+
+namespace maille {
+
+/// A file of mode `random`, open. The source must outlive it.
+class RandomReader {
+ public:
+  /// Reads the front: description, directory, first page of the index. Where that is damaged, chunks are
+  /// looked for in the whole file. Errors: cannot_read, corrupt, unsupported, memory_bound.
+  static Result<RandomReader> open(const Source& source, const DecodeOptions& options);
+
+  const Description& description() const { return description_; }
+  const ChartDirectory& directory() const { return directory_; }
+  const ChartIndex& index() const { return index_; }
+  const FileHeader& header() const { return header_; }
+  const Source& source() const { return *source_; }
+
+  /// Of what select() names as missing. Where one is damaged, the index is made anew from the charts.
+  Result<> load_index_pages(const std::vector<uint32_t>& pages);
+  /// How often the index was made anew: numbers of pages and groups may be others then.
+  unsigned rebuilt() const { return rebuilt_; }
+  /// Reads the pages of the index that these charts are in. Error: usage, for charts that are not there.
+  Result<> find(const std::vector<ChartPlace>& places);
+  /// Asks `choose(index)` for a selection until no page of the index is missing.
+  template <class Choose>
+  Result<Selection> select(Choose choose) {
+    for (;;) {
+      Selection selection = choose(static_cast<const ChartIndex&>(index_));
+      if (selection.missing.empty()) return selection;
+      if (auto loaded = load_index_pages(selection.missing); !loaded)
+        return tl::unexpected(std::move(loaded).error());
+    }
+  }
+
+  /// Reads charts whose bytes lie near one another at once, and decodes them where there is an executor for
+  /// it. `problems`: not null: damaged charts are left out, and named there.
+  Result<std::vector<DecodedChart>> read_charts(const std::vector<ChartPlace>& places,
+                                                std::vector<std::string>* problems = nullptr) const;
+
+  /// Arrays of the mesh as a whole, which are in no chart: fills those that `mesh` has.
+  Result<> read_mesh_arrays(Mesh& mesh) const;
+  /// All streams, by key: what the front does not have.
+  Result<std::reference_wrapper<const FileReader>> whole_file() const;
+
+ private:
+  RandomReader(const Source& source, const DecodeOptions& options) : source_(&source), options_(options) {}
+  Result<> read_front();
+  Result<> read_by_key();
+  Result<> rebuild();
+  Result<> set_description(Bytes description, Bytes directory);
+  void use_description();
+  Result<> set_index_page(uint32_t page, Bytes bytes);
+  Result<bool> load_at_place(uint32_t page);
+  struct ChartPage {
+    uint32_t group = no_group;
+    std::vector<std::byte> bytes;
+    size_t head = 0;
+  };
+  Result<Bytes> bytes_by_key(const ChartPlace& place, ChartPage& page) const;
+  uint64_t before(const ChartPlace& place) const;
+  Result<std::vector<std::vector<std::byte>>> read_bytes(const std::vector<ChartPlace>& places) const;
+  Result<> check_memory(const std::vector<ChartPlace>& places,
+                        const std::vector<std::vector<std::byte>>& bytes) const;
+  const IndexedChart& indexed(const ChartPlace& place) const {
+    return index_.group(place.group).charts[place.chart];
+  }
+  const Description& described(const ChartPlace& place) const {
+    return index_.group(place.group).level == 0 ? finest_ : coarser_;
+  }
+  bool is_intact(const ChartPlace& place, Bytes bytes) const;
+  Result<DecodedChart> decode(const ChartPlace& place, Bytes bytes) const;
+  std::string name_of(const ChartPlace& place) const;
+
+  const Source* source_;
+  DecodeOptions options_;
+  FileHeader header_;
+  Description description_, finest_, coarser_;
+  ChartDirectory directory_;
+  ChartIndex index_;
+  unsigned rebuilt_ = 0;
+  mutable std::unique_ptr<FileReader> file_;
+};
+
+}  // namespace maille

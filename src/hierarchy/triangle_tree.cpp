@@ -1,0 +1,101 @@
+#include "hierarchy/triangle_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "hierarchy/mesh_geometry.h"
+
+namespace maille {
+namespace {
+
+double squared_distance_to_box(const Vector3& p, const Vector3& low, const Vector3& high) {
+  double sum = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    const double d = std::max({low[k] - p[k], p[k] - high[k], 0.0});
+    sum += d * d;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(std::span<const uint32_t> triangles, std::span<const float> positions)
+    : triangles_(triangles), positions_(positions), order_(triangles.size() / 3) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  nodes_.reserve(order_.size());
+  if (!order_.empty()) build(0, static_cast<uint32_t>(order_.size()));
+}
+
+Vector3 TriangleTree::position(uint32_t vertex) const {
+  Vector3 p;
+  for (unsigned k = 0; k < 3; ++k) {
+    const auto x = static_cast<double>(positions_[size_t{3} * vertex + k]);
+    p[k] = std::isfinite(x) ? x : 0;
+  }
+  return p;
+}
+
+/// Halves by the middles of the triangles along the longest side, so it is log2 deep.
+uint32_t TriangleTree::build(uint32_t begin, uint32_t end) {
+  const auto at = static_cast<uint32_t>(nodes_.size());
+  Node& node = nodes_.emplace_back();
+  node = {position(triangles_[size_t{3} * order_[begin]]), {}, begin, end, 0};
+  node.high = node.low;
+  for (uint32_t i = begin; i < end; ++i) {
+    for (unsigned c = 0; c < 3; ++c) {
+      const Vector3 p = position(triangles_[size_t{3} * order_[i] + c]);
+      for (unsigned k = 0; k < 3; ++k) {
+        node.low[k] = std::min(node.low[k], p[k]);
+        node.high[k] = std::max(node.high[k], p[k]);
+      }
+    }
+  }
+  if (end - begin <= leaf_size) return at;
+  const Vector3 size = node.high - node.low;
+  const unsigned axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+  const auto middle = [&](uint32_t t) {
+    const uint32_t* v = &triangles_[size_t{3} * t];
+    return position(v[0])[axis] + position(v[1])[axis] + position(v[2])[axis];
+  };
+  const uint32_t half = begin + (end - begin) / 2;
+  std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end,
+                   [&](uint32_t a, uint32_t b) {
+                     const double x = middle(a), y = middle(b);
+                     return x != y ? x < y : a < b;
+                   });
+  build(begin, half);
+  const uint32_t right = build(half, end);
+  nodes_[at].right = right;
+  return at;
+}
+
+double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
+  const uint32_t* v = &triangles_[size_t{3} * triangle];
+  return maille::squared_distance(p, position(v[0]), position(v[1]), position(v[2]));
+}
+
+double TriangleTree::squared_distance(const Vector3& from, double bound) const {
+  if (nodes_.empty()) return bound;
+  std::array<uint32_t, 64> stack;  // one for each level, of which there are 32 at most
+  unsigned size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const uint32_t at = stack[--size];
+    const Node& node = nodes_[at];
+    if (squared_distance_to_box(from, node.low, node.high) >= bound) continue;
+    if (node.right == 0) {
+      for (uint32_t i = node.begin; i < node.end; ++i) bound = std::min(bound, to_triangle(from, order_[i]));
+      continue;
+    }
+    const Node &left = nodes_[at + 1], &right = nodes_[node.right];
+    const bool left_first = squared_distance_to_box(from, left.low, left.high) <=
+                            squared_distance_to_box(from, right.low, right.high);
+    stack[size++] = left_first ? node.right : at + 1;
+    stack[size++] = left_first ? at + 1 : node.right;
+  }
+  return bound;
+}
+
+}  // namespace maille

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/vector3.h"
+
+namespace maille {
+
+/// Boxes around triangles, for nearest points.
+class TriangleTree {
+ public:
+  /// Both must stay. Positions: three numbers a vertex; those that are no numbers count as 0.
+  TriangleTree(std::span<const uint32_t> triangles, std::span<const float> positions);
+
+  /// The squared distance from the nearest triangle, or `bound` if none is nearer.
+  double squared_distance(const Vector3& from, double bound) const;
+
+ private:
+  struct Node {
+    Vector3 low, high;
+    uint32_t begin, end;  ///< triangles in order_ (leaf)
+    uint32_t right;       ///< the left child follows the node; 0: a leaf
+  };
+  static constexpr uint32_t leaf_size = 4;
+
+  Vector3 position(uint32_t vertex) const;
+  uint32_t build(uint32_t begin, uint32_t end);
+  double to_triangle(const Vector3& from, uint32_t triangle) const;
+
+  std::span<const uint32_t> triangles_;
+  std::span<const float> positions_;
+  std::vector<uint32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace maille

@@ -1,0 +1,139 @@
+#include <fmt/format.h>
+#include <maille/io.h>
+#include <maille/random_access.h>
+
+#include <algorithm>
+
+#include "files.h"
+#include "progress.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+Result<std::string> format_of_output(const ExtractOptions& options) {
+  const bool named = options.output != "-" && options.output.rfind("/dev/", 0) != 0;
+  const std::string format =
+      TOOL_TRY(output_format(options.output, options.output_format, named ? "" : "ply"));
+  if (format != "maille") return format;
+  return failure(ErrorCode::usage,
+                 fmt::format("{}: extract writes other formats; `maille compress` makes .maille of them",
+                             options.output));
+}
+
+Region region_of(const ExtractOptions& options) {
+  Region region;
+  const auto point = [](const std::vector<double>& numbers, size_t first) {
+    return Vector3{{numbers[first], numbers[first + 1], numbers[first + 2]}};
+  };
+  if (!options.box.empty()) region.box = Box{point(options.box, 0), point(options.box, 3)};
+  if (!options.sphere.empty()) region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
+  return region;
+}
+
+std::optional<View> view_of(const ExtractOptions& options) {
+  if (options.eye.empty()) return std::nullopt;
+  constexpr double pixels_per_radian = 1080 / (2 * 0.57735026918962576);  // 60 degrees
+  return View{{{options.eye[0], options.eye[1], options.eye[2]}}, pixels_per_radian, options.pixel_error};
+}
+
+Result<Selection> choose(File& file, const Region& region, const ExtractOptions& options) {
+  const std::optional<View> view = view_of(options);
+  if (options.triangles) return file.select(region, *options.triangles, view);
+  Detail detail = Detail::full();
+  if (options.error || options.level || view) detail = {};
+  detail.view = view;
+  if (options.error) detail.bound = *options.error;
+  if (options.level) {
+    if (*options.level >= file.levels()) {
+      return failure(ErrorCode::usage,
+                     fmt::format("--level {}: the coarsest level is {}", *options.level, file.levels() - 1));
+    }
+    detail.level = *options.level;
+  }
+  return file.select(region, detail);
+}
+
+/// Which chart each cell is of: in each block come those of chart after chart.
+Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
+  std::vector<std::vector<uint64_t>> cells(mesh.blocks.size());
+  for (const ChartPlace& place : selection.charts) {
+    const Mesh chart = TOOL_TRY(file.read(place));
+    std::vector<uint64_t> in_block(cells.size());
+    for (size_t b = 0; b < chart.blocks.size(); ++b)
+      in_block[std::min(b, cells.size() - 1)] += chart.blocks[b].size();
+    for (size_t b = 0; b < cells.size(); ++b) cells[b].push_back(in_block[b]);
+  }
+  Array numbers = make_array("chart", Domain::cell, Scalar::u32, 1, Role::label);
+  numbers.resize(mesh.cell_count());
+  size_t cell = 0;
+  for (const std::vector<uint64_t>& block : cells) {
+    for (uint32_t chart = 0; chart < block.size(); ++chart) {
+      for (uint64_t i = 0; i < block[chart] && cell < mesh.cell_count(); ++i)
+        numbers.values<uint32_t>()[cell++] = chart;
+    }
+  }
+  mesh.arrays.push_back(std::move(numbers));
+  return {};
+}
+
+Result<> report(const ExtractOptions& options, const Selection& selection, const Mesh& mesh, size_t damaged,
+                double seconds) {
+  if (options.common.json) {
+    return answer(dump({{"input", input_name(options.input)},
+                        {"output", options.output},
+                        {"charts", selection.charts.size()},
+                        {"faces_read", selection.faces},
+                        {"damaged_charts", damaged},
+                        {"points", mesh.point_count()},
+                        {"cells", mesh.cell_count()},
+                        {"seconds", seconds}}));
+  }
+  if (options.common.quiet) return {};
+  say(fmt::format("{} -> {}: {}, {}, of {}, {:.2f} s", input_name(options.input), output_name(options.output),
+                  counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
+                  counted(selection.charts.size(), "chart"), seconds));
+  return {};
+}
+
+}  // namespace
+
+Result<int> run(const ExtractOptions& options) {
+  const Stopwatch whole;
+  if (options.common.json && options.output == "-") {
+    return failure(ErrorCode::usage,
+                   "--json and the output '-' both want standard output; name an output file");
+  }
+  const std::string format = TOOL_TRY(format_of_output(options));
+  const Input input = TOOL_TRY(open_maille(options.input));
+  const Threads threads(options.common.threads);
+  DecodeOptions decoding;
+  decoding.limits.mesh_bytes = options.common.memory;
+  decoding.executor = threads.executor();
+  File file = TOOL_TRY(File::open(*input.source, decoding));
+  const Region region = region_of(options);
+  const Selection selection = TOOL_TRY(choose(file, region, options));
+  if (selection.charts.empty()) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
+  }
+  std::vector<std::string> problems;
+  Mesh mesh = TOOL_TRY(file.salvage(selection, problems));
+  if (options.chart_numbers && problems.empty()) TOOL_CHECK(add_chart_numbers(file, selection, mesh));
+  if (!options.whole_charts) mesh = clip(mesh, region);
+  const auto output =
+      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
+  const std::vector<std::string> notes =
+      TOOL_TRY(write_mesh(mesh, *output, {.format = format, .ascii = options.ascii}));
+  TOOL_CHECK(output->commit());
+  say_notes(output_name(options.output), notes, options.common.quiet);
+  for (const std::string& problem : problems) complain(problem);
+  TOOL_CHECK(report(options, selection, mesh, problems.size(), whole.seconds()));
+  return problems.empty() ? 0 : 6;
+}
+
+}  // namespace maille::tool
