@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-constexpr std::string_view known_types[] = {"DESC", "CDIR", "CIDX", "CHRT", "ARRY", "ORDR"};
+constexpr std::string_view known_types[] = {"DESC", "CTAB", "CDIR", "CIDX", "CHRT", "ARRY", "ORDR"};
 /// Bytes between two charts that are read along rather than left out: one request costs more than they do.
 constexpr uint64_t reading_gap = 16 * 1024;
 
@@ -60,34 +60,42 @@ Result<RandomReader> RandomReader::open(const Source& source, const DecodeOption
 }
 
 Result<> RandomReader::read_front() {
-  FrontChunks front(*source_);
-  std::vector<std::byte> description, directory;
+  FrontChunks chunks(*source_);
+  Front front;
   for (;;) {
     std::vector<std::byte> content;
-    const auto header = front.next(content);
+    const auto header = chunks.next(content);
     if (!header) return failure(ErrorCode::corrupt, "the front is damaged");
     const std::string_view type(header->type.data(), header->type.size());
-    if (type == "DESC") description.insert(description.end(), content.begin(), content.end());
-    if (type == "CDIR") directory.insert(directory.end(), content.begin(), content.end());
+    const auto append = [&](std::vector<std::byte>& to) {
+      to.insert(to.end(), content.begin(), content.end());
+    };
+    if (type == "DESC") append(front.description);
+    if (type == "CDIR") append(front.directory);
+    if (type == "CTAB" && header->patch < chart_sets) append(front.tables[header->patch]);
     if (type != "CIDX") continue;
-    MAILLE_CHECK(set_description(description, directory));
+    MAILLE_CHECK(set_front(front));
     return set_index_page(0, content);
   }
 }
 
 Result<> RandomReader::read_by_key() {
   const FileReader& file = MAILLE_TRY(whole_file());
-  const auto description = MAILLE_TRY(file.read_stream(random_description_key));
-  const auto directory = MAILLE_TRY(file.read_stream(directory_key));
-  MAILLE_CHECK(set_description(description, directory));
+  Front front;
+  front.description = MAILLE_TRY(file.read_stream(random_description_key));
+  front.directory = MAILLE_TRY(file.read_stream(directory_key));
+  for (uint32_t set = 0; set < chart_sets; ++set) {
+    if (file.has_stream(tables_key(set))) front.tables[set] = MAILLE_TRY(file.read_stream(tables_key(set)));
+  }
+  MAILLE_CHECK(set_front(front));
   return set_index_page(0, MAILLE_TRY(file.read_stream(index_page_key(0))));
 }
 
-Result<> RandomReader::set_description(Bytes description, Bytes directory) {
-  description_ = MAILLE_TRY(decode_description(description, options_.limits));
-  directory_ = MAILLE_TRY(decode_directory(directory));
-  finest_ = chart_description(description_, 0);
-  coarser_ = chart_description(description_, 1);
+Result<> RandomReader::set_front(const Front& front) {
+  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
+  directory_ = MAILLE_TRY(decode_directory(front.directory));
+  for (uint32_t set = 0; set < chart_sets; ++set)
+    sets_[set] = MAILLE_TRY(chart_set(description_, set, front.tables[set]));
   index_ = ChartIndex(directory_.groups);
   return {};
 }
@@ -175,7 +183,7 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) 
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
-  auto decoded = decode_chart(index_.group(place.group).level == 0 ? finest_ : coarser_, bytes, options);
+  auto decoded = decode_chart(sets_[set_of_level(index_.group(place.group).level)], bytes, options);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;

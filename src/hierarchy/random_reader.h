@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/random_access.h>
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,7 +52,11 @@ class RandomReader {
   RandomReader(const Source& source, const DecodeOptions& options) : source_(&source), options_(options) {}
   Result<> read_front();
   Result<> read_by_key();
-  Result<> set_description(Bytes description, Bytes directory);
+  struct Front {
+    std::vector<std::byte> description, directory;
+    std::array<std::vector<std::byte>, chart_sets> tables;
+  };
+  Result<> set_front(const Front& front);
   Result<> set_index_page(uint32_t page, Bytes bytes);
   Result<std::vector<std::vector<std::byte>>> read_bytes(const std::vector<ChartPlace>& places) const;
   const IndexedChart& indexed(const ChartPlace& place) const {
@@ -63,7 +68,8 @@ class RandomReader {
   const Source* source_;
   DecodeOptions options_;
   FileHeader header_;
-  Description description_, finest_, coarser_;
+  Description description_;
+  std::array<ChartSet, chart_sets> sets_;
   ChartDirectory directory_;
   ChartIndex index_;
   mutable std::unique_ptr<FileReader> file_;
