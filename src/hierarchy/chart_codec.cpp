@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
 
@@ -76,70 +77,70 @@ std::vector<bool> points_on_borders(const Mesh& mesh, Number number) {
   return border;
 }
 
-/// The points on borders that are not shared, those elsewhere that are, and copies that are not the first.
-struct SharedExceptions {
-  std::vector<uint32_t> points;
-  std::vector<SharedPoint> copies;
-
-  template <class Coder>
-  void code(Coder& coder, uint32_t most_points, bool& fits) {
-    auto count = static_cast<uint32_t>(points.size());
-    CountModel number, step, copy;
-    count = number.code(coder, count);
-    fits = count <= most_points;
-    uint64_t next = 0;
-    for (uint32_t i = 0; i < count && fits; ++i) {
-      if (i == points.size()) points.push_back(static_cast<uint32_t>(next));
-      next += step.code(coder, points[i] - static_cast<uint32_t>(next));
-      fits = next < most_points;
-      points[i] = static_cast<uint32_t>(next++);
-    }
-    count = number.code(coder, static_cast<uint32_t>(copies.size()));
-    fits = fits && count <= most_points;
-    next = 0;
-    for (uint32_t i = 0; i < count && fits; ++i) {
-      if (i == copies.size()) copies.push_back({static_cast<uint32_t>(next), 1});
-      next += step.code(coder, copies[i].point - static_cast<uint32_t>(next));
-      fits = next < most_points;
-      copies[i].copy = copy.code(coder, copies[i].copy - 1) + 1;
-      copies[i].point = static_cast<uint32_t>(next++);
-    }
+/// Which points are shared, from where the chart's borders are: nearly all on borders, few elsewhere. One
+/// function for both directions; a decoder's `shared` is filled.
+template <class Coder>
+bool code_shared(Coder& coder, const std::vector<bool>& border, std::vector<SharedPoint>& shared,
+                 bool decoding) {
+  const auto points = static_cast<uint32_t>(border.size());
+  std::vector<uint8_t> is_shared(points);
+  for (const SharedPoint& point : shared) is_shared[point.point] = 1;
+  std::vector<uint32_t> inside;
+  for (const SharedPoint& point : shared) {
+    if (!border[point.point]) inside.push_back(point.point);
   }
-};
+  CountModel number, step;
+  const uint32_t count = number.code(coder, static_cast<uint32_t>(inside.size()));
+  if (count > points) return false;
+  uint64_t next = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t distance = decoding ? 0 : inside[i] - static_cast<uint32_t>(next);
+    next += step.code(coder, distance);
+    if (next >= points) return false;
+    is_shared[next++] = 1;
+  }
+  // A border of the mesh itself is in long runs; so are copies, where a lattice is too coarse for the mesh.
+  std::array<BitModel, 2> there;
+  std::array<CountModel, 2> copy;
+  bool before = true;
+  size_t at = 0, copied = 0;
+  for (uint32_t i = 0; i < points; ++i) {
+    if (border[i]) is_shared[i] = before = there[before].code(coder, is_shared[i] != 0);
+    if (is_shared[i] == 0) continue;
+    if (at == shared.size()) shared.push_back({i, 0});
+    shared[at].copy = copy[copied].code(coder, shared[at].copy);
+    copied = shared[at++].copy != 0;
+  }
+  return true;
+}
 
+/// No bytes where all points on borders are shared, no others, and there are no copies.
 std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, const std::vector<bool>& border) {
-  SharedExceptions exceptions;
-  size_t at = 0;
+  std::vector<SharedPoint> plain;
   for (uint32_t i = 0; i < border.size(); ++i) {
-    const bool is_shared = at < shared.size() && shared[at].point == i;
-    if (is_shared != border[i]) exceptions.points.push_back(i);
-    if (is_shared && shared[at].copy > 0) exceptions.copies.push_back(shared[at]);
-    at += is_shared;
+    if (border[i]) plain.push_back({i, 0});
   }
-  if (exceptions.points.empty() && exceptions.copies.empty()) return {};
+  const auto is_equal = [](const SharedPoint& a, const SharedPoint& b) {
+    return a.point == b.point && a.copy == b.copy;
+  };
+  if (std::equal(shared.begin(), shared.end(), plain.begin(), plain.end(), is_equal)) return {};
+  std::vector<SharedPoint> all(shared.begin(), shared.end());
   RansEncoder encoder;
-  bool fits = true;
-  exceptions.code(encoder, static_cast<uint32_t>(border.size()), fits);
+  code_shared(encoder, border, all, false);
   return encoder.finish();
 }
 
-Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, std::vector<bool> border) {
-  SharedExceptions exceptions;
-  if (!bytes.empty()) {
-    RansDecoder decoder(bytes);
-    bool fits = true;
-    exceptions.code(decoder, static_cast<uint32_t>(border.size()), fits);
-    if (!fits || decoder.exhausted()) return corrupt("shared points that are not there");
-  }
-  for (const uint32_t point : exceptions.points) border[point] = !border[point];
+Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, const std::vector<bool>& border) {
   std::vector<SharedPoint> shared;
-  auto copy = exceptions.copies.begin();
-  for (uint32_t i = 0; i < border.size(); ++i) {
-    const bool is_copy = copy != exceptions.copies.end() && copy->point == i;
-    if (is_copy && !border[i]) return corrupt("a copy of a point that is not shared");
-    if (border[i]) shared.push_back({i, is_copy ? copy->copy : 0});
-    copy += is_copy;
+  if (bytes.empty()) {
+    for (uint32_t i = 0; i < border.size(); ++i) {
+      if (border[i]) shared.push_back({i, 0});
+    }
+    return shared;
   }
+  RansDecoder decoder(bytes);
+  if (!code_shared(decoder, border, shared, true) || decoder.exhausted())
+    return corrupt("shared points that are not there");
   return shared;
 }
 
