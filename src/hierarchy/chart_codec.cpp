@@ -50,96 +50,103 @@ Result<Description> get_sizes(ByteReader& in, Description description) {
   return description;
 }
 
-/// Points on edges of one face (of any odd number), up to chance: all neighbours along faces' sides cancel
-/// where each side is there twice. `number` gives the coded number of a point.
+/// Points on edges of one face (of any odd number), up to chance, rising: the neighbours along faces' sides
+/// cancel where each side is there twice. `number` gives the coded number of a point.
 template <class Number>
-std::vector<bool> points_on_borders(const Mesh& mesh, Number number) {
+std::vector<uint32_t> points_on_borders(const Mesh& mesh, Number number) {
   std::vector<uint32_t> neighbours(mesh.point_count());
-  const auto add = [&](std::span<const uint32_t> cell) {
-    for (size_t k = 0; k < cell.size(); ++k) {
-      const uint32_t point = number(cell[k]);
-      const uint32_t next = number(cell[k + 1 == cell.size() ? 0 : k + 1]);
-      // Number 0 must count, too.
-      neighbours[point] ^= next + 1;
-      neighbours[next] ^= point + 1;
-    }
-  };
+  // Number 0 must count, too.
+  const auto coded = [&](uint32_t point) { return number(point) + 1; };
+  const auto add = [&](uint32_t before, uint32_t at, uint32_t next) { neighbours[at - 1] ^= before ^ next; };
   for (const CellBlock& block : mesh.blocks) {
-    if (block.type == CellType::triangle) {
-      for (size_t i = 0; i < block.connectivity.size(); i += 3)
-        add(std::span(block.connectivity).subspan(i, 3));
-    } else {
-      for (uint64_t i = 0; i < block.size(); ++i) add(block.cell(i));
+    const std::vector<uint32_t>& corners = block.connectivity;
+    for (size_t i = 0; block.type == CellType::triangle && i + 2 < corners.size(); i += 3) {
+      const uint32_t a = coded(corners[i]), b = coded(corners[i + 1]), c = coded(corners[i + 2]);
+      add(a, b, c);
+      add(b, c, a);
+      add(c, a, b);
+    }
+    for (uint64_t i = 0; block.type != CellType::triangle && i < block.size(); ++i) {
+      const auto cell = block.cell(i);
+      for (size_t k = 0; k < cell.size(); ++k)
+        add(coded(cell[k > 0 ? k - 1 : cell.size() - 1]), coded(cell[k]),
+            coded(cell[k + 1 < cell.size() ? k + 1 : 0]));
     }
   }
-  std::vector<bool> border(neighbours.size());
-  for (size_t i = 0; i < border.size(); ++i) border[i] = neighbours[i] != 0;
+  std::vector<uint32_t> border;
+  for (uint32_t i = 0; i < neighbours.size(); ++i) {
+    if (neighbours[i] != 0) border.push_back(i);
+  }
   return border;
 }
 
 /// Which points are shared, from where the chart's borders are: nearly all on borders, few elsewhere. One
-/// function for both directions; a decoder's `shared` is filled.
+/// function for both directions; a decoder's `shared` is filled. False: they do not fit.
 template <class Coder>
-bool code_shared(Coder& coder, const std::vector<bool>& border, std::vector<SharedPoint>& shared,
-                 bool decoding) {
-  const auto points = static_cast<uint32_t>(border.size());
-  std::vector<uint8_t> is_shared(points);
-  for (const SharedPoint& point : shared) is_shared[point.point] = 1;
-  std::vector<uint32_t> inside;
-  for (const SharedPoint& point : shared) {
-    if (!border[point.point]) inside.push_back(point.point);
+bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& border,
+                 std::vector<SharedPoint>& shared, bool decoding) {
+  std::vector<uint32_t> here, elsewhere;
+  if (!decoding) {
+    for (const SharedPoint& point : shared)
+      (std::binary_search(border.begin(), border.end(), point.point) ? here : elsewhere).push_back(point.point);
   }
   CountModel number, step;
-  const uint32_t count = number.code(coder, static_cast<uint32_t>(inside.size()));
+  const uint32_t count = number.code(coder, static_cast<uint32_t>(elsewhere.size()));
   if (count > points) return false;
   uint64_t next = 0;
   for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t distance = decoding ? 0 : inside[i] - static_cast<uint32_t>(next);
-    next += step.code(coder, distance);
+    if (decoding) elsewhere.push_back(static_cast<uint32_t>(next));
+    next += step.code(coder, elsewhere[i] - static_cast<uint32_t>(next));
     if (next >= points) return false;
-    is_shared[next++] = 1;
+    elsewhere[i] = static_cast<uint32_t>(next++);
   }
-  // A border of the mesh itself is in long runs; so are copies, where a lattice is too coarse for the mesh.
+  // A border of the mesh itself is in long runs.
   std::array<BitModel, 2> there;
-  std::array<CountModel, 2> copy;
   bool before = true;
-  size_t at = 0, copied = 0;
-  for (uint32_t i = 0; i < points; ++i) {
-    if (border[i]) is_shared[i] = before = there[before].code(coder, is_shared[i] != 0);
-    if (is_shared[i] == 0) continue;
-    if (at == shared.size()) shared.push_back({i, 0});
-    shared[at].copy = copy[copied].code(coder, shared[at].copy);
-    copied = shared[at++].copy != 0;
+  size_t at = 0;
+  for (const uint32_t point : border) {
+    before = there[before].code(coder, at < here.size() && here[at] == point);
+    if (decoding && before) here.push_back(point);
+    at += before;
+  }
+  if (decoding) {
+    here.insert(here.end(), elsewhere.begin(), elsewhere.end());
+    std::inplace_merge(here.begin(), here.end() - static_cast<ptrdiff_t>(elsewhere.size()), here.end());
+    here.erase(std::unique(here.begin(), here.end()), here.end());
+    for (const uint32_t point : here) shared.push_back({point, 0});
+  }
+  // So are copies, where a lattice is too coarse for the mesh.
+  std::array<CountModel, 2> copy;
+  bool copied = false;
+  for (SharedPoint& point : shared) {
+    point.copy = copy[copied].code(coder, point.copy);
+    copied = point.copy != 0;
   }
   return true;
 }
 
 /// No bytes where all points on borders are shared, no others, and there are no copies.
-std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, const std::vector<bool>& border) {
-  std::vector<SharedPoint> plain;
-  for (uint32_t i = 0; i < border.size(); ++i) {
-    if (border[i]) plain.push_back({i, 0});
-  }
-  const auto is_equal = [](const SharedPoint& a, const SharedPoint& b) {
-    return a.point == b.point && a.copy == b.copy;
+std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
+                                     const std::vector<uint32_t>& border) {
+  const auto is_plain = [](const SharedPoint& point, uint32_t on_border) {
+    return point.point == on_border && point.copy == 0;
   };
-  if (std::equal(shared.begin(), shared.end(), plain.begin(), plain.end(), is_equal)) return {};
+  if (std::equal(shared.begin(), shared.end(), border.begin(), border.end(), is_plain)) return {};
   std::vector<SharedPoint> all(shared.begin(), shared.end());
   RansEncoder encoder;
-  code_shared(encoder, border, all, false);
+  code_shared(encoder, points, border, all, false);
   return encoder.finish();
 }
 
-Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, const std::vector<bool>& border) {
+Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
+                                               const std::vector<uint32_t>& border) {
   std::vector<SharedPoint> shared;
   if (bytes.empty()) {
-    for (uint32_t i = 0; i < border.size(); ++i) {
-      if (border[i]) shared.push_back({i, 0});
-    }
+    for (const uint32_t point : border) shared.push_back({point, 0});
     return shared;
   }
   RansDecoder decoder(bytes);
-  if (!code_shared(decoder, border, shared, true) || decoder.exhausted())
+  if (!code_shared(decoder, points, border, shared, true) || decoder.exhausted())
     return corrupt("shared points that are not there");
   return shared;
 }
@@ -181,7 +188,7 @@ class ChartStreams final : public StreamSource {
 };
 
 /// As the decoder will see it: points of `part` are those of the coded ones in the order of the whole mesh.
-std::vector<bool> borders_of_coded(const Mesh& part, const PatchSources& sources) {
+std::vector<uint32_t> borders_of_coded(const Mesh& part, const PatchSources& sources) {
   std::vector<uint32_t> coded_as(sources.points.size());
   std::iota(coded_as.begin(), coded_as.end(), 0u);
   std::sort(coded_as.begin(), coded_as.end(),
@@ -228,28 +235,31 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   put_sizes(out, part);
   std::vector<Bytes> streams{patch.topology.bytes};
   for (const CodedStream& stream : patch.arrays) streams.push_back(stream.bytes);
-  if (shared) put_section(out, encode_shared(*shared, borders_of_coded(part, patch.sources)));
+  if (shared) put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
+                                          borders_of_coded(part, patch.sources)));
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());
   for (const Bytes stream : streams) out.put_bytes(stream);
   return out.take();
 }
 
-Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options) {
+Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
+                                  FanBuffers* buffers) {
   ByteReader in(bytes);
   const Description description = MAILLE_TRY(get_sizes(in, set.description));
   const Bytes shared = set.finest ? in.get_bytes(in.get_count()) : Bytes();
   ChartStreams streams;
   MAILLE_CHECK(streams.read(in, description.arrays.size()));
   const SharedFanTables* tables = set.tables.fans ? &set.tables : nullptr;
-  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 0, options, tables));
+  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 0, options, tables, buffers));
   DecodedChart chart;
   chart.mesh = std::move(patch.mesh);
   if (!patch.known_valid) {
     if (auto valid = validate(chart.mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
-  if (set.finest) chart.shared = MAILLE_TRY(decode_shared(shared, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
+  if (set.finest)
+    chart.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
   return chart;
 }
 

@@ -56,7 +56,9 @@ inline uint32_t set_of_level(uint32_t level) {
 /// `tables`: none, or the bytes of a stream CTAB. Safe on any bytes. Error: corrupt.
 Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables);
 
-/// Inverse. Safe on any bytes. Errors: corrupt, memory_bound, cancelled.
-Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options);
+/// Inverse. `buffers`: for many one after the other. Safe on any bytes. Errors: corrupt, memory_bound,
+/// cancelled.
+Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
+                                  FanBuffers* buffers = nullptr);
 
 }  // namespace maille

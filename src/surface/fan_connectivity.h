@@ -95,6 +95,13 @@ class FanSlots;
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models = FanModels::fixed);
 
+/// Memory that decoders of many small patches use one after the other.
+struct FanBuffers {
+  Unfilled<uint64_t> entries;
+  Unfilled<VertexReferences> references;
+  Unfilled<uint8_t> kinds;
+};
+
 /// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
 /// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
 class FanDecoder {
@@ -102,9 +109,9 @@ class FanDecoder {
   /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay. There is room for up to
   /// as many `more` of them behind the triangles.
   static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more = 0);
-  /// Operations alone: what write_fans() gives. `slots` must stay, too.
+  /// Operations alone: what write_fans() gives. `slots` must stay, too; and `buffers`, if given.
   static Result<FanDecoder> begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
-                                  uint32_t vertices, uint64_t more);
+                                  uint32_t vertices, uint64_t more, FanBuffers* buffers);
   FanDecoder(FanDecoder&&) noexcept;
   FanDecoder& operator=(FanDecoder&&) noexcept;
   ~FanDecoder();

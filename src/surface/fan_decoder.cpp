@@ -510,16 +510,29 @@ void FanSlots::fill_table_at(const StaticTables& tables, uint32_t idle) {
 
 struct FanDecoder::State {
   State(Bytes events, std::unique_ptr<const FanSlots> own, const FanSlots& slots, uint32_t triangles,
-        uint32_t vertices, uint64_t more)
-      : own_slots(std::move(own)),
+        uint32_t vertices, uint64_t more, FanBuffers* reused)
+      : buffers(reused),
+        own_slots(std::move(own)),
         reader(events, slots),
         vertex_count(vertices),
         triangle_count(triangles),
         machine(reader, surface, triangles, vertices) {
     reserve_pages(surface.corners, 3 * (triangles + std::min<uint64_t>(more, triangles)));
+    swap_buffers();
+    if (machine.entries.empty()) machine.entries.resize(1024);
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);
     surface.kinds.back() = 0;
+  }
+
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { swap_buffers(); }
+  void swap_buffers() {
+    if (buffers == nullptr) return;
+    surface.references.swap(buffers->references);
+    surface.kinds.swap(buffers->kinds);
+    machine.entries.swap(buffers->entries);
   }
 
   Result<> step();
@@ -529,6 +542,7 @@ struct FanDecoder::State {
       surface.corners.resize(3 * std::min<uint64_t>(end + piece_triangles / 2, triangle_count));
   }
 
+  FanBuffers* buffers;
   std::unique_ptr<const FanSlots> own_slots;  ///< none where they are shared
   FanReader reader;
   uint32_t vertex_count;
@@ -579,13 +593,13 @@ Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t m
   auto slots = std::make_unique<const FanSlots>(read);
   const FanSlots& there = *slots;
   return FanDecoder(std::make_unique<State>(events, std::move(slots), there, triangles,
-                                            static_cast<uint32_t>(vertices), more));
+                                            static_cast<uint32_t>(vertices), more, nullptr));
 }
 
 Result<FanDecoder> FanDecoder::begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
-                                     uint32_t vertices, uint64_t more) {
+                                     uint32_t vertices, uint64_t more, FanBuffers* buffers) {
   MAILLE_CHECK(check_counts(operations, triangles, vertices));
-  return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more));
+  return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more, buffers));
 }
 
 void FanDecoder::leave_late_out() {
@@ -629,7 +643,8 @@ Result<FanSurface> FanDecoder::finish() {
     }
   }
   if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
-  FanSurface result = std::move(state_->surface);
+  FanSurface result;
+  result.corners = std::move(state_->surface.corners);
   result.vertices = count;
   result.forget_vertices();
   return result;

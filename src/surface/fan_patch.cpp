@@ -266,7 +266,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
 }
 
 Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
-                                                      uint64_t corners) {
+                                                      uint64_t corners, FanBuffers* buffers) {
   ByteReader in(bytes);
   const Bytes beside = in.get_bytes(in.get_count());
   const Bytes fans = in.get_bytes(in.remaining());
@@ -284,8 +284,8 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
     if (vertices > points) return corrupt("more vertices than points");
     copied = MAILLE_TRY(decoder.count_copies(corners));
   }
-  decoder.fans = MAILLE_TRY(
-      FanDecoder::begin(fans, slots, decoder.triangles, static_cast<uint32_t>(vertices), copied));
+  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, slots, decoder.triangles,
+                                              static_cast<uint32_t>(vertices), copied, buffers));
   return decoder;
 }
 

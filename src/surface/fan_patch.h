@@ -43,7 +43,7 @@ struct FanPatchDecoder {
                                        FanModels models = FanModels::fixed);
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
-                                              uint64_t corners);
+                                              uint64_t corners, FanBuffers* buffers = nullptr);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

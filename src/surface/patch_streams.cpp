@@ -228,12 +228,13 @@ bool needs_faces(const Description& description, const DecodeOptions& options) {
 class PatchDecoder {
  public:
   PatchDecoder(const StreamSource& streams, const Description& description, uint32_t patch,
-               const DecodeOptions& options, const SharedFanTables* tables)
+               const DecodeOptions& options, const SharedFanTables* tables, FanBuffers* buffers)
       : streams_(streams),
         description_(description),
         patch_(patch),
         options_(options),
         tables_(tables),
+        buffers_(buffers),
         shapes_(description.shapes()),
         with_places_(needs_places(description, options)) {}
 
@@ -266,7 +267,8 @@ class PatchDecoder {
       return FanPatchDecoder::begin(bytes, description_.points, description_.corners, models);
     }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
-    return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners);
+    return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
+                                         buffers_);
   }
 
   Result<Array> decode_positions(FanPatchDecoder& decoder, const StreamKey& key) {
@@ -339,6 +341,7 @@ class PatchDecoder {
   uint32_t patch_;
   const DecodeOptions& options_;
   const SharedFanTables* tables_;
+  FanBuffers* buffers_;
   std::vector<BlockShape> shapes_;
   bool with_places_;
   PatchTopology topology_;
@@ -386,11 +389,12 @@ bool is_wanted(const DecodeOptions& options, const std::string& name) {
 }
 
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
-                                  const DecodeOptions& options, const SharedFanTables* tables) {
+                                  const DecodeOptions& options, const SharedFanTables* tables,
+                                  FanBuffers* buffers) {
   DecodedPatch decoded;
   Mesh& mesh = decoded.mesh;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchDecoder decoder(streams, description, patch, options, tables);
+  PatchDecoder decoder(streams, description, patch, options, tables, buffers);
   MAILLE_CHECK(decoder.decode_cells(mesh.points));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];

@@ -67,7 +67,8 @@ struct DecodedPatch {
 /// Inverse. `description` is that of the part. `tables`: where patches share them. Safe on any bytes. Errors:
 /// corrupt, cancelled.
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
-                                  const DecodeOptions& options, const SharedFanTables* tables = nullptr);
+                                  const DecodeOptions& options, const SharedFanTables* tables = nullptr,
+                                  FanBuffers* buffers = nullptr);
 
 bool is_wanted(const DecodeOptions& options, const std::string& array);
 
