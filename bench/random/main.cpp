@@ -95,7 +95,8 @@ Result<double> read_overhead(RandomReader& reader, const ChartSet& set, const st
       for (unsigned k = 0; k < 3; ++k) distance = std::max(distance, std::abs(centre.at[k] - middle.at[k]));
       distances.push_back(distance);
     }
-    std::nth_element(distances.begin(), distances.begin() + static_cast<ptrdiff_t>(wanted - 1), distances.end());
+    std::nth_element(distances.begin(), distances.begin() + static_cast<ptrdiff_t>(wanted - 1),
+                     distances.end());
     const double half = distances[wanted - 1];
     Region region;
     region.box.emplace();
@@ -130,8 +131,9 @@ Result<> report(const std::string& path) {
   const auto bits = [&](uint64_t bytes) { return 8 * static_cast<double>(bytes) / faces; };
   const uint64_t other = source->size() - finest - coarser - tables;
   fmt::print("{}: {} faces, {} charts\n", path, directory.faces[0], directory.charts[0]);
-  fmt::print("  bits per face: finest {:.3f} (topology {:.3f}, positions {:.3f}, other {:.3f})\n", bits(finest),
-             bits(directory.finest.topology), bits(directory.finest.arrays[0]), bits(directory.finest.other));
+  fmt::print("  bits per face: finest {:.3f} (topology {:.3f}, positions {:.3f}, other {:.3f})\n",
+             bits(finest), bits(directory.finest.topology), bits(directory.finest.arrays[0]),
+             bits(directory.finest.other));
   fmt::print("    coarser {:.3f} (topology {:.3f}, positions {:.3f}, other {:.3f}), tables {:.3f}\n",
              bits(coarser), bits(directory.coarser.topology),
              directory.coarser.arrays.empty() ? 0 : bits(directory.coarser.arrays[0]),
@@ -139,8 +141,7 @@ Result<> report(const std::string& path) {
   fmt::print("    index and headers {:.3f}; all {:.3f} = {:.3f} bytes\n", bits(other), bits(source->size()),
              bits(source->size()) / 8);
   fmt::print("  decoding charts: {:.1f} M faces/s", MAILLE_TRY(decode_speed(charts, sets[0], 0)));
-  if (directory.levels > 1)
-    fmt::print(", level 1 {:.1f}", MAILLE_TRY(decode_speed(charts, sets[1], 1)));
+  if (directory.levels > 1) fmt::print(", level 1 {:.1f}", MAILLE_TRY(decode_speed(charts, sets[1], 1)));
   fmt::print("\n");
   for (const double part : {0.01, 0.1}) {
     fmt::print("  faces read for {:.0f} % of them: {:.2f} times as many\n", 100 * part,

@@ -88,7 +88,8 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
   std::vector<uint32_t> here, elsewhere;
   if (!decoding) {
     for (const SharedPoint& point : shared)
-      (std::binary_search(border.begin(), border.end(), point.point) ? here : elsewhere).push_back(point.point);
+      (std::binary_search(border.begin(), border.end(), point.point) ? here : elsewhere)
+          .push_back(point.point);
   }
   CountModel number, step;
   const uint32_t count = number.code(coder, static_cast<uint32_t>(elsewhere.size()));
@@ -235,8 +236,9 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   put_sizes(out, part);
   std::vector<Bytes> streams{patch.topology.bytes};
   for (const CodedStream& stream : patch.arrays) streams.push_back(stream.bytes);
-  if (shared) put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
-                                          borders_of_coded(part, patch.sources)));
+  if (shared)
+    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
+                                   borders_of_coded(part, patch.sources)));
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());
   for (const Bytes stream : streams) out.put_bytes(stream);
@@ -259,7 +261,8 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
   if (set.finest)
-    chart.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
+    chart.shared = MAILLE_TRY(decode_shared(
+        shared, description.points, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
   return chart;
 }
 

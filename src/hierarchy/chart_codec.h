@@ -30,8 +30,8 @@ Description chart_description(const Description& file, uint32_t level);
 /// The arrays that charts of this level have; positions first.
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level);
 
-/// The bytes of a chart. `part` are the cells that were encoded, with the number of points; `shared`: at level
-/// 0 alone.
+/// The bytes of a chart. `part` are the cells that were encoded, with the number of points; `shared`: at
+/// level 0 alone.
 std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
                                    std::optional<std::span<const SharedPoint>> shared);
 

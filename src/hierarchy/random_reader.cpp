@@ -184,8 +184,7 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) 
   options.limits = options_.limits;
   options.arrays = options_.arrays;
   thread_local FanBuffers buffers;
-  auto decoded =
-      decode_chart(sets_[set_of_level(index_.group(place.group).level)], bytes, options, &buffers);
+  auto decoded = decode_chart(sets_[set_of_level(index_.group(place.group).level)], bytes, options, &buffers);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;

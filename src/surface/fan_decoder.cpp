@@ -565,8 +565,9 @@ Result<> FanDecoder::State::step() {
     if (machine.done() || !machine.prepare()) return {};
     // Rings of more than four are for the fast loop.
     if (i > 0 && machine.tail - machine.head > 4) return {};
-    const uint32_t table = reader.slots.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                                           machine.seen(machine.tail - 1) << 8];
+    const uint32_t table =
+        reader.slots.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                              machine.seen(machine.tail - 1) << 8];
     const StaticSlot* const slots = &reader.slots.events[table];
     if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
       return corrupt("a fan that cannot be completed");

@@ -284,8 +284,8 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
     if (vertices > points) return corrupt("more vertices than points");
     copied = MAILLE_TRY(decoder.count_copies(corners));
   }
-  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, slots, decoder.triangles,
-                                              static_cast<uint32_t>(vertices), copied, buffers));
+  decoder.fans = MAILLE_TRY(
+      FanDecoder::begin(fans, slots, decoder.triangles, static_cast<uint32_t>(vertices), copied, buffers));
   return decoder;
 }
 

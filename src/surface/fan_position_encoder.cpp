@@ -139,8 +139,8 @@ class PositionEncoder {
   void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
     train(try_selectors);
     if (sample_.size() < patches_.size()) code_all();
-    out.put(static_cast<uint8_t>(flags | (with_selectors_ ? flag_selectors : 0) |
-                                 (with_late_ ? flag_late : 0)));
+    out.put(
+        static_cast<uint8_t>(flags | (with_selectors_ ? flag_selectors : 0) | (with_late_ ? flag_late : 0)));
     out.put_bytes(maps.bytes());
     RansEncoder side;
     fitted_.code(side);
@@ -448,7 +448,8 @@ class PositionEncoder {
     std::vector<uint64_t> bits(pieces);
     std::vector<ClassCounts> counts(pieces, ClassCounts(Points::sizes));
     executor_.parallel_for(pieces, [&](size_t piece) {
-      for (size_t i = piece; i < patches.size(); i += pieces) bits[piece] += count_classes(*patches[i], counts[piece]);
+      for (size_t i = piece; i < patches.size(); i += pieces)
+        bits[piece] += count_classes(*patches[i], counts[piece]);
     });
     counts_ = ClassCounts(Points::sizes);
     for (const ClassCounts& one : counts) counts_.add(one);
@@ -541,8 +542,7 @@ struct Range {
   }
   std::array<int32_t, 3> middle() const {
     std::array<int32_t, 3> middle;
-    for (unsigned k = 0; k < 3; ++k)
-      middle[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
+    for (unsigned k = 0; k < 3; ++k) middle[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
     return middle;
   }
 };
@@ -626,7 +626,8 @@ SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> pa
     });
   };
   if (!narrow) {
-    write([&](size_t i) { return wide_points(codes[i].size(), maps); }, [](size_t, ByteWriter&) {}, flag_wide);
+    write([&](size_t i) { return wide_points(codes[i].size(), maps); }, [](size_t, ByteWriter&) {},
+          flag_wide);
     result.tables = out.take();
     return result;
   }

@@ -108,7 +108,8 @@ class ClassDecoder {
     uint32_t selector = fitted_selector;
     if constexpr (with_selectors) {
       const uint32_t context = lane.selector + selector_context(0, kind);
-      const StaticSlot slot = slots.selectors[slots_.selectors.at[context] + (x & ((1 << selector_bits) - 1))];
+      const StaticSlot slot =
+          slots.selectors[slots_.selectors.at[context] + (x & ((1 << selector_bits) - 1))];
       x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
       selector = slot_symbol(slot) & (selectors - 1);
       lane.selector = selector * 4;
@@ -396,8 +397,7 @@ Result<Sections> read_sections(ByteReader& in, uint32_t points) {
 }
 
 Result<ClassSlots> read_class_slots(RansDecoder& side, unsigned sizes, uint8_t flags) {
-  const StaticTables of_size =
-      read_tables(size_context(sizes, 0), sizes, class_bits, most_size_tables, side);
+  const StaticTables of_size = read_tables(size_context(sizes, 0), sizes, class_bits, most_size_tables, side);
   const StaticTables of_shape =
       read_tables(shape_context(sizes, 0), shapes, class_bits, most_shape_tables, side);
   StaticTables of_selector;

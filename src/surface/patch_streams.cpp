@@ -277,8 +277,8 @@ class PatchDecoder {
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
     if (key.number == shared_fan_coding) {
-      MAILLE_CHECK(decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points,
-                                           array));
+      MAILLE_CHECK(
+          decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points, array));
     } else if (decoder.fans) {
       MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
     } else {

@@ -28,7 +28,8 @@ bool can_share_tables(const ArrayToCode& positions, int effort) {
 SharedFanEncoder::SharedFanEncoder(size_t patches, const ArrayToCode& positions, const EncodeOptions& options)
     : positions_(positions), options_(options), patches_(patches), points_(patches) {}
 
-Result<> SharedFanEncoder::find(size_t patch, const Mesh& mesh, const std::vector<uint32_t>& points_in_whole) {
+Result<> SharedFanEncoder::find(size_t patch, const Mesh& mesh,
+                                const std::vector<uint32_t>& points_in_whole) {
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
   if (!coded) return {};
   points_[patch] = coded->sources.points;
