@@ -155,7 +155,8 @@ class PositionEncoder {
     out.put_bytes(side_bytes);
   }
 
-  void write_patch(const Patch& patch, ByteWriter& out) const {
+  /// `in_states`: the last raw bits stand in the states of the classes.
+  void write_patch(const Patch& patch, bool in_states, ByteWriter& out) const {
     std::vector<std::byte> raw;
     uint64_t waiting = 0;
     unsigned bits = 0;
@@ -182,9 +183,10 @@ class PositionEncoder {
           if (with_selectors_) encoder.put(tables_.selectors.of(context), selector_bits, symbol);
         },
         [&](unsigned lane) { encoder.end_group(lane); });
+    const size_t apart = in_states ? std::min(raw.size(), group_payload_bytes) : 0;
     out.put_count(raw.size());
-    out.put_bytes(raw);
-    out.put_bytes(encoder.finish());
+    out.put_bytes(Bytes(raw).first(raw.size() - apart));
+    out.put_bytes(encoder.finish(Bytes(raw).last(apart)));
   }
 
  private:
@@ -584,7 +586,7 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
     patches.push_back(patch_of(vertices, std::move(points), codes));
     PositionEncoder<Points> encoder(patches, small, serial_executor());
     encoder.write_tables(out, flags, header, small);
-    encoder.write_patch(patches[0], out);
+    encoder.write_patch(patches[0], false, out);
   };
   if (range.is_narrow() && !any_curved(maps)) {
     for (const int32_t bias : range.middle()) header.put(bias);
@@ -621,7 +623,7 @@ SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> pa
     executor.parallel_for(patches.size(), [&](size_t i) {
       ByteWriter bytes;
       write_bias(i, bytes);
-      encoder.write_patch(coded[i], bytes);
+      encoder.write_patch(coded[i], true, bytes);
       result.patches[i] = bytes.take();
     });
   };

@@ -84,6 +84,10 @@ class ClassDecoder {
     }
   }
   bool exhausted() const { return exhausted_; }
+  /// When all blocks are decoded.
+  std::array<std::byte, group_payload_bytes> payload() const {
+    return payload_of({lanes_[0].state, lanes_[1].state, lanes_[2].state, lanes_[3].state});
+  }
 
  private:
   struct Lane {
@@ -382,12 +386,15 @@ void store(const Points& points, uint32_t begin, uint32_t end, std::span<const N
 struct Sections {
   Bytes raw;
   Bytes classes;
+  size_t in_states = 0;  ///< bytes of raw bits that stand in the states of the classes, the last ones
 };
 
-Result<Sections> read_sections(ByteReader& in, uint32_t points) {
+Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) {
   Sections sections;
   const size_t size = in.remaining();
-  sections.raw = in.get_bytes(in.get_count());
+  const uint64_t raw = in.get_count();
+  if (in_states) sections.in_states = static_cast<size_t>(std::min<uint64_t>(raw, group_payload_bytes));
+  sections.raw = in.get_bytes(raw - sections.in_states);
   sections.classes = in.get_bytes(in.remaining());
   // The states also keep a reader of raw bits from reading past the end.
   if (!in.ok() || sections.classes.size() < 8 * group_lanes) return corrupt("the stream is too short");
@@ -453,7 +460,15 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionT
   const bool with_late = (flags & flag_late) != 0;
   if (!with_late) fans.leave_late_out();
   const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables.slots);
-  RawBits raw(sections.raw);
+  std::vector<std::byte> whole_raw;
+  if (sections.in_states > 0) {
+    whole_raw.reserve(sections.raw.size() + sections.in_states + sizeof(uint64_t));
+    whole_raw.assign(sections.raw.begin(), sections.raw.end());
+    // Read from in words of 64 bits.
+    whole_raw.resize(sections.raw.size() + sections.in_states + sizeof(uint64_t));
+  }
+  RawBits raw(sections.in_states > 0 ? Bytes(whole_raw).first(whole_raw.size() - sizeof(uint64_t))
+                                     : sections.raw);
   std::vector<Classes> classes(std::min(count, block_vertices));
   std::vector<uint8_t> kinds;
   for (uint32_t begin = 0; begin < count; begin += block_vertices) {
@@ -470,6 +485,9 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionT
     }
     decoder->decode(kind, end - begin, classes.data());
     if (decoder->exhausted()) return corrupt("the classes end early");
+    if (end == count && sections.in_states > 0)
+      std::copy_n(decoder->payload().begin(), sections.in_states,
+                  whole_raw.begin() + static_cast<ptrdiff_t>(sections.raw.size()));
     const VertexReferences* references = fan_end > begin ? fans.references(begin) : nullptr;
     uint32_t v = begin;
     v += with_late
@@ -510,7 +528,7 @@ bool fits_fan_positions(const Array& array, const ArrayMaps& maps) {
 Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array) {
   ByteReader in(bytes);
   const auto tables = MAILLE_TRY(read_tables_of(in, array.type));
-  const Sections sections = MAILLE_TRY(read_sections(in, points));
+  const Sections sections = MAILLE_TRY(read_sections(in, points, false));
   return decode_sections(fans, sections, *tables, tables->bias, points, array);
 }
 
@@ -529,7 +547,7 @@ Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTa
     const auto step = static_cast<uint32_t>(in.get_count());
     bias[k] = static_cast<int32_t>(static_cast<uint32_t>(bias[k]) + (step >> 1 ^ (0 - (step & 1))));
   }
-  const Sections sections = MAILLE_TRY(read_sections(in, points));
+  const Sections sections = MAILLE_TRY(read_sections(in, points, true));
   return decode_sections(fans, sections, tables, bias, points, array);
 }
 

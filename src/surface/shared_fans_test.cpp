@@ -103,7 +103,7 @@ TEST(SharedFans, SmallPatchesFarApartHaveSixteenBitsOfTheirOwn) {
   for (size_t i = 0; i < numbers.size(); ++i)
     numbers[i] += 1000 * static_cast<float>(i / (3 * shape.points.size()));
   patches.encode({Tolerance::Kind::bits, 24.0});
-  ASSERT_EQ(static_cast<unsigned>(patches.coded[0]->positions[0]) == 0, false);
+  EXPECT_NE(patches.coded[0]->positions[0], std::byte{0});
   expect_round_trip(patches);
 }
 
