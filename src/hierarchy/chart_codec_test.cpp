@@ -97,8 +97,8 @@ TEST(ChartCodec, PointsOnTheBorderAreSharedForOneByte) {
   }
   ASSERT_EQ(border.size(), 80);
   const size_t streams = chart.patch.topology.bytes.size() + chart.patch.arrays[0].bytes.size();
-  // Points, faces (two bytes each), the codings, the size of the topology.
-  EXPECT_LE(chart_bytes(chart.mesh, chart.patch, border).size(), streams + 1 + 7);
+  // Points, cells and corners take two bytes each, the codings and the size of the topology one.
+  EXPECT_LE(chart_bytes(chart.mesh, chart.patch, border).size(), streams + 1 + 8);
   EXPECT_EQ(decoded_points(chart, border).size(), border.size());
 }
 

@@ -160,7 +160,11 @@ class PositionEncoder {
     std::vector<std::byte> raw;
     uint64_t waiting = 0;
     unsigned bits = 0;
+    // Bytes of the last block alone: those before are needed before the states are known.
+    const uint32_t last_block = (std::max(patch.vertices.count, 1u) - 1) / block_vertices * block_vertices;
+    size_t before_last = 0;
     for (uint32_t v = 0; v < patch.vertices.count; ++v) {
+      if (v == last_block) before_last = raw.size() + (bits > 0);
       for (unsigned k = 0; k < 3; ++k) {
         const Field field = field_of_coordinate(patch.classes[v], k);
         waiting |= raw_bits(patch.residuals[v][k], field) << bits;
@@ -183,8 +187,12 @@ class PositionEncoder {
           if (with_selectors_) encoder.put(tables_.selectors.of(context), selector_bits, symbol);
         },
         [&](unsigned lane) { encoder.end_group(lane); });
-    const size_t apart = in_states ? std::min(raw.size(), group_payload_bytes) : 0;
-    out.put_count(raw.size());
+    size_t apart = 0;
+    if (in_states) {
+      apart = std::min(raw.size() - std::min(raw.size(), before_last), group_payload_bytes);
+      out.put_count(apart);
+    }
+    out.put_count(raw.size() - apart);
     out.put_bytes(Bytes(raw).first(raw.size() - apart));
     out.put_bytes(encoder.finish(Bytes(raw).last(apart)));
   }

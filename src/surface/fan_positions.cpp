@@ -392,9 +392,12 @@ struct Sections {
 Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) {
   Sections sections;
   const size_t size = in.remaining();
-  const uint64_t raw = in.get_count();
-  if (in_states) sections.in_states = static_cast<size_t>(std::min<uint64_t>(raw, group_payload_bytes));
-  sections.raw = in.get_bytes(raw - sections.in_states);
+  if (in_states) {
+    const uint64_t count = in.get_count();
+    if (count > group_payload_bytes) return corrupt("more raw bits in the states than they hold");
+    sections.in_states = static_cast<size_t>(count);
+  }
+  sections.raw = in.get_bytes(in.get_count());
   sections.classes = in.get_bytes(in.remaining());
   // The states also keep a reader of raw bits from reading past the end.
   if (!in.ok() || sections.classes.size() < 8 * group_lanes) return corrupt("the stream is too short");
