@@ -2,6 +2,8 @@
 #include <maille/io.h>
 #include <maille/random_access.h>
 
+#include <algorithm>
+
 #include "files.h"
 #include "progress.h"
 #include "result.h"
@@ -33,10 +35,18 @@ Region region_of(const ExtractOptions& options) {
   return region;
 }
 
+std::optional<View> view_of(const ExtractOptions& options) {
+  if (options.eye.empty()) return std::nullopt;
+  constexpr double pixels_per_radian = 1080 / (2 * 0.57735026918962576);  // 60 degrees
+  return View{{{options.eye[0], options.eye[1], options.eye[2]}}, pixels_per_radian, options.pixel_error};
+}
+
 Result<Selection> choose(File& file, const Region& region, const ExtractOptions& options) {
-  if (options.triangles) return file.select(region, *options.triangles);
+  const std::optional<View> view = view_of(options);
+  if (options.triangles) return file.select(region, *options.triangles, view);
   Detail detail = Detail::full();
-  if (options.error || options.level) detail = {};
+  if (options.error || options.level || view) detail = {};
+  detail.view = view;
   if (options.error) detail.bound = *options.error;
   if (options.level) {
     if (*options.level >= file.levels()) {
@@ -46,6 +56,29 @@ Result<Selection> choose(File& file, const Region& region, const ExtractOptions&
     detail.level = *options.level;
   }
   return file.select(region, detail);
+}
+
+/// Which chart each cell is of: in each block come those of chart after chart.
+Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
+  std::vector<std::vector<uint64_t>> cells(mesh.blocks.size());
+  for (const ChartPlace& place : selection.charts) {
+    const Mesh chart = TOOL_TRY(file.read(place));
+    std::vector<uint64_t> in_block(cells.size());
+    for (size_t b = 0; b < chart.blocks.size(); ++b)
+      in_block[std::min(b, cells.size() - 1)] += chart.blocks[b].size();
+    for (size_t b = 0; b < cells.size(); ++b) cells[b].push_back(in_block[b]);
+  }
+  Array numbers = make_array("chart", Domain::cell, Scalar::u32, 1, Role::label);
+  numbers.resize(mesh.cell_count());
+  size_t cell = 0;
+  for (const std::vector<uint64_t>& block : cells) {
+    for (uint32_t chart = 0; chart < block.size(); ++chart) {
+      for (uint64_t i = 0; i < block[chart] && cell < mesh.cell_count(); ++i)
+        numbers.values<uint32_t>()[cell++] = chart;
+    }
+  }
+  mesh.arrays.push_back(std::move(numbers));
+  return {};
 }
 
 Result<> report(const ExtractOptions& options, const Selection& selection, const Mesh& mesh, size_t damaged,
@@ -90,6 +123,7 @@ Result<int> run(const ExtractOptions& options) {
   }
   std::vector<std::string> problems;
   Mesh mesh = TOOL_TRY(file.salvage(selection, problems));
+  if (options.chart_numbers && problems.empty()) TOOL_CHECK(add_chart_numbers(file, selection, mesh));
   if (!options.whole_charts) mesh = clip(mesh, region);
   const auto output =
       TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));

@@ -59,6 +59,7 @@ struct DecompressOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  bool tree = false;
   bool chunks = false;
 };
 
@@ -142,8 +143,11 @@ struct ExtractOptions {
   std::optional<double> error;
   std::optional<uint32_t> level;
   std::optional<uint64_t> triangles;
+  std::vector<double> eye;  ///< empty, or three numbers
+  double pixel_error = 1;
   bool full = false;
   bool whole_charts = false;
+  bool chart_numbers = false;
   bool ascii = false;
   bool force = false;
 };

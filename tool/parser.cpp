@@ -185,6 +185,8 @@ void Parser::add_info() {
                      "maille info dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
   file(i, "-i,--input,FILE", info.input, "A .maille file; - is standard input")->required();
+  i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
+      ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
   add_common(i, info.common, false);
 }
@@ -378,6 +380,9 @@ void Parser::add_extract() {
       ->group(region);
   e->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
       ->group(region);
+  e->add_flag("--chart-numbers", extract.chart_numbers,
+              "Add an array 'chart' of the cells: which of the charts that were read each is of")
+      ->group(files_group);
   constexpr const char* detail = "Detail";
   CLI::Option* full = e->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
   CLI::Option* error = e->add_option("--error", extract.error,
@@ -399,6 +404,18 @@ void Parser::add_extract() {
       ->excludes(full)
       ->excludes(error)
       ->excludes(level);
+  list(e->add_option("--eye", extract.eye,
+                     "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
+                     "separated by commas"))
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->group(detail)
+      ->excludes(full);
+  e->add_option("--pixel-error", extract.pixel_error,
+                "The largest error that may be seen with --eye, in pixels (default 1)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->group(detail);
   add_common(e, extract.common, true);
 }
 

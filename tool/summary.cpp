@@ -168,9 +168,30 @@ std::string chunks_text(const FileInfo& info) {
   return "chunks:\n" + table.str();
 }
 
+std::string tree_text(const FileInfo& info) {
+  Table table({"level", "charts", "faces", "view error", "bound"}, 1);
+  for (size_t level = info.faces_of_level.size(); level-- > 0;) {
+    table.row({fmt::format("{}", level), fmt::format("{}", info.charts_of_level[level]),
+               fmt::format("{}", info.faces_of_level[level]), number(info.view_error_of_level[level]),
+               number(info.bound_of_level[level])});
+  }
+  return "levels of detail:\n" + table.str();
+}
+
+Json json_of_levels(const FileInfo& info) {
+  Json levels = Json::array();
+  for (size_t level = 0; level < info.faces_of_level.size(); ++level) {
+    levels.push_back({{"charts", info.charts_of_level[level]},
+                      {"faces", info.faces_of_level[level]},
+                      {"view_error", info.view_error_of_level[level]},
+                      {"bound", info.bound_of_level[level]}});
+  }
+  return levels;
+}
+
 }  // namespace
 
-std::string info_text(const FileInfo& info, const std::string& name, bool chunks) {
+std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks) {
   const char* word = info.mode == Mode::stream ? "cell" : "face";
   std::string text = fmt::format(
       "{}: .maille format {}.{}, mode {}, effort {}, order {}\n"
@@ -182,6 +203,10 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
       bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), word, info.points,
       word, info.cells, counted(info.corners, "corner"));
   if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
+  if (!info.faces_of_level.empty()) {
+    text += fmt::format("levels:  {}, the coarsest of {}\n", info.faces_of_level.size(),
+                        counted(info.faces_of_level.back(), word));
+  }
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
@@ -190,7 +215,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool chunks
   add_row(table, info.connectivity);
   add_row(table, info.positions);
   for (const ArrayInfo& array : info.arrays) add_row(table, array);
-  return text + table.str() + (chunks ? chunks_text(info) : "");
+  return text + table.str() + (tree ? tree_text(info) : "") + (chunks ? chunks_text(info) : "");
 }
 
 Json info_json(const FileInfo& info, const std::string& name) {
@@ -215,6 +240,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"cells", info.cells},
           {"corners", info.corners},
           {"parts", info.parts},
+          {"levels", json_of_levels(info)},
           {"blocks", blocks},
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},

@@ -18,7 +18,7 @@ std::string summary_text(const EncodeReport& report, const std::string& input, c
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 
-std::string info_text(const FileInfo& info, const std::string& name, bool chunks);
+std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks);
 Json info_json(const FileInfo& info, const std::string& name);
 
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.

@@ -49,7 +49,9 @@ struct FileInfo {
   /// Mode random: of each level of detail, the mesh itself first.
   std::vector<uint64_t> faces_of_level;
   std::vector<uint32_t> charts_of_level;
-  ArrayInfo connectivity;  ///< count: corners
+  std::vector<double> view_error_of_level;  ///< the largest quadric error, in units of the mesh
+  std::vector<double> bound_of_level;       ///< no point of the mesh is farther from this level
+  ArrayInfo connectivity;                   ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
   std::vector<std::pair<std::string, std::string>> metadata;

@@ -72,6 +72,15 @@ struct Selection {
   std::vector<uint32_t> missing;   ///< pages of the index that were not read; empty after File::select()
 };
 
+/// What is known of a chart without reading it.
+struct ChartInfo {
+  uint32_t level = 0;
+  uint64_t faces = 0;
+  uint64_t bytes = 0;  ///< in the file
+  Sphere sphere;
+  Box box;
+};
+
 /// What is hit by a ray, or near a point. The face is one of the mesh itself, never of a coarser level.
 struct SurfacePoint {
   ChartPlace chart;
@@ -103,6 +112,8 @@ class File {
   /// first.
   Result<Selection> select(const Region& region, uint64_t most_faces, const std::optional<View>& view = {});
 
+  /// Error: usage, for a chart that is not there.
+  Result<ChartInfo> info(const ChartPlace& place);
   /// One chart as a mesh of its own.
   Result<Mesh> read(const ChartPlace& place);
   /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.

@@ -193,19 +193,36 @@ Result<std::vector<std::byte>> FileReader::read_chunk(const ChunkRecord& record)
   return std::vector<std::byte>(content.begin(), content.end());
 }
 
-Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) const {
+/// Are all its parts there?
+Result<> FileReader::check_stream(const StreamKey& key) const {
   const std::span<const size_t> parts = parts_of(key);
   bool whole = !parts.empty();
   for (size_t i = 0; i < parts.size(); ++i) {
     const ChunkHeader& part = records_[parts[i]].header;
     whole = whole && part.part() == i && part.last() == (i + 1 == parts.size());
   }
-  if (!whole) {
-    return failure(ErrorCode::corrupt,
-                   source_->name() + ": " + describe_stream(key) +
-                       (parts.empty() ? " is missing" : " lacks a part or has one twice") +
-                       (problems_.empty() ? "" : ": " + problems_.front()));
+  if (whole) return {};
+  return failure(ErrorCode::corrupt,
+                 source_->name() + ": " + describe_stream(key) +
+                     (parts.empty() ? " is missing" : " lacks a part or has one twice") +
+                     (problems_.empty() ? "" : ": " + problems_.front()));
+}
+
+Result<std::vector<std::byte>> FileReader::read_unchecked(const StreamKey& key) const {
+  MAILLE_CHECK(check_stream(key));
+  std::vector<std::byte> stream;
+  for (const size_t i : parts_of(key)) {
+    const ChunkRecord& record = records_[i];
+    const uint64_t header = chunk_total_bytes(record.header) - record.header.size - chunk_checksum_bytes;
+    const auto part = MAILLE_TRY(read_part(*source_, record.offset + header, record.header.size));
+    stream.insert(stream.end(), part.begin(), part.end());
   }
+  return stream;
+}
+
+Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) const {
+  MAILLE_CHECK(check_stream(key));
+  const std::span<const size_t> parts = parts_of(key);
   std::vector<std::byte> stream;
   stream.reserve(static_cast<size_t>(stream_bytes(key)));  // chunks do not overlap: less than the file
   SourceWindow window(*source_);

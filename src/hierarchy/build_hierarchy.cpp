@@ -92,7 +92,7 @@ class Builder {
       simplify_level(begin, end);
       const uint64_t after = triangles_from(end);
       // Nothing more can be removed: this level stays out, and several roots are left.
-      if (after > before - before / 32) {
+      if (after + before / 32 >= before) {
         drop_level(end);
         break;
       }
@@ -285,6 +285,8 @@ class Builder {
     if (!last && left > options_.chart_faces / 2)
       parts = std::max(2u, (left + options_.chart_faces / 2) / options_.chart_faces);
     split(job, simplified.triangles, parts);
+    // Of lines and points nothing is left, but what replaces them must be found.
+    if (job.outputs.empty()) job.outputs.emplace_back();
     return job;
   }
 
@@ -319,6 +321,7 @@ class Builder {
     for (Chart& chart : job.outputs) {
       chart.level = group.level + 1;
       chart.producer = number;
+      if (chart.triangles.empty()) chart.sphere.centre = group.sphere.centre;
       group.outputs.push_back(size());
       result_.charts.push_back(std::move(chart));
     }

@@ -245,6 +245,11 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   return out.take();
 }
 
+Result<double> claimed_bytes(const Description& described, Bytes bytes) {
+  ByteReader in(bytes);
+  return memory_of(MAILLE_TRY(get_sizes(in, described)));
+}
+
 Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
                                   FanBuffers* buffers) {
   ByteReader in(bytes);
@@ -253,7 +258,8 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
   ChartStreams streams;
   MAILLE_CHECK(streams.read(in, description.arrays.size()));
   const SharedFanTables* tables = set.tables.fans ? &set.tables : nullptr;
-  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 0, options, tables, buffers));
+  // Not patch 0: arrays of the mesh as a whole are not in charts.
+  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 1, options, tables, buffers));
   DecodedChart chart;
   chart.mesh = std::move(patch.mesh);
   if (!patch.known_valid) {

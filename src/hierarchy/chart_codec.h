@@ -4,6 +4,7 @@
 #include <maille/encode.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,7 +16,7 @@
 namespace maille {
 
 /// A chart as bytes: its sizes, which of its points other charts of level 0 have as well, and the streams of
-/// a patch, as in mode `single`. docs/format.md, "Charts".
+/// a patch, as in mode `single`. docs/format.md, 13.3.
 
 /// A point that several charts have. Those of one position are told apart by the number of the copy, nearly
 /// always 0.
@@ -49,12 +50,16 @@ struct ChartSet {
 /// The charts of level 0, and those of all others, have tables of their own: docs/format.md, "Tables of
 /// charts".
 inline constexpr uint32_t chart_sets = 2;
+using ChartSets = std::array<ChartSet, chart_sets>;
 inline uint32_t set_of_level(uint32_t level) {
   return std::min(level, chart_sets - 1);
 }
 
 /// `tables`: none, or the bytes of a stream CTAB. Safe on any bytes. Error: corrupt.
 Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables);
+
+/// What the chart says it takes in memory. Error: corrupt.
+Result<double> claimed_bytes(const Description& described, Bytes bytes);
 
 /// Inverse. `buffers`: for many one after the other. Safe on any bytes. Errors: corrupt, memory_bound,
 /// cancelled.

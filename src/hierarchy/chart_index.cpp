@@ -190,7 +190,7 @@ Result<std::vector<IndexedGroup>> decode_index_page(const IndexFrame& frame, Byt
   for (uint32_t number = first; number < std::min(group_count, first + groups_per_index_page); ++number) {
     PackedGroup packed;
     PackedGroup::visit(packed, reader);
-    if (!in.ok() || packed.charts > most_charts_per_group) return corrupt("a group that is not whole");
+    if (!in.ok() || !reader.in_range) return corrupt("a group that is not whole");
     if (std::isnan(packed.view_error) || std::isnan(packed.bound))
       return corrupt("an error that is no number");
     IndexedGroup& group = groups.emplace_back();

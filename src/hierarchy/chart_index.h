@@ -15,7 +15,7 @@ namespace maille {
 /// What is known of charts without decoding them: one group is one page of a file, the charts that appear
 /// together when it is refined. Group 0 is the root: its charts are the coarsest ones, and it is always
 /// refined. A group's number is lower than those of the groups that refine its charts, so there are no loops.
-/// docs/format.md, "Chart index".
+/// docs/format.md, 13.2.
 
 struct IndexedChart {
   Sphere sphere;
@@ -37,8 +37,6 @@ struct IndexedGroup {
 };
 
 inline constexpr uint32_t groups_per_index_page = 256;
-/// A page holds at most this much, so a hostile index costs no more.
-inline constexpr uint32_t most_charts_per_group = 4096;
 
 /// The cube that spheres and boxes are written in.
 struct IndexFrame {

@@ -137,13 +137,13 @@ Mesh clip(const Mesh& mesh, const Region& region) {
     for (uint64_t i = 0; i < block.size(); ++i) {
       const auto nodes = block.cell(i);
       bool meets = false;
-      // Polygons may be bent: each triangle of the fan for itself; lines and points are thin polygons.
-      for (size_t k = 2; k < std::max<size_t>(nodes.size(), 3) && !meets && !nodes.empty(); ++k) {
-        const auto corner = [&](size_t at) {
-          return point_position(mesh.points, nodes[std::min(at, nodes.size() - 1)]);
-        };
-        meets = test.meets({corner(0), corner(k - 1), corner(k)});
-      }
+      const auto position = [&](uint32_t point) { return point_position(mesh.points, point); };
+      // Polygons may be bent: each triangle of the fan for itself. Lines and points are thin polygons.
+      for_each_fan_triangle(mesh.points, nodes, [&](uint32_t a, uint32_t b, uint32_t c) {
+        meets = meets || test.meets({position(a), position(b), position(c)});
+      });
+      if (!nodes.empty() && nodes.size() < 3)
+        meets = test.meets({position(nodes[0]), position(nodes.back())});
       keep.push_back(meets);
     }
   }

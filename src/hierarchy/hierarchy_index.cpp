@@ -9,7 +9,7 @@ namespace {
 
 class Indexer {
  public:
-  Indexer(const Hierarchy& hierarchy, const FaceLists& faces, std::span<const float> positions)
+  Indexer(const Hierarchy& hierarchy, const FaceLists& faces, const LocalPositions& positions)
       : hierarchy_(hierarchy),
         faces_(faces),
         positions_(positions),
@@ -36,7 +36,7 @@ class Indexer {
       if (hierarchy_.charts[i].consumer == no_group) charts.push_back(i);
     }
     for (const uint32_t chart : charts) {
-      const Sphere& sphere = hierarchy_.charts[chart].sphere;
+      const Sphere sphere = in_space(hierarchy_.charts[chart].sphere);
       root.sphere = chart == charts.front() ? sphere : enclosing(root.sphere, sphere);
     }
   }
@@ -57,11 +57,15 @@ class Indexer {
     added.level = group.level;
     added.view_error = group.view_error;
     added.bound = group.bound;
-    added.sphere = group.sphere;
+    added.sphere = in_space(group.sphere);
     added.replaces = static_cast<uint32_t>(group.outputs.size());
     result_.charts.push_back(group.inputs);
   }
 
+  /// Around the positions themselves.
+  Sphere in_space(const Sphere& local) const {
+    return {local.centre + positions_.origin, local.radius + 2 * positions_.rounding};
+  }
   template <class F>
   void for_each_vertex(const Chart& chart, F f) const {
     for (const uint32_t v : chart.triangles) f(v);
@@ -72,17 +76,17 @@ class Indexer {
   IndexedChart indexed(uint32_t number) const {
     const Chart& chart = hierarchy_.charts[number];
     IndexedChart indexed;
-    indexed.sphere = chart.sphere;
+    indexed.sphere = in_space(chart.sphere);
     indexed.producer = chart.producer == no_group ? no_group : number_[chart.producer];
     indexed.faces = static_cast<uint32_t>(chart.face_count());
-    indexed.box.low = indexed.box.high = chart.sphere.centre;
+    indexed.box.low = indexed.box.high = indexed.sphere.centre;
     bool first = true;
     for_each_vertex(chart, [&](uint32_t v) {
       for (unsigned k = 0; k < 3; ++k) {
-        const auto number_read = static_cast<double>(positions_[size_t{3} * v + k]);
-        const double x = std::isfinite(number_read) ? number_read : 0;
-        indexed.box.low[k] = first ? x : std::min(indexed.box.low[k], x);
-        indexed.box.high[k] = first ? x : std::max(indexed.box.high[k], x);
+        const double x = positions_.origin[k] + static_cast<double>(positions_.numbers[size_t{3} * v + k]);
+        const double low = x - positions_.rounding, high = x + positions_.rounding;
+        indexed.box.low[k] = first ? low : std::min(indexed.box.low[k], low);
+        indexed.box.high[k] = first ? high : std::max(indexed.box.high[k], high);
       }
       first = false;
     });
@@ -115,7 +119,7 @@ class Indexer {
 
   const Hierarchy& hierarchy_;
   const FaceLists& faces_;
-  std::span<const float> positions_;
+  const LocalPositions& positions_;
   IndexedHierarchy result_;
   std::vector<uint32_t> number_;
 };
@@ -123,7 +127,7 @@ class Indexer {
 }  // namespace
 
 IndexedHierarchy index_hierarchy(const Hierarchy& hierarchy, const FaceLists& faces,
-                                 std::span<const float> positions) {
+                                 const LocalPositions& positions) {
   return Indexer(hierarchy, faces, positions).run();
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hierarchy/chart_index.h"
+#include "hierarchy/local_positions.h"
 #include "hierarchy/spatial_graph.h"
 
 namespace maille {
@@ -16,6 +17,6 @@ struct IndexedHierarchy {
 };
 
 IndexedHierarchy index_hierarchy(const Hierarchy& hierarchy, const FaceLists& faces,
-                                 std::span<const float> positions);
+                                 const LocalPositions& positions);
 
 }  // namespace maille

@@ -103,6 +103,26 @@ JoinedPoints join_charts(std::span<const DecodedChart> charts) {
   return joined;
 }
 
+DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
+  const auto array_like = [](const ArrayDescription& described) {
+    Array array =
+        make_array(described.name, described.domain, described.type, described.components, described.role);
+    array.labels = described.labels;
+    return array;
+  };
+  DecodedChart chart;
+  chart.mesh.points = array_like(description.positions);
+  for (const CodedBlock& coded : description.blocks) {
+    CellBlock& block = chart.mesh.blocks.emplace_back();
+    block.type = coded.shape.type;
+    if (nodes_of(block.type) == 0) block.offsets.push_back(0);
+  }
+  for (const ArrayDescription& described : description.arrays) {
+    if (is_wanted(options, described.name)) chart.mesh.arrays.push_back(array_like(described));
+  }
+  return chart;
+}
+
 Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& description,
                          Executor& executor) {
   if (charts.empty()) return failure(ErrorCode::usage, "no charts were chosen");

@@ -21,6 +21,9 @@ std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<cons
 /// position and copy are one.
 JoinedPoints join_charts(std::span<const DecodedChart> charts);
 
+/// A chart of level 0 without any cells or points.
+DecodedChart empty_chart(const Description& description, const DecodeOptions& options);
+
 /// Charts of level 0 as one mesh, with all blocks and arrays. Error: usage, for none.
 Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& description,
                          Executor& executor);

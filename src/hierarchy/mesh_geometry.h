@@ -4,11 +4,24 @@
 #include <maille/mesh.h>
 
 #include <optional>
+#include <span>
 
 namespace maille {
 
 /// A point's position, whatever its type. Numbers that are none stay so.
 Vector3 point_position(const Array& positions, uint64_t point);
+
+/// A polygon as triangles: calls f(a, b, c). The fan starts at the lowest corner, whichever is the first: a
+/// file may turn polygons, and those that are bent must not change with that.
+template <class F>
+void for_each_fan_triangle(const Array& positions, std::span<const uint32_t> nodes, F f) {
+  size_t start = 0;
+  for (size_t i = 1; i < nodes.size(); ++i) {
+    if (point_position(positions, nodes[i]).x < point_position(positions, nodes[start]).x) start = i;
+  }
+  const auto corner = [&](size_t i) { return nodes[(start + i) % nodes.size()]; };
+  for (size_t k = 2; k < nodes.size(); ++k) f(corner(0), corner(k - 1), corner(k));
+}
 
 /// From the nearest point of a triangle.
 double squared_distance(const Vector3& from, const Vector3& a, const Vector3& b, const Vector3& c);

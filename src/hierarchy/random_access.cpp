@@ -25,10 +25,10 @@ void for_each_triangle(const Mesh& mesh, F f) {
   uint64_t face = 0;
   for (const CellBlock& block : mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i, ++face) {
-      const auto nodes = block.cell(i);
-      for (size_t k = 2; k < nodes.size() && is_face(block.type_of(i)); ++k) {
-        f(face, std::array<uint32_t, 3>{nodes[0], nodes[k - 1], nodes[k]});
-      }
+      if (!is_face(block.type_of(i))) continue;
+      for_each_fan_triangle(mesh.points, block.cell(i), [&](uint32_t a, uint32_t b, uint32_t c) {
+        f(face, std::array<uint32_t, 3>{a, b, c});
+      });
     }
   }
 }
@@ -108,23 +108,35 @@ struct File::State {
 
   Executor& executor() const { return options.executor == nullptr ? serial_executor() : *options.executor; }
 
-  Result<Mesh> join(std::vector<DecodedChart> charts, const Selection& selection) const {
+  /// `problems`: not null: damaged charts are left out, and named there.
+  Result<Mesh> extract(const Selection& selection, std::vector<std::string>* problems) {
+    MAILLE_CHECK(reader.find(selection.charts));
+    std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(selection.charts, problems));
     const ChartIndex& index = reader.index();
     const bool finest =
         std::all_of(selection.charts.begin(), selection.charts.end(),
                     [&](const ChartPlace& place) { return index.group(place.group).level == 0; });
-    if (finest && !charts.empty()) return join_finest(std::move(charts), reader.description(), executor());
-    return join_levels(charts);
+    if (!finest && !charts.empty()) return join_levels(charts);
+    if (charts.empty()) charts.push_back(empty_chart(reader.description(), options));
+    Mesh mesh = MAILLE_TRY(join_finest(std::move(charts), reader.description(), executor()));
+    auto arrays = reader.read_mesh_arrays(mesh);
+    if (arrays) return mesh;
+    if (problems == nullptr) return tl::unexpected(std::move(arrays).error());
+    problems->push_back(arrays.error().message);
+    std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
+    return mesh;
   }
 
   /// Looks at charts, nearest first, as long as one may hold something nearer than what was found.
   template <class Distance, class Look>
   Result<> nearest_first(Distance distance, const std::optional<SurfacePoint>& found, Look look) {
-    ChartQueue<Distance> queue(reader.index(), distance);
-    while (const auto next = queue.next()) {
+    std::optional<ChartQueue<Distance>> queue(std::in_place, reader.index(), distance);
+    while (const auto next = queue->next()) {
       if (found && next->distance > found->distance) return {};
       if (next->missing) {
+        const unsigned rebuilt = reader.rebuilt();
         MAILLE_CHECK(reader.load_index_pages({*next->missing}));
+        if (reader.rebuilt() != rebuilt) queue.emplace(reader.index(), distance);
         continue;
       }
       const std::vector<DecodedChart> chart = MAILLE_TRY(reader.read_charts({next->place}));
@@ -166,14 +178,22 @@ Result<Selection> File::select(const Region& region, uint64_t most_faces, const 
       [&](const ChartIndex& index) { return select_within(index, region, most_faces, view); });
 }
 
+Result<ChartInfo> File::info(const ChartPlace& place) {
+  MAILLE_CHECK(state_->reader.find({place}));
+  const IndexedGroup& group = state_->reader.index().group(place.group);
+  const IndexedChart& chart = group.charts[place.chart];
+  return ChartInfo{group.level, chart.faces, chart.bytes, chart.sphere, chart.box};
+}
+
 Result<Mesh> File::read(const ChartPlace& place) {
+  MAILLE_CHECK(state_->reader.find({place}));
   return MAILLE_TRY(state_->reader.read_charts({place}))[0].mesh;
 }
 Result<Mesh> File::extract(const Selection& selection) {
-  return state_->join(MAILLE_TRY(state_->reader.read_charts(selection.charts)), selection);
+  return state_->extract(selection, nullptr);
 }
 Result<Mesh> File::salvage(const Selection& selection, std::vector<std::string>& problems) {
-  return state_->join(MAILLE_TRY(state_->reader.read_charts(selection.charts, &problems)), selection);
+  return state_->extract(selection, &problems);
 }
 
 Result<std::optional<SurfacePoint>> File::hit(const Vector3& origin, const Vector3& direction) {

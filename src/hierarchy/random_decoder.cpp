@@ -1,5 +1,6 @@
 // Reads files of mode `random` whole, and says what is in them.
 #include <algorithm>
+#include <numeric>
 
 #include "base/result.h"
 #include "hierarchy/join_charts.h"
@@ -10,25 +11,6 @@
 #include "surface/mesh_description.h"
 
 namespace maille {
-namespace {
-
-Result<> read_mesh_arrays(const RandomReader& reader, Mesh& mesh) {
-  for (Array& array : mesh.arrays) {
-    if (array.domain != Domain::mesh) continue;
-    const auto& described = reader.description().arrays;
-    const auto found = std::find_if(described.begin(), described.end(), [&](const ArrayDescription& d) {
-      return d.domain == Domain::mesh && d.name == array.name;
-    });
-    const auto number = static_cast<uint32_t>(found - described.begin());
-    const FileReader& file = MAILLE_TRY(reader.whole_file());
-    const auto bytes = MAILLE_TRY(file.read_stream(mesh_array_key(number)));
-    MAILLE_CHECK(decode_mesh_array(bytes, found->mesh_tuples, array));
-  }
-  return {};
-}
-
-}  // namespace
-
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
   RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
   const Selection all =
@@ -40,7 +22,7 @@ Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
   if (mesh.point_count() != description.points || mesh.cell_count() != description.cells()) {
     return failure(ErrorCode::corrupt, source.name() + ": the charts are not all of the mesh");
   }
-  MAILLE_CHECK(read_mesh_arrays(reader, mesh));
+  MAILLE_CHECK(reader.read_mesh_arrays(mesh));
   if (description.order == Order::keep) {
     const FileReader& file = MAILLE_TRY(reader.whole_file());
     const ElementOrder order =
@@ -51,8 +33,32 @@ Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
   return mesh;
 }
 
+namespace {
+
+/// The index says of groups what the charts that they replace are off by: those of the next coarser level.
+Result<> find_errors(RandomReader& reader, FileInfo& info) {
+  std::vector<uint32_t> pages(reader.index().pages());
+  std::iota(pages.begin(), pages.end(), 0u);
+  MAILLE_CHECK(reader.load_index_pages(pages));
+  const uint32_t levels = reader.directory().levels;
+  info.view_error_of_level.assign(levels, 0);
+  info.bound_of_level.assign(levels, 0);
+  for (uint32_t number = 1; number < reader.index().size(); ++number) {
+    const IndexedGroup& group = reader.index().group(number);
+    const auto raise = [&](double& error, double found) { error = std::max(error, found); };
+    if (group.level + 1 >= levels) continue;
+    raise(info.view_error_of_level[group.level + 1], group.view_error);
+    raise(info.bound_of_level[group.level + 1], group.bound);
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<FileInfo> inspect_random(const Source& source) {
-  const RandomReader reader = MAILLE_TRY(RandomReader::open(source, {}));
+  RandomReader reader = MAILLE_TRY(RandomReader::open(source, {}));
+  FileInfo errors;
+  MAILLE_CHECK(find_errors(reader, errors));
   const ChartDirectory& directory = reader.directory();
   FileInfo info = file_info(reader.description());
   info.format_major = reader.header().major;
@@ -62,6 +68,8 @@ Result<FileInfo> inspect_random(const Source& source) {
   info.connectivity.coded_bytes = directory.finest.topology + directory.coarser.topology;
   info.faces_of_level = directory.faces;
   info.charts_of_level = directory.charts;
+  info.view_error_of_level = std::move(errors.view_error_of_level);
+  info.bound_of_level = std::move(errors.bound_of_level);
   uint64_t coarse = 0;
   const auto coded = [&](size_t i, Domain domain) {
     uint64_t bytes = directory.finest.arrays[i];
@@ -78,6 +86,8 @@ Result<FileInfo> inspect_random(const Source& source) {
   const FileReader& file = MAILLE_TRY(reader.whole_file());
   info.chunks = file.chunks();
   info.problems = file.problems();
+  if (reader.rebuilt() > 0)
+    info.problems.push_back("the index of charts is damaged; it was made anew from the charts");
   return info;
 }
 

@@ -80,9 +80,10 @@ Result<> check_cells(const Mesh& mesh) {
 
 class RandomEncoder {
  public:
-  RandomEncoder(const Mesh& mesh, const EncodeOptions& options)
+  RandomEncoder(const Mesh& mesh, const EncodeOptions& options, const HierarchyOptions& hierarchy)
       : mesh_(mesh),
         options_(options),
+        building_(hierarchy),
         executor_(options.executor == nullptr ? serial_executor() : *options.executor) {}
 
   Result<EncodeReport> run(Sink& sink) {
@@ -99,12 +100,11 @@ class RandomEncoder {
 
  private:
   Result<> build(const FaceLists& faces) {
-    const std::vector<float> positions = decoded_floats(arrays_[0], executor_);
-    HierarchyOptions options;
-    options.executor = &executor_;
-    options.progress = options_.progress;
-    hierarchy_ =
-        MAILLE_TRY(build_hierarchy(faces, positions, static_cast<uint32_t>(mesh_.point_count()), options));
+    const LocalPositions positions = local_positions(arrays_[0], executor_);
+    building_.executor = &executor_;
+    building_.progress = options_.progress;
+    hierarchy_ = MAILLE_TRY(
+        build_hierarchy(faces, positions.numbers, static_cast<uint32_t>(mesh_.point_count()), building_));
     // Points alone need a chart, too.
     if (hierarchy_.charts.empty()) hierarchy_.charts.emplace_back();
     indexed_ = index_hierarchy(hierarchy_, faces, positions);
@@ -329,6 +329,7 @@ class RandomEncoder {
 
   const Mesh& mesh_;
   const EncodeOptions& options_;
+  HierarchyOptions building_;
   Executor& executor_;
   std::vector<ArrayToCode> arrays_;
   Hierarchy hierarchy_;
@@ -346,8 +347,9 @@ class RandomEncoder {
 
 }  // namespace
 
-Result<EncodeReport> encode_random(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
-  return RandomEncoder(mesh, options).run(sink);
+Result<EncodeReport> encode_random(const Mesh& mesh, Sink& sink, const EncodeOptions& options,
+                                   const HierarchyOptions& hierarchy) {
+  return RandomEncoder(mesh, options, hierarchy).run(sink);
 }
 
 }  // namespace maille

@@ -50,8 +50,9 @@ void visit_head(Visitor& visitor, Head& head) {
 bool is_sensible(const ChartDirectory& directory) {
   bool finite = std::isfinite(directory.frame.size) && directory.frame.size > 0;
   for (unsigned k = 0; k < 3; ++k) finite = finite && std::isfinite(directory.frame.low[k]);
-  return finite && directory.groups > 0 && directory.levels == directory.faces.size() &&
-         directory.levels == directory.charts.size() && !directory.finest.arrays.empty() &&
+  return finite && directory.groups > 0 && directory.levels > 0 &&
+         directory.levels == directory.faces.size() && directory.levels == directory.charts.size() &&
+         !directory.finest.arrays.empty() &&
          directory.index_pages.size() == (directory.groups - 1) / groups_per_index_page + 1;
 }
 

@@ -6,6 +6,8 @@
 #include "base/hash.h"
 #include "base/result.h"
 #include "container/chunk_finder.h"
+#include "hierarchy/rebuild_index.h"
+#include "surface/mesh_description.h"
 
 namespace maille {
 namespace {
@@ -83,27 +85,98 @@ Result<> RandomReader::read_by_key() {
   const FileReader& file = MAILLE_TRY(whole_file());
   Front front;
   front.description = MAILLE_TRY(file.read_stream(random_description_key));
-  front.directory = MAILLE_TRY(file.read_stream(directory_key));
   for (uint32_t set = 0; set < chart_sets; ++set) {
-    if (file.has_stream(tables_key(set))) front.tables[set] = MAILLE_TRY(file.read_stream(tables_key(set)));
+    // Without them charts that have no tables of their own are lost, and no others.
+    if (auto tables = file.read_stream(tables_key(set)); tables && file.has_stream(tables_key(set)))
+      front.tables[set] = std::move(*tables);
   }
-  MAILLE_CHECK(set_front(front));
-  return set_index_page(0, MAILLE_TRY(file.read_stream(index_page_key(0))));
+  auto directory = file.read_stream(directory_key);
+  const auto page = file.read_stream(index_page_key(0));
+  if (directory && page) {
+    front.directory = *directory;
+    if (set_front(front) && set_index_page(0, *page)) return {};
+  }
+  // Without a directory only the description is known.
+  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
+  directory_ = {};
+  if (auto found = directory ? decode_directory(*directory) : Result<ChartDirectory>(); found)
+    directory_ = std::move(*found);
+  MAILLE_CHECK(set_sets(front, true));
+  return rebuild();
+}
+
+/// The index from what stands in the pages of charts.
+Result<> RandomReader::rebuild() {
+  const FileReader& file = MAILLE_TRY(whole_file());
+  RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, sets_, options_));
+  if (directory_.finest.arrays.size() == description_.arrays.size() + 1) {
+    rebuilt.directory.finest = std::move(directory_.finest);
+    rebuilt.directory.coarser = std::move(directory_.coarser);
+  }
+  directory_ = std::move(rebuilt.directory);
+  ++rebuilt_;
+  index_ = ChartIndex(directory_.groups);
+  for (size_t first = 0; first < rebuilt.groups.size(); first += groups_per_index_page) {
+    const auto begin = rebuilt.groups.begin() + static_cast<ptrdiff_t>(first);
+    const size_t count = std::min<size_t>(groups_per_index_page, rebuilt.groups.size() - first);
+    index_.set_page(
+        ChartIndex::page_of(static_cast<uint32_t>(first)),
+        {std::make_move_iterator(begin), std::make_move_iterator(begin + static_cast<ptrdiff_t>(count))});
+  }
+  return {};
 }
 
 Result<> RandomReader::set_front(const Front& front) {
   description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
   directory_ = MAILLE_TRY(decode_directory(front.directory));
-  for (uint32_t set = 0; set < chart_sets; ++set)
-    sets_[set] = MAILLE_TRY(chart_set(description_, set, front.tables[set]));
+  if (directory_.finest.arrays.size() != description_.arrays.size() + 1)
+    return failure(ErrorCode::corrupt, "the directory of charts is not that of these arrays");
+  MAILLE_CHECK(set_sets(front, false));
   index_ = ChartIndex(directory_.groups);
   return {};
 }
 
-Result<> RandomReader::set_index_page(uint32_t page, Bytes bytes) {
-  index_.set_page(page, MAILLE_TRY(decode_index_page(directory_.frame, bytes, page * groups_per_index_page,
-                                                     directory_.groups)));
+/// `lenient`: damaged tables are as good as none.
+Result<> RandomReader::set_sets(const Front& front, bool lenient) {
+  for (uint32_t set = 0; set < chart_sets; ++set) {
+    auto read = chart_set(description_, set, front.tables[set]);
+    if (!read && lenient) read = chart_set(description_, set, {});
+    sets_[set] = MAILLE_TRY(std::move(read));
+  }
   return {};
+}
+
+Result<> RandomReader::set_index_page(uint32_t page, Bytes bytes) {
+  auto groups =
+      MAILLE_TRY(decode_index_page(directory_.frame, bytes, page * groups_per_index_page, directory_.groups));
+  for (const IndexedGroup& group : groups) {
+    if (group.level >= directory_.levels)
+      return failure(ErrorCode::corrupt, "chart index: a level that is not there");
+  }
+  index_.set_page(page, std::move(groups));
+  return {};
+}
+
+/// A page of the index where the directory says that it stands; false: it does not.
+Result<bool> RandomReader::load_at_place(uint32_t page) {
+  const StreamPlace place = directory_.index_pages[page];
+  if (place.size == 0 || place.size > max_chunk_bytes) return false;
+  ChunkRecord record;
+  std::copy_n(index_page_key(page).type, record.header.type.size(), record.header.type.begin());
+  record.header.patch = page;
+  record.header.part_and_last = 1;
+  record.header.size = place.size;
+  const uint64_t total = chunk_total_bytes(record.header);
+  const uint64_t before = total - place.size - chunk_checksum_bytes;
+  if (place.offset < before || place.offset - before > source_->size() ||
+      total > source_->size() - (place.offset - before)) {
+    return false;
+  }
+  std::vector<std::byte> chunk(static_cast<size_t>(total));
+  MAILLE_CHECK(source_->read_at(place.offset - before, chunk));
+  record.checksum = load<uint64_t>(chunk.data() + total - chunk_checksum_bytes);
+  const std::optional<Bytes> content = chunk_content(chunk, record);
+  return content && set_index_page(page, *content);
 }
 
 Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() const {
@@ -113,15 +186,23 @@ Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() cons
 
 Result<> RandomReader::load_index_pages(const std::vector<uint32_t>& pages) {
   for (const uint32_t page : pages) {
-    const StreamPlace place = directory_.index_pages[page];
-    std::vector<std::byte> bytes(place.size);
-    const bool inside = place.size > 0 && place.size <= max_chunk_bytes && place.offset <= source_->size() &&
-                        place.size + chunk_checksum_bytes <= source_->size() - place.offset;
-    if (inside) MAILLE_CHECK(source_->read_at(place.offset, bytes));
-    // The checksum of a chunk covers its header: what is read here is checked by what it says.
-    if (inside && set_index_page(page, bytes)) continue;
+    if (MAILLE_TRY(load_at_place(page))) continue;
     const FileReader& file = MAILLE_TRY(whole_file());
-    MAILLE_CHECK(set_index_page(page, MAILLE_TRY(file.read_stream(index_page_key(page)))));
+    const auto bytes = file.read_stream(index_page_key(page));
+    if (bytes && set_index_page(page, *bytes)) continue;
+    return rebuild();
+  }
+  return {};
+}
+
+Result<> RandomReader::find(const std::vector<ChartPlace>& places) {
+  for (const ChartPlace& place : places) {
+    const auto is_group = [&] { return place.group < index_.size(); };
+    if (is_group() && !index_.has_page(ChartIndex::page_of(place.group)))
+      MAILLE_CHECK(load_index_pages({ChartIndex::page_of(place.group)}));
+    if (is_group() && place.chart < index_.group(place.group).charts.size()) continue;
+    return failure(ErrorCode::usage, source_->name() + ": has no chart " + std::to_string(place.chart) +
+                                         " of group " + std::to_string(place.group));
   }
   return {};
 }
@@ -131,7 +212,32 @@ std::string RandomReader::name_of(const ChartPlace& place) const {
          std::to_string(place.group) + " (level " + std::to_string(index_.group(place.group).level) + ")";
 }
 
-/// The bytes of charts, unchecked; none for those that lie outside the file.
+/// Bytes of a group that stand before a chart.
+uint64_t RandomReader::before(const ChartPlace& place) const {
+  const IndexedGroup& group = index_.group(place.group);
+  uint64_t bytes = 0;
+  for (uint32_t i = 0; i < place.chart; ++i) bytes += group.charts[i].bytes;
+  return bytes;
+}
+
+/// The bytes of a chart by the chunks of its group, for groups of several, and for files whose bytes have
+/// moved. None where they are not. `page`: what was read last.
+Result<Bytes> RandomReader::bytes_by_key(const ChartPlace& place, ChartPage& page) const {
+  if (page.group != place.group) {
+    page = {place.group, {}, 0};
+    const FileReader& file = MAILLE_TRY(whole_file());
+    // Each chart has a check of its own.
+    auto bytes = file.read_unchecked(charts_key(place.group));
+    if (!bytes && bytes.error().code != ErrorCode::corrupt) return tl::unexpected(std::move(bytes).error());
+    const auto head = bytes ? decode_page_head(*bytes) : Result<ParsedPageHead>();
+    if (bytes && head) page = {place.group, std::move(*bytes), head->bytes};
+  }
+  const uint64_t begin = page.head + before(place), size = indexed(place).bytes;
+  if (begin > page.bytes.size() || size > page.bytes.size() - begin) return Bytes();
+  return Bytes(page.bytes).subspan(static_cast<size_t>(begin), static_cast<size_t>(size));
+}
+
+/// The bytes of charts; none, or wrong ones, for those that are damaged.
 Result<std::vector<std::vector<std::byte>>> RandomReader::read_bytes(
     const std::vector<ChartPlace>& places) const {
   struct Range {
@@ -141,24 +247,21 @@ Result<std::vector<std::vector<std::byte>>> RandomReader::read_bytes(
   std::vector<Range> ranges;
   std::vector<std::vector<std::byte>> bytes(places.size());
   for (size_t i = 0; i < places.size(); ++i) {
-    const IndexedGroup& group = index_.group(places[i].group);
-    uint64_t offset = group.offset;
-    for (uint32_t c = 0; c < places[i].chart; ++c) offset += group.charts[c].bytes;
+    const uint64_t group = index_.group(places[i].group).offset, offset = group + before(places[i]);
     const uint64_t size = indexed(places[i]).bytes;
-    if (group.offset == 0) {
-      const FileReader& file = MAILLE_TRY(whole_file());
-      const auto page = MAILLE_TRY(file.read_stream(charts_key(places[i].group)));
-      const size_t head = MAILLE_TRY(decode_page_head(page)).bytes;
-      if (head + offset + size > page.size()) continue;
-      const auto begin = page.begin() + static_cast<ptrdiff_t>(head + offset);
-      bytes[i].assign(begin, begin + static_cast<ptrdiff_t>(size));
-    } else if (offset <= source_->size() && size <= source_->size() - offset) {
+    if (group > 0 && group <= source_->size() && offset <= source_->size() &&
+        size <= source_->size() - offset)
       ranges.push_back({offset, size, i});
-    }
   }
   std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) {
     return a.offset != b.offset ? a.offset < b.offset : a.place < b.place;
   });
+  // Charts that share bytes would make a small file a large mesh.
+  for (size_t i = 1; i < ranges.size(); ++i) {
+    const bool same = places[ranges[i].place] == places[ranges[i - 1].place];
+    if (!same && ranges[i].offset < ranges[i - 1].offset + ranges[i - 1].size)
+      return failure(ErrorCode::corrupt, source_->name() + ": charts overlap");
+  }
   std::vector<std::byte> run;
   for (size_t begin = 0, end = 0; begin < ranges.size(); begin = end) {
     uint64_t stop = ranges[begin].offset + ranges[begin].size;
@@ -172,19 +275,57 @@ Result<std::vector<std::vector<std::byte>>> RandomReader::read_bytes(
       bytes[ranges[i].place].assign(at, at + static_cast<ptrdiff_t>(ranges[i].size));
     }
   }
+  ChartPage page;
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (is_intact(places[i], bytes[i])) continue;
+    const Bytes found = MAILLE_TRY(bytes_by_key(places[i], page));
+    bytes[i].assign(found.begin(), found.end());
+  }
   return bytes;
 }
 
-Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) const {
+bool RandomReader::is_intact(const ChartPlace& place, Bytes bytes) const {
   const IndexedChart& chart = indexed(place);
-  const bool intact =
-      bytes.size() == chart.bytes && checksum_matches(chart.check, static_cast<uint32_t>(hash64(bytes)));
-  if (!intact) return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
+  return bytes.size() == chart.bytes && checksum_matches(chart.check, static_cast<uint32_t>(hash64(bytes)));
+}
+
+/// Of all charts together: a few bytes may claim much.
+Result<> RandomReader::check_memory(const std::vector<ChartPlace>& places,
+                                    const std::vector<std::vector<std::byte>>& bytes) const {
+  double claimed = 0;
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (!is_intact(places[i], bytes[i])) continue;
+    if (const auto of_chart = claimed_bytes(set_of(places[i]).description, bytes[i])) claimed += *of_chart;
+  }
+  if (claimed <= static_cast<double>(options_.limits.mesh_bytes)) return {};
+  return failure(ErrorCode::memory_bound,
+                 source_->name() + ": the charts take " +
+                     std::to_string(static_cast<uint64_t>(claimed / 1048576)) + " MiB, more than the " +
+                     std::to_string(options_.limits.mesh_bytes / 1048576) + " MiB allowed");
+}
+
+Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {
+  for (Array& array : mesh.arrays) {
+    if (array.domain != Domain::mesh) continue;
+    const auto found = std::find_if(
+        description_.arrays.begin(), description_.arrays.end(),
+        [&](const ArrayDescription& d) { return d.domain == Domain::mesh && d.name == array.name; });
+    const auto number = static_cast<uint32_t>(found - description_.arrays.begin());
+    const FileReader& file = MAILLE_TRY(whole_file());
+    const auto bytes = MAILLE_TRY(file.read_stream(mesh_array_key(number)));
+    MAILLE_CHECK(decode_mesh_array(bytes, found->mesh_tuples, array));
+  }
+  return {};
+}
+
+Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) const {
+  if (!is_intact(place, bytes))
+    return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
   thread_local FanBuffers buffers;
-  auto decoded = decode_chart(sets_[set_of_level(index_.group(place.group).level)], bytes, options, &buffers);
+  auto decoded = decode_chart(set_of(place), bytes, options, &buffers);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;
@@ -196,6 +337,7 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) 
 Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<ChartPlace>& places,
                                                             std::vector<std::string>* problems) const {
   const std::vector<std::vector<std::byte>> bytes = MAILLE_TRY(read_bytes(places));
+  MAILLE_CHECK(check_memory(places, bytes));
   std::vector<Result<DecodedChart>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
   executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i]); });

@@ -27,8 +27,12 @@ class RandomReader {
   const FileHeader& header() const { return header_; }
   const Source& source() const { return *source_; }
 
-  /// Of what select() names as missing.
+  /// Of what select() names as missing. Where one is damaged, the index is made anew from the charts.
   Result<> load_index_pages(const std::vector<uint32_t>& pages);
+  /// How often the index was made anew: numbers of pages and groups may be others then.
+  unsigned rebuilt() const { return rebuilt_; }
+  /// Reads the pages of the index that these charts are in. Error: usage, for charts that are not there.
+  Result<> find(const std::vector<ChartPlace>& places);
   /// Asks `choose(index)` for a selection until no page of the index is missing.
   template <class Choose>
   Result<Selection> select(Choose choose) {
@@ -45,6 +49,8 @@ class RandomReader {
   Result<std::vector<DecodedChart>> read_charts(const std::vector<ChartPlace>& places,
                                                 std::vector<std::string>* problems = nullptr) const;
 
+  /// Arrays of the mesh as a whole, which are in no chart: fills those that `mesh` has.
+  Result<> read_mesh_arrays(Mesh& mesh) const;
   /// All streams, by key: what the front does not have.
   Result<std::reference_wrapper<const FileReader>> whole_file() const;
 
@@ -57,11 +63,27 @@ class RandomReader {
     std::array<std::vector<std::byte>, chart_sets> tables;
   };
   Result<> set_front(const Front& front);
+  Result<> set_sets(const Front& front, bool lenient);
+  Result<> rebuild();
   Result<> set_index_page(uint32_t page, Bytes bytes);
+  Result<bool> load_at_place(uint32_t page);
+  struct ChartPage {
+    uint32_t group = no_group;
+    std::vector<std::byte> bytes;
+    size_t head = 0;
+  };
+  Result<Bytes> bytes_by_key(const ChartPlace& place, ChartPage& page) const;
+  uint64_t before(const ChartPlace& place) const;
   Result<std::vector<std::vector<std::byte>>> read_bytes(const std::vector<ChartPlace>& places) const;
+  Result<> check_memory(const std::vector<ChartPlace>& places,
+                        const std::vector<std::vector<std::byte>>& bytes) const;
   const IndexedChart& indexed(const ChartPlace& place) const {
     return index_.group(place.group).charts[place.chart];
   }
+  const ChartSet& set_of(const ChartPlace& place) const {
+    return sets_[set_of_level(index_.group(place.group).level)];
+  }
+  bool is_intact(const ChartPlace& place, Bytes bytes) const;
   Result<DecodedChart> decode(const ChartPlace& place, Bytes bytes) const;
   std::string name_of(const ChartPlace& place) const;
 
@@ -69,9 +91,10 @@ class RandomReader {
   DecodeOptions options_;
   FileHeader header_;
   Description description_;
-  std::array<ChartSet, chart_sets> sets_;
+  ChartSets sets_;
   ChartDirectory directory_;
   ChartIndex index_;
+  unsigned rebuilt_ = 0;
   mutable std::unique_ptr<FileReader> file_;
 };
 

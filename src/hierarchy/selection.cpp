@@ -121,6 +121,11 @@ class GrowingCut {
     if (index_.size() > 0 && missing_.has(0)) refine(0);
     while (!candidates_.empty()) {
       const uint32_t group = candidates_.top().group;
+      // A hostile index offers a group again and again.
+      if (refined_[group]) {
+        candidates_.pop();
+        continue;
+      }
       if (faces_ - replaced_[group].faces + faces_of(group) > most_faces) break;
       candidates_.pop();
       refine(group);

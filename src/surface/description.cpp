@@ -81,14 +81,7 @@ bool parts_fit(const Description& description) {
 }
 
 Result<> check_size(const Description& description, const Limits& limits) {
-  // In doubles: sums of claimed counts must not wrap around.
-  auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
-  const auto add = [&](const ArrayDescription& array) {
-    bytes += static_cast<double>(description.tuples(array)) * static_cast<double>(array.components) *
-             static_cast<double>(size_of(array.type));
-  };
-  add(description.positions);
-  for (const ArrayDescription& array : description.arrays) add(array);
+  const double bytes = memory_of(description);
   if (bytes > static_cast<double>(limits.mesh_bytes)) {
     return failure(ErrorCode::memory_bound,
                    "the mesh takes " + std::to_string(static_cast<uint64_t>(bytes / 1048576)) +
@@ -98,6 +91,17 @@ Result<> check_size(const Description& description, const Limits& limits) {
 }
 
 }  // namespace
+
+double memory_of(const Description& description) {
+  auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
+  const auto add = [&](const ArrayDescription& array) {
+    bytes += static_cast<double>(description.tuples(array)) * static_cast<double>(array.components) *
+             static_cast<double>(size_of(array.type));
+  };
+  add(description.positions);
+  for (const ArrayDescription& array : description.arrays) add(array);
+  return bytes;
+}
 
 uint64_t Description::cells() const {
   uint64_t count = 0;

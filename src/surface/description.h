@@ -59,6 +59,9 @@ struct Description {
   Description of_part(size_t part) const;
 };
 
+/// What the mesh described takes; in doubles: sums of claimed counts must not wrap around.
+double memory_of(const Description& description);
+
 /// Error: unsupported, for more than 16 MiB of names, labels and metadata.
 Result<std::vector<std::byte>> encode_description(const Description& description);
 
