@@ -202,10 +202,9 @@ Result<> FileReader::check_stream(const StreamKey& key) const {
     whole = whole && part.part() == i && part.last() == (i + 1 == parts.size());
   }
   if (whole) return {};
-  return failure(ErrorCode::corrupt,
-                 source_->name() + ": " + describe_stream(key) +
-                     (parts.empty() ? " is missing" : " lacks a part or has one twice") +
-                     (problems_.empty() ? "" : ": " + problems_.front()));
+  return failure(ErrorCode::corrupt, source_->name() + ": " + describe_stream(key) +
+                                         (parts.empty() ? " is missing" : " lacks a part or has one twice") +
+                                         (problems_.empty() ? "" : ": " + problems_.front()));
 }
 
 Result<std::vector<std::byte>> FileReader::read_unchecked(const StreamKey& key) const {

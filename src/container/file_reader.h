@@ -40,8 +40,8 @@ class FileReader final : public StreamSource {
   uint64_t stream_bytes(const StreamKey& key) const;
   /// All parts of a stream, checksums verified, one after the other. Error: corrupt, naming chunk and place.
   Result<std::vector<std::byte>> read_stream(const StreamKey& key) const override;
-  /// The same for streams whose content has checks of its own: damaged parts come as they are. Error: corrupt,
-  /// when parts are missing.
+  /// The same for streams whose content has checks of its own: damaged parts come as they are. Error:
+  /// corrupt, when parts are missing.
   Result<std::vector<std::byte>> read_unchecked(const StreamKey& key) const;
 
   /// Place, key and checksum of each chunk, in the order of chunks().
