@@ -116,9 +116,34 @@ class Builder {
     return failure(ErrorCode::cancelled, "building levels of detail was cancelled");
   }
 
+  /// Vertices on borders by the first one at their position, so that separate triangles are neighbours.
+  /// Others stay what they are: on a coarse lattice many lie at one place, and cuts would be ragged there.
+  std::vector<uint32_t> joined_on_borders() const {
+    // Neighbours along the sides of faces cancel where there are two faces; 0 must count as well.
+    std::vector<uint32_t> neighbours(vertices_);
+    for (uint32_t i = 0; i < faces_.size(); ++i) {
+      const auto face = faces_.face(i);
+      for (size_t k = 0; k < face.size(); ++k) {
+        const uint32_t next = face[k + 1 < face.size() ? k + 1 : 0];
+        neighbours[face[k]] ^= next + 1;
+        neighbours[next] ^= face[k] + 1;
+      }
+    }
+    std::vector<uint32_t> first(vertices_, vertices_), joined(vertices_);
+    for (uint32_t v = 0; v < vertices_; ++v) {
+      joined[v] = v;
+      if (neighbours[v] == 0) continue;
+      uint32_t& representative = first[class_of_[v]];
+      if (representative == vertices_) representative = v;
+      joined[v] = representative;
+    }
+    return joined;
+  }
+
   void cut_level_0() {
+    const std::vector<uint32_t> joined = joined_on_borders();
     std::vector<uint32_t> corners(faces_.corners.size());
-    for (size_t i = 0; i < corners.size(); ++i) corners[i] = class_of_[faces_.corners[i]];
+    for (size_t i = 0; i < corners.size(); ++i) corners[i] = joined[faces_.corners[i]];
     const SpatialGraph graph = dual_graph({corners, faces_.first}, positions_, vertices_);
     const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = options_.chart_faces});
     uint32_t count = 0;

@@ -2,6 +2,7 @@
 #include <maille/version.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "base/hash.h"
@@ -120,26 +121,42 @@ class RandomEncoder {
     level_0_ = parts.count();
     patches_.resize(count);
     meshes_.resize(count);
-    std::vector<Result<>> results(count);
+    const std::vector<ArrayToCode> coarse_arrays = arrays_of_level(arrays_, 1);
+    const auto part_at = [&](size_t i) { return parts.take(i); };
+    MAILLE_CHECK(encode_set(0, 0, level_0_, arrays_, part_at));
+    return encode_set(1, level_0_, count, coarse_arrays,
+                      [&](size_t i) { return coarse_part(hierarchy_.charts[i]); });
+  }
+
+  /// The charts from `begin` to `end`, with tables of theirs.
+  template <class PartAt>
+  Result<> encode_set(uint32_t set, size_t begin, size_t end, std::span<const ArrayToCode> arrays,
+                      PartAt part_at) {
     EncodeOptions of_chart = options_;
     of_chart.executor = nullptr;
     of_chart.progress = {};
-    const std::vector<ArrayToCode> coarse_arrays = arrays_of_level(arrays_, 1);
-    executor_.parallel_for(count, [&](size_t i) {
-      const bool coarse = i >= level_0_;
-      MeshPart part = coarse ? coarse_part(hierarchy_.charts[i]) : parts.take(i);
+    std::vector<Result<>> results(end - begin);
+    const auto for_each = [&](auto work) -> Result<> {
+      executor_.parallel_for(end - begin, [&](size_t i) { results[i] = work(i); });
+      for (const Result<>& result : results) MAILLE_CHECK(result);
+      return {};
+    };
+    std::vector<MeshPart> parts(end - begin);
+    const bool share = can_share_tables(arrays_[0], options_.effort);
+    SharedFanEncoder shared(end - begin, arrays_[0], of_chart);
+    MAILLE_CHECK(for_each([&](size_t i) -> Result<> {
+      parts[i] = part_at(begin + i);
+      if (share) MAILLE_CHECK(shared.find(i, parts[i].mesh, parts[i].numbers.points));
+      return {};
+    }));
+    if (share) tables_[set] = shared.finish(executor_);
+    return for_each([&](size_t i) -> Result<> {
       // Not patch 0: arrays of the mesh as a whole are not in charts.
-      auto patch = encode_patch(part.mesh, &part.numbers, 1,
-                                coarse ? std::span(coarse_arrays) : std::span(arrays_), of_chart);
-      if (!patch) {
-        results[i] = tl::unexpected(std::move(patch).error());
-        return;
-      }
-      patches_[i] = std::move(*patch);
-      meshes_[i] = std::move(part.mesh);
+      patches_[begin + i] =
+          MAILLE_TRY(encode_patch(parts[i].mesh, &parts[i].numbers, 1, arrays, of_chart, shared.take(i)));
+      meshes_[begin + i] = std::move(parts[i].mesh);
+      return {};
     });
-    for (const Result<>& result : results) MAILLE_CHECK(result);
-    return {};
   }
 
   void make_pages() {
@@ -148,9 +165,8 @@ class RandomEncoder {
     const auto shared = find_shared(points, decoded_places(arrays_[0]));
     bytes_.resize(hierarchy_.charts.size());
     for (size_t i = 0; i < bytes_.size(); ++i) {
-      bytes_[i] = chart_bytes(
-          meshes_[i], patches_[i],
-          i < level_0_ ? std::span<const SharedPoint>(shared[i]) : std::span<const SharedPoint>());
+      bytes_[i] = i < level_0_ ? chart_bytes(meshes_[i], patches_[i], shared[i])
+                               : chart_bytes(meshes_[i], patches_[i], std::nullopt);
       count_bytes(i);
     }
     for (size_t g = 0; g < indexed_.groups.size(); ++g) {
@@ -238,6 +254,9 @@ class RandomEncoder {
     Description description = describe(mesh_, arrays_, options_);
     MAILLE_CHECK(writer.write_stream(random_description_key, MAILLE_TRY(encode_description(description))));
     MAILLE_CHECK(write_mesh_arrays(writer));
+    for (uint32_t set = 0; set < chart_sets; ++set) {
+      if (!tables_[set].empty()) MAILLE_CHECK(writer.write_stream(tables_key(set), tables_[set]));
+    }
     fill_directory();
     place_pages(writer.offset());
     MAILLE_CHECK(writer.write_stream(directory_key, encode_directory(directory_)));
@@ -297,11 +316,11 @@ class RandomEncoder {
   Result<ElementOrder> order_of_charts() {
     std::vector<PatchSources> sources;
     std::vector<DecodedChart> decoded;
-    const Description described = chart_description(describe(mesh_, arrays_, options_), 0);
+    const ChartSet set = MAILLE_TRY(chart_set(describe(mesh_, arrays_, options_), 0, tables_[0]));
     for (size_t g = 0; g < indexed_.groups.size(); ++g) {
       for (const uint32_t chart : indexed_.charts[g]) {
         if (chart >= level_0_) continue;
-        decoded.push_back(MAILLE_TRY(decode_chart(described, bytes_[chart], {})));
+        decoded.push_back(MAILLE_TRY(decode_chart(set, bytes_[chart], {})));
         sources.push_back(patches_[chart].sources);
       }
     }
@@ -321,6 +340,7 @@ class RandomEncoder {
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
   std::vector<std::vector<std::byte>> pages_;  ///< by group
   std::vector<size_t> head_bytes_;             ///< by group: what stands before its charts
+  std::array<std::vector<std::byte>, chart_sets> tables_;
   std::vector<uint64_t> mesh_array_bytes_;
   ChartDirectory directory_;
 };

@@ -15,6 +15,10 @@ namespace maille {
 inline constexpr StreamKey random_description_key{"DESC"};
 inline constexpr StreamKey directory_key{"CDIR"};
 inline constexpr StreamKey random_order_key{"ORDR"};
+/// Of the charts of level 0, and of all others; none where they have tables of their own.
+inline StreamKey tables_key(uint32_t set) {
+  return {"CTAB", set};
+}
 /// One for each page of the index.
 inline StreamKey index_page_key(uint32_t page) {
   return {"CIDX", page};

@@ -12,7 +12,7 @@
 namespace maille {
 namespace {
 
-constexpr std::string_view known_types[] = {"DESC", "CDIR", "CIDX", "CHRT", "ARRY", "ORDR"};
+constexpr std::string_view known_types[] = {"DESC", "CTAB", "CDIR", "CIDX", "CHRT", "ARRY", "ORDR"};
 /// Bytes between two charts that are read along rather than left out: one request costs more than they do.
 constexpr uint64_t reading_gap = 16 * 1024;
 
@@ -62,46 +62,60 @@ Result<RandomReader> RandomReader::open(const Source& source, const DecodeOption
 }
 
 Result<> RandomReader::read_front() {
-  FrontChunks front(*source_);
-  std::vector<std::byte> description, directory;
+  FrontChunks chunks(*source_);
+  Front front;
   for (;;) {
     std::vector<std::byte> content;
-    const auto header = front.next(content);
+    const auto header = chunks.next(content);
     if (!header) return failure(ErrorCode::corrupt, "the front is damaged");
     const std::string_view type(header->type.data(), header->type.size());
-    if (type == "DESC") description.insert(description.end(), content.begin(), content.end());
-    if (type == "CDIR") directory.insert(directory.end(), content.begin(), content.end());
+    const auto append = [&](std::vector<std::byte>& to) {
+      to.insert(to.end(), content.begin(), content.end());
+    };
+    if (type == "DESC") append(front.description);
+    if (type == "CDIR") append(front.directory);
+    if (type == "CTAB" && header->patch < chart_sets) append(front.tables[header->patch]);
     if (type != "CIDX") continue;
-    MAILLE_CHECK(set_description(description, directory));
+    MAILLE_CHECK(set_front(front));
     return set_index_page(0, content);
   }
 }
 
 Result<> RandomReader::read_by_key() {
   const FileReader& file = MAILLE_TRY(whole_file());
-  const auto description = MAILLE_TRY(file.read_stream(random_description_key));
-  const auto directory = file.read_stream(directory_key);
+  Front front;
+  front.description = MAILLE_TRY(file.read_stream(random_description_key));
+  for (uint32_t set = 0; set < chart_sets; ++set) {
+    // Without them charts that have no tables of their own are lost, and no others.
+    if (auto tables = file.read_stream(tables_key(set)); tables && file.has_stream(tables_key(set)))
+      front.tables[set] = std::move(*tables);
+  }
+  auto directory = file.read_stream(directory_key);
   const auto page = file.read_stream(index_page_key(0));
-  if (directory && page && set_description(description, *directory) && set_index_page(0, *page)) return {};
+  if (directory && page) {
+    front.directory = *directory;
+    if (set_front(front) && set_index_page(0, *page)) return {};
+  }
   // Without a directory only the description is known.
-  description_ = MAILLE_TRY(decode_description(description, options_.limits));
+  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
   directory_ = {};
   if (auto found = directory ? decode_directory(*directory) : Result<ChartDirectory>(); found)
     directory_ = std::move(*found);
+  MAILLE_CHECK(set_sets(front, true));
   return rebuild();
 }
 
 /// The index from what stands in the pages of charts.
 Result<> RandomReader::rebuild() {
   const FileReader& file = MAILLE_TRY(whole_file());
-  RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, description_, options_));
+  RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, sets_, options_));
   if (directory_.finest.arrays.size() == description_.arrays.size() + 1) {
     rebuilt.directory.finest = std::move(directory_.finest);
     rebuilt.directory.coarser = std::move(directory_.coarser);
   }
   directory_ = std::move(rebuilt.directory);
   ++rebuilt_;
-  use_description();
+  index_ = ChartIndex(directory_.groups);
   for (size_t first = 0; first < rebuilt.groups.size(); first += groups_per_index_page) {
     const auto begin = rebuilt.groups.begin() + static_cast<ptrdiff_t>(first);
     const size_t count = std::min<size_t>(groups_per_index_page, rebuilt.groups.size() - first);
@@ -112,19 +126,24 @@ Result<> RandomReader::rebuild() {
   return {};
 }
 
-Result<> RandomReader::set_description(Bytes description, Bytes directory) {
-  description_ = MAILLE_TRY(decode_description(description, options_.limits));
-  directory_ = MAILLE_TRY(decode_directory(directory));
+Result<> RandomReader::set_front(const Front& front) {
+  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
+  directory_ = MAILLE_TRY(decode_directory(front.directory));
   if (directory_.finest.arrays.size() != description_.arrays.size() + 1)
     return failure(ErrorCode::corrupt, "the directory of charts is not that of these arrays");
-  use_description();
+  MAILLE_CHECK(set_sets(front, false));
+  index_ = ChartIndex(directory_.groups);
   return {};
 }
 
-void RandomReader::use_description() {
-  finest_ = chart_description(description_, 0);
-  coarser_ = chart_description(description_, 1);
-  index_ = ChartIndex(directory_.groups);
+/// `lenient`: damaged tables are as good as none.
+Result<> RandomReader::set_sets(const Front& front, bool lenient) {
+  for (uint32_t set = 0; set < chart_sets; ++set) {
+    auto read = chart_set(description_, set, front.tables[set]);
+    if (!read && lenient) read = chart_set(description_, set, {});
+    sets_[set] = MAILLE_TRY(std::move(read));
+  }
+  return {};
 }
 
 Result<> RandomReader::set_index_page(uint32_t page, Bytes bytes) {
@@ -276,7 +295,7 @@ Result<> RandomReader::check_memory(const std::vector<ChartPlace>& places,
   double claimed = 0;
   for (size_t i = 0; i < places.size(); ++i) {
     if (!is_intact(places[i], bytes[i])) continue;
-    if (const auto of_chart = claimed_bytes(described(places[i]), bytes[i])) claimed += *of_chart;
+    if (const auto of_chart = claimed_bytes(set_of(places[i]).description, bytes[i])) claimed += *of_chart;
   }
   if (claimed <= static_cast<double>(options_.limits.mesh_bytes)) return {};
   return failure(ErrorCode::memory_bound,
@@ -305,7 +324,8 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) 
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
-  auto decoded = decode_chart(described(place), bytes, options);
+  thread_local FanBuffers buffers;
+  auto decoded = decode_chart(set_of(place), bytes, options, &buffers);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;

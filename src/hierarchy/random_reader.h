@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/random_access.h>
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,9 +58,13 @@ class RandomReader {
   RandomReader(const Source& source, const DecodeOptions& options) : source_(&source), options_(options) {}
   Result<> read_front();
   Result<> read_by_key();
+  struct Front {
+    std::vector<std::byte> description, directory;
+    std::array<std::vector<std::byte>, chart_sets> tables;
+  };
+  Result<> set_front(const Front& front);
+  Result<> set_sets(const Front& front, bool lenient);
   Result<> rebuild();
-  Result<> set_description(Bytes description, Bytes directory);
-  void use_description();
   Result<> set_index_page(uint32_t page, Bytes bytes);
   Result<bool> load_at_place(uint32_t page);
   struct ChartPage {
@@ -75,8 +80,8 @@ class RandomReader {
   const IndexedChart& indexed(const ChartPlace& place) const {
     return index_.group(place.group).charts[place.chart];
   }
-  const Description& described(const ChartPlace& place) const {
-    return index_.group(place.group).level == 0 ? finest_ : coarser_;
+  const ChartSet& set_of(const ChartPlace& place) const {
+    return sets_[set_of_level(index_.group(place.group).level)];
   }
   bool is_intact(const ChartPlace& place, Bytes bytes) const;
   Result<DecodedChart> decode(const ChartPlace& place, Bytes bytes) const;
@@ -85,7 +90,8 @@ class RandomReader {
   const Source* source_;
   DecodeOptions options_;
   FileHeader header_;
-  Description description_, finest_, coarser_;
+  Description description_;
+  ChartSets sets_;
   ChartDirectory directory_;
   ChartIndex index_;
   unsigned rebuilt_ = 0;

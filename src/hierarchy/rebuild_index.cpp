@@ -33,13 +33,8 @@ Sphere around(const Box& box) {
 
 class Rebuilder {
  public:
-  Rebuilder(uint64_t file_bytes, const FileReader& file, const Description& description,
-            const DecodeOptions& options)
-      : file_bytes_(file_bytes),
-        file_(file),
-        finest_(chart_description(description, 0)),
-        coarser_(chart_description(description, 1)),
-        options_(options) {
+  Rebuilder(uint64_t file_bytes, const FileReader& file, const ChartSets& sets, const DecodeOptions& options)
+      : file_bytes_(file_bytes), file_(file), sets_(sets), options_(options) {
     options_.arrays.emplace();  // none
     options_.progress = {};
     options_.executor = nullptr;
@@ -121,10 +116,10 @@ class Rebuilder {
   }
 
   void find_box(uint32_t level, Bytes bytes, IndexedChart& chart) {
-    const Description& described = level == 0 ? finest_ : coarser_;
-    const auto claimed = claimed_bytes(described, bytes);
+    const ChartSet& set = sets_[set_of_level(level)];
+    const auto claimed = claimed_bytes(set.description, bytes);
     if (!claimed || *claimed > static_cast<double>(options_.limits.mesh_bytes)) return;
-    const auto decoded = decode_chart(described, bytes, options_);
+    const auto decoded = decode_chart(set, bytes, options_);
     if (!decoded) return;
     const Array& points = decoded->mesh.points;
     for (uint64_t i = 0; i < points.count(); ++i) enclose(chart.box, point_position(points, i), i == 0);
@@ -201,14 +196,14 @@ class Rebuilder {
         directory.charts[group.level] += chart.bytes > 0 ? 1 : 0;
       }
     }
-    directory.finest.arrays.resize(finest_.arrays.size() + 1);
+    directory.finest.arrays.resize(sets_[0].description.arrays.size() + 1);
     directory.index_pages.resize((groups_.size() - 1) / groups_per_index_page + 1);
     return directory;
   }
 
   uint64_t file_bytes_;
   const FileReader& file_;
-  Description finest_, coarser_;
+  const ChartSets& sets_;
   DecodeOptions options_;
   std::vector<IndexedGroup> groups_;
   std::vector<std::optional<Place>> places_;
@@ -217,9 +212,9 @@ class Rebuilder {
 
 }  // namespace
 
-Result<RebuiltIndex> rebuild_index(const Source& source, const FileReader& file,
-                                   const Description& description, const DecodeOptions& options) {
-  return Rebuilder(source.size(), file, description, options).run();
+Result<RebuiltIndex> rebuild_index(const Source& source, const FileReader& file, const ChartSets& sets,
+                                   const DecodeOptions& options) {
+  return Rebuilder(source.size(), file, sets, options).run();
 }
 
 }  // namespace maille

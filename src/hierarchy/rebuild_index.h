@@ -3,8 +3,8 @@
 #include <maille/decode.h>
 
 #include "container/file_reader.h"
+#include "hierarchy/chart_codec.h"
 #include "hierarchy/random_layout.h"
-#include "surface/description.h"
 
 namespace maille {
 
@@ -18,7 +18,7 @@ struct RebuiltIndex {
 
 /// Decodes every chart that is intact. Time and memory are bounded by the size of the file and by the limits
 /// of `options`. Errors: corrupt, when there is no group; cannot_read.
-Result<RebuiltIndex> rebuild_index(const Source& source, const FileReader& file,
-                                   const Description& description, const DecodeOptions& options);
+Result<RebuiltIndex> rebuild_index(const Source& source, const FileReader& file, const ChartSets& sets,
+                                   const DecodeOptions& options);
 
 }  // namespace maille

@@ -8,6 +8,7 @@
 #include "entropy/static_rans.h"
 #include "surface/adaptive_fan_model.h"
 #include "surface/fan_machine.h"
+#include "surface/fan_tables.h"
 
 namespace maille {
 namespace {
@@ -31,12 +32,6 @@ class FanFinder {
         coded_(real_half_edges / 3),
         number_of_(points, none),
         place_of_(real_half_edges, none) {}
-
-  struct Operation {
-    uint32_t context;  ///< an event's surroundings; is_number + n for numbers
-    uint32_t value;    ///< a symbol, or the number
-  };
-  static constexpr uint32_t is_number = 1u << 31;
 
   EncodedFans run() {
     EncodedFans result;
@@ -63,7 +58,7 @@ class FanFinder {
     result.half_edges = std::move(half_edges_);
     return result;
   }
-  const std::vector<Operation>& operations() const { return operations_; }
+  std::vector<FanOperation>& operations() { return operations_; }
 
   // What the machine calls.
   uint32_t number(FanNumber kind, uint32_t, uint32_t base = 0) {
@@ -73,7 +68,7 @@ class FanFinder {
       const uint32_t delta = value - base;
       coded = delta << 1 ^ (0 - (delta >> 31));
     }
-    operations_.push_back({is_number + static_cast<uint32_t>(kind), coded});
+    operations_.push_back({FanOperation::is_number + static_cast<uint32_t>(kind), coded});
     return kind == FanNumber::reference ? coded : value;
   }
   void moved(uint32_t to, uint32_t from) { set_gate(to, gate(from)); }
@@ -289,11 +284,11 @@ class FanFinder {
   uint32_t next_face_ = 0;
   std::vector<uint32_t> points_;
   std::vector<uint32_t> half_edges_;
-  std::vector<Operation> operations_;
+  std::vector<FanOperation> operations_;
   Machine* machine_ = nullptr;
 };
 
-using Operations = std::vector<FanFinder::Operation>;
+using Operations = std::vector<FanOperation>;
 
 unsigned static_context(uint32_t surroundings) {
   return fan_context(surroundings & 15, surroundings >> 4 & 15, surroundings >> 8 & 15);
@@ -314,37 +309,16 @@ struct NumberSymbol {
 };
 
 std::vector<std::byte> write_operations(const Operations& operations, uint32_t vertices) {
-  constexpr uint32_t is_number = FanFinder::is_number;
-  std::vector<Histogram> events(fan_contexts), numbers(number_contexts);
-  for (const auto& [context, value] : operations) {
-    if (context < is_number) {
-      ++events[static_context(context)][value];
-    } else {
-      ++numbers[context - is_number][NumberSymbol(value).symbol];
-    }
-  }
+  FanCounts counts;
+  counts.add(operations);
   RansEncoder side;
-  const StaticTables event_tables = make_tables(events, fan_symbols, fan_slot_bits, most_event_tables, side);
-  const StaticTables number_tables =
-      make_tables(numbers, number_symbols, fan_slot_bits, number_contexts, side);
-  StaticRansEncoder encoder;
-  for (const auto& [context, value] : operations) {
-    if (context < is_number) {
-      encoder.put(event_tables.of(static_context(context)), fan_slot_bits, value);
-      continue;
-    }
-    const NumberSymbol number(value);
-    encoder.put(number_tables.of(context - is_number), fan_slot_bits, number.symbol);
-    const unsigned low = std::min(number.bit_count, 16u);
-    encoder.put_raw(number.bits & ((1u << low) - 1), low);
-    if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
-  }
+  const FanTables made = counts.make_tables(side);
   ByteWriter out;
   out.put_count(vertices);
   const auto tables = side.finish();
   out.put_count(tables.size());
   out.put_bytes(tables);
-  out.put_bytes(encoder.finish());
+  out.put_bytes(write_fans(operations, made));
   return out.take();
 }
 
@@ -352,10 +326,10 @@ std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t ver
   RansEncoder encoder;
   const auto model = std::make_unique<AdaptiveFanModel>();
   for (const auto& [context, value] : operations) {
-    if (context < FanFinder::is_number) {
+    if (context < FanOperation::is_number) {
       model->code_symbol(encoder, context, value);
     } else {
-      model->code_number(encoder, static_cast<FanNumber>(context - FanFinder::is_number), value);
+      model->code_number(encoder, static_cast<FanNumber>(context - FanOperation::is_number), value);
     }
   }
   ByteWriter out;
@@ -365,6 +339,40 @@ std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t ver
 }
 
 }  // namespace
+
+FanCounts::FanCounts() : events_(fan_contexts), numbers_(number_contexts) {}
+
+void FanCounts::add(std::span<const FanOperation> operations) {
+  for (const auto& [context, value] : operations) {
+    if (context < FanOperation::is_number) {
+      ++events_[static_context(context)][value];
+    } else {
+      ++numbers_[context - FanOperation::is_number][NumberSymbol(value).symbol];
+    }
+  }
+}
+
+FanTables FanCounts::make_tables(RansEncoder& side) const {
+  StaticTables events = maille::make_tables(events_, fan_symbols, fan_slot_bits, most_event_tables, side);
+  return {std::move(events),
+          maille::make_tables(numbers_, number_symbols, fan_slot_bits, number_contexts, side)};
+}
+
+std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
+  StaticRansEncoder encoder;
+  for (const auto& [context, value] : operations) {
+    if (context < FanOperation::is_number) {
+      encoder.put(tables.events.of(static_context(context)), fan_slot_bits, value);
+      continue;
+    }
+    const NumberSymbol number(value);
+    encoder.put(tables.numbers.of(context - FanOperation::is_number), fan_slot_bits, number.symbol);
+    const unsigned low = std::min(number.bit_count, 16u);
+    encoder.put_raw(number.bits & ((1u << low) - 1), low);
+    if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
+  }
+  return encoder.finish();
+}
 
 void FanSurface::count_valences() {
   valences.assign(vertices, 0);
@@ -383,6 +391,10 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
   if (models == FanModels::adaptive) result.surface.count_valences();
+  if (models == FanModels::shared) {
+    result.operations = std::move(finder.operations());
+    return result;
+  }
   const auto write = models == FanModels::adaptive ? write_adaptive : write_operations;
   result.bytes = write(finder.operations(), result.surface.vertices);
   return result;

@@ -65,25 +65,42 @@ struct FanSurface {
   void forget_vertices();
 };
 
+/// What an encoder writes: an event, with its surroundings as context, or a number of some kind.
+struct FanOperation {
+  static constexpr uint32_t is_number = 1u << 31;
+  uint32_t context;  ///< is_number + kind for numbers
+  uint32_t value;    ///< a symbol, or the number
+};
+
 struct EncodedFans {
   FanSurface surface;
   std::vector<uint32_t> points;      ///< by vertex: its number in `origin` of what was encoded
   std::vector<uint32_t> half_edges;  ///< by triangle: the half-edge at its first corner
   std::vector<std::byte> bytes;
+  std::vector<FanOperation> operations;  ///< instead of bytes, where the tables are shared
 };
 
 /// Points have numbers of this many bits at most.
 inline constexpr unsigned fan_point_bits = 28;
 inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 
-/// Static tables are for decoding near memory speed, adaptive models for fewer bytes.
-enum class FanModels : uint8_t { fixed, adaptive };
+/// Static tables are for decoding near memory speed, adaptive models for fewer bytes. Shared are static
+/// tables that stand elsewhere, made for many patches: see fan_tables.h.
+enum class FanModels : uint8_t { fixed, adaptive, shared };
+class FanSlots;
 
 /// Codes the real triangles of a closed surface, see gluing.h: all faces are triangles, the first
 /// `real_half_edges` half-edges belong to real ones. Origins are points,
 /// at most most_fan_points; several vertices of the surface may be one point.
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models = FanModels::fixed);
+
+/// Memory that decoders of many small patches use one after the other.
+struct FanBuffers {
+  Unfilled<uint64_t> entries;
+  Unfilled<VertexReferences> references;
+  Unfilled<uint8_t> kinds;
+};
 
 /// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
 /// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
@@ -92,6 +109,9 @@ class FanDecoder {
   /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay. There is room for up to
   /// as many `more` of them behind the triangles.
   static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more = 0);
+  /// Operations alone: what write_fans() gives. `slots` must stay, too; and `buffers`, if given.
+  static Result<FanDecoder> begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
+                                  uint32_t vertices, uint64_t more, FanBuffers* buffers);
   FanDecoder(FanDecoder&&) noexcept;
   FanDecoder& operator=(FanDecoder&&) noexcept;
   ~FanDecoder();

@@ -13,35 +13,23 @@
 #include "entropy/static_rans.h"
 #include "surface/fan_connectivity.h"
 #include "surface/fan_machine.h"
+#include "surface/fan_tables.h"
 
 namespace maille {
 namespace {
 
-constexpr uint32_t slots_per_table = 1 << fan_slot_bits;
+constexpr uint32_t slots_per_table = FanSlots::slots_per_table;
 
 /// The decoder's side of a FanMachine.
 class FanReader {
  public:
   static constexpr bool encoding = false;
 
-  FanReader(Bytes events, const StaticTables& event_tables, const StaticTables& number_tables)
-      : rans(events), number_tables_(number_tables) {
-    event_slots.resize((event_tables.tables.size() + 1) * slots_per_table + spare_slots);
-    for (size_t i = 0; i < event_tables.tables.size(); ++i)
-      fill_slots(event_tables.tables[i], fan_slot_bits, {}, &event_slots[i * slots_per_table]);
-    // A table that changes nothing: so that a marker at the head is found without a test.
-    const size_t idle = event_tables.tables.size() * slots_per_table;
-    for (uint32_t i = 0; i < slots_per_table; ++i)
-      event_slots[idle + i] = fan_marker | slots_per_table << 9 | i << 20;
-    number_slots_.resize(number_tables.tables.size() * slots_per_table + spare_slots);
-    for (size_t i = 0; i < number_tables.tables.size(); ++i)
-      fill_slots(number_tables.tables[i], fan_slot_bits, {}, &number_slots_[i * slots_per_table]);
-    fill_table_at(event_tables, static_cast<uint32_t>(idle));
-  }
+  FanReader(Bytes events, const FanSlots& tables) : rans(events), slots(tables) {}
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
-    const size_t table = number_tables_.table_of[static_cast<unsigned>(kind)];
-    const unsigned symbol = slot_symbol(rans.get(&number_slots_[table * slots_per_table], fan_slot_bits));
+    const uint32_t at = slots.number_at[static_cast<unsigned>(kind)];
+    const unsigned symbol = slot_symbol(rans.get(&slots.numbers[at], fan_slot_bits));
     if (symbol < direct_numbers) return symbol;
     const unsigned count = symbol - direct_numbers + 3;
     const unsigned low = std::min(count, 16u);
@@ -51,28 +39,7 @@ class FanReader {
   }
 
   StaticRansDecoder rans;
-  Unfilled<StaticSlot> event_slots;
-  std::array<uint32_t, 1 << 12> table_at;  ///< first slot, by what head, next and last have seen, 4 bits each
-
- private:
-  /// A row for each class of next and last; small meshes feel every microsecond.
-  void fill_table_at(const StaticTables& tables, uint32_t idle) {
-    std::array<std::array<uint32_t, most_seen + 1>, fan_contexts / 10> rows;
-    for (unsigned next = 0; next <= most_seen; ++next) {
-      for (unsigned last = 0; last <= most_seen; ++last) {
-        const unsigned classes = next_classes[next] * 3u + last_classes[last];
-        const bool first = (next == 0 || next_classes[next - 1] != next_classes[next]) &&
-                           (last == 0 || last_classes[last - 1] != last_classes[last]);
-        for (unsigned head = 0; first && head <= most_seen; ++head)
-          rows[classes][head] =
-              head == 0 ? idle : tables.table_of[fan_context(head, next, last)] * slots_per_table;
-        std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
-      }
-    }
-  }
-
-  const StaticTables& number_tables_;
-  Unfilled<StaticSlot> number_slots_;
+  const FanSlots& slots;
 };
 
 /// Entries that the fast loop may write behind the ring before it looks for room again.
@@ -337,8 +304,8 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   machine.make_room(fast_room);
   uint32_t steps = std::min(fast_room / 3 - 2, machine.triangles_left() / 5);
   const uint64_t vertices_end = uint64_t{machine.vertices} + machine.vertices_left();
-  const StaticSlot* const slots = reader.event_slots.data();
-  const uint32_t* const table_at = reader.table_at.data();
+  const StaticSlot* const slots = reader.slots.events.data();
+  const uint32_t* const table_at = reader.slots.table_at.data();
   VertexReferences* const references = out.references.data();
   uint8_t* const kinds = out.kinds.data();
   const uint64_t first = out.first;
@@ -492,20 +459,80 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("topology: ") + what);
 }
 
+Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
+  // A symbol that is not alone in its table has 1/512 bit at least.
+  if (vertices > most_fan_points || vertices > 3 * uint64_t{triangles} ||
+      triangles / 16384 > bytes.size() + 16) {
+    return corrupt("the fans are more than their bytes can hold");
+  }
+  return {};
+}
+
 }  // namespace
 
+FanTables read_fan_tables(RansDecoder& side) {
+  StaticTables events = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
+  return {std::move(events),
+          read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
+}
+
+FanSlots::FanSlots(const FanTables& tables) {
+  const auto fill = [](const StaticTables& from, size_t more, Unfilled<StaticSlot>& slots) {
+    slots.resize((from.tables.size() + more) * slots_per_table + spare_slots);
+    for (size_t i = 0; i < from.tables.size(); ++i)
+      fill_slots(from.tables[i], fan_slot_bits, {}, &slots[i * slots_per_table]);
+  };
+  fill(tables.events, 1, events);
+  // A table that changes nothing: so that a marker at the head is found without a test.
+  const size_t idle = tables.events.tables.size() * slots_per_table;
+  for (uint32_t i = 0; i < slots_per_table; ++i)
+    events[idle + i] = fan_marker | slots_per_table << 9 | i << 20;
+  fill_table_at(tables.events, static_cast<uint32_t>(idle));
+  fill(tables.numbers, 0, numbers);
+  for (unsigned i = 0; i < number_contexts; ++i) number_at[i] = tables.numbers.table_of[i] * slots_per_table;
+}
+
+/// A row for each class of next and last; small meshes feel every microsecond.
+void FanSlots::fill_table_at(const StaticTables& tables, uint32_t idle) {
+  std::array<std::array<uint32_t, most_seen + 1>, fan_contexts / 10> rows;
+  for (unsigned next = 0; next <= most_seen; ++next) {
+    for (unsigned last = 0; last <= most_seen; ++last) {
+      const unsigned classes = next_classes[next] * 3u + last_classes[last];
+      const bool first = (next == 0 || next_classes[next - 1] != next_classes[next]) &&
+                         (last == 0 || last_classes[last - 1] != last_classes[last]);
+      for (unsigned head = 0; first && head <= most_seen; ++head)
+        rows[classes][head] =
+            head == 0 ? idle : tables.table_of[fan_context(head, next, last)] * slots_per_table;
+      std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
+    }
+  }
+}
+
 struct FanDecoder::State {
-  State(Bytes events, StaticTables event_tables, StaticTables numbers, uint32_t triangles, uint32_t vertices,
-        uint64_t more)
-      : number_tables(std::move(numbers)),
-        reader(events, event_tables, number_tables),
+  State(Bytes events, std::unique_ptr<const FanSlots> own, const FanSlots& slots, uint32_t triangles,
+        uint32_t vertices, uint64_t more, FanBuffers* reused)
+      : buffers(reused),
+        own_slots(std::move(own)),
+        reader(events, slots),
         vertex_count(vertices),
         triangle_count(triangles),
         machine(reader, surface, triangles, vertices) {
     reserve_pages(surface.corners, 3 * (triangles + std::min<uint64_t>(more, triangles)));
+    swap_buffers();
+    if (machine.entries.empty()) machine.entries.resize(1024);
     surface.references.resize(window + fast_vertices + spare_vertices);
     surface.kinds.resize(window + fast_vertices + spare_vertices);
     surface.kinds.back() = 0;
+  }
+
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { swap_buffers(); }
+  void swap_buffers() {
+    if (buffers == nullptr) return;
+    surface.references.swap(buffers->references);
+    surface.kinds.swap(buffers->kinds);
+    machine.entries.swap(buffers->entries);
   }
 
   Result<> step();
@@ -515,7 +542,8 @@ struct FanDecoder::State {
       surface.corners.resize(3 * std::min<uint64_t>(end + piece_triangles / 2, triangle_count));
   }
 
-  StaticTables number_tables;
+  FanBuffers* buffers;
+  std::unique_ptr<const FanSlots> own_slots;  ///< none where they are shared
   FanReader reader;
   uint32_t vertex_count;
   uint32_t triangle_count;
@@ -537,9 +565,10 @@ Result<> FanDecoder::State::step() {
     if (machine.done() || !machine.prepare()) return {};
     // Rings of more than four are for the fast loop.
     if (i > 0 && machine.tail - machine.head > 4) return {};
-    const uint32_t table = reader.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                                           machine.seen(machine.tail - 1) << 8];
-    const StaticSlot* const slots = &reader.event_slots[table];
+    const uint32_t table =
+        reader.slots.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
+                              machine.seen(machine.tail - 1) << 8];
+    const StaticSlot* const slots = &reader.slots.events[table];
     if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
       return corrupt("a fan that cannot be completed");
     if (reader.rans.exhausted()) return corrupt("the fans end early");
@@ -557,17 +586,21 @@ Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t m
   const uint64_t vertices = in.get_count();
   const Bytes tables = in.get_bytes(in.get_count());
   const Bytes events = in.get_bytes(in.remaining());
-  // A symbol that is not alone in its table has 1/512 bit at least.
-  if (!in.ok() || vertices > std::min(most_vertices, most_fan_points) || vertices > 3 * uint64_t{triangles} ||
-      triangles / 16384 > bytes.size() + 16) {
-    return corrupt("the fans are more than their bytes can hold");
-  }
+  if (!in.ok() || vertices > most_vertices) return corrupt("the fans are more than their bytes can hold");
   RansDecoder side(tables);
-  StaticTables event_tables = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
-  StaticTables numbers = read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side);
+  const FanTables read = read_fan_tables(side);
   if (side.exhausted()) return corrupt("the tables of the fans end early");
-  return FanDecoder(std::make_unique<State>(events, std::move(event_tables), std::move(numbers), triangles,
-                                            static_cast<uint32_t>(vertices), more));
+  MAILLE_CHECK(check_counts(bytes, triangles, vertices));
+  auto slots = std::make_unique<const FanSlots>(read);
+  const FanSlots& there = *slots;
+  return FanDecoder(std::make_unique<State>(events, std::move(slots), there, triangles,
+                                            static_cast<uint32_t>(vertices), more, nullptr));
+}
+
+Result<FanDecoder> FanDecoder::begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
+                                     uint32_t vertices, uint64_t more, FanBuffers* buffers) {
+  MAILLE_CHECK(check_counts(operations, triangles, vertices));
+  return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more, buffers));
 }
 
 void FanDecoder::leave_late_out() {
@@ -611,7 +644,8 @@ Result<FanSurface> FanDecoder::finish() {
     }
   }
   if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
-  FanSurface result = std::move(state_->surface);
+  FanSurface result;
+  result.corners = std::move(state_->surface.corners);
   result.vertices = count;
   result.forget_vertices();
   return result;

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
+#include "surface/fan_tables.h"
 #include "surface/gluing.h"
 
 namespace maille {
@@ -211,8 +212,22 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   collect_loose(mesh, topology, result->sources);
 
   ByteWriter out;
+  // With shared tables nothing stands beside most fans: triangles, all points are theirs.
+  const bool alone = copies.empty() && topology.loose.size() == 0 && mesh.blocks.size() == 1 &&
+                     fans.vertices == points &&
+                     std::find(tracer.turned.begin(), tracer.turned.end(), true) == tracer.turned.end();
+  const bool shared = models == FanModels::shared;
+  result->operations = std::move(coded.operations);
+  if (shared && alone) {
+    result->patch.fans = std::move(fans);
+    return result;
+  }
   out.put_count(coded.half_edges.size());
-  put_section(out, coded.bytes);
+  if (shared) {
+    out.put_count(fans.vertices);
+  } else {
+    put_section(out, coded.bytes);
+  }
   put_section(
       out, encode_runs(static_cast<uint32_t>(copy_count.size()), [&](uint32_t i) { return copy_count[i]; }));
   put_section(out, encode_runs(count, [&](uint32_t i) { return uint32_t{tracer.turned[i]}; }));
@@ -227,35 +242,72 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   return result;
 }
 
+std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables) {
+  ByteWriter out;
+  put_section(out, coded.bytes);
+  out.put_bytes(write_fans(coded.operations, tables));
+  return out.take();
+}
+
 Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners,
                                                FanModels models) {
   ByteReader in(bytes);
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
-  const Bytes copies = in.get_bytes(in.get_count());
-  const Bytes turned = in.get_bytes(in.get_count());
-  const Bytes block_numbers = in.get_bytes(in.get_count());
-  const Bytes loose = in.get_bytes(in.get_count());
-  if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
-  if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
-  if (triangles > corners / 3) return corrupt("more triangles than the mesh has corners for");
   FanPatchDecoder decoder;
-  decoder.copies = copies;
-  decoder.turned = turned;
-  decoder.block_numbers = block_numbers;
-  decoder.loose = loose;
-  decoder.triangles = static_cast<uint32_t>(triangles);
+  MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
   if (models == FanModels::adaptive) {
     decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points));
   } else {
-    uint64_t copied = 0;
-    MAILLE_CHECK(decode_runs(copies, decoder.triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
-      copied += uint64_t{end - begin} * copy;
-      return copied <= corners / 3 - triangles;
-    }));
+    const uint64_t copied = MAILLE_TRY(decoder.count_copies(corners));
     decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points, copied));
   }
   return decoder;
+}
+
+Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
+                                                      uint64_t corners, FanBuffers* buffers) {
+  ByteReader in(bytes);
+  const Bytes beside = in.get_bytes(in.get_count());
+  const Bytes fans = in.get_bytes(in.remaining());
+  if (!in.ok()) return corrupt("the stream has the wrong length");
+  FanPatchDecoder decoder;
+  uint64_t vertices = points, copied = 0;
+  if (beside.empty()) {
+    if (corners >= most_patch_corners || corners % 3 != 0) return corrupt("fans of something else");
+    decoder.triangles = static_cast<uint32_t>(corners / 3);
+  } else {
+    ByteReader sections(beside);
+    const uint64_t triangles = sections.get_count();
+    vertices = sections.get_count();
+    MAILLE_CHECK(decoder.read_sections(sections, triangles, corners));
+    if (vertices > points) return corrupt("more vertices than points");
+    copied = MAILLE_TRY(decoder.count_copies(corners));
+  }
+  decoder.fans = MAILLE_TRY(
+      FanDecoder::begin(fans, slots, decoder.triangles, static_cast<uint32_t>(vertices), copied, buffers));
+  return decoder;
+}
+
+Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t corners) {
+  copies = in.get_bytes(in.get_count());
+  turned = in.get_bytes(in.get_count());
+  block_numbers = in.get_bytes(in.get_count());
+  loose = in.get_bytes(in.get_count());
+  if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
+  if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
+  if (count > corners / 3) return corrupt("more triangles than the mesh has corners for");
+  triangles = static_cast<uint32_t>(count);
+  return {};
+}
+
+Result<uint64_t> FanPatchDecoder::count_copies(uint64_t corners) const {
+  uint64_t copied = 0;
+  MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+    copied += uint64_t{end - begin} * copy;
+    return copied <= corners / 3 - triangles;
+  }));
+  return copied;
 }
 
 Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,

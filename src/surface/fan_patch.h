@@ -2,12 +2,15 @@
 
 #include <optional>
 
+#include "base/bytes.h"
 #include "surface/fan_connectivity.h"
 #include "surface/patch_topology.h"
 
 namespace maille {
 
-/// A patch of triangles at the fast and default levels: TOPO 1 and 2, docs/format.md.
+struct FanTables;
+
+/// A patch of triangles at the fast and default levels: TOPO 1 to 3, docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -18,8 +21,12 @@ struct FanPatch {
 struct EncodedFanPatch {
   FanPatch patch;
   PatchSources sources;
-  std::vector<std::byte> bytes;
+  std::vector<std::byte> bytes;  ///< where tables are shared: what stands beside the fans
+  std::vector<FanOperation> operations;
 };
+
+/// The bytes of a patch with shared tables; these have been made with its operations.
+std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
 /// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
 /// choice that depends on the order of faces. Error: unsupported, for too many corners.
@@ -34,8 +41,15 @@ struct FanPatchDecoder {
   /// `bytes` must stay. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners,
                                        FanModels models = FanModels::fixed);
+  /// With tables that many patches share, which must stay as well.
+  static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
+                                              uint64_t corners, FanBuffers* buffers = nullptr);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
+
+  Result<> read_sections(ByteReader& in, uint64_t count, uint64_t corners);
+  /// How often triangles lie again, in all; corrupt where that does not fit.
+  Result<uint64_t> count_copies(uint64_t corners) const;
 
   Bytes copies;         ///< runs: how often each triangle lies again
   Bytes turned;         ///< runs: triangles that run the other way

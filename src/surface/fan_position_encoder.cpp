@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
@@ -61,72 +62,198 @@ struct Normals {
   }
 };
 
+/// One patch while its positions are coded.
 template <class Points>
-class PositionEncoder {
- public:
-  PositionEncoder(const Vertices& vertices, Points& points)
-      : vertices_(vertices), points_(points), chosen_(vertices.count, fitted_selector) {}
-
-  void write(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
-    fit();
-    const uint64_t without = measure(false);
-    const FittedRows rows_without = fitted_;
-    const auto chosen_without = chosen_;
-    bool with_selectors = false;
-    if (try_selectors && vertices_.count > 64) {
-      uint64_t with = UINT64_MAX;
-      FittedRows best_rows;
-      std::vector<uint8_t> best;
-      for (int round = 0; round < 4; ++round) {
-        choose_selectors();
-        fit();
-        const uint64_t cost = measure(true);
-        if (cost >= with) break;
-        with = cost;
-        best_rows = fitted_;
-        best = chosen_;
-      }
-      // Selectors take time to decode; they must be worth it.
-      with_selectors = with < without - without / 100;
-      fitted_ = with_selectors ? best_rows : rows_without;
-      chosen_ = with_selectors ? best : chosen_without;
-    }
-    set_rows();
-    measure(with_selectors);
-    out.put(static_cast<uint8_t>(flags | (with_selectors ? flag_selectors : 0) |
-                                 (vertices_.with_late ? flag_late : 0)));
-    out.put_bytes(maps.bytes());
-    write_sections(out, with_selectors);
-  }
-
- private:
+struct CodedPatch {
   using Codes = typename Points::Codes;
+  Vertices vertices;
+  Points points;
+  std::vector<uint8_t> chosen;  ///< by vertex: its selector
+  std::vector<SizeAndShape> classes;
+  std::vector<Codes> residuals;
 
-  void set_rows() {
-    rows_ = plain_rows();
-    fitted_.apply(rows_);
-  }
-  const Row& row(uint32_t v, unsigned selector) const {
-    return rows_[vertices_.kind(v) * selectors + selector];
-  }
+  CodedPatch(const Vertices& of, Points at)
+      : vertices(of), points(std::move(at)), chosen(of.count, fitted_selector) {}
+
   /// References to a vertex itself count as 0, as its position is not known yet.
-  Codes predict(uint32_t v, const Row& row) {
-    const VertexReferences references = vertices_.references(v);
+  Codes predict(uint32_t v, const Row& row) const {
+    const VertexReferences references = vertices.references(v);
     const auto is_itself = [&](uint32_t r) { return r >= v; };
     if (std::any_of(references.at.begin(), references.at.end(), is_itself)) {
       Row without = row;
       for (unsigned k = 0; k < 8; ++k) {
         if (is_itself(references.at[k])) without[k] = 0;
       }
-      return points_.predict(references, without);
+      return points.predict(references, without);
     }
-    return points_.predict(references, row);
+    return points.predict(references, row);
   }
-  Codes residuals(uint32_t v, unsigned selector) {
-    const Codes predicted = predict(v, row(v, selector));
+  Codes residuals_of(uint32_t v, const Row& row) const {
+    const Codes predicted = predict(v, row);
     Codes result;
-    for (unsigned k = 0; k < 3; ++k) result[k] = points_.residual(v, k, predicted[k]);
+    for (unsigned k = 0; k < 3; ++k) result[k] = points.residual(v, k, predicted[k]);
     return result;
+  }
+};
+
+/// How often everything occurs, by context.
+struct ClassCounts {
+  std::vector<Histogram> sizes, shapes, selectors;
+
+  explicit ClassCounts(unsigned most_sizes)
+      : sizes(size_context(most_sizes, 0)),
+        shapes(shape_context(most_sizes, 0)),
+        selectors(selector_contexts) {}
+  void add(const ClassCounts& more) {
+    const auto sum = [](std::vector<Histogram>& to, const std::vector<Histogram>& from) {
+      for (size_t i = 0; i < to.size(); ++i) {
+        for (unsigned s = 0; s < most_static_symbols; ++s) to[i][s] += from[i][s];
+      }
+    };
+    sum(sizes, more.sizes);
+    sum(shapes, more.shapes);
+    sum(selectors, more.selectors);
+  }
+};
+
+struct ClassTables {
+  StaticTables sizes, shapes, selectors;
+};
+
+/// Rows and tables for patches that share them; for one patch, its own.
+template <class Points>
+class PositionEncoder {
+ public:
+  using Patch = CodedPatch<Points>;
+  using Codes = typename Points::Codes;
+
+  PositionEncoder(std::vector<Patch>& patches, bool with_late, Executor& executor)
+      : patches_(patches), with_late_(with_late), executor_(executor), counts_(Points::sizes) {
+    // Rows and selectors are learnt from some, for the sake of time.
+    const size_t count = std::min(patches.size(), most_samples);
+    for (size_t i = 0; i < count; ++i) sample_.push_back(&patches[i * patches.size() / count]);
+  }
+
+  /// Finds rows, selectors and classes, and writes the tables; with what stands before them, see
+  /// docs/format.md.
+  void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
+    train(try_selectors);
+    if (sample_.size() < patches_.size()) code_all();
+    out.put(
+        static_cast<uint8_t>(flags | (with_selectors_ ? flag_selectors : 0) | (with_late_ ? flag_late : 0)));
+    out.put_bytes(maps.bytes());
+    RansEncoder side;
+    fitted_.code(side);
+    // The fastest level has fewer tables, which small meshes feel.
+    const uint64_t price = with_late_ ? price_of_table : 6 * price_of_table;
+    tables_.sizes = make_tables(counts_.sizes, Points::sizes, class_bits, most_size_tables, side, price);
+    tables_.shapes = make_tables(counts_.shapes, shapes, class_bits, most_shape_tables, side, price);
+    if (with_selectors_)
+      tables_.selectors = make_tables(counts_.selectors, selectors, selector_bits, selector_contexts, side);
+    const auto side_bytes = side.finish();
+    out.put_count(side_bytes.size());
+    out.put_bytes(side_bytes);
+  }
+
+  /// `in_states`: the last raw bits stand in the states of the classes.
+  void write_patch(const Patch& patch, bool in_states, ByteWriter& out) const {
+    std::vector<std::byte> raw;
+    uint64_t waiting = 0;
+    unsigned bits = 0;
+    // Bytes of the last block alone: those before are needed before the states are known.
+    const uint32_t last_block = (std::max(patch.vertices.count, 1u) - 1) / block_vertices * block_vertices;
+    size_t before_last = 0;
+    for (uint32_t v = 0; v < patch.vertices.count; ++v) {
+      if (v == last_block) before_last = raw.size() + (bits > 0);
+      for (unsigned k = 0; k < 3; ++k) {
+        const Field field = field_of_coordinate(patch.classes[v], k);
+        waiting |= raw_bits(patch.residuals[v][k], field) << bits;
+        for (bits += field.bits; bits >= 8; bits -= 8, waiting >>= 8)
+          raw.push_back(static_cast<std::byte>(waiting & 255));
+      }
+    }
+    if (bits > 0) raw.push_back(static_cast<std::byte>(waiting & 255));
+
+    GroupRansEncoder encoder;
+    visit_symbols(
+        patch,
+        [&](unsigned context, unsigned symbol) {
+          encoder.put(tables_.sizes.of(context), class_bits, symbol);
+        },
+        [&](unsigned context, unsigned symbol) {
+          encoder.put(tables_.shapes.of(context), class_bits, symbol);
+        },
+        [&](unsigned context, unsigned symbol) {
+          if (with_selectors_) encoder.put(tables_.selectors.of(context), selector_bits, symbol);
+        },
+        [&](unsigned lane) { encoder.end_group(lane); });
+    size_t apart = 0;
+    if (in_states) {
+      apart = std::min(raw.size() - std::min(raw.size(), before_last), group_payload_bytes);
+      out.put_count(apart);
+    }
+    out.put_count(raw.size() - apart);
+    out.put_bytes(Bytes(raw).first(raw.size() - apart));
+    out.put_bytes(encoder.finish(Bytes(raw).last(apart)));
+  }
+
+ private:
+  static constexpr size_t most_samples = 48;
+
+  void train(bool try_selectors) {
+    fit();
+    const uint64_t without = measure(false);
+    const FittedRows rows_without = fitted_;
+    const auto chosen_without = chosen();
+    uint64_t vertices = 0;
+    for (const Patch* patch : sample_) vertices += patch->vertices.count;
+    if (try_selectors && vertices > 64) {
+      uint64_t with = UINT64_MAX;
+      FittedRows best_rows;
+      std::vector<std::vector<uint8_t>> best;
+      for (int round = 0; round < 4; ++round) {
+        const ClassCosts costs = class_costs();
+        executor_.parallel_for(sample_.size(), [&](size_t i) { choose_selectors(*sample_[i], costs); });
+        fit();
+        const uint64_t cost = measure(true);
+        if (cost >= with) break;
+        with = cost;
+        best_rows = fitted_;
+        best = chosen();
+      }
+      // Selectors take time to decode; they must be worth it.
+      with_selectors_ = with < without - without / 100;
+      fitted_ = with_selectors_ ? best_rows : rows_without;
+      set_chosen(with_selectors_ ? best : chosen_without);
+    }
+    set_rows();
+    measure(with_selectors_);
+  }
+  std::vector<std::vector<uint8_t>> chosen() const {
+    std::vector<std::vector<uint8_t>> all;
+    for (const Patch* patch : sample_) all.push_back(patch->chosen);
+    return all;
+  }
+  void set_chosen(const std::vector<std::vector<uint8_t>>& all) {
+    for (size_t i = 0; i < all.size(); ++i) sample_[i]->chosen = all[i];
+  }
+
+  /// The others as the sample has it.
+  void code_all() {
+    const ClassCosts costs = class_costs();
+    if (with_selectors_)
+      executor_.parallel_for(patches_.size(), [&](size_t i) { choose_selectors(patches_[i], costs); });
+    std::vector<Patch*> all;
+    for (Patch& patch : patches_) all.push_back(&patch);
+    find_classes(all);
+  }
+
+  void set_rows() {
+    rows_ = plain_rows();
+    fitted_.apply(rows_);
+  }
+  const Row& row(const Patch& patch, uint32_t v, unsigned selector) const {
+    return rows_[patch.vertices.kind(v) * selectors + selector];
   }
 
   /// Rows of selector 1 for the vertices that use it, by least absolute errors: squares weighted by what was
@@ -136,9 +263,11 @@ class PositionEncoder {
     set_rows();
     for (int round = 0; round < 3; ++round) {
       std::vector<Normals> by_kind(vertex_kinds);
-      for (uint32_t v = 1; v < vertices_.fans.vertices; ++v) {
-        if (chosen_[v] != fitted_selector) continue;
-        add_sample(v, by_kind[vertices_.kind(v)]);
+      for (const Patch* patch : sample_) {
+        for (uint32_t v = 1; v < patch->vertices.fans.vertices; ++v) {
+          if (patch->chosen[v] != fitted_selector) continue;
+          add_sample(*patch, v, by_kind[patch->vertices.kind(v)]);
+        }
       }
       solve(by_kind);
       set_rows();
@@ -146,21 +275,21 @@ class PositionEncoder {
     drop_useless();
     set_rows();
   }
-  void add_sample(uint32_t v, Normals& normals) {
-    const VertexReferences references = vertices_.references(v);
-    const unsigned mask = useful_references(vertices_.kind(v));
+  void add_sample(const Patch& patch, uint32_t v, Normals& normals) const {
+    const VertexReferences references = patch.vertices.references(v);
+    const unsigned mask = useful_references(patch.vertices.kind(v));
     if (mask == 0) return;
     ++normals.samples;
     for (unsigned k = 0; k < 3; ++k) {
-      const double base = points_.value(references.at[R::last], k);
+      const double base = patch.points.value(references.at[R::last], k);
       std::array<double, 7> terms{};
       double predicted = 0;
       for (unsigned r = 0; r < 7; ++r) {
         if ((mask >> r & 1) == 0) continue;
-        terms[r] = points_.value(references.at[r], k) - base;
-        predicted += terms[r] * row(v, fitted_selector)[r] / weight_sum;
+        terms[r] = patch.points.value(references.at[r], k) - base;
+        predicted += terms[r] * row(patch, v, fitted_selector)[r] / weight_sum;
       }
-      const double target = points_.value(v, k) - base;
+      const double target = patch.points.value(v, k) - base;
       const double left = std::fabs(target - predicted);
       normals.add(terms, target, 1 / (left + floor_));
     }
@@ -199,14 +328,16 @@ class PositionEncoder {
   /// Rows that do not save what they take.
   void drop_useless() {
     std::vector<uint64_t> plain(vertex_kinds), place(vertex_kinds), kind_cost(vertex_kinds);
-    for (uint32_t v = 1; v < vertices_.fans.vertices; ++v) {
-      if (chosen_[v] != fitted_selector) continue;
-      const unsigned kind = vertices_.kind(v);
-      const unsigned p = FittedRows::place(kind);
-      if (!fitted_.has_place[p]) continue;
-      plain[kind] += size_of_residual(v, plain_row(kind, fitted_selector));
-      place[kind] += size_of_residual(v, fitted_.of_place[p]);
-      if (fitted_.has_kind[kind]) kind_cost[kind] += size_of_residual(v, fitted_.of_kind[kind]);
+    for (const Patch* patch : sample_) {
+      for (uint32_t v = 1; v < patch->vertices.fans.vertices; ++v) {
+        if (patch->chosen[v] != fitted_selector) continue;
+        const unsigned kind = patch->vertices.kind(v);
+        const unsigned p = FittedRows::place(kind);
+        if (!fitted_.has_place[p]) continue;
+        plain[kind] += size_of_residual(*patch, v, plain_row(kind, fitted_selector));
+        place[kind] += size_of_residual(*patch, v, fitted_.of_place[p]);
+        if (fitted_.has_kind[kind]) kind_cost[kind] += size_of_residual(*patch, v, fitted_.of_kind[kind]);
+      }
     }
     constexpr uint64_t row_cost = uint64_t{48} << 16;
     for (unsigned p = 0; p < fan_places * 2; ++p) {
@@ -225,11 +356,10 @@ class PositionEncoder {
     }
   }
   /// About log2 of the residuals, in 1/65536 bits.
-  uint64_t size_of_residual(uint32_t v, const Row& row) {
-    const Codes predicted = predict(v, row);
+  static uint64_t size_of_residual(const Patch& patch, uint32_t v, const Row& row) {
+    const Codes residuals = patch.residuals_of(v, row);
     uint64_t size = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-      const int32_t residual = points_.residual(v, k, predicted[k]);
+    for (const int32_t residual : residuals) {
       const uint32_t magnitude =
           residual < 0 ? 0 - static_cast<uint32_t>(residual) : static_cast<uint32_t>(residual);
       size += log2_fixed(magnitude | 1) + (magnitude != 0 ? 1u << 16 : 0);
@@ -248,33 +378,32 @@ class PositionEncoder {
     }
   };
 
-  /// Per vertex the selector that is cheapest with the tables of the last measure().
-  void choose_selectors() {
-    const ClassCosts costs = class_costs();
+  struct ClassCosts {
+    std::vector<std::array<uint32_t, wide_sizes>> size;
+    std::vector<std::array<uint32_t, shapes>> shape;  ///< with the raw bits
+    std::array<std::array<uint32_t, selectors>, selector_contexts> selector;
+  };
+  /// Per vertex the selector that is cheapest with the tables of the last counts.
+  void choose_selectors(Patch& patch, const ClassCosts& costs) const {
     std::array<Before, group_lanes> lanes{};
-    for_each_group(vertices_.count, [&](uint32_t v, unsigned lane) {
+    for_each_group(patch.vertices.count, [&](uint32_t v, unsigned lane) {
       Before& before = lanes[lane];
-      const unsigned kind = vertices_.kind(v);
+      const unsigned kind = patch.vertices.kind(v);
       uint64_t least = UINT64_MAX;
       SizeAndShape best{};
       for (unsigned s = 0; s < selectors; ++s) {
-        const SizeAndShape classes = size_and_shape(residuals(v, s));
+        const SizeAndShape classes = size_and_shape(patch.residuals_of(v, row(patch, v, s)));
         const uint64_t cost = uint64_t{costs.selector[selector_context(before.selector, kind)][s]} +
                               costs.size[size_context(before.size, quality_of_kind[kind])][classes.size] +
                               costs.shape[shape_context(classes.size, before.zeros)][classes.shape];
         if (cost >= least) continue;
         least = cost;
         best = classes;
-        chosen_[v] = static_cast<uint8_t>(s);
+        patch.chosen[v] = static_cast<uint8_t>(s);
       }
-      before.follow(best, chosen_[v]);
+      before.follow(best, patch.chosen[v]);
     });
   }
-  struct ClassCosts {
-    std::vector<std::array<uint32_t, wide_sizes>> size;
-    std::vector<std::array<uint32_t, shapes>> shape;  ///< with the raw bits
-    std::array<std::array<uint32_t, selectors>, selector_contexts> selector;
-  };
   ClassCosts class_costs() const {
     ClassCosts costs;
     const auto bits_of = [](const Histogram& counts, unsigned symbols, unsigned s) {
@@ -282,22 +411,22 @@ class PositionEncoder {
       for (unsigned i = 0; i < symbols; ++i) sum += 8 * counts[i];
       return log2_fixed(sum) - log2_fixed(8 * counts[s] + 1);
     };
-    costs.size.resize(size_counts_.size());
-    for (size_t context = 0; context < size_counts_.size(); ++context) {
+    costs.size.resize(counts_.sizes.size());
+    for (size_t context = 0; context < counts_.sizes.size(); ++context) {
       for (unsigned s = 0; s < Points::sizes; ++s)
-        costs.size[context][s] = bits_of(size_counts_[context], Points::sizes, s);
+        costs.size[context][s] = bits_of(counts_.sizes[context], Points::sizes, s);
     }
-    costs.shape.resize(shape_counts_.size());
-    for (unsigned context = 0; context < shape_counts_.size(); ++context) {
+    costs.shape.resize(counts_.shapes.size());
+    for (unsigned context = 0; context < counts_.shapes.size(); ++context) {
       for (unsigned s = 0; s < shapes; ++s)
         costs.shape[context][s] =
-            bits_of(shape_counts_[context], shapes, s) + (all_raw_bits({context / 8, s}) << 16);
+            bits_of(counts_.shapes[context], shapes, s) + (all_raw_bits({context / 8, s}) << 16);
     }
     for (unsigned context = 0; context < selector_contexts; ++context) {
       for (unsigned s = 0; s < selectors; ++s) {
         // Before any selector was chosen, all are welcome.
         costs.selector[context][s] =
-            have_selectors_ ? bits_of(selector_counts_[context], selectors, s) : 1u << 16;
+            have_selectors_ ? bits_of(counts_.selectors[context], selectors, s) : 1u << 16;
       }
     }
     return costs;
@@ -311,31 +440,47 @@ class PositionEncoder {
     return field_of(classes.size, step_in(steps_of_shape[classes.shape], k));
   }
 
-  /// Classes of all vertices with the selectors chosen; what they cost, roughly.
+  /// Classes of the sample with the selectors chosen; what they cost, roughly.
   uint64_t measure(bool with_selectors) {
-    classes_.resize(vertices_.count);
-    residuals_.resize(vertices_.count);
-    uint64_t cost = 0;
-    for (uint32_t v = 0; v < vertices_.count; ++v) {
-      residuals_[v] = residuals(v, chosen_[v]);
-      classes_[v] = size_and_shape(residuals_[v]);
-      cost += all_raw_bits(classes_[v]);
-    }
-    cost <<= 16;
-    size_counts_.assign(size_context(Points::sizes, 0), {});
-    shape_counts_.assign(shape_context(Points::sizes, 0), {});
-    selector_counts_.assign(selector_contexts, {});
-    visit_symbols([&](unsigned context, unsigned symbol) { ++size_counts_[context][symbol]; },
-                  [&](unsigned context, unsigned symbol) { ++shape_counts_[context][symbol]; },
-                  [&](unsigned context, unsigned symbol) { ++selector_counts_[context][symbol]; },
-                  [](unsigned) {});
+    uint64_t cost = find_classes(sample_) << 16;
     have_selectors_ = with_selectors;
-    for (const Histogram& counts : size_counts_) cost += entropy_of(counts);
-    for (const Histogram& counts : shape_counts_) cost += entropy_of(counts);
+    for (const Histogram& counts : counts_.sizes) cost += entropy_of(counts);
+    for (const Histogram& counts : counts_.shapes) cost += entropy_of(counts);
     if (with_selectors) {
-      for (const Histogram& counts : selector_counts_) cost += entropy_of(counts);
+      for (const Histogram& counts : counts_.selectors) cost += entropy_of(counts);
     }
     return cost;
+  }
+  /// Classes of these, and counts over all of them. Returns the number of raw bits.
+  uint64_t find_classes(const std::vector<Patch*>& patches) {
+    // Sums over pieces of work: counts of each patch would take too much memory.
+    const size_t pieces = std::min<size_t>(patches.size(), 16);
+    std::vector<uint64_t> bits(pieces);
+    std::vector<ClassCounts> counts(pieces, ClassCounts(Points::sizes));
+    executor_.parallel_for(pieces, [&](size_t piece) {
+      for (size_t i = piece; i < patches.size(); i += pieces)
+        bits[piece] += count_classes(*patches[i], counts[piece]);
+    });
+    counts_ = ClassCounts(Points::sizes);
+    for (const ClassCounts& one : counts) counts_.add(one);
+    uint64_t sum = 0;
+    for (const uint64_t one : bits) sum += one;
+    return sum;
+  }
+  uint64_t count_classes(Patch& patch, ClassCounts& counts) const {
+    patch.classes.resize(patch.vertices.count);
+    patch.residuals.resize(patch.vertices.count);
+    uint64_t bits = 0;
+    for (uint32_t v = 0; v < patch.vertices.count; ++v) {
+      patch.residuals[v] = patch.residuals_of(v, row(patch, v, patch.chosen[v]));
+      patch.classes[v] = size_and_shape(patch.residuals[v]);
+      bits += all_raw_bits(patch.classes[v]);
+    }
+    visit_symbols(
+        patch, [&](unsigned context, unsigned symbol) { ++counts.sizes[context][symbol]; },
+        [&](unsigned context, unsigned symbol) { ++counts.shapes[context][symbol]; },
+        [&](unsigned context, unsigned symbol) { ++counts.selectors[context][symbol]; }, [](unsigned) {});
+    return bits;
   }
   static uint64_t entropy_of(const Histogram& counts) {
     uint32_t sum = 0;
@@ -346,117 +491,177 @@ class PositionEncoder {
   }
 
   template <class SizeVisit, class ShapeVisit, class SelectorVisit, class GroupEnd>
-  void visit_symbols(SizeVisit size_visit, ShapeVisit shape_visit, SelectorVisit selector_visit,
-                     GroupEnd group_end) {
+  static void visit_symbols(const Patch& patch, SizeVisit size_visit, ShapeVisit shape_visit,
+                            SelectorVisit selector_visit, GroupEnd group_end) {
     std::array<Before, group_lanes> lanes{};
-    for_each_group(vertices_.count, [&](uint32_t v, unsigned lane) {
+    for_each_group(patch.vertices.count, [&](uint32_t v, unsigned lane) {
       Before& before = lanes[lane];
-      const unsigned kind = vertices_.kind(v);
-      const SizeAndShape& classes = classes_[v];
-      selector_visit(selector_context(before.selector, kind), chosen_[v]);
+      const unsigned kind = patch.vertices.kind(v);
+      const SizeAndShape& classes = patch.classes[v];
+      selector_visit(selector_context(before.selector, kind), patch.chosen[v]);
       size_visit(size_context(before.size, quality_of_kind[kind]), classes.size);
       shape_visit(shape_context(classes.size, before.zeros), classes.shape);
-      before.follow(classes, chosen_[v]);
+      before.follow(classes, patch.chosen[v]);
       group_end(lane);
     });
   }
 
-  void write_sections(ByteWriter& out, bool with_selectors) {
-    RansEncoder side;
-    fitted_.code(side);
-    // The fastest level has fewer tables, which small meshes feel.
-    const uint64_t price = vertices_.with_late ? price_of_table : 6 * price_of_table;
-    const StaticTables size_tables =
-        make_tables(size_counts_, Points::sizes, class_bits, most_size_tables, side, price);
-    const StaticTables shape_tables =
-        make_tables(shape_counts_, shapes, class_bits, most_shape_tables, side, price);
-    StaticTables selector_tables;
-    if (with_selectors)
-      selector_tables = make_tables(selector_counts_, selectors, selector_bits, selector_contexts, side);
-    const auto side_bytes = side.finish();
-
-    std::vector<std::byte> raw;
-    uint64_t waiting = 0;
-    unsigned bits = 0;
-    for (uint32_t v = 0; v < vertices_.count; ++v) {
-      for (unsigned k = 0; k < 3; ++k) {
-        const Field field = field_of_coordinate(classes_[v], k);
-        waiting |= raw_bits(residuals_[v][k], field) << bits;
-        for (bits += field.bits; bits >= 8; bits -= 8, waiting >>= 8)
-          raw.push_back(static_cast<std::byte>(waiting & 255));
-      }
-    }
-    if (bits > 0) raw.push_back(static_cast<std::byte>(waiting & 255));
-
-    GroupRansEncoder encoder;
-    visit_symbols(
-        [&](unsigned context, unsigned symbol) { encoder.put(size_tables.of(context), class_bits, symbol); },
-        [&](unsigned context, unsigned symbol) { encoder.put(shape_tables.of(context), class_bits, symbol); },
-        [&](unsigned context, unsigned symbol) {
-          if (with_selectors) encoder.put(selector_tables.of(context), selector_bits, symbol);
-        },
-        [&](unsigned lane) { encoder.end_group(lane); });
-    out.put_count(side_bytes.size());
-    out.put_bytes(side_bytes);
-    out.put_count(raw.size());
-    out.put_bytes(raw);
-    out.put_bytes(encoder.finish());
-  }
-
-  const Vertices& vertices_;
-  Points& points_;
-  std::vector<uint8_t> chosen_;
+  std::vector<Patch>& patches_;
+  std::vector<Patch*> sample_;
+  bool with_late_;
+  Executor& executor_;
+  bool with_selectors_ = false;
   FittedRows fitted_;
   Rows rows_{};
-  std::vector<SizeAndShape> classes_;
-  std::vector<Codes> residuals_;
-  std::vector<Histogram> size_counts_;
-  std::vector<Histogram> shape_counts_;
-  std::vector<Histogram> selector_counts_;
+  ClassCounts counts_;
   bool have_selectors_ = false;
+  ClassTables tables_;
   static constexpr double floor_ = 0.5;
 };
+
+/// The codes of a patch's positions.
+std::vector<std::array<int32_t, 3>> codes_of(const Array& array, const ArrayMaps& maps,
+                                             std::span<const uint32_t> source) {
+  const size_t size = size_of(array.type);
+  std::vector<std::array<int32_t, 3>> codes(source.size());
+  for (size_t v = 0; v < codes.size(); ++v) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::byte* number = array.bytes.data() + (size_t{source[v]} * 3 + k) * size;
+      codes[v][k] = static_cast<int32_t>(maps.maps[k].code_of(array.type, number));
+    }
+  }
+  return codes;
+}
+
+struct Range {
+  std::array<int32_t, 3> low{}, high{};
+
+  explicit Range(const std::vector<std::array<int32_t, 3>>& codes) {
+    if (!codes.empty()) low = high = codes[0];
+    for (const auto& code : codes) {
+      for (unsigned k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], code[k]);
+        high[k] = std::max(high[k], code[k]);
+      }
+    }
+  }
+  bool is_narrow() const {
+    bool narrow = true;
+    for (unsigned k = 0; k < 3; ++k) narrow = narrow && int64_t{high[k]} - low[k] <= 65535;
+    return narrow;
+  }
+  std::array<int32_t, 3> middle() const {
+    std::array<int32_t, 3> middle;
+    for (unsigned k = 0; k < 3; ++k) middle[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
+    return middle;
+  }
+};
+
+template <class Points>
+CodedPatch<Points> patch_of(const Vertices& vertices, Points points,
+                            const std::vector<std::array<int32_t, 3>>& codes) {
+  points.grow(codes.size());
+  for (uint32_t v = 0; v < codes.size(); ++v) points.set(v, codes[v]);
+  return {vertices, std::move(points)};
+}
+
+NarrowPoints narrow_points(size_t count, const std::array<int32_t, 3>& bias) {
+  NarrowPoints points(count);
+  points.bias = bias;
+  return points;
+}
+WidePoints wide_points(size_t count, const ArrayMaps& maps) {
+  WidePoints points(count);
+  for (unsigned k = 0; k < 3; ++k) points.curved[k] = maps.maps[k].is_curved() ? &maps.maps[k] : nullptr;
+  return points;
+}
+bool any_curved(const ArrayMaps& maps) {
+  return maps.maps[0].is_curved() || maps.maps[1].is_curved() || maps.maps[2].is_curved();
+}
 
 }  // namespace
 
 std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
                                             std::span<const uint32_t> source, bool small) {
   const Vertices vertices{fans, static_cast<uint32_t>(source.size()), small};
-  const size_t size = size_of(array.type);
-  std::vector<std::array<int32_t, 3>> codes(source.size());
-  std::array<int32_t, 3> low{}, high{};
-  for (size_t v = 0; v < codes.size(); ++v) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const std::byte* number = array.bytes.data() + (size_t{source[v]} * 3 + k) * size;
-      codes[v][k] = static_cast<int32_t>(maps.maps[k].code_of(array.type, number));
-      low[k] = v == 0 ? codes[v][k] : std::min(low[k], codes[v][k]);
-      high[k] = v == 0 ? codes[v][k] : std::max(high[k], codes[v][k]);
-    }
-  }
-  bool narrow = true;
-  for (unsigned k = 0; k < 3; ++k) {
-    narrow = narrow && int64_t{high[k]} - low[k] <= 65535 && !maps.maps[k].is_curved();
-  }
+  const std::vector<std::array<int32_t, 3>> codes = codes_of(array, maps, source);
+  const Range range(codes);
   ByteWriter out, header;
   for (const NumberMap& map : maps.maps) write_map(header, map);
-  const auto write = [&](auto& points, uint8_t flags) {
-    for (uint32_t v = 0; v < codes.size(); ++v) points.set(v, codes[v]);
-    PositionEncoder<std::decay_t<decltype(points)>>(vertices, points).write(out, flags, header, small);
+  const auto write = [&](auto points, uint8_t flags) {
+    using Points = decltype(points);
+    std::vector<CodedPatch<Points>> patches;
+    patches.push_back(patch_of(vertices, std::move(points), codes));
+    PositionEncoder<Points> encoder(patches, small, serial_executor());
+    encoder.write_tables(out, flags, header, small);
+    encoder.write_patch(patches[0], false, out);
   };
-  if (narrow) {
-    NarrowPoints points(codes.size());
-    points.grow(codes.size());
-    for (unsigned k = 0; k < 3; ++k) {
-      points.bias[k] = static_cast<int32_t>((int64_t{low[k]} + high[k] + 1) >> 1);
-      header.put(points.bias[k]);
-    }
-    write(points, 0);
+  if (range.is_narrow() && !any_curved(maps)) {
+    for (const int32_t bias : range.middle()) header.put(bias);
+    write(narrow_points(codes.size(), range.middle()), 0);
   } else {
-    WidePoints points(codes.size());
-    for (unsigned k = 0; k < 3; ++k) points.curved[k] = maps.maps[k].is_curved() ? &maps.maps[k] : nullptr;
-    write(points, flag_wide);
+    write(wide_points(codes.size(), maps), flag_wide);
   }
   return out.take();
+}
+
+SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> patches, const Array& array,
+                                            const ArrayMaps& maps, bool small, Executor& executor) {
+  std::vector<std::vector<std::array<int32_t, 3>>> codes(patches.size());
+  std::vector<std::optional<Range>> ranges(patches.size());
+  executor.parallel_for(patches.size(), [&](size_t i) {
+    codes[i] = codes_of(array, maps, patches[i].source);
+    ranges[i].emplace(codes[i]);
+  });
+  bool narrow = !any_curved(maps);
+  for (const auto& range : ranges) narrow = narrow && range->is_narrow();
+  SharedPositionBytes result;
+  ByteWriter out, header;
+  for (const NumberMap& map : maps.maps) write_map(header, map);
+  const auto write = [&](auto points_of, auto write_bias, uint8_t flags) {
+    using Points = decltype(points_of(0));
+    std::vector<CodedPatch<Points>> coded;
+    for (size_t i = 0; i < patches.size(); ++i) {
+      const Vertices vertices{*patches[i].fans, static_cast<uint32_t>(codes[i].size()), small};
+      coded.push_back(patch_of(vertices, points_of(i), codes[i]));
+    }
+    PositionEncoder<Points> encoder(coded, small, executor);
+    encoder.write_tables(out, flags, header, small);
+    result.patches.resize(patches.size());
+    executor.parallel_for(patches.size(), [&](size_t i) {
+      ByteWriter bytes;
+      write_bias(i, bytes);
+      encoder.write_patch(coded[i], true, bytes);
+      result.patches[i] = bytes.take();
+    });
+  };
+  if (!narrow) {
+    write([&](size_t i) { return wide_points(codes[i].size(), maps); }, [](size_t, ByteWriter&) {},
+          flag_wide);
+    result.tables = out.take();
+    return result;
+  }
+  // One bias for all where that does, so that theirs are 0.
+  Range all = *ranges[0];
+  for (const auto& range : ranges) {
+    for (unsigned k = 0; k < 3; ++k) {
+      all.low[k] = std::min(all.low[k], range->low[k]);
+      all.high[k] = std::max(all.high[k], range->high[k]);
+    }
+  }
+  const std::array<int32_t, 3> middle = all.middle();
+  for (const int32_t bias : middle) header.put(bias);
+  const auto bias_of = [&](size_t i) { return all.is_narrow() ? middle : ranges[i]->middle(); };
+  write([&](size_t i) { return narrow_points(codes[i].size(), bias_of(i)); },
+        [&](size_t i, ByteWriter& bytes) {
+          for (unsigned k = 0; k < 3; ++k) {
+            const uint32_t step = static_cast<uint32_t>(bias_of(i)[k]) - static_cast<uint32_t>(middle[k]);
+            bytes.put_count(step << 1 ^ (0 - (step >> 31)));
+          }
+        },
+        0);
+  result.tables = out.take();
+  return result;
 }
 
 }  // namespace maille

@@ -38,17 +38,12 @@ constexpr unsigned shape_in(Classes classes) {
   return classes & 63;
 }
 
-struct ClassTables {
-  StaticTables sizes;
-  StaticTables shapes;
-  StaticTables selectors;  ///< none where all vertices have the fitted one
-};
-
 /// The slots of all tables, and by context the first one of its table.
 template <size_t contexts>
 class ContextSlots {
  public:
-  ContextSlots(const StaticTables& tables, unsigned bits, std::span<const uint8_t> marks) {
+  ContextSlots(const StaticTables& tables, unsigned bits, std::span<const uint8_t> marks)
+      : any_(!tables.tables.empty()) {
     slots_.resize((tables.tables.size() << bits) + spare_slots);
     for (size_t i = 0; i < tables.tables.size(); ++i)
       fill_slots(tables.tables[i], bits, marks, &slots_[i << bits]);
@@ -56,22 +51,25 @@ class ContextSlots {
       at[c] = static_cast<uint32_t>(tables.table_of[c]) << bits;
   }
   const StaticSlot* slots() const { return slots_.data(); }
+  bool any() const { return any_; }
   std::array<uint32_t, contexts> at{};
 
  private:
+  bool any_;
   Unfilled<StaticSlot> slots_;
+};
+
+struct ClassSlots {
+  ContextSlots<size_context(wide_sizes, 0)> sizes;
+  ContextSlots<shape_context(wide_sizes, 0)> shapes;
+  ContextSlots<selector_contexts> selectors;  ///< none where all vertices have the fitted one
 };
 
 /// Selectors and classes of one block after the other.
 class ClassDecoder {
  public:
-  ClassDecoder(Bytes bytes, const ClassTables& tables)
-      : words_(bytes.data()),
-        end_(bytes.data() + bytes.size()),
-        with_selectors_(!tables.selectors.tables.empty()),
-        sizes_(tables.sizes, class_bits, {}),
-        shapes_(tables.shapes, class_bits, zeros_of_shape),
-        selectors_(tables.selectors, selector_bits, {}) {
+  ClassDecoder(Bytes bytes, const ClassSlots& slots)
+      : words_(bytes.data()), end_(bytes.data() + bytes.size()), slots_(slots) {
     for (Lane& lane : lanes_) {
       lane.state = load<uint64_t>(words_);
       words_ += 8;
@@ -79,13 +77,17 @@ class ClassDecoder {
   }
 
   void decode(const uint8_t* kinds, uint32_t count, Classes* classes) {
-    if (with_selectors_) {
+    if (slots_.selectors.any()) {
       decode_block<true>(kinds, count, classes);
     } else {
       decode_block<false>(kinds, count, classes);
     }
   }
   bool exhausted() const { return exhausted_; }
+  /// When all blocks are decoded.
+  std::array<std::byte, group_payload_bytes> payload() const {
+    return payload_of({lanes_[0].state, lanes_[1].state, lanes_[2].state, lanes_[3].state});
+  }
 
  private:
   struct Lane {
@@ -110,16 +112,17 @@ class ClassDecoder {
     uint32_t selector = fitted_selector;
     if constexpr (with_selectors) {
       const uint32_t context = lane.selector + selector_context(0, kind);
-      const StaticSlot slot = slots.selectors[selectors_.at[context] + (x & ((1 << selector_bits) - 1))];
+      const StaticSlot slot =
+          slots.selectors[slots_.selectors.at[context] + (x & ((1 << selector_bits) - 1))];
       x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
       selector = slot_symbol(slot) & (selectors - 1);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots.sizes[sizes_.at[lane.size + quality_of_kind[kind]] + (x & mask)];
+    const StaticSlot a = slots.sizes[slots_.sizes.at[lane.size + quality_of_kind[kind]] + (x & mask)];
     x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
     const uint32_t size = slot_symbol(a);
     lane.size = size_context(size, 0);
-    const StaticSlot b = slots.shapes[shapes_.at[shape_context(size, lane.zeros)] + (x & mask)];
+    const StaticSlot b = slots.shapes[slots_.shapes.at[shape_context(size, lane.zeros)] + (x & mask)];
     lane.state = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
     lane.zeros = slot_mark(b);
     out = slot_symbol(b) | size << 6 | selector << 16;
@@ -151,7 +154,7 @@ class ClassDecoder {
 
   template <bool with_selectors>
   void decode_block(const uint8_t* kinds, uint32_t count, Classes* classes) {
-    const Slots slots{sizes_.slots(), shapes_.slots(), selectors_.slots()};
+    const Slots slots{slots_.sizes.slots(), slots_.shapes.slots(), slots_.selectors.slots()};
     std::array<Lane, group_lanes> lanes = lanes_;
     const uint32_t share = (count + group_lanes - 1) / group_lanes;
     // A group takes at most three words.
@@ -190,12 +193,9 @@ class ClassDecoder {
 
   const std::byte* words_;
   const std::byte* end_;
-  bool with_selectors_;
   bool exhausted_ = false;
   std::array<Lane, group_lanes> lanes_;
-  ContextSlots<size_context(wide_sizes, 0)> sizes_;
-  ContextSlots<shape_context(wide_sizes, 0)> shapes_;
-  ContextSlots<selector_contexts> selectors_;
+  const ClassSlots& slots_;
 };
 
 /// Raw bits of residuals, lowest first. Eight bytes behind the last must be readable.
@@ -382,32 +382,96 @@ void store(const Points& points, uint32_t begin, uint32_t end, std::span<const N
   }
 }
 
+/// What stands in a patch itself.
 struct Sections {
-  Bytes side;
   Bytes raw;
   Bytes classes;
+  size_t in_states = 0;  ///< bytes of raw bits that stand in the states of the classes, the last ones
 };
 
-template <class Points>
-Result<> decode_with(FanDecoder& fans, const Sections& sections, uint8_t flags, Points& points,
-                     uint32_t count, std::span<const NumberMap> maps, Array& array) {
-  RansDecoder side(sections.side);
+Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) {
+  Sections sections;
+  const size_t size = in.remaining();
+  if (in_states) {
+    const uint64_t count = in.get_count();
+    if (count > group_payload_bytes) return corrupt("more raw bits in the states than they hold");
+    sections.in_states = static_cast<size_t>(count);
+  }
+  sections.raw = in.get_bytes(in.get_count());
+  sections.classes = in.get_bytes(in.remaining());
+  // The states also keep a reader of raw bits from reading past the end.
+  if (!in.ok() || sections.classes.size() < 8 * group_lanes) return corrupt("the stream is too short");
+  // A symbol has 1/1024 bit at least, unless its table has no other.
+  if (points / 16384 > size + 16) return corrupt("there are more than the stream can hold");
+  return sections;
+}
+
+Result<ClassSlots> read_class_slots(RansDecoder& side, unsigned sizes, uint8_t flags) {
+  const StaticTables of_size = read_tables(size_context(sizes, 0), sizes, class_bits, most_size_tables, side);
+  const StaticTables of_shape =
+      read_tables(shape_context(sizes, 0), shapes, class_bits, most_shape_tables, side);
+  StaticTables of_selector;
+  if ((flags & flag_selectors) != 0)
+    of_selector = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
+  if (side.exhausted()) return corrupt("the tables end early");
+  return ClassSlots{ContextSlots<size_context(wide_sizes, 0)>(of_size, class_bits, {}),
+                    ContextSlots<shape_context(wide_sizes, 0)>(of_shape, class_bits, zeros_of_shape),
+                    ContextSlots<selector_contexts>(of_selector, selector_bits, {})};
+}
+
+}  // namespace
+
+struct PositionTables {
+  uint8_t flags;
+  std::vector<NumberMap> maps;
+  std::array<int32_t, 3> bias;
+  std::unique_ptr<const Rows> rows;
+  ClassSlots slots;
+
+  bool is_wide() const { return (flags & flag_wide) != 0; }
+};
+
+namespace {
+
+Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteReader& in, Scalar type) {
+  const auto flags = in.get<uint8_t>();
+  if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
+  if (size_of(type) > 4) return corrupt("the type is too wide");
+  std::vector<NumberMap> maps;
+  for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, type)));
+  std::array<int32_t, 3> bias{};
+  const bool wide = (flags & flag_wide) != 0;
+  for (unsigned k = 0; k < 3 && !wide; ++k) bias[k] = in.get<int32_t>();
+  const Bytes side_bytes = in.get_bytes(in.get_count());
+  if (!in.ok()) return corrupt("the stream is too short");
+  RansDecoder side(side_bytes);
   FittedRows fitted;
   fitted.code(side);
-  ClassTables tables;
-  tables.sizes =
-      read_tables(size_context(Points::sizes, 0), Points::sizes, class_bits, most_size_tables, side);
-  tables.shapes = read_tables(shape_context(Points::sizes, 0), shapes, class_bits, most_shape_tables, side);
-  if ((flags & flag_selectors) != 0)
-    tables.selectors = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
-  if (side.exhausted()) return corrupt("the tables end early");
-  const auto rows = std::make_unique<Rows>(plain_rows());
+  ClassSlots slots = MAILLE_TRY(read_class_slots(side, wide ? wide_sizes : narrow_sizes, flags));
+  auto rows = std::make_unique<Rows>(plain_rows());
   fitted.apply(*rows);
+  return std::make_shared<const PositionTables>(
+      PositionTables{flags, std::move(maps), bias, std::move(rows), std::move(slots)});
+}
 
+template <class Points>
+Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionTables& tables, Points& points,
+                     uint32_t count, Array& array) {
+  const uint8_t flags = tables.flags;
+  const Rows* const rows = tables.rows.get();
+  const std::span<const NumberMap> maps = tables.maps;
   const bool with_late = (flags & flag_late) != 0;
   if (!with_late) fans.leave_late_out();
-  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables);
-  RawBits raw(sections.raw);
+  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables.slots);
+  std::vector<std::byte> whole_raw;
+  if (sections.in_states > 0) {
+    whole_raw.reserve(sections.raw.size() + sections.in_states + sizeof(uint64_t));
+    whole_raw.assign(sections.raw.begin(), sections.raw.end());
+    // Read from in words of 64 bits.
+    whole_raw.resize(sections.raw.size() + sections.in_states + sizeof(uint64_t));
+  }
+  RawBits raw(sections.in_states > 0 ? Bytes(whole_raw).first(whole_raw.size() - sizeof(uint64_t))
+                                     : sections.raw);
   std::vector<Classes> classes(std::min(count, block_vertices));
   std::vector<uint8_t> kinds;
   for (uint32_t begin = 0; begin < count; begin += block_vertices) {
@@ -424,6 +488,9 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, uint8_t flags, 
     }
     decoder->decode(kind, end - begin, classes.data());
     if (decoder->exhausted()) return corrupt("the classes end early");
+    if (end == count && sections.in_states > 0)
+      std::copy_n(decoder->payload().begin(), sections.in_states,
+                  whole_raw.begin() + static_cast<ptrdiff_t>(sections.raw.size()));
     const VertexReferences* references = fan_end > begin ? fans.references(begin) : nullptr;
     uint32_t v = begin;
     v += with_late
@@ -440,6 +507,21 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, uint8_t flags, 
   return {};
 }
 
+Result<> decode_sections(FanDecoder& fans, const Sections& sections, const PositionTables& tables,
+                         const std::array<int32_t, 3>& bias, uint32_t points, Array& array) {
+  if (points < fans.vertices()) return corrupt("there are fewer than vertices");
+  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
+  if (tables.is_wide()) {
+    WidePoints wide_points(points);
+    for (unsigned k = 0; k < 3; ++k)
+      wide_points.curved[k] = tables.maps[k].is_curved() ? &tables.maps[k] : nullptr;
+    return decode_with(fans, sections, tables, wide_points, points, array);
+  }
+  NarrowPoints narrow_points(points);
+  narrow_points.bias = bias;
+  return decode_with(fans, sections, tables, narrow_points, points, array);
+}
+
 }  // namespace
 
 bool fits_fan_positions(const Array& array, const ArrayMaps& maps) {
@@ -448,33 +530,28 @@ bool fits_fan_positions(const Array& array, const ArrayMaps& maps) {
 
 Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array) {
   ByteReader in(bytes);
-  const auto flags = in.get<uint8_t>();
-  if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
-  if (size_of(array.type) > 4) return corrupt("the type is too wide");
-  std::vector<NumberMap> maps;
-  for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
-  std::array<int32_t, 3> bias{};
-  const bool wide = (flags & flag_wide) != 0;
-  for (unsigned k = 0; k < 3 && !wide; ++k) bias[k] = in.get<int32_t>();
-  Sections sections;
-  sections.side = in.get_bytes(in.get_count());
-  sections.raw = in.get_bytes(in.get_count());
-  sections.classes = in.get_bytes(in.remaining());
-  // The states also keep a reader of raw bits from reading past the end.
-  if (!in.ok() || sections.classes.size() < 8 * group_lanes) return corrupt("the stream is too short");
-  // A symbol has 1/1024 bit at least, unless its table has no other.
-  if (points / 16384 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
+  const auto tables = MAILLE_TRY(read_tables_of(in, array.type));
+  const Sections sections = MAILLE_TRY(read_sections(in, points, false));
+  return decode_sections(fans, sections, *tables, tables->bias, points, array);
+}
 
-  if (points < fans.vertices()) return corrupt("there are fewer than vertices");
-  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
-  if (wide) {
-    WidePoints wide_points(points);
-    for (unsigned k = 0; k < 3; ++k) wide_points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
-    return decode_with(fans, sections, flags, wide_points, points, maps, array);
+Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type) {
+  ByteReader in(bytes);
+  auto tables = MAILLE_TRY(read_tables_of(in, type));
+  if (in.remaining() > 0) return corrupt("something behind the tables");
+  return tables;
+}
+
+Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
+                                 Array& array) {
+  ByteReader in(bytes);
+  std::array<int32_t, 3> bias = tables.bias;
+  for (unsigned k = 0; k < 3 && !tables.is_wide(); ++k) {
+    const auto step = static_cast<uint32_t>(in.get_count());
+    bias[k] = static_cast<int32_t>(static_cast<uint32_t>(bias[k]) + (step >> 1 ^ (0 - (step & 1))));
   }
-  NarrowPoints narrow_points(points);
-  narrow_points.bias = bias;
-  return decode_with(fans, sections, flags, narrow_points, points, maps, array);
+  const Sections sections = MAILLE_TRY(read_sections(in, points, true));
+  return decode_sections(fans, sections, tables, bias, points, array);
 }
 
 }  // namespace maille

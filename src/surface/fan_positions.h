@@ -1,10 +1,12 @@
 #pragma once
 
 #include <maille/error.h>
+#include <maille/executor.h>
 #include <maille/mesh.h>
 #include <maille/source.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -29,5 +31,26 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
 /// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
 /// positions need them. Safe on any bytes.
 Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array);
+
+// The same for many patches whose maps, rows and tables are written once: docs/format.md, "Tables of charts".
+
+struct PatchOfPositions {
+  const FanSurface* fans;
+  std::span<const uint32_t> source;
+};
+struct SharedPositionBytes {
+  std::vector<std::byte> tables;
+  std::vector<std::vector<std::byte>> patches;
+};
+/// The same for any executor. There is a patch.
+SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> patches, const Array& array,
+                                            const ArrayMaps& maps, bool small, Executor& executor);
+
+/// Ready for decoders; several may use it at once.
+struct PositionTables;
+/// `type`: of the positions. Safe on any bytes. Error: corrupt.
+Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type);
+Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
+                                 Array& array);
 
 }  // namespace maille

@@ -11,6 +11,7 @@
 #include "surface/fan_positions.h"
 #include "surface/mixed_array.h"
 #include "surface/number_maps.h"
+#include "surface/shared_fans.h"
 #include "surface/surface_normals.h"
 
 namespace maille {
@@ -20,7 +21,8 @@ namespace {
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
 constexpr uint32_t adaptive_fan_coding = 2;
-constexpr uint32_t last_coding = adaptive_fan_coding;
+constexpr uint32_t shared_fan_coding = 3;
+constexpr uint32_t last_coding = shared_fan_coding;
 
 StreamKey topology_key(uint32_t patch, uint32_t coding) {
   return {"TOPO", patch, coding};
@@ -37,28 +39,37 @@ uint32_t pivot_window(int effort) {
   return effort >= 7 ? 24 : 4;
 }
 
-// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive
-// models.
-constexpr int fast_effort = 3;
-
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
 struct CodedCells {
   EncodedTopology encoded;
   std::optional<FanSurface> fans;
   FanModels models = FanModels::fixed;
+  std::vector<std::byte> positions;  ///< with shared tables
   uint32_t coding() const {
-    return !fans ? front_coding : models == FanModels::fixed ? fan_coding : adaptive_fan_coding;
+    if (!fans) return front_coding;
+    if (models == FanModels::shared) return shared_fan_coding;
+    return models == FanModels::fixed ? fan_coding : adaptive_fan_coding;
+  }
+  void set(EncodedFanPatch patch) {
+    encoded = {std::move(patch.patch.topology), std::move(patch.sources), std::move(patch.bytes)};
+    fans = std::move(patch.patch.fans);
   }
 };
 
-Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options) {
+Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options,
+                                std::optional<SharedFanPatch> shared) {
   CodedCells cells;
+  if (shared) {
+    cells.models = FanModels::shared;
+    cells.positions = std::move(shared->positions);
+    cells.set(std::move(shared->coded));
+    return cells;
+  }
   if (options.effort < least_mixed_effort) {
     cells.models = options.effort <= fast_effort ? FanModels::fixed : FanModels::adaptive;
     auto patch = MAILLE_TRY(encode_fan_patch(mesh, cells.models));
     if (patch) {
-      cells.encoded = {std::move(patch->patch.topology), std::move(patch->sources), std::move(patch->bytes)};
-      cells.fans = std::move(patch->patch.fans);
+      cells.set(std::move(*patch));
       return cells;
     }
   }
@@ -135,6 +146,7 @@ class PatchEncoder {
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
     const StreamKey key = positions_key(patch_, cells_.coding());
+    if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
     if (cells_.models == FanModels::adaptive) {
       return CodedStream{key,
@@ -216,11 +228,13 @@ bool needs_faces(const Description& description, const DecodeOptions& options) {
 class PatchDecoder {
  public:
   PatchDecoder(const StreamSource& streams, const Description& description, uint32_t patch,
-               const DecodeOptions& options)
+               const DecodeOptions& options, const SharedFanTables* tables, FanBuffers* buffers)
       : streams_(streams),
         description_(description),
         patch_(patch),
         options_(options),
+        tables_(tables),
+        buffers_(buffers),
         shapes_(description.shapes()),
         with_places_(needs_places(description, options)) {}
 
@@ -230,9 +244,7 @@ class PatchDecoder {
     const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(topology_key(patch_, coding)));
     if (coding != front_coding) {
-      const FanModels models = coding == fan_coding ? FanModels::fixed : FanModels::adaptive;
-      auto decoder =
-          MAILLE_TRY(FanPatchDecoder::begin(bytes, description_.points, description_.corners, models));
+      FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
       if (positions_of.number == coding) positions = MAILLE_TRY(decode_positions(decoder, positions_of));
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
@@ -249,12 +261,25 @@ class PatchDecoder {
     return {};
   }
 
+  Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
+    if (coding != shared_fan_coding) {
+      const FanModels models = coding == fan_coding ? FanModels::fixed : FanModels::adaptive;
+      return FanPatchDecoder::begin(bytes, description_.points, description_.corners, models);
+    }
+    if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
+    return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
+                                         buffers_);
+  }
+
   Result<Array> decode_positions(FanPatchDecoder& decoder, const StreamKey& key) {
     Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
-    if (decoder.fans) {
+    if (key.number == shared_fan_coding) {
+      MAILLE_CHECK(
+          decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points, array));
+    } else if (decoder.fans) {
       MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
     } else {
       MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, bytes, description_.points, array));
@@ -315,6 +340,8 @@ class PatchDecoder {
   const Description& description_;
   uint32_t patch_;
   const DecodeOptions& options_;
+  const SharedFanTables* tables_;
+  FanBuffers* buffers_;
   std::vector<BlockShape> shapes_;
   bool with_places_;
   PatchTopology topology_;
@@ -325,9 +352,10 @@ class PatchDecoder {
 }  // namespace
 
 Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options) {
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                                  std::optional<SharedFanPatch> shared) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options)), patch, options);
+  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options, std::move(shared))), patch, options);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
   std::vector<CodedStream> streams;
   streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
@@ -361,11 +389,12 @@ bool is_wanted(const DecodeOptions& options, const std::string& name) {
 }
 
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
-                                  const DecodeOptions& options) {
+                                  const DecodeOptions& options, const SharedFanTables* tables,
+                                  FanBuffers* buffers) {
   DecodedPatch decoded;
   Mesh& mesh = decoded.mesh;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchDecoder decoder(streams, description, patch, options);
+  PatchDecoder decoder(streams, description, patch, options, tables, buffers);
   MAILLE_CHECK(decoder.decode_cells(mesh.points));
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];

@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/encode.h>
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "container/file_writer.h"
 #include "mesh/number_map.h"
 #include "surface/description.h"
+#include "surface/fan_patch.h"
 #include "surface/mesh_parts.h"
 #include "surface/patch_topology.h"
 
@@ -29,6 +31,17 @@ struct CodedStream {
   std::vector<std::byte> bytes;
 };
 
+/// A patch whose fans and positions were coded before, along with others: see shared_fans.h.
+struct SharedFanPatch {
+  EncodedFanPatch coded;
+  std::vector<std::byte> positions;
+};
+struct SharedFanTables;
+
+/// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive
+/// models.
+inline constexpr int fast_effort = 3;
+
 struct EncodedPatch {
   CodedStream topology;
   std::vector<CodedStream> arrays;  ///< as given; without those of the mesh as a whole but in patch 0
@@ -39,7 +52,8 @@ struct EncodedPatch {
 /// Codes a mesh, or a part of one (`numbers`, else nullptr), as patch number `patch`. Only the cells and the
 /// number of points are taken from `mesh`, tuples from `arrays`. Errors: unsupported, cancelled.
 Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options);
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                                  std::optional<SharedFanPatch> shared = std::nullopt);
 
 /// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort);
@@ -50,9 +64,11 @@ struct DecodedPatch {
   bool known_valid = false;  ///< validate() would only find what the decoder has seen already
 };
 
-/// Inverse. `description` is that of the part. Safe on any bytes. Errors: corrupt, cancelled.
+/// Inverse. `description` is that of the part. `tables`: where patches share them. Safe on any bytes. Errors:
+/// corrupt, cancelled.
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
-                                  const DecodeOptions& options);
+                                  const DecodeOptions& options, const SharedFanTables* tables = nullptr,
+                                  FanBuffers* buffers = nullptr);
 
 bool is_wanted(const DecodeOptions& options, const std::string& array);
 

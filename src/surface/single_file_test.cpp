@@ -117,9 +117,6 @@ TEST(Encode, RefusesOptionsThatMakeNoSense) {
     options.effort = effort;
     expect_refused(options, ErrorCode::usage, "effort");
   }
-  EncodeOptions random;
-  random.mode = Mode::random;
-  expect_refused(random, ErrorCode::unsupported, "mode");
 }
 
 TEST(Encode, WritesNothingWhenTheMeshIsInvalid) {

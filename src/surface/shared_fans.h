@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "surface/fan_patch.h"
+#include "surface/fan_positions.h"
+#include "surface/patch_streams.h"
+
+namespace maille {
+
+/// Tables, rows and maps of many patches of triangles, made for all of them and written once: patches of a
+/// few thousand faces would pay a tenth of their size for their own. docs/format.md, "Tables of charts".
+
+/// Does this effort have static tables, and do these positions fit?
+bool can_share_tables(const ArrayToCode& positions, int effort);
+
+/// Patches on their way: the fans of each are found alone, the rest is known when all are there.
+class SharedFanEncoder {
+ public:
+  /// `positions` must stay.
+  SharedFanEncoder(size_t patches, const ArrayToCode& positions, const EncodeOptions& options);
+  /// Several at once may be found. Faces of more than three corners: not shared, which is no error.
+  Result<> find(size_t patch, const Mesh& mesh, const std::vector<uint32_t>& points_in_whole);
+  /// The tables, when all are found; none where no patch has fans.
+  std::vector<std::byte> finish(Executor& executor);
+  /// After that: a patch for encode_patch().
+  std::optional<SharedFanPatch> take(size_t patch) { return std::move(patches_[patch]); }
+
+ private:
+  const ArrayToCode& positions_;
+  const EncodeOptions& options_;
+  std::vector<std::optional<SharedFanPatch>> patches_;
+  std::vector<std::vector<uint32_t>> points_;  ///< by patch and coded point: the point in the whole mesh
+};
+
+/// The tables ready for decoders; several may use them at once.
+struct SharedFanTables {
+  std::shared_ptr<const FanSlots> fans;
+  std::shared_ptr<const PositionTables> positions;
+
+  /// `type`: of the positions. Safe on any bytes. Error: corrupt.
+  static Result<SharedFanTables> read(Bytes bytes, Scalar type);
+};
+
+}  // namespace maille
