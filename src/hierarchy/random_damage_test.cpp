@@ -246,7 +246,7 @@ TEST(RandomDamage, OfATruncatedFileLeavesTheChartsBeforeTheCut) {
   const std::vector<PlacedChart> charts = finest_charts(file.bytes);
   ASSERT_GE(charts.back().place.group, groups_per_index_page);  // several pages of the index
   Random random(3);
-  for (unsigned i = 0; i < 25; ++i) {
+  for (unsigned i = 0; i < cases(24); ++i) {
     const size_t size = charts[random.below(charts.size())].offset + random.below(60);
     if (size >= file.bytes.size()) continue;
     uint64_t faces = 0;
@@ -373,7 +373,7 @@ TEST(RandomDamage, OfTheIndexAndOfGroupsCostsTheseGroups) {
   const RandomFile file = random_file(mesh, {}, 8);
   const std::vector<PlacedChart> charts = finest_charts(file.bytes);
   Random random(5);
-  for (unsigned i = 0; i < 20; ++i) {
+  for (unsigned i = 0; i < cases(20); ++i) {
     Streams streams(file.bytes);
     streams.remove("CIDX", i % 2);
     std::set<uint32_t> lost;
