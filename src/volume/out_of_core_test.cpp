@@ -117,6 +117,14 @@ TEST(OutOfCore, WritesInPartsWhatDecodeGivesWhole) {
   }
 }
 
+TEST(OutOfCore, LeavesFilesWhoseOrderStandsApartToDecode) {
+  const std::vector<std::byte> bytes = encoded(scattered_grid(12, 3), kept());
+  const auto source = memory_source(Bytes(bytes));
+  const auto description = describe(*source);
+  ASSERT_FALSE(description);
+  EXPECT_EQ(description.error().code, ErrorCode::unsupported);
+}
+
 TEST(OutOfCore, WritesOnlyTheArraysWanted) {
   const Mesh mesh = several_blocks();
   const std::string wanted = mesh.arrays[1].name;

@@ -145,6 +145,12 @@ class SinkFeeder {
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
   const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
   const StreamDescription& stream = ends.header.description;
+  if (stream.order_apart) {
+    return failure(ErrorCode::unsupported,
+                   source.name() +
+                       ": cells and points stand in another order than in the mesh, so it cannot be "
+                       "decoded in parts; decode() reads it whole");
+  }
   MeshDescription mesh;
   mesh.points = ends.tail.points;
   mesh.cells = ends.tail.cells;

@@ -650,7 +650,7 @@ uint64_t decode_bytes_of(const StreamHeader& header, const StreamTail& tail) {
 void add_sizes(const FileReader& reader, FileInfo& info) {
   for (const ChunkRecord& record : reader.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
-    if (type == "CELL") info.connectivity.coded_bytes += record.header.size;
+    if (type == "CELL" || type == "ordr") info.connectivity.coded_bytes += record.header.size;
     if (type == "POSI") info.positions.coded_bytes += record.header.size;
     if (type == "ARRY" && record.header.number < info.arrays.size()) {
       info.arrays[record.header.number].coded_bytes += record.header.size;
