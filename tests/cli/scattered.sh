@@ -22,9 +22,10 @@ PY
 maille compress -q scattered.vtk
 maille info --json scattered.maille | json '(j["order"], any(c["type"] == "ordr" for c in j["chunks"]))'
 maille verify scattered.maille --against scattered.vtk
-maille decompress -q scattered.maille parts.vtu && maille diff --keep-order scattered.vtk parts.vtu
-maille decompress -q scattered.maille whole.vtk && maille diff --keep-order scattered.vtk whole.vtk
-maille convert -q scattered.vtk file.vtu && maille compress -q file.vtu && cmp file.maille scattered.maille | cut -c1-5
-cat scattered.maille | maille decompress -q - piped.vtu && maille diff --keep-order scattered.vtk piped.vtu
+maille decompress -q scattered.maille parts.vtu && maille diff --same-order scattered.vtk parts.vtu
+maille decompress -q scattered.maille whole.vtk && maille diff --same-order scattered.vtk whole.vtk
+maille convert -q scattered.vtk file.vtu && maille compress -q file.vtu
+maille info --json file.maille | json 'any(c["type"] == "ordr" for c in j["chunks"])'
+cat scattered.maille | maille decompress -q - piped.vtu && maille diff --same-order scattered.vtk piped.vtu
 maille append -q scattered.maille parts.vtu --time 1
-maille decompress -q scattered.maille step.vtu --step 1 && maille diff --keep-order scattered.vtk step.vtu
+maille decompress -q scattered.maille step.vtu --step 1 && maille diff --same-order scattered.vtk step.vtu
