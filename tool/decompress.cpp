@@ -98,13 +98,12 @@ std::string salvaged_text(const Source& source, const Mesh& mesh) {
 /// Writes cells as they are decoded. False: this is no stream, or is damaged at its ends; nothing was
 /// written.
 Result<bool> write_parts(const DecompressOptions& options, const Source& source, const std::string& output,
-                         const Stopwatch& whole) {
+                         const std::string& format, const Stopwatch& whole) {
   DecodeOptions wanted;
   wanted.arrays = options.arrays;
   const auto mesh = describe(source, wanted);
   if (!mesh) return false;
   if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
-  const std::string format = TOOL_TRY(format_to_write(options, output));
   const auto done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
   if (!done) return false;
   TOOL_CHECK(report(options, output, *done, "cell", whole.seconds()));
@@ -120,27 +119,22 @@ Result<int> run(const DecompressOptions& options) {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");
   }
-  // Before the input is opened: a pipe may take its time.
-  if (!output.empty()) TOOL_CHECK(format_to_write(options, output));
   Input input;
-  // A name is given, so that its format is known before the input is opened.
+  if (output.empty()) {
+    input = TOOL_TRY(open_maille(options.input));
+    output = TOOL_TRY(name_beside(input, options.output_format));
+  }
+  // Before an input that has to wait for it is opened: a pipe may take its time.
+  const std::string format = TOOL_TRY(format_to_write(options, output));
   const bool plain = !options.salvage && !options.step && !options.time;
-  if (!output.empty() && plain &&
-      can_write_in_parts(TOOL_TRY(format_to_write(options, output)), output, options.ascii)) {
-    auto source = TOOL_TRY(open_for_parts(options.input, output));
-    if (TOOL_TRY(write_parts(options, *source, output, whole))) return 0;
-    // Another mode, or damaged: the usual way tells which.
-    if (options.input == "-") input = make_input(std::move(source), options.input);
+  if (plain && can_write_in_parts(format, output, options.ascii)) {
+    std::unique_ptr<Source> parts;
+    if (!input.source || is_regular(options.input)) parts = TOOL_TRY(open_for_parts(options.input, output));
+    if (TOOL_TRY(write_parts(options, parts ? *parts : *input.source, output, format, whole))) return 0;
+    // Another mode, or damaged: the usual way tells which, of what can be read but once, too.
+    if (!input.source && !is_regular(options.input)) input = make_input(std::move(parts), options.input);
   }
   if (!input.source) input = TOOL_TRY(open_maille(options.input));
-  if (output.empty()) {
-    output = TOOL_TRY(name_beside(input, options.output_format));
-    const std::string format = TOOL_TRY(format_to_write(options, output));
-    if (plain && can_write_in_parts(format, output, options.ascii) &&
-        TOOL_TRY(write_parts(options, *TOOL_TRY(open_for_parts(options.input, output)), output, whole)))
-      return 0;
-  }
-  const std::string format = TOOL_TRY(format_to_write(options, output));
   const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
   const auto file =

@@ -56,12 +56,12 @@ bool has_volume(MeshSource& mesh) {
   return false;
 }
 
+}  // namespace
+
 bool is_regular(const std::string& path) {
   struct stat status = {};
   return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
 }
-
-}  // namespace
 
 std::optional<InputInParts> open_in_parts(const CompressOptions& options) {
   const bool stream = !options.mode || options.mode == Mode::stream;
@@ -310,7 +310,7 @@ bool can_write_in_parts(const std::string& format, const std::string& output, bo
 
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output) {
   if (path == "-") return spooled_source(STDIN_FILENO, "standard input", scratch_folder(output));
-  return unmapped_source(path);
+  return is_regular(path) ? unmapped_source(path) : file_source(path);
 }
 
 namespace {

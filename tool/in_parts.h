@@ -41,12 +41,16 @@ Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
                                      ProgressDisplay& progress);
 
+/// Is it a file, which can be opened again?
+bool is_regular(const std::string& path);
+
 /// Whether decompress can write the output in parts.
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii);
 struct PartsWritten {
   uint64_t points = 0, cells = 0, input_bytes = 0, output_bytes = 0;
 };
-/// An input whose end can be read first: a pipe goes through a temporary file.
+/// An input whose end can be read first: standard input goes through a temporary file, a pipe under a name
+/// into memory.
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output);
 /// Nothing where the mesh has to be written whole.
 Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions& options,

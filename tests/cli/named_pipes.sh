@@ -9,6 +9,19 @@ try timeout 20 maille info scan.pipe | head -1
 cat tetra.off > scan.pipe &
 try timeout 20 maille decompress scan.pipe back.ply
 try maille decompress - < tetra.off
+# Volumes, which are written in parts where they are files.
+maille generate -q blockMeshDict cube.vtu
+maille convert -q cube.vtu volume.maille
+mkfifo cells.maille
+for output in "" parts.vtu; do
+  cat volume.maille > cells.maille &
+  try timeout 20 maille decompress -q cells.maille $output
+done
+maille diff cube.vtu cells.vtu
+maille diff cube.vtu parts.vtu
+cat one.maille > scan.pipe &
+try timeout 20 maille decompress -q scan.pipe surface.vtu
+maille diff wave.ply surface.vtu
 # Nobody writes into this one: what is wrong with the output is said without waiting for it.
 try timeout 20 maille decompress scan.pipe back.xyz
 try timeout 20 maille decompress scan.pipe back.maille
