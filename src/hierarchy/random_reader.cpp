@@ -237,8 +237,8 @@ Result<Bytes> RandomReader::bytes_by_key(const ChartPlace& place, ChartPage& pag
   return Bytes(page.bytes).subspan(static_cast<size_t>(begin), static_cast<size_t>(size));
 }
 
-/// The bytes of charts; none, or wrong ones, for those that are damaged.
-Result<std::vector<std::vector<std::byte>>> RandomReader::read_bytes(
+/// The bytes of charts, checked; none for those that are damaged.
+Result<std::vector<RandomReader::ChartBytes>> RandomReader::read_bytes(
     const std::vector<ChartPlace>& places) const {
   struct Range {
     uint64_t offset, size;
@@ -276,12 +276,16 @@ Result<std::vector<std::vector<std::byte>>> RandomReader::read_bytes(
     }
   }
   ChartPage page;
+  std::vector<ChartBytes> intact(places.size());
   for (size_t i = 0; i < places.size(); ++i) {
-    if (is_intact(places[i], bytes[i])) continue;
+    if (is_intact(places[i], bytes[i])) {
+      intact[i] = std::move(bytes[i]);
+      continue;
+    }
     const Bytes found = MAILLE_TRY(bytes_by_key(places[i], page));
-    bytes[i].assign(found.begin(), found.end());
+    if (is_intact(places[i], found)) intact[i].emplace(found.begin(), found.end());
   }
-  return bytes;
+  return intact;
 }
 
 bool RandomReader::is_intact(const ChartPlace& place, Bytes bytes) const {
@@ -291,11 +295,11 @@ bool RandomReader::is_intact(const ChartPlace& place, Bytes bytes) const {
 
 /// Of all charts together: a few bytes may claim much.
 Result<> RandomReader::check_memory(const std::vector<ChartPlace>& places,
-                                    const std::vector<std::vector<std::byte>>& bytes) const {
+                                    const std::vector<ChartBytes>& bytes) const {
   double claimed = 0;
   for (size_t i = 0; i < places.size(); ++i) {
-    if (!is_intact(places[i], bytes[i])) continue;
-    if (const auto of_chart = claimed_bytes(set_of(places[i]).description, bytes[i])) claimed += *of_chart;
+    if (!bytes[i]) continue;
+    if (const auto of_chart = claimed_bytes(set_of(places[i]).description, *bytes[i])) claimed += *of_chart;
   }
   if (claimed <= static_cast<double>(options_.limits.mesh_bytes)) return {};
   return failure(ErrorCode::memory_bound,
@@ -318,14 +322,13 @@ Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {
   return {};
 }
 
-Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) const {
-  if (!is_intact(place, bytes))
-    return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
+Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBytes& bytes) const {
+  if (!bytes) return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
   thread_local FanBuffers buffers;
-  auto decoded = decode_chart(set_of(place), bytes, options, &buffers);
+  auto decoded = decode_chart(set_of(place), *bytes, options, &buffers);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;
@@ -336,7 +339,7 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, Bytes bytes) 
 
 Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<ChartPlace>& places,
                                                             std::vector<std::string>* problems) const {
-  const std::vector<std::vector<std::byte>> bytes = MAILLE_TRY(read_bytes(places));
+  const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
   MAILLE_CHECK(check_memory(places, bytes));
   std::vector<Result<DecodedChart>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;

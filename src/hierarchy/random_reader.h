@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -74,9 +75,9 @@ class RandomReader {
   };
   Result<Bytes> bytes_by_key(const ChartPlace& place, ChartPage& page) const;
   uint64_t before(const ChartPlace& place) const;
-  Result<std::vector<std::vector<std::byte>>> read_bytes(const std::vector<ChartPlace>& places) const;
-  Result<> check_memory(const std::vector<ChartPlace>& places,
-                        const std::vector<std::vector<std::byte>>& bytes) const;
+  using ChartBytes = std::optional<std::vector<std::byte>>;
+  Result<std::vector<ChartBytes>> read_bytes(const std::vector<ChartPlace>& places) const;
+  Result<> check_memory(const std::vector<ChartPlace>& places, const std::vector<ChartBytes>& bytes) const;
   const IndexedChart& indexed(const ChartPlace& place) const {
     return index_.group(place.group).charts[place.chart];
   }
@@ -84,7 +85,7 @@ class RandomReader {
     return sets_[set_of_level(index_.group(place.group).level)];
   }
   bool is_intact(const ChartPlace& place, Bytes bytes) const;
-  Result<DecodedChart> decode(const ChartPlace& place, Bytes bytes) const;
+  Result<DecodedChart> decode(const ChartPlace& place, const ChartBytes& bytes) const;
   std::string name_of(const ChartPlace& place) const;
 
   const Source* source_;
