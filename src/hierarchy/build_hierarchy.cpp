@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "hierarchy/bisection.h"
 #include "hierarchy/deviation.h"
+#include "hierarchy/mesh_geometry.h"
 #include "hierarchy/simplifier.h"
 
 namespace maille {
@@ -38,22 +39,12 @@ std::vector<uint32_t> weld(std::span<const float> positions, uint32_t vertices) 
 
 /// Around the middle of the box.
 Sphere sphere_of(std::span<const uint32_t> vertices, std::span<const float> positions) {
-  Vector3 low, high;
-  const auto number = [&](uint32_t v, unsigned k) {
-    const auto x = static_cast<double>(positions[size_t{3} * v + k]);
-    return std::isfinite(x) ? x : 0;
-  };
-  for (size_t i = 0; i < vertices.size(); ++i) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const double x = number(vertices[i], k);
-      low[k] = i == 0 ? x : std::min(low[k], x);
-      high[k] = i == 0 ? x : std::max(high[k], x);
-    }
-  }
-  Sphere sphere{(low + high) * 0.5, 0};
+  Box box;
+  for (size_t i = 0; i < vertices.size(); ++i) enclose(box, finite_position(positions, vertices[i]), i == 0);
+  Sphere sphere{(box.low + box.high) * 0.5, 0};
   double farthest = 0;
   for (const uint32_t v : vertices) {
-    const Vector3 d = Vector3{{number(v, 0), number(v, 1), number(v, 2)}} - sphere.centre;
+    const Vector3 d = finite_position(positions, v) - sphere.centre;
     farthest = std::max(farthest, dot(d, d));
   }
   sphere.radius = std::sqrt(farthest) * (1 + 1e-12);

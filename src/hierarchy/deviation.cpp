@@ -4,19 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "hierarchy/mesh_geometry.h"
 #include "hierarchy/triangle_tree.h"
 
 namespace maille {
 namespace {
-
-Vector3 position(std::span<const float> positions, uint32_t vertex) {
-  Vector3 p;
-  for (unsigned k = 0; k < 3; ++k) {
-    const auto x = static_cast<double>(positions[size_t{3} * vertex + k]);
-    p[k] = std::isfinite(x) ? x : 0;
-  }
-  return p;
-}
 
 double squared(const Vector3& d) {
   return dot(d, d);
@@ -30,10 +22,10 @@ double removed_vertices(const SimplifierInput& input, const Simplified& simplifi
   double worst = 0;
   for (uint32_t v = 0; v < input.locked.size(); ++v) {
     if (used[v] || !was_used[v]) continue;
-    const Vector3 from = position(input.positions, v);
+    const Vector3 from = finite_position(input.positions, v);
     const uint32_t root = simplified.root[v];
     // No nearer than the root; one that is as near as the worst so far changes nothing.
-    const double bound = squared(from - position(input.positions, root));
+    const double bound = squared(from - finite_position(input.positions, root));
     if (bound <= worst) continue;
     worst = std::max(worst, used[root] ? tree.squared_distance(from, bound) : bound);
   }

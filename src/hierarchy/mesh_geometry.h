@@ -3,6 +3,8 @@
 #include <maille/geometry.h>
 #include <maille/mesh.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 
@@ -10,6 +12,35 @@ namespace maille {
 
 /// A point's position, whatever its type. Numbers that are none stay so.
 Vector3 point_position(const Array& positions, uint64_t point);
+
+/// A vertex of three floats, numbers that are none counting as 0: orders and boxes need some place.
+inline Vector3 finite_position(std::span<const float> positions, uint32_t vertex) {
+  Vector3 p;
+  for (unsigned k = 0; k < 3; ++k) {
+    const auto x = static_cast<double>(positions[size_t{3} * vertex + k]);
+    p[k] = std::isfinite(x) ? x : 0;
+  }
+  return p;
+}
+
+/// Extends a box to a point, likewise finite; `first`: it holds nothing yet.
+inline void enclose(Box& box, const Vector3& point, bool first) {
+  for (unsigned k = 0; k < 3; ++k) {
+    const double x = std::isfinite(point[k]) ? point[k] : 0;
+    box.low[k] = first ? x : std::min(box.low[k], x);
+    box.high[k] = first ? x : std::max(box.high[k], x);
+  }
+}
+
+/// From the nearest point of a box; 0 within.
+inline double squared_distance(const Vector3& from, const Box& box) {
+  double sum = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    const double d = std::max({box.low[k] - from[k], from[k] - box.high[k], 0.0});
+    sum += d * d;
+  }
+  return sum;
+}
 
 /// A polygon as triangles: calls f(a, b, c). The fan starts at the lowest corner, whichever is the first: a
 /// file may turn polygons, and those that are bent must not change with that.

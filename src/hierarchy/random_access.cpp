@@ -67,11 +67,7 @@ struct FromPoint {
   double operator()(const Sphere& sphere) const {
     return std::max(length(sphere.centre - point) - sphere.radius, 0.0);
   }
-  double operator()(const Box& box) const {
-    Vector3 d;
-    for (unsigned k = 0; k < 3; ++k) d[k] = std::max({box.low[k] - point[k], point[k] - box.high[k], 0.0});
-    return length(d);
-  }
+  double operator()(const Box& box) const { return std::sqrt(squared_distance(point, box)); }
 };
 
 /// Weights of the corners of a triangle at the point of it that is nearest to p.

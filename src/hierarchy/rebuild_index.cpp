@@ -17,14 +17,6 @@ namespace {
 /// The bytes of no chart, so that reading one that is lost fails.
 constexpr uint32_t lost_check = 0;
 
-void enclose(Box& box, const Vector3& point, bool first) {
-  for (unsigned k = 0; k < 3; ++k) {
-    const double x = std::isfinite(point[k]) ? point[k] : 0;
-    box.low[k] = first ? x : std::min(box.low[k], x);
-    box.high[k] = first ? x : std::max(box.high[k], x);
-  }
-}
-
 /// Around a box; halves, so that no sum overflows.
 Sphere around(const Box& box) {
   const Vector3 half = box.high * 0.5 - box.low * 0.5;

@@ -6,6 +6,8 @@
 #include <set>
 #include <unordered_map>
 
+#include "hierarchy/mesh_geometry.h"
+
 namespace maille {
 namespace {
 
@@ -17,12 +19,6 @@ double seen_error(const View& view, const IndexedGroup& group) {
   const double distance = length(group.sphere.centre - view.eye) - group.sphere.radius;
   return distance > 0 ? group.view_error / distance * view.pixels_per_radian
                       : std::numeric_limits<double>::infinity();
-}
-
-double box_distance(const Box& box, const Vector3& p) {
-  Vector3 d;
-  for (unsigned k = 0; k < 3; ++k) d[k] = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
-  return length(d);
 }
 
 class Missing {
@@ -48,7 +44,7 @@ bool before(const ChartPlace& a, const ChartPlace& b) {
 }  // namespace
 
 bool Region::meets(const Sphere& other) const {
-  if (box && box_distance(*box, other.centre) > other.radius) return false;
+  if (box && std::sqrt(squared_distance(other.centre, *box)) > other.radius) return false;
   if (sphere && length(sphere->centre - other.centre) > sphere->radius + other.radius) return false;
   return std::all_of(planes.begin(), planes.end(), [&](const Plane& plane) {
     return dot(plane.normal, other.centre) + plane.offset >= -other.radius;
@@ -59,7 +55,7 @@ bool Region::meets(const Box& other) const {
   for (unsigned k = 0; k < 3 && box; ++k) {
     if (box->high[k] < other.low[k] || box->low[k] > other.high[k]) return false;
   }
-  if (sphere && box_distance(other, sphere->centre) > sphere->radius) return false;
+  if (sphere && std::sqrt(squared_distance(sphere->centre, other)) > sphere->radius) return false;
   return std::all_of(planes.begin(), planes.end(), [&](const Plane& plane) {
     double farthest = plane.offset;
     for (unsigned k = 0; k < 3; ++k)

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "hierarchy/mesh_geometry.h"
+
 namespace maille {
 namespace {
 
@@ -71,24 +73,14 @@ class Simplifier {
 
   /// Relative to the middle of the box: a quadric of large coordinates loses digits.
   void place_vertices() {
-    Vector3 low{}, high{};
-    bool first = true;
-    for (const uint32_t v : triangles_) {
-      for (unsigned k = 0; k < 3; ++k) {
-        const double x = number(v, k);
-        low[k] = first ? x : std::min(low[k], x);
-        high[k] = first ? x : std::max(high[k], x);
-      }
-      first = false;
-    }
+    Box box;
+    for (size_t i = 0; i < triangles_.size(); ++i)
+      enclose(box, finite_position(input_.positions, triangles_[i]), i == 0);
     position_.resize(vertices_);
     for (uint32_t v = 0; v < vertices_; ++v) {
-      for (unsigned k = 0; k < 3; ++k) position_[v][k] = number(v, k) - (low[k] + high[k]) / 2;
+      const Vector3 p = finite_position(input_.positions, v);
+      for (unsigned k = 0; k < 3; ++k) position_[v][k] = p[k] - (box.low[k] + box.high[k]) / 2;
     }
-  }
-  double number(uint32_t vertex, unsigned k) const {
-    const auto x = static_cast<double>(input_.positions[size_t{3} * vertex + k]);
-    return std::isfinite(x) ? x : 0;
   }
 
   static bool is_degenerate(const uint32_t* t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }

@@ -8,18 +8,6 @@
 #include "hierarchy/mesh_geometry.h"
 
 namespace maille {
-namespace {
-
-double squared_distance_to_box(const Vector3& p, const Vector3& low, const Vector3& high) {
-  double sum = 0;
-  for (unsigned k = 0; k < 3; ++k) {
-    const double d = std::max({low[k] - p[k], p[k] - high[k], 0.0});
-    sum += d * d;
-  }
-  return sum;
-}
-
-}  // namespace
 
 TriangleTree::TriangleTree(std::span<const uint32_t> triangles, std::span<const float> positions)
     : triangles_(triangles), positions_(positions), order_(triangles.size() / 3) {
@@ -28,32 +16,18 @@ TriangleTree::TriangleTree(std::span<const uint32_t> triangles, std::span<const 
   if (!order_.empty()) build(0, static_cast<uint32_t>(order_.size()));
 }
 
-Vector3 TriangleTree::position(uint32_t vertex) const {
-  Vector3 p;
-  for (unsigned k = 0; k < 3; ++k) {
-    const auto x = static_cast<double>(positions_[size_t{3} * vertex + k]);
-    p[k] = std::isfinite(x) ? x : 0;
-  }
-  return p;
-}
-
 /// Halves by the middles of the triangles along the longest side, so it is log2 deep.
 uint32_t TriangleTree::build(uint32_t begin, uint32_t end) {
   const auto at = static_cast<uint32_t>(nodes_.size());
   Node& node = nodes_.emplace_back();
-  node = {position(triangles_[size_t{3} * order_[begin]]), {}, begin, end, 0};
-  node.high = node.low;
+  node = {{}, begin, end, 0};
   for (uint32_t i = begin; i < end; ++i) {
     for (unsigned c = 0; c < 3; ++c) {
-      const Vector3 p = position(triangles_[size_t{3} * order_[i] + c]);
-      for (unsigned k = 0; k < 3; ++k) {
-        node.low[k] = std::min(node.low[k], p[k]);
-        node.high[k] = std::max(node.high[k], p[k]);
-      }
+      enclose(node.box, position(triangles_[size_t{3} * order_[i] + c]), i == begin && c == 0);
     }
   }
   if (end - begin <= leaf_size) return at;
-  const Vector3 size = node.high - node.low;
+  const Vector3 size = node.box.high - node.box.low;
   const unsigned axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
   const auto middle = [&](uint32_t t) {
     const uint32_t* v = &triangles_[size_t{3} * t];
@@ -84,14 +58,14 @@ double TriangleTree::squared_distance(const Vector3& from, double bound) const {
   while (size > 0) {
     const uint32_t at = stack[--size];
     const Node& node = nodes_[at];
-    if (squared_distance_to_box(from, node.low, node.high) >= bound) continue;
+    if (maille::squared_distance(from, node.box) >= bound) continue;
     if (node.right == 0) {
       for (uint32_t i = node.begin; i < node.end; ++i) bound = std::min(bound, to_triangle(from, order_[i]));
       continue;
     }
     const Node &left = nodes_[at + 1], &right = nodes_[node.right];
-    const bool left_first = squared_distance_to_box(from, left.low, left.high) <=
-                            squared_distance_to_box(from, right.low, right.high);
+    const bool left_first =
+        maille::squared_distance(from, left.box) <= maille::squared_distance(from, right.box);
     stack[size++] = left_first ? node.right : at + 1;
     stack[size++] = left_first ? at + 1 : node.right;
   }

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "surface/vector3.h"
+#include "hierarchy/mesh_geometry.h"
 
 namespace maille {
 
@@ -19,13 +19,13 @@ class TriangleTree {
 
  private:
   struct Node {
-    Vector3 low, high;
+    Box box;
     uint32_t begin, end;  ///< triangles in order_ (leaf)
     uint32_t right;       ///< the left child follows the node; 0: a leaf
   };
   static constexpr uint32_t leaf_size = 4;
 
-  Vector3 position(uint32_t vertex) const;
+  Vector3 position(uint32_t vertex) const { return finite_position(positions_, vertex); }
   uint32_t build(uint32_t begin, uint32_t end);
   double to_triangle(const Vector3& from, uint32_t triangle) const;
 
