@@ -455,6 +455,15 @@ void rearrange(Array& array, const std::vector<uint32_t>& place) {
 
 }  // namespace
 
+bool all_have_shapes(const Mesh& mesh) {
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      if (kind_of(block.type_of(i)) >= shape_count) return false;
+    }
+  }
+  return true;
+}
+
 std::vector<std::byte> join_order(const CodedOrder& order) {
   ByteWriter out;
   out.put_count(order.points.size());

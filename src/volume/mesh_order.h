@@ -26,7 +26,10 @@ std::vector<std::byte> join_order(const CodedOrder& order);
 /// None: the bytes are damaged.
 std::optional<CodedOrder> split_order(Bytes bytes);
 
-/// For meshes without cells of kind `loose_cell`.
+/// Whether every cell has a shape of its own: then the order can stand apart.
+bool all_have_shapes(const Mesh& mesh);
+
+/// For meshes whose cells all have shapes.
 CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders);
 
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,

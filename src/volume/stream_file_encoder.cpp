@@ -1,0 +1,339 @@
+#include "volume/stream_file.h"
+
+#include <maille/stream.h>
+
+#include <algorithm>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "surface/array_report.h"
+#include "volume/cell_order.h"
+#include "volume/mesh_order.h"
+#include "volume/mesh_stream.h"
+
+namespace maille {
+namespace {
+
+/// Points of a mesh in memory, as the writer wants them.
+class MeshPoints final : public PointSource {
+ public:
+  explicit MeshPoints(const Mesh& mesh) {
+    add(mesh.points);
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::point) add(array);
+    }
+  }
+  Result<> read(uint64_t number, std::byte* out) override {
+    for (const auto& [bytes, size] : columns_) out = std::copy_n(bytes + number * size, size, out);
+    return {};
+  }
+
+ private:
+  void add(const Array& array) { columns_.emplace_back(array.bytes.data(), array.tuple_size()); }
+  std::vector<std::pair<const std::byte*, size_t>> columns_;
+};
+
+StreamArray describe(const Array& array, const Tolerance& tolerance) {
+  return {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}};
+}
+
+Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options) {
+  StreamOptions stream;
+  stream.positions = describe(mesh.points, options.positions);
+  for (const Array& array : mesh.arrays) {
+    const auto found = options.arrays.find(array.name);
+    const Tolerance tolerance = found == options.arrays.end() ? Tolerance{} : found->second;
+    if (array.domain == Domain::mesh) {
+      stream.mesh_arrays.push_back(array);
+    } else {
+      stream.arrays.push_back(describe(array, tolerance));
+    }
+  }
+  for (const auto& [name, tolerance] : options.arrays) {
+    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
+    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
+      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
+    }
+  }
+  stream.metadata = mesh.metadata;
+  stream.provenance = options.provenance;
+  stream.effort = options.effort;
+  stream.any_order = options.order == Order::canonical;
+  stream.executor = options.executor;
+  return stream;
+}
+
+/// When each point is used last, counted in cells as written; none for points that no cell uses.
+std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
+  std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
+  uint64_t time = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const CellBlock& block = mesh.blocks[b];
+    const uint64_t nodes = nodes_of(block.type);
+    if (nodes != 0 && orders[b].empty()) {
+      const uint64_t cells = block.connectivity.size() / nodes;
+      const uint32_t* point = block.connectivity.data();
+      for (uint64_t i = 0; i < cells; ++i, ++time) {
+        for (uint64_t k = 0; k < nodes; ++k) last[*point++] = time;
+      }
+      continue;
+    }
+    for (uint64_t i = 0; i < block.size(); ++i, ++time) {
+      for (const uint32_t point : block.cell(orders[b].empty() ? i : orders[b][i])) last[point] = time;
+    }
+  }
+  return last;
+}
+
+/// What the connectivity of the first cells takes in these orders, in bytes; with the numbers of points if
+/// they are kept.
+size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed,
+             uint64_t most_cells, bool numbered = false) {
+  RangeEncoder topology, numbers;
+  CellCoder<RangeEncoder> coder(mixed, numbered);
+  CodedCells out;
+  StreamedCell cell;
+  uint64_t time = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const CellBlock& block = mesh.blocks[b];
+    for (uint64_t i = 0; i < block.size() && time < most_cells; ++i, ++time) {
+      const uint64_t number = orders[b].empty() ? i : orders[b][i];
+      cell.kind =
+          kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
+      if (cell.kind >= shape_count) continue;
+      const auto points = block.cell(number);
+      cell.final = 0;
+      for (size_t k = 0; k < points.size(); ++k) {
+        cell.number[k] = points[cell_shapes[cell.kind].place[k]];
+        cell.final |= (last[cell.number[k]] == time ? 1u : 0u) << k;
+      }
+      coder.code(topology, numbers, cell, out);
+      if (out.size() < cells_per_block) continue;
+      out.clear();
+      coder.end_block();
+    }
+  }
+  return topology.finish().size() + (numbered ? numbers.finish().size() : 0);
+}
+
+/// In which order cells are written, and the bytes that give the input's order back if that is to be kept.
+struct Ordering {
+  CellOrders orders;
+  std::optional<CodedOrder> apart;
+};
+
+/// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
+/// smaller with the input's order beside it.
+Ordering keep_order(const Mesh& mesh, bool mixed) {
+  constexpr uint64_t sample = 20'000;
+  constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
+  const CellOrders as_they_are(mesh.blocks.size());
+  const uint64_t cells = mesh.cell_count(), tried = std::min(cells, sample);
+  if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
+  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed, sample, true);
+  if (natural <= tried * scattered) return {as_they_are, {}};
+  CellOrders by_front;
+  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
+  const size_t front = trial(mesh, by_front, last_cells(mesh, by_front), mixed, sample);
+  CodedOrder order = encode_order(mesh, by_front);
+  const uint64_t apart = order.points.size() + order.cells.size();
+  if (natural * cells <= front * cells + apart * tried) return {as_they_are, {}};
+  return {std::move(by_front), std::move(order)};
+}
+
+/// Where any order will do: as they are, if that is a good order, else as the front meets them.
+CellOrders choose_orders(const Mesh& mesh, bool mixed) {
+  CellOrders as_they_are(mesh.blocks.size());
+  CellOrders by_front;
+  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
+  const std::vector<uint64_t> last = last_cells(mesh, as_they_are),
+                              last_by_front = last_cells(mesh, by_front);
+  // Some thousand cells mostly decide: cells in no order at all take long to try.
+  for (const uint64_t cells : {uint64_t{5'000}, uint64_t{400'000}}) {
+    const size_t natural = trial(mesh, as_they_are, last, mixed, cells);
+    const size_t front = trial(mesh, by_front, last_by_front, mixed, cells);
+    if (cells == 400'000 || natural > 2 * front || front > 2 * natural)
+      return front < natural ? by_front : as_they_are;
+  }
+  return as_they_are;
+}
+
+/// Hands the cells of a mesh to a writer, one by one.
+class MeshFeeder {
+ public:
+  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const CellOrders& orders, const EncodeOptions& options)
+      : mesh_(mesh),
+        writer_(writer),
+        orders_(orders),
+        last_(last_cells(mesh, orders_)),
+        pace_(options.progress, "cells", mesh.cell_count()),
+        executor_(options.executor ? *options.executor : serial_executor()) {
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::cell) columns_.push_back(&array);
+    }
+    arrays_.resize(columns_.size());
+  }
+  Result<> feed() {
+    for (size_t b = 0; b < mesh_.blocks.size(); ++b) {
+      const CellBlock& block = mesh_.blocks[b];
+      MAILLE_CHECK(writer_.begin_block(block.name, block.type));
+      const bool plain = orders_[b].empty() && nodes_of(block.type) != 0;
+      if (plain) MAILLE_CHECK(feed_plain(block));
+      for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, orders_[b], i));
+      first_ += block.size();
+    }
+    std::vector<uint64_t> unused;
+    for (uint64_t point = 0; point < last_.size(); ++point) {
+      if (last_[point] == ~uint64_t{0}) unused.push_back(point);
+    }
+    return writer_.end_points(unused);
+  }
+
+ private:
+  /// Some hundred cells of one type and size; returns how many.
+  Result<uint64_t> feed_run(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t first) {
+    const auto cell_at = [&](uint64_t i) { return order.empty() ? i : order[i]; };
+    const auto type_of = [&](uint64_t i) {
+      return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
+    };
+    const size_t nodes = block.cell(cell_at(first)).size();
+    const bool single = nodes == 0 || type_of(first) == CellType::polyhedron;
+    const uint64_t most = single ? 1 : std::min<uint64_t>(512, block.size() - first);
+    numbers_.clear();
+    finals_.clear();
+    for (auto& bytes : arrays_) bytes.clear();
+    uint64_t count = 0;
+    for (; count < most && type_of(first + count) == type_of(first); ++count) {
+      const uint64_t cell = cell_at(first + count);
+      if (block.cell(cell).size() != nodes) break;
+      for (const uint32_t point : block.cell(cell)) {
+        numbers_.push_back(point);
+        finals_.push_back(last_[point] == first_ + first + count);
+      }
+      for (size_t k = 0; k < columns_.size(); ++k) {
+        const size_t size = columns_[k]->tuple_size();
+        const auto from = columns_[k]->bytes.begin() + static_cast<ptrdiff_t>((first_ + cell) * size);
+        arrays_[k].insert(arrays_[k].end(), from, from + static_cast<ptrdiff_t>(size));
+      }
+      if (!pace_.step()) return cancelled();
+    }
+    const std::vector<Bytes> arrays(arrays_.begin(), arrays_.end());
+    if (type_of(first) == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(block.faces(cell_at(first)), numbers_, finals_, arrays));
+      return count;
+    }
+    MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
+    return count;
+  }
+
+  /// Cells of one type in their order: while some are coded the next ones are made ready.
+  Result<> feed_plain(const CellBlock& block) {
+    const size_t nodes = nodes_of(block.type);
+    const uint64_t cells = block.connectivity.size() / nodes;
+    std::array<Run, 2> runs;
+    fill(block, 0, std::min<uint64_t>(cells, cells_per_block), runs[0]);
+    for (uint64_t first = 0, k = 0; first < cells; first += cells_per_block, k = 1 - k) {
+      const uint64_t next = first + cells_per_block;
+      Result<> added;
+      executor_.parallel_for(2, [&](size_t task) {
+        if (task == 0) {
+          added = writer_.add_cells(block.type, runs[k].numbers, runs[k].finals, runs[k].arrays, nodes);
+        } else if (next < cells) {
+          fill(block, next, std::min<uint64_t>(cells - next, cells_per_block), runs[1 - k]);
+        }
+      });
+      MAILLE_CHECK(added);
+      for (uint64_t i = first; i < next && i < cells; ++i) {
+        if (!pace_.step()) return cancelled();
+      }
+    }
+    return {};
+  }
+
+  struct Run {
+    std::vector<uint64_t> numbers;
+    std::vector<uint8_t> finals;
+    std::vector<Bytes> arrays;
+  };
+  void fill(const CellBlock& block, uint64_t first, uint64_t count, Run& run) const {
+    const size_t nodes = nodes_of(block.type);
+    const auto points = std::span(block.connectivity).subspan(first * nodes, count * nodes);
+    run.numbers.assign(points.begin(), points.end());
+    run.finals.resize(points.size());
+    for (uint64_t i = 0, at = 0; i < count; ++i) {
+      for (size_t k = 0; k < nodes; ++k, ++at) run.finals[at] = last_[points[at]] == first_ + first + i;
+    }
+    run.arrays.clear();
+    for (const Array* column : columns_) {
+      const size_t size = column->tuple_size();
+      run.arrays.push_back(Bytes(column->bytes).subspan((first_ + first) * size, count * size));
+    }
+  }
+
+  const Mesh& mesh_;
+  StreamWriter& writer_;
+  const CellOrders& orders_;
+  std::vector<uint64_t> last_;
+  Pace pace_;
+  Executor& executor_;
+  std::vector<const Array*> columns_;
+  uint64_t first_ = 0;  ///< cells of the blocks before
+  std::vector<uint64_t> numbers_;
+  std::vector<uint8_t> finals_;
+  std::vector<std::vector<std::byte>> arrays_;
+};
+
+ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
+                      uint64_t coded_bytes) {
+  ArrayReport report = report_of(array);
+  report.coded_bytes = coded_bytes;
+  report.lossless = bound == 0;
+  report.bound = bound;
+  if (!maps.empty() && bound > 0) report.step = maps[0].step;
+  return report;
+}
+
+EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps,
+                       const std::optional<CodedOrder>& order) {
+  EncodeReport report = report_of(mesh);
+  report.file_bytes = stream.file_bytes;
+  report.connectivity.coded_bytes = stream.cell_bytes + (order ? order->cells.size() : 0);
+  report.order_bytes = stream.number_bytes + (order ? order->points.size() : 0);
+  report.positions = report_of(mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.other_bytes =
+      stream.file_bytes - report.connectivity.coded_bytes - report.order_bytes - stream.position_bytes;
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) {
+      report.arrays.push_back(report_of(array, {}, 0, 0));
+      continue;
+    }
+    report.arrays.push_back(
+        report_of(array, maps.maps[next + 1], maps.bounds[next + 1], stream.array_bytes[next]));
+    report.other_bytes -= stream.array_bytes[next++];
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+  MAILLE_CHECK(validate(mesh));
+  StreamOptions stream_options = MAILLE_TRY(options_for(mesh, options));
+  MeshPoints points(mesh);
+  stream_options.points = &points;
+  ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
+  const bool mixed = mixes(options.effort);
+  const Ordering ordering =
+      options.order == Order::keep ? keep_order(mesh, mixed) : Ordering{choose_orders(mesh, mixed), {}};
+  if (ordering.apart) {
+    stream_options.any_order = true;
+    maps.order_apart = join_order(*ordering.apart);
+  }
+  StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
+  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering.orders, options).feed());
+  const StreamReport stream = MAILLE_TRY(writer.finish());
+  return report_of(mesh, stream, maps, ordering.apart);
+}
+
+}  // namespace maille
