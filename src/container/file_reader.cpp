@@ -178,7 +178,8 @@ std::span<const size_t> FileReader::parts_of(const StreamKey& key) const {
   const auto last = std::upper_bound(first, by_stream_.end(), wanted, [&](const auto& k, size_t i) {
     return k < stream_of(records_[i].header);
   });
-  return {first, last};
+  return std::span(by_stream_)
+      .subspan(static_cast<size_t>(first - by_stream_.begin()), static_cast<size_t>(last - first));
 }
 
 bool FileReader::has_stream(const StreamKey& key) const {

@@ -62,7 +62,8 @@ std::span<const uint32_t> same_edge(const EdgeTable& table, const HalfEdges& sur
   const auto from = std::lower_bound(begin, end, edge.high, less);
   auto to = from;
   while (to != end && edge_of(surface, *to).high == edge.high) ++to;
-  return {from, to};
+  return std::span(table.half_edges)
+      .subspan(static_cast<size_t>(from - table.half_edges.begin()), static_cast<size_t>(to - from));
 }
 
 /// Orders the table, and glues every edge that has exactly one face on either side. Returns whether that was
