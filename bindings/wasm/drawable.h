@@ -1,0 +1,24 @@
+#pragma once
+
+#include <maille/geometry.h>
+#include <maille/mesh.h>
+
+#include <vector>
+
+namespace maille::wasm {
+
+/// What a screen can show of a mesh: its faces, and the faces of its solids that no other solid has, as
+/// triangles over vertices in single precision. A point is a vertex once for each tuple that its corners
+/// have.
+struct Drawable {
+  Vector3 origin;                   ///< to be added to positions: far from zero floats are too coarse
+  std::vector<float> positions;     ///< 3 per vertex
+  std::vector<uint32_t> points;     ///< by vertex: the point of the mesh
+  std::vector<uint32_t> triangles;  ///< 3 vertices each
+  std::vector<uint32_t> cells;      ///< by triangle: the cell of the mesh, through all blocks
+  std::vector<Array> arrays;        ///< those on points and corners, a tuple per vertex
+};
+
+Drawable draw(const Mesh& mesh);
+
+}  // namespace maille::wasm

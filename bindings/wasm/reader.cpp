@@ -1,0 +1,306 @@
+// The functions that web/maille.js calls. Each returns `done`, `wants_bytes` (then wanted_range() says which;
+// give them and call again), or an ErrorCode, whose sentence message() gives. Numbers above 32 bits pass as
+// doubles, exact up to 2^53. Pointers are valid until the next call with the same reader.
+#include <maille/decode.h>
+#include <maille/random_access.h>
+#include <maille/stream.h>
+
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arrived_bytes.h"
+#include "drawable.h"
+
+// Emscripten exports what is `used`.
+#define MAILLE_EXPORT extern "C" __attribute__((used))
+
+namespace maille::wasm {
+namespace {
+
+constexpr int32_t done = 0, wants_bytes = 1000;
+
+/// What a buffer holds, as web/maille.js numbers it.
+enum class BufferKind : uint32_t {
+  drawn_positions,
+  drawn_points,
+  drawn_triangles,
+  drawn_cells,
+  drawn_array,
+  points,
+  block_types,
+  block_offsets,
+  block_connectivity,
+  array,
+};
+
+/// One entry of the list that buffers() gives.
+struct Buffer {
+  BufferKind kind;
+  uint32_t type = 0;  ///< Scalar
+  uint32_t components = 1;
+  uint32_t domain = 0;
+  uint32_t role = 0;
+  uint32_t block = 0;      ///< number of the block
+  uint32_t cell_type = 0;  ///< of the block
+  const char* name = "";
+  uint32_t name_size = 0;
+  const void* bytes = nullptr;
+  uint32_t size = 0;  ///< in bytes
+};
+
+struct Reader {
+  explicit Reader(uint64_t size, std::string name) : bytes(size, std::move(name)) {}
+
+  ArrivedBytes bytes;
+  std::optional<File> file;
+  Selection selection;
+  Mesh mesh;
+  Drawable drawable;
+  std::vector<Buffer> buffers;
+  std::vector<double> numbers;
+  std::string message;
+
+  /// What a call with this outcome returns.
+  int32_t outcome(const Error& error) {
+    message = error.message;
+    if (const auto wanted = bytes.take_wanted()) {
+      numbers = {static_cast<double>(wanted->offset), static_cast<double>(wanted->size)};
+      return wants_bytes;
+    }
+    return static_cast<int32_t>(error.code);
+  }
+  template <class T>
+  int32_t keep(Result<T>&& result, T& to) {
+    if (!result) return outcome(result.error());
+    bytes.take_wanted();
+    to = std::move(*result);
+    return done;
+  }
+  DecodeOptions options() const {
+    DecodeOptions options;
+    options.limits.mesh_bytes = uint64_t{2} << 30;  // what a page can hold
+    return options;
+  }
+};
+
+void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array& array) {
+  Buffer buffer{kind};
+  buffer.type = static_cast<uint32_t>(array.type);
+  buffer.components = array.components;
+  buffer.domain = static_cast<uint32_t>(array.domain);
+  buffer.role = static_cast<uint32_t>(array.role);
+  buffer.name = array.name.data();
+  buffer.name_size = static_cast<uint32_t>(array.name.size());
+  buffer.bytes = array.bytes.data();
+  buffer.size = static_cast<uint32_t>(array.bytes.size());
+  buffers.push_back(buffer);
+}
+
+template <class T>
+Buffer numbers_of(BufferKind kind, Scalar type, const std::vector<T>& values, uint32_t components = 1) {
+  Buffer buffer{kind};
+  buffer.type = static_cast<uint32_t>(type);
+  buffer.components = components;
+  buffer.bytes = values.data();
+  buffer.size = static_cast<uint32_t>(values.size() * sizeof(T));
+  return buffer;
+}
+
+/// A region and how fine, as web/maille.js packs them: box (low, high) or NaN, sphere (centre, radius) or
+/// NaN, bound, level (negative: any), eye, pixels per radian (0: no view), pixels; then planes of four
+/// numbers.
+struct Request {
+  Region region;
+  Detail detail;
+};
+constexpr size_t plain_numbers = 17;
+
+Request request_of(const double* n, uint32_t count) {
+  Request request;
+  const auto vector = [&](size_t i) { return Vector3{{n[i], n[i + 1], n[i + 2]}}; };
+  if (count < plain_numbers) return request;
+  if (n[0] == n[0]) request.region.box = Box{vector(0), vector(3)};
+  if (n[6] == n[6]) request.region.sphere = Sphere{vector(6), n[9]};
+  request.detail.bound = n[10];
+  if (n[11] >= 0) request.detail.level = static_cast<uint32_t>(n[11]);
+  if (n[15] > 0) request.detail.view = View{vector(12), n[15], n[16]};
+  for (size_t i = plain_numbers; i + 4 <= count; i += 4) {
+    request.region.planes.push_back({vector(i), n[i + 3]});
+  }
+  return request;
+}
+
+int32_t no_file(Reader& reader) {
+  reader.message = reader.bytes.name() + ": only files of mode \"random\" are read in parts";
+  return static_cast<int32_t>(ErrorCode::usage);
+}
+
+}  // namespace
+
+MAILLE_EXPORT void* maille_allocate(uint32_t size) {
+  return malloc(size);
+}
+MAILLE_EXPORT void maille_release(void* bytes) {
+  free(bytes);
+}
+
+/// A file of `size` bytes, of which none are here; `name` (released here) is how messages call it.
+MAILLE_EXPORT Reader* maille_new_reader(double size, char* name, uint32_t name_size) {
+  auto* reader = new Reader(static_cast<uint64_t>(size), std::string(name, name_size));
+  free(name);
+  return reader;
+}
+MAILLE_EXPORT void maille_delete_reader(Reader* reader) {
+  delete reader;
+}
+
+/// Bytes from `offset` on; released here.
+MAILLE_EXPORT void maille_give(Reader* reader, double offset, std::byte* bytes, uint32_t size) {
+  reader->bytes.add(static_cast<uint64_t>(offset), {bytes, size});
+  free(bytes);
+}
+MAILLE_EXPORT void maille_forget_behind(Reader* reader, double kept) {
+  reader->bytes.forget_behind(static_cast<uint64_t>(kept));
+}
+MAILLE_EXPORT double maille_held(Reader* reader) {
+  return static_cast<double>(reader->bytes.held());
+}
+/// After wants_bytes: offset and size.
+MAILLE_EXPORT const double* maille_numbers(Reader* reader) {
+  return reader->numbers.data();
+}
+MAILLE_EXPORT uint32_t maille_number_count(Reader* reader) {
+  return static_cast<uint32_t>(reader->numbers.size());
+}
+MAILLE_EXPORT const char* maille_message(Reader* reader) {
+  return reader->message.data();
+}
+MAILLE_EXPORT uint32_t maille_message_size(Reader* reader) {
+  return static_cast<uint32_t>(reader->message.size());
+}
+
+/// Opens a file of mode random. numbers: sphere (4), number of levels, then faces and charts of each.
+MAILLE_EXPORT int32_t maille_open(Reader* reader) {
+  auto file = File::open(reader->bytes, reader->options());
+  if (!file) return reader->outcome(file.error());
+  reader->bytes.take_wanted();
+  reader->file.emplace(std::move(*file));
+  const Sphere sphere = reader->file->sphere();
+  reader->numbers.assign(sphere.centre.x.begin(), sphere.centre.x.end());
+  reader->numbers.push_back(sphere.radius);
+  reader->numbers.push_back(reader->file->levels());
+  for (uint32_t level = 0; level < reader->file->levels(); ++level) {
+    reader->numbers.push_back(static_cast<double>(reader->file->faces(level)));
+    reader->numbers.push_back(reader->file->charts(level));
+  }
+  return done;
+}
+
+/// numbers: of each chart its group, place in it, level, faces, bytes, and sphere (4).
+MAILLE_EXPORT int32_t maille_select(Reader* reader, const double* packed, uint32_t count, double most_faces) {
+  if (!reader->file) return no_file(*reader);
+  const Request request = request_of(packed, count);
+  auto selected = most_faces > 0 ? reader->file->select(request.region, static_cast<uint64_t>(most_faces),
+                                                        request.detail.view)
+                                 : reader->file->select(request.region, request.detail);
+  if (const int32_t outcome = reader->keep(std::move(selected), reader->selection); outcome != done)
+    return outcome;
+  std::vector<double> numbers;
+  for (const ChartPlace& place : reader->selection.charts) {
+    const auto info = reader->file->info(place);
+    if (!info) return reader->outcome(info.error());
+    const Vector3& centre = info->sphere.centre;
+    for (const double number :
+         {double(place.group), double(place.chart), double(info->level), double(info->faces),
+          double(info->bytes), centre[0], centre[1], centre[2], info->sphere.radius})
+      numbers.push_back(number);
+  }
+  reader->numbers = std::move(numbers);
+  return done;
+}
+
+MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
+  if (!reader->file) return no_file(*reader);
+  return reader->keep(reader->file->read({group, chart}), reader->mesh);
+}
+
+/// The charts that were selected last, as one mesh.
+MAILLE_EXPORT int32_t maille_extract(Reader* reader) {
+  if (!reader->file) return no_file(*reader);
+  return reader->keep(reader->file->extract(reader->selection), reader->mesh);
+}
+
+/// Faces of the mesh at hand that touch a region.
+MAILLE_EXPORT int32_t maille_clip(Reader* reader, const double* packed, uint32_t count) {
+  reader->mesh = maille::clip(reader->mesh, request_of(packed, count).region);
+  return done;
+}
+
+/// numbers: none, or group, chart, face, three corners, three weights, position (3), distance.
+MAILLE_EXPORT int32_t maille_hit(Reader* reader, const double* ray) {
+  if (!reader->file) return no_file(*reader);
+  std::optional<SurfacePoint> found;
+  const int32_t outcome =
+      reader->keep(reader->file->hit({{ray[0], ray[1], ray[2]}}, {{ray[3], ray[4], ray[5]}}), found);
+  if (outcome != done) return outcome;
+  reader->numbers.clear();
+  if (!found) return done;
+  reader->numbers = {double(found->chart.group), double(found->chart.chart), double(found->face)};
+  for (const uint32_t corner : found->corners) reader->numbers.push_back(corner);
+  for (const double weight : found->weights) reader->numbers.push_back(weight);
+  for (const double x : found->position.x) reader->numbers.push_back(x);
+  reader->numbers.push_back(found->distance);
+  return done;
+}
+
+/// The whole mesh, of a file of any mode.
+MAILLE_EXPORT int32_t maille_decode(Reader* reader) {
+  return reader->keep(maille::decode(reader->bytes, reader->options()), reader->mesh);
+}
+
+/// Lists the mesh at hand: exactly, or as it is drawn. numbers: origin of what is drawn (3).
+MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t drawn) {
+  std::vector<Buffer>& list = reader->buffers;
+  list.clear();
+  if (drawn != 0) {
+    const Drawable& drawable = reader->drawable = draw(reader->mesh);
+    reader->numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
+    list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
+    list.push_back(numbers_of(BufferKind::drawn_points, Scalar::u32, drawable.points));
+    list.push_back(numbers_of(BufferKind::drawn_triangles, Scalar::u32, drawable.triangles, 3));
+    list.push_back(numbers_of(BufferKind::drawn_cells, Scalar::u32, drawable.cells));
+    for (const Array& array : drawable.arrays) add_array(list, BufferKind::drawn_array, array);
+    for (const Array& array : reader->mesh.arrays) {
+      if (array.domain == Domain::cell) add_array(list, BufferKind::array, array);
+    }
+    return list.data();
+  }
+  add_array(list, BufferKind::points, reader->mesh.points);
+  for (uint32_t b = 0; b < reader->mesh.blocks.size(); ++b) {
+    const CellBlock& block = reader->mesh.blocks[b];
+    for (Buffer buffer : {numbers_of(BufferKind::block_types, Scalar::u8, block.types),
+                          numbers_of(BufferKind::block_offsets, Scalar::u64, block.offsets),
+                          numbers_of(BufferKind::block_connectivity, Scalar::u32, block.connectivity)}) {
+      buffer.block = b;
+      buffer.cell_type = static_cast<uint32_t>(block.type);
+      buffer.name = block.name.data();
+      buffer.name_size = static_cast<uint32_t>(block.name.size());
+      list.push_back(buffer);
+    }
+  }
+  for (const Array& array : reader->mesh.arrays) add_array(list, BufferKind::array, array);
+  return list.data();
+}
+MAILLE_EXPORT uint32_t maille_buffer_count(Reader* reader) {
+  return static_cast<uint32_t>(reader->buffers.size());
+}
+/// The mesh at hand is no longer wanted.
+MAILLE_EXPORT void maille_clear(Reader* reader) {
+  reader->mesh = {};
+  reader->drawable = {};
+  reader->buffers.clear();
+}
+
+}  // namespace maille::wasm

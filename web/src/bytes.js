@@ -1,0 +1,245 @@
+// Where the bytes of a file come from: ranges over HTTP, files a user chose, memory.
+
+import {ErrorCode, MailleError} from './decoder.js';
+
+/** What one more request costs, in bytes that could be read along instead. */
+const GAP = 32 * 1024;
+const FRONT = 64 * 1024;
+const REQUESTS_AT_ONCE = 6;
+const TRIES = 4;
+
+/**
+ * @param input URL, Blob, ArrayBuffer, typed array, or {size, readAt(offset, size, signal), name}
+ * @returns {Promise<{size, name, read(offset, size, signal): Promise<Uint8Array>}>}
+ */
+export async function bytesOf(input, options = {}) {
+  if (typeof input === 'string' || input instanceof URL) return HttpBytes.open(String(input), options);
+  if (typeof Blob !== 'undefined' && input instanceof Blob) {
+    return {
+      size: input.size, name: input.name ?? '<blob>',
+      read: async (offset, size) => new Uint8Array(await input.slice(offset, offset + size).arrayBuffer()),
+    };
+  }
+  if (input instanceof ArrayBuffer || ArrayBuffer.isView(input)) {
+    const bytes = ArrayBuffer.isView(input) ? new Uint8Array(input.buffer, input.byteOffset, input.byteLength) : new Uint8Array(input);
+    return {size: bytes.length, name: '<memory>', read: async (offset, size) => bytes.subarray(offset, offset + size)};
+  }
+  if (typeof input?.readAt === 'function' && typeof input.size === 'number') {
+    return {
+      size: input.size, name: input.name ?? '<source>',
+      read: async (offset, size, signal) => new Uint8Array(await input.readAt(offset, size, signal)),
+    };
+  }
+  throw new MailleError(ErrorCode.usage, 'open() takes a URL, a Blob, an ArrayBuffer, or an object with size and readAt(offset, size)');
+}
+
+/**
+ * A file on a server. One request gives its size and its front. Where the server knows no ranges the whole file is
+ * read front to back, and each byte is there as soon as it has arrived.
+ */
+class HttpBytes {
+  static async open(url, options) {
+    const bytes = new HttpBytes(url, options);
+    await bytes.#begin();
+    return bytes;
+  }
+
+  constructor(url, {fetch = globalThis.fetch.bind(globalThis), headers = {}, credentials, maxWhole = 256 * 2 ** 20, onBytes} = {}) {
+    Object.assign(this, {url, name: url, size: 0, requests: 0, fetched: 0});
+    this.options = {fetch, headers, credentials, maxWhole, onBytes};
+    this.running = 0;
+    this.waiting = [];  // of wanted ranges, to be joined into requests
+    this.queued = [];   // requests
+  }
+
+  async read(offset, size, signal) {
+    signal?.throwIfAborted();
+    if (this.whole) return this.whole.read(offset, size, signal);
+    if (offset + size <= this.front.length) return this.front.subarray(offset, offset + size);
+    return new Promise((resolve, reject) => {
+      const wanted = {offset, size, resolve, reject, aborted: false};
+      signal?.addEventListener('abort', () => { wanted.aborted = true; reject(signal.reason); }, {once: true});
+      this.waiting.push(wanted);
+      if (this.waiting.length === 1) setTimeout(() => this.#join(), 0);
+    });
+  }
+
+  async #begin() {
+    const response = await this.#request(`bytes=0-${FRONT - 1}`);
+    this.tag = response.headers.get('etag');
+    if (this.tag?.startsWith('W/')) this.tag = null;
+    this.modified = response.headers.get('last-modified');
+    if (response.status === 206) {
+      const range = contentRange(response);
+      if (!range || range.first !== 0) throw this.#failure('the server answers with other bytes than it was asked for');
+      this.size = range.size;
+      this.front = await this.#body(response, Math.min(FRONT, this.size));
+      return;
+    }
+    // The server gives all of it, or an empty file.
+    const size = Number(response.headers.get('content-length') ?? NaN);
+    if (size > this.options.maxWhole) {
+      response.body?.cancel();
+      throw this.#failure(`the server gives no parts of files, and this one has ${Math.ceil(size / 2 ** 20)} MB: raise maxWhole to read it all`);
+    }
+    this.whole = new WholeBody(response, Number.isFinite(size) ? size : null, this.options.maxWhole, this);
+    this.size = Number.isFinite(size) && !response.headers.get('content-encoding') ? size : (await this.whole.end()).length;
+  }
+
+  /** Ranges that lie near one another become one request. */
+  #join() {
+    const wanted = this.waiting.filter(w => !w.aborted).sort((a, b) => a.offset - b.offset);
+    this.waiting = [];
+    let run = null;
+    for (const w of wanted) {
+      if (run && w.offset <= run.end + GAP) {
+        run.end = Math.max(run.end, w.offset + w.size);
+        run.wanted.push(w);
+      } else {
+        run = {begin: w.offset, end: w.offset + w.size, wanted: [w]};
+        this.queued.push(run);
+      }
+    }
+    this.#start();
+  }
+  #start() {
+    while (this.running < REQUESTS_AT_ONCE && this.queued.length > 0) {
+      const run = this.queued.shift();
+      if (run.wanted.every(w => w.aborted)) continue;
+      ++this.running;
+      this.#fetchRun(run).finally(() => { --this.running; this.#start(); });
+    }
+  }
+  async #fetchRun(run) {
+    try {
+      const response = await this.#request(`bytes=${run.begin}-${run.end - 1}`);
+      if (response.status !== 206) {
+        response.body?.cancel();
+        throw this.#failure(response.status === 200 ? 'the file changed on the server, or the server stopped giving parts: open it again'
+          : `the server answered ${response.status}`);
+      }
+      const range = contentRange(response), tag = response.headers.get('etag');
+      if (!range || range.first !== run.begin || range.size !== this.size || (this.tag && tag && tag !== this.tag))
+        throw this.#failure('the file changed on the server: open it again');
+      const bytes = await this.#body(response, run.end - run.begin);
+      for (const w of run.wanted) w.resolve(bytes.subarray(w.offset - run.begin, w.offset - run.begin + w.size));
+    } catch (error) {
+      for (const w of run.wanted) w.reject(error);
+    }
+  }
+
+  /** Tries again where that may help: lost connections, servers that are busy. */
+  async #request(range) {
+    const {fetch, headers, credentials} = this.options;
+    const condition = this.tag ?? this.modified;
+    for (let attempt = 1; ; ++attempt) {
+      let problem;
+      try {
+        ++this.requests;
+        const response = await fetch(this.url, {headers: {...headers, Range: range, ...(condition ? {'If-Range': condition} : {})}, credentials, cache: 'no-store'});
+        if (response.ok) return response;
+        problem = `the server answered ${response.status} ${response.statusText}`.trim();
+        response.body?.cancel();
+        if (response.status < 500 && response.status !== 429 && response.status !== 408) throw this.#failure(problem);
+      } catch (error) {
+        if (error instanceof MailleError) throw error;
+        problem ??= error.message;
+      }
+      if (attempt === TRIES) throw this.#failure(`${problem} (tried ${TRIES} times)`);
+      await new Promise(resolve => setTimeout(resolve, 100 * 4 ** (attempt - 1)));
+    }
+  }
+  async #body(response, size) {
+    const bytes = new Uint8Array(await response.arrayBuffer().catch(error => { throw this.#failure(error.message); }));
+    this.count(bytes.length);
+    if (bytes.length !== size) throw this.#failure(`${size} bytes were asked for, ${bytes.length} came`);
+    return bytes;
+  }
+  count(bytes) {
+    this.fetched += bytes;
+    this.options.onBytes?.(this.fetched);
+  }
+  #failure(what) {
+    return new MailleError(ErrorCode.network, `${this.url}: ${what}`);
+  }
+}
+
+function contentRange(response) {
+  const match = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(response.headers.get('content-range') ?? '');
+  return match && {first: Number(match[1]), last: Number(match[2]), size: Number(match[3])};
+}
+
+/** The body of one response, read front to back. */
+class WholeBody {
+  constructor(response, size, most, owner) {
+    this.bytes = new Uint8Array(size ?? 1 << 20);
+    this.arrived = 0;
+    this.waiting = [];
+    this.finished = this.#pump(response.body.getReader(), most, owner).catch(error => {
+      this.error = error instanceof MailleError ? error : new MailleError(ErrorCode.network, `${owner.url}: ${error.message}`);
+    }).then(() => { this.over = true; this.#wake(); });
+  }
+  async end() {
+    await this.finished;
+    if (this.error) throw this.error;
+    return this.bytes.subarray(0, this.arrived);
+  }
+  read(offset, size, signal) {
+    return new Promise((resolve, reject) => {
+      this.waiting.push({offset, size, resolve, reject});
+      signal?.addEventListener('abort', () => reject(signal.reason), {once: true});
+      this.#wake();
+    });
+  }
+  async #pump(reader, most, owner) {
+    for (;;) {
+      const {done, value} = await reader.read();
+      if (done) return;
+      const end = this.arrived + value.length;
+      if (end > most) { reader.cancel(); throw new MailleError(ErrorCode.network, `${owner.url}: more than maxWhole bytes`); }
+      if (end > this.bytes.length) {
+        const larger = new Uint8Array(Math.max(end, this.bytes.length * 2));
+        larger.set(this.bytes.subarray(0, this.arrived));
+        this.bytes = larger;
+      }
+      this.bytes.set(value, this.arrived);
+      this.arrived = end;
+      owner.count(value.length);
+      this.#wake();
+    }
+  }
+  #wake() {
+    this.waiting = this.waiting.filter(({offset, size, resolve, reject}) => {
+      if (offset + size <= this.arrived) resolve(this.bytes.subarray(offset, offset + size));
+      else if (this.over) reject(this.error ?? new MailleError(ErrorCode.network, 'the file was cut off on its way'));
+      else return true;
+      return false;
+    });
+  }
+}
+
+/** What was read lately, up to a budget of bytes: blocks of ranges as they were asked for. */
+export class CachedBytes {
+  constructor(bytes, budget) {
+    Object.assign(this, {bytes, budget, size: bytes.size, name: bytes.name, held: 0});
+    this.ranges = new Map();  // by "offset size", the oldest first
+  }
+  async read(offset, size, signal) {
+    const key = `${offset} ${size}`, known = this.ranges.get(key);
+    if (known) {
+      this.ranges.delete(key);
+      this.ranges.set(key, known);
+      return known;
+    }
+    const bytes = await this.bytes.read(offset, size, signal);
+    if (this.ranges.has(key)) return bytes;
+    this.ranges.set(key, bytes.slice());
+    this.held += bytes.length;
+    for (const [oldest, old] of this.ranges) {
+      if (this.held <= this.budget) break;
+      this.ranges.delete(oldest);
+      this.held -= old.length;
+    }
+    return bytes;
+  }
+}

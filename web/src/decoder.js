@@ -1,0 +1,229 @@
+// The WebAssembly decoder (bindings/wasm/reader.cpp), called from JavaScript: pointers and numbers end here.
+
+const DONE = 0;
+const WANTS_BYTES = 1000;
+
+/** Kinds of failure, as the command's exit codes name them. */
+export const ErrorCode = {
+  usage: 2, cannotRead: 3, malformed: 4, unsupported: 5, corrupt: 6, memory: 7, network: 10,
+};
+
+/** What could not be done: `code` is one of ErrorCode, `message` a sentence for people. */
+export class MailleError extends Error {
+  constructor(code, message) {
+    super(message);
+    this.name = 'MailleError';
+    this.code = code;
+  }
+}
+
+/** What a call gives that needs bytes which are not here: fetch them, give() them, call again. */
+export class WantsBytes {
+  constructor(offset, size) {
+    this.offset = offset;
+    this.size = size;
+  }
+}
+
+const scalarArrays = [Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, BigInt64Array,
+  BigUint64Array, Float32Array, Float64Array];
+const scalarNames = ['i8', 'u8', 'i16', 'u16', 'i32', 'u32', 'i64', 'u64', 'f32', 'f64'];
+const domains = ['point', 'corner', 'cell', 'mesh'];
+const roles = ['none', 'normal', 'colour', 'texture_coordinate', 'tangent', 'label'];
+const kinds = ['positions', 'points', 'triangles', 'cells', 'drawnArray', 'exactPositions', 'types', 'offsets',
+  'connectivity', 'array'];
+const BUFFER_WORDS = 11;  // struct Buffer of reader.cpp
+
+/** Compiles the decoder once; `source`: bytes, a Response or promise of one, or a compiled module. */
+export async function compileDecoder(source) {
+  source = await source;
+  if (source instanceof WebAssembly.Module) return source;
+  if (typeof Response !== 'undefined' && source instanceof Response) {
+    if (!source.ok) throw new MailleError(ErrorCode.network, `${source.url}: the decoder is not there (${source.status})`);
+    return WebAssembly.compile(await source.arrayBuffer());
+  }
+  return WebAssembly.compile(source);
+}
+
+/** One instance of the decoder, with a memory of its own. */
+export class Decoder {
+  /** @param {WebAssembly.Module} module */
+  static async create(module) {
+    const decoder = new Decoder();
+    const trap = name => () => { throw new MailleError(ErrorCode.memory, `the decoder stopped (${name}): not enough memory`); };
+    const imports = {};
+    for (const {module: space, name, kind} of WebAssembly.Module.imports(module)) {
+      if (kind !== 'function') continue;
+      (imports[space] ??= {})[name] = trap(name);
+    }
+    if (imports.env?.emscripten_notify_memory_growth) imports.env.emscripten_notify_memory_growth = () => {};
+    const instance = await WebAssembly.instantiate(module, imports);
+    decoder.calls = instance.exports;
+    decoder.memory = instance.exports.memory;
+    instance.exports._initialize?.();
+    return decoder;
+  }
+
+  /** Copies bytes into the decoder's memory; whom they are passed to releases them. */
+  put(bytes) {
+    const address = this.calls.maille_allocate(bytes.byteLength);
+    if (address === 0 && bytes.byteLength > 0) throw new MailleError(ErrorCode.memory, 'not enough memory for the decoder');
+    new Uint8Array(this.memory.buffer, address, bytes.byteLength).set(bytes);
+    return address;
+  }
+  text(address, size) {
+    return new TextDecoder().decode(new Uint8Array(this.memory.buffer, address, size));
+  }
+}
+
+/** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. */
+export class DecoderFile {
+  constructor(decoder, size, name) {
+    this.decoder = decoder;
+    const bytes = new TextEncoder().encode(name);
+    this.reader = decoder.calls.maille_new_reader(size, decoder.put(bytes), bytes.byteLength);
+  }
+
+  give(offset, bytes) {
+    this.decoder.calls.maille_give(this.reader, offset, this.decoder.put(bytes), bytes.byteLength);
+  }
+  /** Forgets all but the first `kept` bytes. */
+  forgetBehind(kept) {
+    this.decoder.calls.maille_forget_behind(this.reader, kept);
+  }
+  get held() {
+    return this.decoder.calls.maille_held(this.reader);
+  }
+  close() {
+    if (this.reader !== 0) this.decoder.calls.maille_delete_reader(this.reader);
+    this.reader = 0;
+  }
+
+  open() {
+    return this.#outcome(this.decoder.calls.maille_open(this.reader), () => {
+      const n = this.#numbers();
+      const levels = [];
+      for (let i = 0; i < n[4]; ++i) levels.push({faces: n[5 + 2 * i], charts: n[6 + 2 * i]});
+      return {sphere: {centre: [n[0], n[1], n[2]], radius: n[3]}, levels};
+    });
+  }
+
+  /** @returns the charts of a request, see MeshFile.select */
+  select(request) {
+    const packed = this.#pack(request);
+    const outcome = this.decoder.calls.maille_select(this.reader, packed.address, packed.count, request.maxFaces ?? 0);
+    this.decoder.calls.maille_release(packed.address);
+    return this.#outcome(outcome, () => {
+      const n = this.#numbers(), charts = [];
+      for (let i = 0; i < n.length; i += 9) {
+        charts.push({
+          group: n[i], chart: n[i + 1], level: n[i + 2], faces: n[i + 3], bytes: n[i + 4],
+          sphere: {centre: [n[i + 5], n[i + 6], n[i + 7]], radius: n[i + 8]},
+        });
+      }
+      return charts;
+    });
+  }
+
+  /** One chart, for drawing. */
+  chart(group, chart) {
+    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn());
+  }
+  /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
+  extract(request) {
+    return this.#outcome(this.decoder.calls.maille_extract(this.reader), () => {
+      const packed = this.#pack(request);
+      if (request.clip) this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
+      this.decoder.calls.maille_release(packed.address);
+      return this.#exact();
+    });
+  }
+  /** The whole mesh of a file of any mode. */
+  decode(drawn) {
+    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.#drawn() : this.#exact());
+  }
+  /** What a ray meets first, exactly; null: nothing. */
+  hit(origin, direction) {
+    const address = this.decoder.put(new Uint8Array(Float64Array.from([...origin, ...direction]).buffer));
+    const outcome = this.decoder.calls.maille_hit(this.reader, address);
+    this.decoder.calls.maille_release(address);
+    return this.#outcome(outcome, () => {
+      const n = this.#numbers();
+      if (n.length === 0) return null;
+      return {
+        group: n[0], chart: n[1], face: n[2], corners: [n[3], n[4], n[5]], weights: [n[6], n[7], n[8]],
+        position: [n[9], n[10], n[11]], distance: n[12],
+      };
+    });
+  }
+
+  #outcome(outcome, value) {
+    if (outcome === DONE) return value();
+    if (outcome === WANTS_BYTES) return new WantsBytes(...this.#numbers());
+    const {calls} = this.decoder;
+    throw new MailleError(outcome, this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader)));
+  }
+  #numbers() {
+    const {calls, memory} = this.decoder;
+    return new Float64Array(memory.buffer, calls.maille_numbers(this.reader), calls.maille_number_count(this.reader)).slice();
+  }
+
+  /** As request_of() of reader.cpp unpacks it. */
+  #pack(request) {
+    const {box, sphere, view, planes = []} = request, none = [NaN, NaN, NaN];
+    const numbers = Float64Array.from([
+      ...(box ? [...box.low, ...box.high] : [...none, ...none]),
+      ...(sphere ? [...sphere.centre, sphere.radius] : [...none, NaN]),
+      request.bound ?? Infinity, request.level ?? -1,
+      ...(view ? [...view.eye, view.pixelsPerRadian, view.pixels ?? 1] : [0, 0, 0, 0, 1]),
+      ...planes.flatMap(plane => [...plane.normal, plane.offset]),
+    ]);
+    return {address: this.decoder.put(new Uint8Array(numbers.buffer)), count: numbers.length};
+  }
+
+  #buffers(drawn) {
+    const {calls, memory} = this.decoder;
+    const address = calls.maille_buffers(this.reader, drawn ? 1 : 0), count = calls.maille_buffer_count(this.reader);
+    const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS).slice(), list = [];
+    for (let i = 0; i < words.length; i += BUFFER_WORDS) {
+      const [kind, type, components, domain, role, block, cellType, name, nameSize, bytes, size] = words.subarray(i, i + BUFFER_WORDS);
+      // A copy that can be handed to other threads. Empty vectors may have any address.
+      const values = new scalarArrays[type](size === 0 ? 0 : memory.buffer.slice(bytes, bytes + size));
+      list.push({
+        kind: kinds[kind], type: scalarNames[type], components, domain: domains[domain], role: roles[role], block, cellType,
+        name: nameSize === 0 ? '' : this.decoder.text(name, nameSize), values,
+      });
+    }
+    return list;
+  }
+
+  #drawn() {
+    const list = this.#buffers(true), origin = [...this.#numbers()], of = kind => list.find(b => b.kind === kind).values;
+    this.decoder.calls.maille_clear(this.reader);
+    const arrays = list.filter(b => b.kind === 'drawnArray' || b.kind === 'array').map(describeArray);
+    return {origin, positions: of('positions'), points: of('points'), triangles: of('triangles'), cells: of('cells'), arrays};
+  }
+
+  #exact() {
+    const list = this.#buffers(false), blocks = [];
+    this.decoder.calls.maille_clear(this.reader);
+    for (const buffer of list) {
+      if (!['types', 'offsets', 'connectivity'].includes(buffer.kind)) continue;
+      const block = blocks[buffer.block] ??= {name: buffer.name, cellType: buffer.cellType};
+      block[buffer.kind] = buffer.kind === 'offsets' ? Float64Array.from(buffer.values, Number) : buffer.values;
+    }
+    const positions = list.find(b => b.kind === 'exactPositions');
+    return {positions: positions.values, blocks, arrays: list.filter(b => b.kind === 'array').map(describeArray)};
+  }
+}
+
+function describeArray({name, domain, role, type, components, values}) {
+  return {name, domain, role, type, components, values};
+}
+
+/** Every ArrayBuffer of a result, to be handed over instead of copied. */
+export function buffersOf(value, found = new Set()) {
+  if (ArrayBuffer.isView(value)) found.add(value.buffer);
+  else if (value && typeof value === 'object') for (const part of Object.values(value)) buffersOf(part, found);
+  return [...found];
+}
