@@ -67,7 +67,14 @@ class RandomReader {
   Result<> set_sets(const Front& front, bool lenient);
   Result<> rebuild();
   Result<> set_index_page(uint32_t page, Bytes bytes);
-  Result<bool> load_at_place(uint32_t page);
+  struct PageChunk {
+    ChunkHeader header;
+    uint64_t offset = 0;
+    std::vector<std::byte> bytes;
+  };
+  PageChunk place_of_page(uint32_t page) const;
+  bool set_index_page(const PageChunk& chunk);
+  Result<bool> repair_index_page(uint32_t page, PageChunk& chunk);
   struct ChartPage {
     uint32_t group = no_group;
     std::vector<std::byte> bytes;
