@@ -204,7 +204,7 @@ Description chart_description(const Description& file, uint32_t level) {
   chart.effort = file.effort;
   chart.positions = file.positions;
   for (const ArrayDescription& array : file.arrays) {
-    if (level > 0 && array.domain != Domain::point) continue;
+    if (level > 0 && array.domain == Domain::mesh) continue;
     chart.arrays.push_back(array);
     chart.arrays.back().mesh_tuples = 0;
   }
@@ -219,7 +219,7 @@ Description chart_description(const Description& file, uint32_t level) {
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level) {
   std::vector<ArrayToCode> chosen;
   for (const ArrayToCode& coded : arrays) {
-    if (level == 0 || coded.array->domain == Domain::point) chosen.push_back(coded);
+    if (level == 0 || coded.array->domain != Domain::mesh) chosen.push_back(coded);
   }
   return chosen;
 }

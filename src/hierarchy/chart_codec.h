@@ -25,8 +25,8 @@ struct SharedPoint {
   uint32_t copy = 0;
 };
 
-/// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles and
-/// the arrays of points at coarser levels. Without sizes.
+/// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles, and
+/// no arrays of the mesh as a whole, at coarser levels. Without sizes.
 Description chart_description(const Description& file, uint32_t level);
 /// The arrays that charts of this level have; positions first.
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level);
