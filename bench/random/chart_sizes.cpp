@@ -75,8 +75,8 @@ Result<> print_row(const Mesh& mesh, uint32_t chart_faces) {
   const ReadForBox large = MAILLE_TRY(read_for_boxes(reader, set, charts, 0.1));
   fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} | {:.1f} | {:.2f} | {:.0f} | {:.2f} | {:.1f} | {:.0f} |\n",
              chart_faces, bits(finest), bits(bytes.size()), bits(bytes.size() - all - tables.size()),
-             MAILLE_TRY(bytes_for_one_face(bytes, mesh)) / 1024, small.faces, small.bits, large.faces, large.bits,
-             MAILLE_TRY(decode_speed(charts, set, 0)));
+             MAILLE_TRY(bytes_for_one_face(bytes, mesh)) / 1024, small.faces, small.bits, large.faces,
+             large.bits, MAILLE_TRY(decode_speed(charts, set, 0)));
   return {};
 }
 
@@ -85,8 +85,9 @@ Result<> print_row(const Mesh& mesh, uint32_t chart_faces) {
 Result<> study_chart_sizes(const std::string& path) {
   const Mesh mesh = MAILLE_TRY(read_mesh(path)).mesh;
   fmt::print("{}: {} faces\n", path, mesh.cell_count());
-  fmt::print("| faces a chart | finest level, bits a face | all levels | index and headers | one face, KiB | "
-             "1 % box, faces | bits | 10 % box, faces | bits | decoding, M faces/s |\n");
+  fmt::print(
+      "| faces a chart | finest level, bits a face | all levels | index and headers | one face, KiB | "
+      "1 % box, faces | bits | 10 % box, faces | bits | decoding, M faces/s |\n");
   fmt::print("|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (uint32_t size = 128; size <= 32768; size *= 2) MAILLE_CHECK(print_row(mesh, size));
   return {};

@@ -156,9 +156,10 @@ Result<uint64_t> count_cracks(const std::string& path, uint32_t views) {
     sizes.insert(cut.faces);
     cracks += edges.cracks(cut);
   }
-  fmt::print("{}: {} views, {} different numbers of faces, {} of several levels: {} edges open that are not "
-             "open in the mesh\n",
-             path, views, sizes.size(), mixed, cracks);
+  fmt::print(
+      "{}: {} views, {} different numbers of faces, {} of several levels: {} edges open that are not "
+      "open in the mesh\n",
+      path, views, sizes.size(), mixed, cracks);
   return cracks;
 }
 

@@ -66,8 +66,8 @@ class MeshletBuilder {
     for (const uint32_t p : points_) place_[p] = none;
     points_.clear();
     candidates_.clear();
-    result_.pieces.push_back({static_cast<uint32_t>(result_.points.size()), 0,
-                              static_cast<uint32_t>(result_.faces.size()), 0});
+    result_.pieces.push_back(
+        {static_cast<uint32_t>(result_.points.size()), 0, static_cast<uint32_t>(result_.faces.size()), 0});
   }
 
   uint32_t new_points(uint32_t triangle) const {

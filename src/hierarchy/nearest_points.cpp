@@ -59,7 +59,7 @@ class NearestPoints {
 
   Vector3 from_;
   uint64_t count_;
-  std::vector<NearPoint> heap_;                  ///< the farthest first
+  std::vector<NearPoint> heap_;                ///< the farthest first
   std::set<std::pair<Place, uint32_t>> seen_;  ///< those that several charts have
 };
 

@@ -137,8 +137,8 @@ std::vector<Mesh> components_of(const Mesh& mesh) {
   return components;
 }
 
-/// Asks for the component of each cell that is in none yet; each must be one of the mesh, and each of the mesh
-/// be found.
+/// Asks for the component of each cell that is in none yet; each must be one of the mesh, and each of the
+/// mesh be found.
 std::string components_differ(const Mesh& mesh, const RandomFile& file) {
   const auto source = memory_source(Bytes(file.bytes));
   auto open = File::open(*source);
@@ -251,7 +251,8 @@ std::string wrong_meshlets(const Mesh& mesh, const Meshlets& found) {
   }
   std::sort(expected.begin(), expected.end());
   std::sort(given.begin(), given.end());
-  if (point != found.points.size() || 3 * triangle != found.corners.size()) return "more than the pieces have";
+  if (point != found.points.size() || 3 * triangle != found.corners.size())
+    return "more than the pieces have";
   return expected == given ? "" : "other triangles";
 }
 
@@ -272,8 +273,7 @@ TEST(Meshlets, AreNearlyFull) {
   File open = File::open(*source).value();
   size_t pieces = 0;
   const Selection all = open.select({}, Detail::full()).value();
-  for (const ChartPlace& place : all.charts)
-    pieces += meshlets(open.read(place).value()).pieces.size();
+  for (const ChartPlace& place : all.charts) pieces += meshlets(open.read(place).value()).pieces.size();
   // 64 points of a regular surface have at most 98 triangles between them.
   EXPECT_GE(mesh.cell_count() / pieces, 80u);
 }

@@ -25,10 +25,12 @@ class SeamFinder {
     seams_.values.assign(faces_.corners.size(), 0);
     for (const Array& array : mesh_.arrays) {
       if (array.domain == Domain::mesh || jumps_everywhere(array)) continue;
-      for_each_corner([&](uint32_t corner, uint32_t tuple) {
-        const uint64_t both = uint64_t{seams_.values[corner]} << 32 | value(array, tuple);
-        seams_.values[corner] = static_cast<uint32_t>(hash64(std::as_bytes(std::span(&both, 1))));
-      }, array.domain);
+      for_each_corner(
+          [&](uint32_t corner, uint32_t tuple) {
+            const uint64_t both = uint64_t{seams_.values[corner]} << 32 | value(array, tuple);
+            seams_.values[corner] = static_cast<uint32_t>(hash64(std::as_bytes(std::span(&both, 1))));
+          },
+          array.domain);
     }
     return std::move(seams_);
   }
@@ -85,11 +87,13 @@ class SeamFinder {
   bool jumps_everywhere(const Array& array) const {
     std::vector<uint32_t> first(places_.size(), none);
     std::vector<uint8_t> state(places_.size());  // 1: one value, 2: several
-    for_each_corner([&](uint32_t corner, uint32_t tuple) {
-      const uint32_t place = place_of_[faces_.corners[corner]], found = value(array, tuple);
-      if (state[place] == 0) first[place] = found;
-      state[place] = state[place] < 2 && first[place] == found ? 1 : 2;
-    }, array.domain);
+    for_each_corner(
+        [&](uint32_t corner, uint32_t tuple) {
+          const uint32_t place = place_of_[faces_.corners[corner]], found = value(array, tuple);
+          if (state[place] == 0) first[place] = found;
+          state[place] = state[place] < 2 && first[place] == found ? 1 : 2;
+        },
+        array.domain);
     const auto used = std::count_if(state.begin(), state.end(), [](uint8_t s) { return s > 0; });
     return 2 * std::count(state.begin(), state.end(), 2) > used;
   }
