@@ -76,7 +76,7 @@ Result<> print_row(const Mesh& mesh, uint32_t chart_faces) {
   fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} | {:.1f} | {:.2f} | {:.0f} | {:.2f} | {:.1f} | {:.0f} |\n",
              chart_faces, bits(finest), bits(bytes.size()), bits(bytes.size() - all - tables.size()),
              MAILLE_TRY(bytes_for_one_face(bytes, mesh)) / 1024, small.faces, small.bits, large.faces,
-             large.bits, MAILLE_TRY(decode_speed(charts, set, 0)));
+             large.bits, MAILLE_TRY(decode_speed(charts, set, 0, ChartUse::show)));
   return {};
 }
 

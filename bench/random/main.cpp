@@ -44,8 +44,11 @@ Result<> report(const std::string& path) {
              bits(directory.coarser.other), bits(tables));
   fmt::print("    index and headers {:.3f}; all {:.3f} = {:.3f} bytes\n", bits(other), bits(source->size()),
              bits(source->size()) / 8);
-  fmt::print("  decoding charts: {:.1f} M faces/s", MAILLE_TRY(decode_speed(charts, sets[0], 0)));
-  if (directory.levels > 1) fmt::print(", level 1 {:.1f}", MAILLE_TRY(decode_speed(charts, sets[1], 1)));
+  fmt::print("  decoding charts: {:.1f} M faces/s to show, {:.1f} to join",
+             MAILLE_TRY(decode_speed(charts, sets[0], 0, ChartUse::show)),
+             MAILLE_TRY(decode_speed(charts, sets[0], 0, ChartUse::join)));
+  if (directory.levels > 1)
+    fmt::print(", level 1 {:.1f}", MAILLE_TRY(decode_speed(charts, sets[1], 1, ChartUse::show)));
   fmt::print("\n");
   for (const double part : {0.01, 0.1}) {
     const ReadForBox read = MAILLE_TRY(read_for_boxes(reader, sets[0], charts, part));

@@ -20,7 +20,8 @@ struct ChartBytes {
 Result<std::vector<ChartBytes>> read_all(RandomReader& reader);
 
 /// M faces per second of the best of some runs over the charts of `level`, in CPU time of one thread.
-Result<double> decode_speed(const std::vector<ChartBytes>& charts, const ChartSet& set, uint32_t level);
+Result<double> decode_speed(const std::vector<ChartBytes>& charts, const ChartSet& set, uint32_t level,
+                            ChartUse use);
 
 /// What charts that meet a box have, over the faces that are in it.
 struct ReadForBox {

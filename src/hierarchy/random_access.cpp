@@ -121,11 +121,12 @@ struct File::State {
   /// `problems`: not null: damaged charts are left out, and named there.
   Result<Mesh> extract(const Selection& selection, std::vector<std::string>* problems) {
     MAILLE_CHECK(reader.find(selection.charts));
-    std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(selection.charts, problems));
     const ChartIndex& index = reader.index();
     const bool finest =
         std::all_of(selection.charts.begin(), selection.charts.end(),
                     [&](const ChartPlace& place) { return index.group(place.group).level == 0; });
+    std::vector<DecodedChart> charts =
+        MAILLE_TRY(reader.read_charts(selection.charts, problems, finest ? ChartUse::join : ChartUse::show));
     if (!finest && !charts.empty()) return join_levels(charts);
     return join(std::move(charts), problems);
   }
@@ -182,7 +183,7 @@ Result<ChartInfo> File::info(const ChartPlace& place) {
 
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
-  return MAILLE_TRY(state_->reader.read_charts({place}))[0].mesh;
+  return MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show))[0].mesh;
 }
 Result<Mesh> File::extract(const Selection& selection) {
   return state_->extract(selection, nullptr);
