@@ -157,6 +157,9 @@ struct ExtractOptions {
   std::optional<uint64_t> triangles;
   std::vector<double> eye;  ///< empty, or three numbers
   double pixel_error = 1;
+  std::vector<double> nearest;    ///< empty, or three numbers
+  uint64_t count = 1;             ///< of points nearest to it
+  std::vector<double> component;  ///< empty, or three numbers
   bool full = false;
   bool whole_charts = false;
   bool chart_numbers = false;

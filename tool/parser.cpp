@@ -401,13 +401,15 @@ void Parser::add_extract() {
                      "Extract a part of a file of mode random, at any level of detail.\n"
                      "Reads and decodes only what is needed. Without a limit on detail the faces are those "
                      "of the mesh, bit for bit, with "
-                     "all arrays; coarser ones are triangles with the arrays of points. Faces that have a "
+                     "all arrays; coarser ones are triangles with values of the mesh. Faces that have a "
                      "point in the region are taken, "
                      "whole. Exit code 6 when charts were damaged: the others are written.",
                      "maille compress --mode random scan.ply scan.maille\n"
                      "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
                      "maille extract scan.maille preview.ply --triangles 20000\n"
-                     "maille extract scan.maille coarse.ply --error 0.01");
+                     "maille extract scan.maille coarse.ply --error 0.01\n"
+                     "maille extract scan.maille part.ply --component 0.1,0,2\n"
+                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50");
   file(e, "-i,--input,IN", extract.input, "File of mode random to read")->required();
   file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   choice(e->add_option("--output-format", extract.output_format,
@@ -430,6 +432,25 @@ void Parser::add_extract() {
   e->add_flag("--chart-numbers", extract.chart_numbers,
               "Add an array 'chart' of the cells: which of the charts that were read each is of")
       ->group(files_group);
+  CLI::Option* component =
+      list(e->add_option("--component", extract.component,
+                         "What hangs together with the face nearest to this point: three numbers, separated "
+                         "by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region);
+  CLI::Option* nearest =
+      list(e->add_option("--nearest", extract.nearest,
+                         "The points of the mesh nearest to this one, the nearest first, without faces: "
+                         "three numbers, separated by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region)
+          ->excludes(component);
+  e->add_option("--count", extract.count, "How many points --nearest gives (default 1)")
+      ->type_name("N")
+      ->group(region)
+      ->needs(nearest);
   constexpr const char* detail = "Detail";
   CLI::Option* full = e->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
   CLI::Option* error = e->add_option("--error", extract.error,
@@ -463,6 +484,12 @@ void Parser::add_extract() {
       ->check(CLI::PositiveNumber)
       ->type_name("N")
       ->group(detail);
+  // Both are of the mesh itself, as a whole.
+  for (const char* name : {"--box", "--sphere", "--whole-charts", "--chart-numbers", "--error", "--level",
+                           "--triangles", "--eye"}) {
+    component->excludes(e->get_option(name));
+    nearest->excludes(e->get_option(name));
+  }
   add_common(e, extract.common, true);
 }
 

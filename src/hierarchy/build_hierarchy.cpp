@@ -57,6 +57,8 @@ struct GroupJob {
   std::vector<uint32_t> triangles;
   std::vector<float> positions;
   std::vector<uint8_t> locked;
+  std::vector<uint32_t> corners, origins;  ///< of the mesh, by corner and triangle; with seams only
+  std::vector<uint32_t> values;            ///< by corner
   double view_error = 0, bound = 0;
   std::vector<Chart> outputs;
 };
@@ -240,6 +242,30 @@ class Builder {
     }
   }
 
+  /// Calls f(face, a, b, c) for the triangles of a chart, with corners of the mesh.
+  template <class F>
+  void for_each_origin(const Chart& chart, F f) const {
+    for (size_t t = 0; t < chart.corners.size(); t += 3) {
+      f(chart.origins[t / 3], chart.corners[t], chart.corners[t + 1], chart.corners[t + 2]);
+    }
+    for (const uint32_t face : chart.faces) {
+      const auto corners = faces_.face(face);
+      const auto first = static_cast<uint32_t>(corners.data() - faces_.corners.data());
+      for (uint32_t k = 2; k < corners.size(); ++k) f(face, first, first + k - 1, first + k);
+    }
+  }
+  void collect_origins(const ChartGroup& group, GroupJob& job) const {
+    for (const uint32_t chart : group.inputs) {
+      for_each_origin(result_.charts[chart], [&](uint32_t face, uint32_t a, uint32_t b, uint32_t c) {
+        job.origins.push_back(face);
+        for (const uint32_t corner : {a, b, c}) {
+          job.corners.push_back(corner);
+          job.values.push_back(options_.corner_values[corner]);
+        }
+      });
+    }
+  }
+
   GroupJob collect(const ChartGroup& group) const {
     GroupJob job;
     std::vector<uint32_t> used;
@@ -259,6 +285,7 @@ class Builder {
       job.positions.insert(job.positions.end(), &positions_[size_t{3} * v], &positions_[size_t{3} * v] + 3);
       job.locked.push_back(shared_[v]);
     }
+    if (!options_.corner_values.empty()) collect_origins(group, job);
     return job;
   }
 
@@ -266,8 +293,9 @@ class Builder {
     GroupJob job = collect(group);
     const auto count = static_cast<uint32_t>(job.triangles.size() / 3);
     const auto root = static_cast<uint32_t>(0.9 * options_.chart_faces);
-    const SimplifierInput input{job.triangles, job.positions, job.locked,
-                                last ? std::min(root, count / 4) : count / 4, last};
+    const SimplifierInput input{job.triangles, job.positions,
+                                job.locked,    last ? std::min(root, count / 4) : count / 4,
+                                last,          job.values};
     const Simplified simplified = simplify(input);
     job.view_error = simplified.view_error;
     job.bound = deviation(input, simplified);
@@ -275,13 +303,14 @@ class Builder {
     uint32_t parts = 1;
     if (!last && left > options_.chart_faces / 2)
       parts = std::max(2u, (left + options_.chart_faces / 2) / options_.chart_faces);
-    split(job, simplified.triangles, parts);
+    split(job, simplified, parts);
     // Of lines and points nothing is left, but what replaces them must be found.
     if (job.outputs.empty()) job.outputs.emplace_back();
     return job;
   }
 
-  void split(GroupJob& job, const std::vector<uint32_t>& triangles, uint32_t parts) const {
+  void split(GroupJob& job, const Simplified& simplified, uint32_t parts) const {
+    const std::vector<uint32_t>& triangles = simplified.triangles;
     std::vector<uint32_t> part_of(triangles.size() / 3);
     if (parts > 1) {
       const SpatialGraph graph =
@@ -292,6 +321,9 @@ class Builder {
       if (part_of[t] >= job.outputs.size()) job.outputs.resize(part_of[t] + 1);
       Chart& chart = job.outputs[part_of[t]];
       for (unsigned k = 0; k < 3; ++k) chart.triangles.push_back(job.vertices[triangles[3 * t + k]]);
+      if (simplified.faces.empty()) continue;
+      for (unsigned k = 0; k < 3; ++k) chart.corners.push_back(job.corners[simplified.corners[3 * t + k]]);
+      chart.origins.push_back(job.origins[simplified.faces[t]]);
     }
     for (Chart& chart : job.outputs) chart.sphere = sphere_of(chart.triangles, positions_);
   }

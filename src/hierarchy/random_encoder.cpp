@@ -14,6 +14,7 @@
 #include "hierarchy/join_charts.h"
 #include "hierarchy/random_file.h"
 #include "hierarchy/random_layout.h"
+#include "hierarchy/seams.h"
 #include "surface/array_report.h"
 #include "surface/coded_parts.h"
 #include "surface/element_order.h"
@@ -47,23 +48,26 @@ AllFaces all_faces(const Mesh& mesh) {
 }
 
 /// A chart of a coarser level as a mesh of its own.
-MeshPart coarse_part(const Chart& chart) {
+MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, const Seams& seams) {
   MeshPart part;
+  std::vector<uint32_t> triangles = chart.triangles;
+  for (size_t i = 0; i < chart.corners.size(); ++i) triangles[i] = seams.point_of[corners[chart.corners[i]]];
   CellBlock& block = part.mesh.blocks.emplace_back();
   block.type = CellType::triangle;
   std::vector<uint32_t>& points = part.numbers.points;
-  points = chart.triangles;
+  points = triangles;
   std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
-  for (const uint32_t v : chart.triangles) {
+  for (const uint32_t v : triangles) {
     const auto at = std::lower_bound(points.begin(), points.end(), v) - points.begin();
     block.connectivity.push_back(static_cast<uint32_t>(at));
   }
   part.mesh.points.resize(points.size());
   for (uint32_t i = 0; i < chart.face_count(); ++i) {
-    part.numbers.cells.push_back(i);
+    part.numbers.cells.push_back(chart.origins.empty() ? i : chart.origins[i]);
     part.numbers.first_corner.push_back(3 * i);
   }
+  part.numbers.corners = chart.corners;
   return part;
 }
 
@@ -93,7 +97,7 @@ class RandomEncoder {
     arrays_ = MAILLE_TRY(map_arrays(mesh_, options_));
     const AllFaces faces = all_faces(mesh_);
     MAILLE_CHECK(build(faces.lists));
-    MAILLE_CHECK(encode_charts());
+    MAILLE_CHECK(encode_charts(faces.lists.corners));
     make_pages();
     return write(sink);
   }
@@ -103,6 +107,8 @@ class RandomEncoder {
     const LocalPositions positions = local_positions(arrays_[0], executor_);
     building_.executor = &executor_;
     building_.progress = options_.progress;
+    seams_ = find_seams(mesh_, faces, decoded_places(arrays_[0]));
+    building_.corner_values = seams_.values;
     hierarchy_ = MAILLE_TRY(
         build_hierarchy(faces, positions.numbers, static_cast<uint32_t>(mesh_.point_count()), building_));
     // Points alone need a chart, too.
@@ -111,7 +117,7 @@ class RandomEncoder {
     return {};
   }
 
-  Result<> encode_charts() {
+  Result<> encode_charts(std::span<const uint32_t> corners) {
     const size_t count = hierarchy_.charts.size();
     std::vector<uint32_t> part_of(mesh_.cell_count());
     for (uint32_t c = 0; c < count; ++c) {
@@ -125,7 +131,7 @@ class RandomEncoder {
     const auto part_at = [&](size_t i) { return parts.take(i); };
     MAILLE_CHECK(encode_set(0, 0, level_0_, arrays_, part_at));
     return encode_set(1, level_0_, count, coarse_arrays,
-                      [&](size_t i) { return coarse_part(hierarchy_.charts[i]); });
+                      [&](size_t i) { return coarse_part(hierarchy_.charts[i], corners, seams_); });
   }
 
   /// The charts from `begin` to `end`, with tables of theirs.
@@ -302,7 +308,7 @@ class RandomEncoder {
     }
     size_t coarse = 0;
     for (size_t i = 0; i < arrays_.size(); ++i) {
-      if (arrays_[i].array->domain != Domain::point || directory_.coarser.arrays.empty()) continue;
+      if (arrays_[i].array->domain == Domain::mesh || directory_.coarser.arrays.empty()) continue;
       bytes[i] += directory_.coarser.arrays[coarse++];
     }
     report.positions = report_of(*arrays_[0].array, arrays_[0].maps, bytes[0]);
@@ -334,6 +340,7 @@ class RandomEncoder {
   std::vector<ArrayToCode> arrays_;
   Hierarchy hierarchy_;
   IndexedHierarchy indexed_;
+  Seams seams_;
   size_t level_0_ = 0;
   std::vector<EncodedPatch> patches_;          ///< by chart
   std::vector<Mesh> meshes_;                   ///< by chart: its cells

@@ -356,13 +356,14 @@ Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {
   return {};
 }
 
-Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBytes& bytes) const {
+Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBytes& bytes,
+                                          ChartUse use) const {
   if (!bytes) return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
   thread_local FanBuffers buffers;
-  auto decoded = decode_chart(set_of(place), *bytes, options, &buffers);
+  auto decoded = decode_chart(set_of(place), *bytes, options, &buffers, use);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;
@@ -372,12 +373,13 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBy
 }
 
 Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<ChartPlace>& places,
-                                                            std::vector<std::string>* problems) const {
+                                                            std::vector<std::string>* problems,
+                                                            ChartUse use) const {
   const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
   MAILLE_CHECK(check_memory(places, bytes));
   std::vector<Result<DecodedChart>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
-  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i]); });
+  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i], use); });
   std::vector<DecodedChart> charts;
   for (Result<DecodedChart>& result : results) {
     if (result) {
