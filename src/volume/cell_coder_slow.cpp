@@ -82,9 +82,10 @@ void CellCoder<Coder>::find_partners() {
     if (!all_there) continue;
     left &= ~static_cast<unsigned>(shape.faces_at[from]);
     if (hull_.point(target_[from]).open == 0) continue;
+    // More than there is room for are no mesh, and any of them will do.
     hull_.around(target_[from], [&](uint32_t slot, uint32_t corner) {
       add_partner(slot, hull_.cell(slot).open & Hull::shape_of(hull_.cell(slot)).faces_at[corner]);
-      return partner_count_ == partners_.size();
+      return false;
     });
   }
 }
@@ -93,7 +94,7 @@ template <class Coder>
 void CellCoder<Coder>::add_partner(uint32_t slot, unsigned faces) {
   const Hull::Cell& other = hull_.cell(slot);
   const CellShape& shape = cell_.shape();
-  for (; faces != 0; faces &= faces - 1) {
+  for (; faces != 0 && partner_count_ < partners_.size(); faces &= faces - 1) {
     const auto face = static_cast<unsigned>(__builtin_ctz(faces));
     const CellFace& there = Hull::shape_of(other).face[face];
     bool has_all = true;
