@@ -115,6 +115,9 @@ class CellCoder {
   void code_slowly(Coder& coder, StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
   void find_targets(const StreamedCell& cell);
+  void find_partners();
+  void add_partner(uint32_t cell, unsigned faces);
+  bool is_partner(uint32_t cell) const;
   void collect_anchors();
   void add_anchor(uint32_t cell, unsigned origin);
   void add_anchors_around(uint64_t number, unsigned origin);
@@ -124,7 +127,6 @@ class CellCoder {
   void code_turn(Coder& coder, FaceRef anchor);
   Turn match(const Hull::Cell& other, unsigned face, Turn preferred) const;
   bool matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const;
-  bool matches_any_face(uint32_t cell) const;
   void place(FaceRef anchor, Turn turn);
   void code_edges(Coder& coder, FaceRef anchor, unsigned own_face);
   unsigned faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b);
@@ -208,10 +210,13 @@ class CellCoder {
   uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
   std::array<uint32_t, most_nodes> node_{};
   std::array<Candidate, 48> anchors_{};
-  unsigned anchor_count_ = 0, last_choice_ = 0, last_face_ = 0;
+  std::array<uint8_t, 8> origin_ranks_{};
+  std::array<uint32_t, 32> partners_{};
+  unsigned anchor_count_ = 0, partner_count_ = 0, last_choice_ = 0, last_face_ = 0;
   std::array<EdgeFace, 8> edge_faces_{};
   unsigned edge_face_count_ = 0;
   std::array<std::pair<uint32_t, uint8_t>, 24> joined_{};
+  std::vector<uint8_t> joined_places_;  ///< by point: 1 + its place in joined_; all 0 in between
   std::array<std::array<std::array<uint8_t, kind_count>, most_faces>, kind_count> last_turn_{};
   std::vector<std::array<uint32_t, most_nodes - 8 + 4>> extra_;  ///< by cell slot, once there are such nodes
 };

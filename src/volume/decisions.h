@@ -51,7 +51,8 @@ struct Evidence {
 };
 
 /// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context
-/// decides alone; else eight contexts are mixed.
+/// decides alone; else eight contexts are mixed, unless the local one is sure that the answer is no: most
+/// ends of points are so, and the others would cost seven accesses to memory to say the same.
 template <unsigned Questions>
 class Decisions {
  public:
@@ -64,10 +65,11 @@ class Decisions {
   template <class Coder>
   bool code(Coder& coder, bool bit, unsigned question, const Evidence& evidence) {
     const uint32_t base = hashed(question + 1, evidence.local);
-    if (!mixed_) {
-      WideCell& cell = cells_[base >> (32 - small_table_bits)];
-      bit = coder.code(bit, bounded(cell.probability));
-      cell.update(bit);
+    WideCell& alone =
+        cells_[mixed_ ? base * 0x9e3779b1u >> (32 - table_bits) : base >> (32 - small_table_bits)];
+    if (!mixed_ || (alone.probability < least_doubt && alone.visits >= least_visits)) {
+      bit = coder.code(bit, bounded(alone.probability));
+      alone.update(bit);
       return bit;
     }
     const uint32_t near = hashed(base, evidence.nearby + 0x20000);
@@ -97,6 +99,8 @@ class Decisions {
 
  private:
   static constexpr unsigned contexts = 8;
+  static constexpr uint16_t least_doubt = 128;  // from 256 on hexahedra in good order get larger
+  static constexpr uint8_t least_visits = 100;
   static constexpr unsigned table_bits = 20;
   static constexpr unsigned small_table_bits = 14;
   static uint32_t bounded(uint32_t probability) {

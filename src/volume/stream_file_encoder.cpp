@@ -85,36 +85,59 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   return last;
 }
 
-/// What the connectivity of the first cells takes in these orders, in bytes; with the numbers of points if
-/// they are kept.
-size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed,
-             uint64_t most_cells, bool numbered = false) {
-  RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> coder(mixed, numbered);
-  CodedCells out;
-  StreamedCell cell;
-  uint64_t time = 0;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    const CellBlock& block = mesh.blocks[b];
-    for (uint64_t i = 0; i < block.size() && time < most_cells; ++i, ++time) {
-      const uint64_t number = orders[b].empty() ? i : orders[b][i];
-      cell.kind =
-          kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
-      if (cell.kind >= shape_count) continue;
-      const auto points = block.cell(number);
-      cell.final = 0;
-      for (size_t k = 0; k < points.size(); ++k) {
-        cell.number[k] = points[cell_shapes[cell.kind].place[k]];
-        cell.final |= (last[cell.number[k]] == time ? 1u : 0u) << k;
-      }
-      coder.code(topology, numbers, cell, out);
-      if (out.size() < cells_per_block) continue;
-      out.clear();
-      coder.end_block();
+/// What the connectivity of the first cells takes in these orders; with the numbers of points if they are
+/// kept.
+class Trial {
+ public:
+  Trial(const Mesh& mesh, const CellOrders& orders, bool mixed, bool numbered = false)
+      : mesh_(mesh),
+        orders_(orders),
+        last_(last_cells(mesh, orders)),
+        numbered_(numbered),
+        coder_(mixed, numbered) {}
+
+  /// Goes on until so many cells are done, or all.
+  void run(uint64_t most_cells) {
+    for (; block_ < mesh_.blocks.size(); ++block_, in_block_ = 0) {
+      const CellBlock& block = mesh_.blocks[block_];
+      const uint64_t size = block.size();
+      for (; in_block_ < size && done_ < most_cells; ++done_) code(block, orders_[block_]);
+      if (in_block_ < size) return;
     }
   }
-  return topology.finish().size() + (numbered ? numbers.finish().size() : 0);
-}
+  uint64_t cells() const { return done_; }
+  /// So far, to some bytes.
+  uint64_t bytes() const { return topology_.size() + (numbered_ ? numbers_.size() : 0); }
+
+ private:
+  void code(const CellBlock& block, const std::vector<uint64_t>& order) {
+    const uint64_t number = order.empty() ? in_block_ : order[in_block_];
+    ++in_block_;
+    cell_.kind = kind_of(block.type_of(number));
+    if (cell_.kind >= shape_count) return;
+    const auto points = block.cell(number);
+    cell_.final = 0;
+    for (size_t k = 0; k < points.size(); ++k) {
+      cell_.number[k] = points[cell_shapes[cell_.kind].place[k]];
+      cell_.final |= (last_[cell_.number[k]] == done_ ? 1u : 0u) << k;
+    }
+    coder_.code(topology_, numbers_, cell_, out_);
+    if (out_.size() < cells_per_block) return;
+    out_.clear();
+    coder_.end_block();
+  }
+
+  const Mesh& mesh_;
+  const CellOrders& orders_;
+  std::vector<uint64_t> last_;
+  bool numbered_;
+  CellCoder<RangeEncoder> coder_;
+  RangeEncoder topology_, numbers_;
+  CodedCells out_;
+  StreamedCell cell_;
+  size_t block_ = 0;
+  uint64_t in_block_ = 0, done_ = 0;
+};
 
 /// In which order cells are written, and the bytes that give the input's order back if that is to be kept.
 struct Ordering {
@@ -123,39 +146,48 @@ struct Ordering {
 };
 
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
-/// smaller with the input's order beside it.
+/// smaller with the input's order beside it. Scattered cells take long to try, so that it is done with as few
+/// as tell.
 Ordering keep_order(const Mesh& mesh, bool mixed) {
-  constexpr uint64_t sample = 20'000;
+  constexpr uint64_t few = 4'000, sample = 20'000;
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
-  const CellOrders as_they_are(mesh.blocks.size());
-  const uint64_t cells = mesh.cell_count(), tried = std::min(cells, sample);
+  CellOrders as_they_are(mesh.blocks.size());
+  const uint64_t cells = mesh.cell_count();
   if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
-  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed, sample, true);
-  if (natural <= tried * scattered) return {as_they_are, {}};
+  Trial natural(mesh, as_they_are, mixed, true);
+  natural.run(few);
+  if (natural.bytes() <= 2 * scattered * natural.cells()) {
+    natural.run(sample);
+    if (natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
+  }
   CellOrders by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  const size_t front = trial(mesh, by_front, last_cells(mesh, by_front), mixed, sample);
+  Trial front(mesh, by_front, mixed);
+  front.run(2 * few);
   CodedOrder order = encode_order(mesh, by_front);
-  const uint64_t apart = order.points.size() + order.cells.size();
-  if (natural * cells <= front * cells + apart * tried) return {as_they_are, {}};
+  const uint64_t apart = order.points.size() + order.cells.size() + front.bytes() * cells / front.cells();
+  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
+  // so.
+  while (natural.cells() < std::min(cells, sample) &&
+         (natural.cells() < 2 * few || 4 * natural.bytes() * cells <= 5 * apart * natural.cells())) {
+    natural.run(natural.cells() + few);
+  }
+  if (natural.bytes() * cells <= apart * natural.cells()) return {std::move(as_they_are), {}};
   return {std::move(by_front), std::move(order)};
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
 CellOrders choose_orders(const Mesh& mesh, bool mixed) {
-  CellOrders as_they_are(mesh.blocks.size());
-  CellOrders by_front;
+  CellOrders as_they_are(mesh.blocks.size()), by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  const std::vector<uint64_t> last = last_cells(mesh, as_they_are),
-                              last_by_front = last_cells(mesh, by_front);
+  Trial natural(mesh, as_they_are, mixed), front(mesh, by_front, mixed);
   // Some thousand cells mostly decide: cells in no order at all take long to try.
   for (const uint64_t cells : {uint64_t{5'000}, uint64_t{400'000}}) {
-    const size_t natural = trial(mesh, as_they_are, last, mixed, cells);
-    const size_t front = trial(mesh, by_front, last_by_front, mixed, cells);
-    if (cells == 400'000 || natural > 2 * front || front > 2 * natural)
-      return front < natural ? by_front : as_they_are;
+    natural.run(cells);
+    front.run(cells);
+    if (natural.bytes() > 2 * front.bytes() || front.bytes() > 2 * natural.bytes()) break;
   }
-  return as_they_are;
+  return front.bytes() < natural.bytes() ? by_front : as_they_are;
 }
 
 /// Hands the cells of a mesh to a writer, one by one.
