@@ -111,7 +111,8 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   EncodeReport report = TOOL_TRY(compress_in_parts(input, *sink, encoding, options, progress));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input.source->size()};
+  say_notes(input_name(options.input), input.mesh->notes(), options.common.quiet);
+  return Compressed{std::move(report), input.bytes};
 }
 
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,
@@ -126,6 +127,12 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, progress));
   progress.clear();
   return Compressed{std::move(report), input.source ? input.source->size() : 0};
+}
+
+/// Of a folder, which has none of its own, those of the files in it.
+uint64_t input_bytes(const Input& input) {
+  return input.source->size() > 0 || is_regular(input.path) || input.path == "-" ? input.source->size()
+                                                                                 : bytes_of_case(input.path);
 }
 
 Result<Compressed> compress_whole(const Input& input, const CompressOptions& options,
@@ -144,12 +151,16 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   EncodeReport report = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input.source->size(), volume ? "cell" : "face"};
+  return Compressed{std::move(report), input_bytes(input), volume ? "cell" : "face"};
 }
 
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
-  if (auto parts = open_in_parts(options)) return compress_parts(*parts, options, tolerances, output);
+  auto parts = [&] {
+    ProgressDisplay progress(options.common.progress, options.common.quiet);
+    return open_in_parts(options, progress);
+  }();
+  if (parts) return compress_parts(*parts, options, tolerances, output);
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
                              (!options.mode || options.mode == Mode::stream) && !options.any_order;

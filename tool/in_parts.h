@@ -18,10 +18,11 @@ namespace maille::tool {
 struct InputInParts {
   std::unique_ptr<Source> source;
   std::unique_ptr<MeshSource> mesh;
+  uint64_t bytes = 0;
 };
 /// Nothing where the input has to be read whole: another format, a surface, or a mesh so small that the best
 /// order is found in memory.
-std::optional<InputInParts> open_in_parts(const CompressOptions& options);
+std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress);
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);
 
@@ -41,6 +42,8 @@ Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
                                      ProgressDisplay& progress);
 
+/// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
+uint64_t bytes_of_case(const std::string& path);
 /// Is it a file, which can be opened again?
 bool is_regular(const std::string& path);
 

@@ -12,4 +12,10 @@ Result<std::unique_ptr<MeshSource>> open_gmsh_source(const Source& source, const
 /// writer of whole meshes can do.
 Result<std::unique_ptr<MeshSink>> gmsh_sink(const std::string& path, const MeshDescription& description);
 
+/// Any version, binary or text, through temporary files. Error: unsupported, for numbers of nodes and
+/// elements.
+Result<std::unique_ptr<MeshSink>> spooled_gmsh_sink(const std::string& path,
+                                                    const MeshDescription& description,
+                                                    const MeshSinkOptions& options);
+
 }  // namespace maille

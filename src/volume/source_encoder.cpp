@@ -100,7 +100,8 @@ class SourceFeeder {
   /// Cells of one type and size within one block; returns how many.
   Result<uint64_t> feed_run(uint64_t first, uint64_t i) {
     const uint64_t nodes = piece_.offsets[i + 1] - piece_.offsets[i];
-    const uint64_t end = nodes == 0 ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
+    const bool single = nodes == 0 || piece_.types[i] == static_cast<uint8_t>(CellType::polyhedron);
+    const uint64_t end = single ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
     uint64_t next = i + 1;
     while (next < end && piece_.types[next] == piece_.types[i] &&
            piece_.offsets[next + 1] - piece_.offsets[next] == nodes) {
@@ -111,10 +112,20 @@ class SourceFeeder {
       const size_t size = mesh_.description().arrays[columns_[k]].tuple_size();
       tuples_[k] = Bytes(values_[k]).subspan(i * size, (next - i) * size);
     }
-    MAILLE_CHECK(writer_.add_cells(static_cast<CellType>(piece_.types[i]),
-                                   std::span(piece_.connectivity).subspan(begin, corners),
-                                   std::span(flags_).subspan(begin, corners), tuples_, nodes));
+    const auto points = std::span(piece_.connectivity).subspan(begin, corners);
+    const auto flags = std::span(flags_).subspan(begin, corners);
+    const auto type = static_cast<CellType>(piece_.types[i]);
+    if (type == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(faces_of(i), points, flags, tuples_));
+    } else {
+      MAILLE_CHECK(writer_.add_cells(type, points, flags, tuples_, nodes));
+    }
     return next - i;
+  }
+
+  std::span<const uint32_t> faces_of(uint64_t i) const {
+    return std::span(piece_.face_sizes)
+        .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
   }
 
   MeshSource& mesh_;

@@ -110,6 +110,22 @@ void visit_tail(Visitor& v, Tail& tail) {
     v.choice(block.type, 256);
     v.count(block.cells, ~uint64_t{0});
   });
+  v.list(tail.types, [&](auto& count) {
+    v.choice(count.first, 256);
+    v.count(count.second, ~uint64_t{0});
+  });
+  v.count(tail.polyhedra.cells, ~uint64_t{0});
+  v.count(tail.polyhedra.faces, ~uint64_t{0});
+  v.count(tail.polyhedra.corners, ~uint64_t{0});
+  v.count(tail.polyhedra.points, ~uint64_t{0});
+  v.list(tail.ranges, [&](auto& range) {
+    v.list(range.components, [&](auto& component) {
+      v.flag(component.any);
+      v.real(component.low);
+      v.real(component.high);
+    });
+    v.count(range.nans, ~uint64_t{0});
+  });
 }
 
 template <class Visitor, class Header>
@@ -253,7 +269,9 @@ Result<StreamTail> decode_tail(Bytes bytes) {
   StreamTail tail;
   Reader reader(bytes);
   visit_tail(reader, tail);
-  if (!reader.ok() || !reader.at_end())
+  const MeshDescription::Polyhedra& polyhedra = tail.polyhedra;
+  const bool sensible = polyhedra.corners <= tail.corners && polyhedra.points <= polyhedra.corners;
+  if (!reader.ok() || !reader.at_end() || !sensible)
     return failure(ErrorCode::corrupt, "the end of the stream is damaged");
   return tail;
 }

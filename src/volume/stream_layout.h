@@ -1,11 +1,13 @@
 #pragma once
 
+#include <maille/mesh_source.h>
 #include <maille/stream.h>
 
 #include <vector>
 
 #include "base/bytes.h"
 #include "volume/tuple_values.h"
+#include "volume/value_range.h"
 
 namespace maille {
 
@@ -63,6 +65,11 @@ struct StreamTail {
   uint64_t most_live_points = 0;
   uint64_t most_live_cells = 0;
   std::vector<Block> blocks;
+  // What `info` tells, and writers of files in parts need beforehand.
+  std::vector<std::pair<CellType, uint64_t>> types;  ///< cells, by type, ascending
+  MeshDescription::Polyhedra polyhedra;
+  /// Of positions, then of each array, as they were given.
+  std::vector<ValueRange> ranges;
 };
 std::vector<std::byte> encode_tail(const StreamTail& tail);
 /// Error: corrupt.

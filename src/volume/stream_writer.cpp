@@ -43,6 +43,7 @@ class StreamWriter::Implementation {
       if (array.domain == Domain::cell) intake_.cell_arrays.emplace_back();
     }
     report_.array_bytes.resize(options_.arrays.size());
+    tail_.ranges.resize(stages_.size());
     point_buffer_.resize(stride_of(options_));
     for (Block& block : blocks_) block.tuples.resize(stages_.size());
   }
@@ -81,6 +82,7 @@ class StreamWriter::Implementation {
   void code_records(Block& block);
   Result<> take_values(Block& block);
   void code_values(Block& block, size_t stage);
+  void count_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> points);
   Result<> end_batch();
 
   Sink& sink_;
@@ -100,6 +102,8 @@ class StreamWriter::Implementation {
   BatchHeader batch_;
   StreamedCell cell_;
   StreamTail tail_;
+  std::array<uint64_t, 256> cells_of_type_{};
+  std::vector<uint64_t> sorted_;
   StreamReport report_;
   uint64_t records_taken_ = 0;  ///< into the intake, in this batch
   uint64_t cells_given_ = 0;
@@ -202,6 +206,7 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
   const size_t count = nodes == 0 ? 1 : connectivity.size() / nodes;
   MAILLE_CHECK(check_cells(type, count, nodes, last_use, arrays));
   const unsigned kind = kind_in_block(type, nodes);
+  cells_of_type_[static_cast<uint8_t>(type)] += count;
   for (size_t i = 0; i < count; ++i) {
     add_record(kind, type, connectivity.subspan(i * nodes, nodes),
                last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes));
@@ -239,10 +244,23 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
                        std::to_string(face_sizes.size()) + " faces of " + std::to_string(corners) +
                        " corners, and " + std::to_string(connectivity.size()) + " points for them");
   }
+  count_polyhedron(face_sizes, connectivity);
   add_record(face_cell, CellType::polyhedron, connectivity, last_use);
   intake_.records.back().faces = static_cast<uint32_t>(face_sizes.size());
   intake_.face_sizes.insert(intake_.face_sizes.end(), face_sizes.begin(), face_sizes.end());
   return add_values(0, 1, arrays, connectivity.size());
+}
+
+void StreamWriter::Implementation::count_polyhedron(std::span<const uint32_t> face_sizes,
+                                                    std::span<const uint64_t> points) {
+  ++cells_of_type_[static_cast<uint8_t>(CellType::polyhedron)];
+  ++tail_.polyhedra.cells;
+  tail_.polyhedra.faces += face_sizes.size();
+  tail_.polyhedra.corners += points.size();
+  sorted_.assign(points.begin(), points.end());
+  std::sort(sorted_.begin(), sorted_.end());
+  tail_.polyhedra.points +=
+      static_cast<uint64_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
@@ -343,6 +361,8 @@ Result<> StreamWriter::Implementation::code_cells(Block& block) {
 }
 
 void StreamWriter::Implementation::code_values(Block& block, size_t stage) {
+  const StreamArray& array = stage == 0 ? options_.positions : options_.arrays[stage - 1];
+  widen(tail_.ranges[stage], array.type, array.components, block.tuples[stage]);
   stages_[stage].code(block.cells, block.tuples[stage].data());
 }
 
@@ -439,6 +459,9 @@ Result<StreamReport> StreamWriter::Implementation::finish() {
   report_.corners = tail_.corners;
   tail_.most_live_points = report_.most_live_points;
   tail_.most_live_cells = report_.most_live_cells;
+  for (unsigned type = 0; type < cells_of_type_.size(); ++type) {
+    if (cells_of_type_[type] > 0) tail_.types.emplace_back(static_cast<CellType>(type), cells_of_type_[type]);
+  }
   MAILLE_CHECK(file_.write_stream({"TAIL", 0, 0}, encode_tail(tail_)));
   report_.file_bytes = MAILLE_TRY(file_.finish());
   MAILLE_CHECK(sink_.commit());
