@@ -81,22 +81,39 @@ Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
   return {};
 }
 
-Result<> report(const ExtractOptions& options, const Selection& selection, const Mesh& mesh, size_t damaged,
-                double seconds) {
+/// What was asked for may be fetched, however much it is.
+Result<> allow(File& file, const Selection& selection, const Input& input) {
+  if (input.remote == nullptr) return {};
+  uint64_t bytes = 0;
+  for (const ChartPlace& place : selection.charts) bytes += TOOL_TRY(file.info(place)).bytes;
+  input.remote->allow(bytes);
+  return {};
+}
+
+Result<> report(const ExtractOptions& options, const Input& input, const Selection& selection,
+                const Mesh& mesh, size_t damaged, double seconds) {
   if (options.common.json) {
-    return answer(dump({{"input", input_name(options.input)},
-                        {"output", options.output},
-                        {"charts", selection.charts.size()},
-                        {"faces_read", selection.faces},
-                        {"damaged_charts", damaged},
-                        {"points", mesh.point_count()},
-                        {"cells", mesh.cell_count()},
-                        {"seconds", seconds}}));
+    Json json = {{"input", input_name(options.input)}, {"output", options.output},
+                 {"charts", selection.charts.size()},  {"faces_read", selection.faces},
+                 {"damaged_charts", damaged},          {"points", mesh.point_count()},
+                 {"cells", mesh.cell_count()},         {"seconds", seconds}};
+    if (input.remote != nullptr) {
+      const HttpStatistics fetched = input.remote->statistics();
+      json["fetched"] = {{"bytes", fetched.bytes},
+                         {"of_bytes", input.source->size()},
+                         {"requests", fetched.requests},
+                         {"round_trips", fetched.round_trips}};
+    }
+    return answer(dump(json));
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}, of {}, {:.2f} s", input_name(options.input), output_name(options.output),
                   counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
                   counted(selection.charts.size(), "chart"), seconds));
+  if (input.remote != nullptr) {
+    say(fmt::format("fetched {}, of a file of {}", fetched_text(input),
+                    human_bytes(static_cast<double>(input.source->size()))));
+  }
   return {};
 }
 
@@ -107,7 +124,7 @@ struct Extracted {
   std::vector<std::string> problems;
 };
 
-Result<Extracted> extract_region(File& file, const ExtractOptions& options) {
+Result<Extracted> extract_region(File& file, const ExtractOptions& options, const Input& input) {
   const Region region = region_of(options);
   Extracted extracted;
   extracted.selection = TOOL_TRY(choose(file, region, options));
@@ -115,6 +132,7 @@ Result<Extracted> extract_region(File& file, const ExtractOptions& options) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
   }
+  TOOL_CHECK(allow(file, extracted.selection, input));
   extracted.mesh = TOOL_TRY(file.salvage(extracted.selection, extracted.problems));
   if (options.chart_numbers && extracted.problems.empty())
     TOOL_CHECK(add_chart_numbers(file, extracted.selection, extracted.mesh));
@@ -194,7 +212,7 @@ Result<int> run(const ExtractOptions& options) {
                    "--json and the output '-' both want standard output; name an output file");
   }
   const std::string format = TOOL_TRY(format_of_output(options));
-  const Input input = TOOL_TRY(open_maille(options.input));
+  const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
   const Threads threads(options.common.threads);
   DecodeOptions decoding;
   decoding.limits.mesh_bytes = options.common.memory;
@@ -202,7 +220,7 @@ Result<int> run(const ExtractOptions& options) {
   File file = TOOL_TRY(File::open(*input.source, decoding));
   const Extracted extracted = TOOL_TRY(!options.nearest.empty()     ? extract_nearest(file, options)
                                        : !options.component.empty() ? extract_component(file, options)
-                                                                    : extract_region(file, options));
+                                                                    : extract_region(file, options, input));
   const auto& [mesh, selection, problems] = extracted;
   const auto output =
       TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
@@ -211,7 +229,7 @@ Result<int> run(const ExtractOptions& options) {
   TOOL_CHECK(output->commit());
   say_notes(output_name(options.output), notes, options.common.quiet);
   for (const std::string& problem : problems) complain(problem);
-  TOOL_CHECK(report(options, selection, mesh, problems.size(), whole.seconds()));
+  TOOL_CHECK(report(options, input, selection, mesh, problems.size(), whole.seconds()));
   return problems.empty() ? 0 : 6;
 }
 

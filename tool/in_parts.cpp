@@ -348,6 +348,7 @@ bool can_write_in_parts(const std::string& format, const std::string& output, bo
 
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output) {
   if (path == "-") return spooled_source(STDIN_FILENO, "standard input", scratch_folder(output));
+  if (is_url(path)) return std::move(TOOL_TRY(open_input(path)).source);
   return is_regular(path) ? unmapped_source(path) : file_source(path);
 }
 

@@ -28,6 +28,9 @@ struct CommonOptions {
   ProgressStyle progress = ProgressStyle::automatic;
 };
 
+/// Of an address of which a part is wanted, at most so many bytes are fetched beyond what is.
+constexpr uint64_t default_fetch_limit = uint64_t{64} << 20;
+
 struct CompressOptions {
   CommonOptions common;
   std::string input;
@@ -71,6 +74,7 @@ struct AppendOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  uint64_t fetch_limit = default_fetch_limit;
   bool tree = false;
   bool chunks = false;
 };
@@ -148,6 +152,7 @@ struct GenerateOptions {
 struct ExtractOptions {
   CommonOptions common;
   std::string input;
+  uint64_t fetch_limit = default_fetch_limit;
   std::string output;
   std::string output_format;
   std::vector<double> box;     ///< empty, or six numbers: the lowest corner, then the highest
@@ -167,6 +172,13 @@ struct ExtractOptions {
   bool force = false;
 };
 
+struct ServeOptions {
+  CommonOptions common;
+  std::string path;  ///< a folder, or one file
+  std::string host = "127.0.0.1";
+  unsigned port = 8080;  ///< 0: any that is free
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
@@ -174,6 +186,6 @@ struct PrintText {
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
                              VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
-                             BenchOptions, GenerateOptions, ExtractOptions>;
+                             BenchOptions, GenerateOptions, ExtractOptions, ServeOptions>;
 
 }  // namespace maille::tool

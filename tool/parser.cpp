@@ -230,11 +230,13 @@ void Parser::add_info() {
                      "Say what a .maille file holds.\n"
                      "Reads the description only and decodes no values.",
                      "maille info dragon.maille\n"
+                     "maille info https://example.org/dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
-  file(i, "-i,--input,FILE", info.input, "A .maille file; - is standard input")->required();
+  file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")->required();
   i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
       ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
+  add_fetch_limit(i);
   add_common(i, info.common, false);
 }
 
@@ -409,8 +411,9 @@ void Parser::add_extract() {
                      "maille extract scan.maille preview.ply --triangles 20000\n"
                      "maille extract scan.maille coarse.ply --error 0.01\n"
                      "maille extract scan.maille part.ply --component 0.1,0,2\n"
-                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50");
-  file(e, "-i,--input,IN", extract.input, "File of mode random to read")->required();
+                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
+                     "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
   file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   choice(e->add_option("--output-format", extract.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
@@ -490,7 +493,43 @@ void Parser::add_extract() {
     component->excludes(e->get_option(name));
     nearest->excludes(e->get_option(name));
   }
+  add_fetch_limit(e);
   add_common(e, extract.common, true);
+}
+
+void Parser::add_fetch_limit(CLI::App* verb) {
+  verb->add_option(
+          "--fetch-limit", raw.fetch_limit,
+          "From an address, fetch at most so much more than what was asked for: where a server gives "
+          "no parts of files, or the index is damaged (default 64M)")
+      ->type_name("SIZE")
+      ->group(files_group);
+}
+
+void Parser::add_serve() {
+  CLI::App* s =
+      verb("serve",
+           "Serve a folder, or one file, over HTTP.\n"
+           "With what programs and web pages need to read parts of .maille files: ranges, ETags, leave for "
+           "pages of other servers (CORS), isolation (COOP, COEP). Only files below the folder are given, "
+           "none whose name begins with a dot. Only this machine is answered unless --host says more; any "
+           "page open in a browser here can read what is served. The address is printed; Ctrl-C ends.",
+           "maille serve scans\n"
+           "maille serve scan.maille --port 0 &\n"
+           "maille extract http://127.0.0.1:8080/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(s, "PATH", serve.path, "Folder or file to serve")->required();
+  s->add_option(
+       "--host", serve.host,
+       "Address to listen at; 0.0.0.0: for every machine that reaches this one (default: 127.0.0.1, for this "
+       "machine only)")
+      ->type_name("ADDRESS")
+      ->group(files_group);
+  s->add_option("-p,--port", serve.port, "Port to listen at; 0: any that is free (default: 8080)")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N")
+      ->group(files_group);
+  s->add_flag("-v,--verbose", serve.common.verbose, "Print every request")->group(message_group);
+  add_common(s, serve.common, false);
 }
 
 void Parser::add_bench() {
@@ -572,6 +611,7 @@ Parser::Parser() {
   add_subdivide();
   add_generate();
   add_extract();
+  add_serve();
   add_bench();
   add_completion();
 }

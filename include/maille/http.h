@@ -21,7 +21,7 @@ struct HttpOptions {
   /// What may be fetched in all, so that no large file is fetched whole by accident; see allow().
   uint64_t most_bytes = std::numeric_limits<uint64_t>::max();
   /// Bytes between two ranges that are fetched along: a request of its own costs more than they do.
-  uint64_t gap_bytes = 32 << 10;
+  uint64_t gap_bytes = 16 << 10;
   unsigned connections = 6;     ///< at once
   unsigned attempts = 5;        ///< to get one range
   double pause_seconds = 0.25;  ///< before the second attempt; doubled from one to the next

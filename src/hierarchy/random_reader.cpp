@@ -55,8 +55,7 @@ class FrontChunks {
 
 Result<RandomReader> RandomReader::open(const Source& source, const DecodeOptions& options) {
   RandomReader reader(source, options);
-  FrontChunks front(source);
-  reader.header_ = MAILLE_TRY(front.header());
+  reader.header_ = MAILLE_TRY(FrontChunks(source).header());
   if (reader.header_.mode != Mode::random) {
     return failure(ErrorCode::usage,
                    source.name() + ": is no file of mode \"random\"; only these can be read in parts");
@@ -71,6 +70,8 @@ Result<RandomReader> RandomReader::open(const Source& source, const DecodeOption
 
 Result<> RandomReader::read_front() {
   FrontChunks chunks(*source_);
+  // From the first byte on, although it is known: what a distant source gives with one request begins there.
+  MAILLE_CHECK(chunks.header());
   Front front;
   for (;;) {
     std::vector<std::byte> content;

@@ -42,8 +42,9 @@ std::string reason_of(int status) {
   }
 }
 
-std::string mebibytes(uint64_t bytes) {
-  return std::to_string((bytes + (uint64_t{1} << 20) - 1) >> 20) + " MiB";
+std::string readable(uint64_t bytes) {
+  const bool many = bytes >= uint64_t{1} << 20;
+  return std::to_string(bytes >> (many ? 20 : 10)) + (many ? " MiB" : " KiB");
 }
 
 }  // namespace
@@ -171,7 +172,7 @@ class HttpRanges::Transfer {
     ScratchFile& whole = *owner_->whole_;
     if (bytes.size() > owner_->options_.whole_bytes - whole.size()) {
       verdict_ = {Verdict::fatal, "the server gives no ranges, and the whole file is more than the " +
-                                      mebibytes(owner_->options_.whole_bytes) +
+                                      readable(owner_->options_.whole_bytes) +
                                       " allowed; download it, and open that"};
       return false;
     }
@@ -280,8 +281,8 @@ HttpRanges::Verdict HttpRanges::judge_front(const HttpAnswer& answer, HttpPiece&
 
 HttpRanges::Verdict HttpRanges::judge_whole(const HttpAnswer& answer) {
   if (answer.length && *answer.length > options_.whole_bytes) {
-    return {Verdict::fatal, "the server gives no ranges, and the whole file is " + mebibytes(*answer.length) +
-                                ", more than the " + mebibytes(options_.whole_bytes) +
+    return {Verdict::fatal, "the server gives no ranges, and the whole file is " + readable(*answer.length) +
+                                ", more than the " + readable(options_.whole_bytes) +
                                 " allowed; download it, and open that"};
   }
   auto whole = ScratchFile::create({});
