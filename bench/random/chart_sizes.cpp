@@ -86,7 +86,8 @@ Result<> study_chart_sizes(const std::string& path) {
   const Mesh mesh = MAILLE_TRY(read_mesh(path)).mesh;
   fmt::print("{}: {} faces\n", path, mesh.cell_count());
   fmt::print(
-      "| faces a chart | finest level, bits a face | all levels | index and headers | one face, KiB | "
+      "| faces a chart | finest level, bits a face | all levels | index, headers, tables of coarser charts | "
+      "one face, KiB | "
       "1 % box, faces | bits | 10 % box, faces | bits | decoding, M faces/s |\n");
   fmt::print("|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (uint32_t size = 128; size <= 32768; size *= 2) MAILLE_CHECK(print_row(mesh, size));

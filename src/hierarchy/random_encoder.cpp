@@ -107,7 +107,9 @@ class RandomEncoder {
     const LocalPositions positions = local_positions(arrays_[0], executor_);
     building_.executor = &executor_;
     building_.progress = options_.progress;
-    seams_ = find_seams(mesh_, faces, decoded_places(arrays_[0]));
+    const bool with_values = std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(),
+                                         [](const Array& array) { return array.domain != Domain::mesh; });
+    if (with_values) seams_ = find_seams(mesh_, faces, decoded_places(arrays_[0]));
     building_.corner_values = seams_.values;
     hierarchy_ = MAILLE_TRY(
         build_hierarchy(faces, positions.numbers, static_cast<uint32_t>(mesh_.point_count()), building_));

@@ -128,6 +128,24 @@ TEST(Seams, AreNoneWhereEveryFaceDiffers) {
     EXPECT_LT(face, mesh.cell_count());
 }
 
+TEST(Seams, ThatHoldTooMuchAreGivenUp) {
+  Mesh mesh = to_mesh(triangulated(shapes::grid(side, side)));
+  Array label = make_array("label", Domain::cell, Scalar::u8, 1);
+  label.resize(mesh.cell_count());
+  for (uint64_t i = 0; i < mesh.cell_count(); ++i) {
+    const float* p = &mesh.points.values<float>()[size_t{3} * mesh.blocks[0].cell(i)[0]];
+    const auto patch = static_cast<unsigned>(p[0] / 5) + static_cast<unsigned>(p[1] / 5);
+    label.values<uint8_t>()[i] = patch % 2 == 0;
+  }
+  mesh.arrays = {label};
+  const RandomFile file = random_file(mesh, {}, 128);
+  ASSERT_EQ(file.error, "");
+  const auto source = memory_source(Bytes(file.bytes));
+  File open = File::open(*source).value();
+  EXPECT_LE(open.faces(open.levels() - 1), 128u);
+  EXPECT_LE(open.levels(), 5u);
+}
+
 TEST(Seams, AreNoneWithoutValues) {
   const Mesh mesh = to_mesh(triangulated(shapes::grid(4, 4)));
   const FaceLists faces{mesh.blocks[0].connectivity, {}};

@@ -73,6 +73,7 @@ class Simplifier {
       find_candidates();
       if (candidates_.empty()) {
         if (!give_up_seams()) break;
+        pass = 0;
         continue;
       }
       const uint32_t removed = apply(goal, widening);
@@ -83,7 +84,7 @@ class Simplifier {
       if (little && widening > 1e12) widening = std::numeric_limits<double>::infinity();
       widening = little ? widening * 16 : 1.5;
       if (idle == 2 && give_up_seams()) {
-        idle = 0;
+        idle = pass = 0;
         widening = 1.5;
       }
     }
@@ -99,9 +100,10 @@ class Simplifier {
   uint32_t count() const { return static_cast<uint32_t>(triangles_.size() / 3); }
   /// Where nothing is left to slide, levels must become small all the same.
   bool give_up_seams() {
-    const bool had = with_seams_ && count() > input_.target + input_.target / 2;
-    with_seams_ = with_seams_ && !had;
-    return had;
+    if (!with_seams_ || count() <= input_.target + input_.target / 2) return false;
+    with_seams_ = false;
+    seam_quadric_.clear();
+    return true;
   }
   uint32_t value_at(size_t slot) const { return with_seams_ ? input_.values[corners_[slot]] : 0; }
   void keep_triangle(size_t from, const uint32_t* vertices, size_t to) {
@@ -157,6 +159,7 @@ class Simplifier {
   /// A plane for each face, and for each face at a border edge one that stands on it.
   void add_quadrics() {
     quadric_.assign(vertices_, {});
+    if (with_seams_) seam_quadric_.assign(vertices_, {});
     double area_sum = 0;
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       const uint32_t* v = &triangles_[t];
@@ -179,7 +182,8 @@ class Simplifier {
   void add_border_planes(uint32_t v) {
     for (const Neighbour& other : ring(v)) {
       if (!other.is_feature() || other.vertex < v) continue;
-      const double weight = other.faces % 2 == 1 ? border_weight : seam_weight;
+      const bool border = other.faces % 2 == 1;
+      std::vector<Quadric>& quadrics = border ? quadric_ : seam_quadric_;
       for_each_face(v, [&](const uint32_t* t) {
         const uint32_t w = other.vertex;
         if (t[0] != w && t[1] != w && t[2] != w) return;
@@ -189,9 +193,9 @@ class Simplifier {
         if (length == 0) return;
         n = n * (1 / length);
         Quadric q;
-        q.add_plane(n, position_[v], weight * dot(edge, edge));
-        quadric_[v] += q;
-        quadric_[w] += q;
+        q.add_plane(n, position_[v], (border ? border_weight : seam_weight) * dot(edge, edge));
+        quadrics[v] += q;
+        quadrics[w] += q;
       });
     }
   }
@@ -248,7 +252,9 @@ class Simplifier {
     const Quadric &a = quadric_[from], &b = quadric_[to];
     const Vector3 step = position_[to] - position_[from];
     const double weight = a.weight + b.weight;
-    const double error = std::max(0.0, a.at(position_[to]) + b.at(position_[to]));
+    double error = std::max(0.0, a.at(position_[to]) + b.at(position_[to]));
+    if (with_seams_)
+      error += std::max(0.0, seam_quadric_[from].at(position_[to]) + seam_quadric_[to].at(position_[to]));
     // Among equal ones the shortest; without area, the distance is all there is.
     return (weight > 0 ? error / weight : dot(step, step)) + 1e-9 * dot(step, step);
   }
@@ -367,6 +373,7 @@ class Simplifier {
     to_[u] = v;
     touched_[u] = touched_[v] = 1;
     quadric_[v] += quadric_[u];
+    if (with_seams_) seam_quadric_[v] += seam_quadric_[u];
     faces_of_component_[parent_[u]] -= vanishing;
     return vanishing;
   }
@@ -438,6 +445,7 @@ class Simplifier {
   uint32_t vertices_;
   std::vector<Vector3> position_;
   std::vector<Quadric> quadric_;
+  std::vector<Quadric> seam_quadric_;  ///< planes on seams, as long as these are kept
   std::vector<uint32_t> root_;
   double cap_ = 0, worst_ = 0;
 
