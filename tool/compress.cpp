@@ -3,6 +3,7 @@
 #include <maille/encode.h>
 #include <maille/version.h>
 
+#include "compress_one.h"
 #include "files.h"
 #include "in_parts.h"
 #include "result.h"
@@ -181,7 +182,10 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
-  if (is_series(options.input)) return compress_series(options);
+  return is_series(options.input) ? compress_series(options) : compress_one(options);
+}
+
+Result<int> compress_one(const CompressOptions& options) {
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
