@@ -18,7 +18,8 @@ class Writer : public PlainWriter {
  public:
   void map(const NumberMap& value, Scalar) {
     write_map(out(), value);
-    if (value.kind == NumberMap::Kind::ordered) out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
+    if (value.kind == NumberMap::Kind::ordered)
+      out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
   }
 };
 
