@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <random>
 
 namespace maille {
@@ -57,7 +57,7 @@ size_t code_numbers(const StreamedArray& array, std::vector<Number> numbers, uin
   RansDecoder decoder(bytes);
   code_all<bits>(decoder, array, row, std::as_writable_bytes(std::span(numbers)));
   EXPECT_FALSE(decoder.exhausted());
-  EXPECT_EQ(std::memcmp(before.data(), numbers.data(), before.size() * sizeof(Number)), 0);
+  EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(before)), std::as_bytes(std::span(numbers))));
   return bytes.size();
 }
 
