@@ -182,14 +182,21 @@ EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, 
 }
 
 /// What a point in use takes, with the cell it belongs to: entries of the hull, and the values that predict.
-uint64_t bytes_in_use(const MeshDescription& mesh) {
-  uint64_t bytes = 240 + 3 * 16;
-  for (const Array& array : mesh.arrays) bytes += 16 * array.components;
+uint64_t bytes_in_use(const MeshDescription& mesh, int effort) {
+  const uint64_t number = mixes_values(effort, false) ? 40 : 16;
+  uint64_t bytes = 240 + 3 * number;
+  for (const Array& array : mesh.arrays) bytes += number * array.components;
   return bytes;
 }
 
-Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space) {
-  const uint64_t each = bytes_in_use(mesh.description()), allowed = space.in_use / each;
+bool has_few_numbers(const MeshDescription& mesh) {
+  uint64_t numbers = mesh.points * 3;
+  for (const Array& array : mesh.arrays) numbers += mesh.count_of(array) * array.components;
+  return numbers <= few_numbers;
+}
+
+Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space, int effort) {
+  const uint64_t each = bytes_in_use(mesh.description(), effort), allowed = space.in_use / each;
   if (mesh.description().points <= allowed) return {};
   const uint64_t most = MAILLE_TRY(uses.most_in_use(mesh, space));
   if (most <= allowed) return {};
@@ -205,8 +212,9 @@ Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& o
                             const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
-  MAILLE_CHECK(check_in_use(mesh, uses, space));
-  const ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
+  ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  maps.mixing_pays = has_few_numbers(mesh.description());
   SourcePoints points(mesh, space.memory / 4, true);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

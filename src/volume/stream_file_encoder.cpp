@@ -10,6 +10,7 @@
 #include "volume/cell_order.h"
 #include "volume/mesh_order.h"
 #include "volume/mesh_stream.h"
+#include "volume/space_curve.h"
 
 namespace maille {
 namespace {
@@ -143,7 +144,15 @@ class Trial {
 struct Ordering {
   CellOrders orders;
   std::optional<CodedOrder> apart;
+  bool by_front = false;  ///< not as they are in the input: few cells are found on the fast path
 };
+
+bool has_few_numbers(const Mesh& mesh) {
+  uint64_t numbers = mesh.point_count() * 3;
+  for (const Array& array : mesh.arrays)
+    numbers += array.domain == Domain::mesh ? 0 : array.count() * array.components;
+  return numbers <= few_numbers;
+}
 
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
 /// smaller with the input's order beside it. Scattered cells take long to try, so that it is done with as few
@@ -173,11 +182,11 @@ Ordering keep_order(const Mesh& mesh, bool mixed) {
     natural.run(natural.cells() + few);
   }
   if (natural.bytes() * cells <= apart * natural.cells()) return {std::move(as_they_are), {}};
-  return {std::move(by_front), std::move(order)};
+  return {std::move(by_front), std::move(order), true};
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
-CellOrders choose_orders(const Mesh& mesh, bool mixed) {
+Ordering choose_orders(const Mesh& mesh, bool mixed) {
   CellOrders as_they_are(mesh.blocks.size()), by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
   Trial natural(mesh, as_they_are, mixed), front(mesh, by_front, mixed);
@@ -187,7 +196,35 @@ CellOrders choose_orders(const Mesh& mesh, bool mixed) {
     front.run(cells);
     if (natural.bytes() > 2 * front.bytes() || front.bytes() > 2 * natural.bytes()) break;
   }
-  return front.bytes() < natural.bytes() ? by_front : as_they_are;
+  const bool front_is_less = front.bytes() < natural.bytes();
+  return {front_is_less ? std::move(by_front) : std::move(as_they_are), {}, front_is_less};
+}
+
+/// Points of no cell, in any order: along a curve, so that each is near the one before.
+void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
+  const size_t size = size_of(points.type);
+  const auto coordinate = [&](uint64_t number, unsigned axis) {
+    const double x = number_as_double(points.type, points.bytes.data() + (number * 3 + axis) * size);
+    return x > -1e300 && x < 1e300 ? x : 0;
+  };
+  std::array<double, 3> low{}, factor{};
+  for (unsigned k = 0; k < 3; ++k) {
+    double high = low[k] = numbers.empty() ? 0 : coordinate(numbers[0], k);
+    for (const uint64_t number : numbers) {
+      low[k] = std::min(low[k], coordinate(number, k));
+      high = std::max(high, coordinate(number, k));
+    }
+    factor[k] = high > low[k] ? 1048575.0 / (high - low[k]) : 0;
+  }
+  std::vector<std::pair<uint64_t, uint64_t>> places;
+  for (const uint64_t number : numbers) {
+    std::array<uint32_t, 3> point;
+    for (unsigned k = 0; k < 3; ++k)
+      point[k] = static_cast<uint32_t>((coordinate(number, k) - low[k]) * factor[k]);
+    places.emplace_back(place_on_curve(point), number);
+  }
+  std::sort(places.begin(), places.end());
+  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = places[i].second;
 }
 
 /// Hands the cells of a mesh to a writer, one by one.
@@ -199,7 +236,8 @@ class MeshFeeder {
         orders_(orders),
         last_(last_cells(mesh, orders_)),
         pace_(options.progress, "cells", mesh.cell_count()),
-        executor_(options.executor ? *options.executor : serial_executor()) {
+        executor_(options.executor ? *options.executor : serial_executor()),
+        any_order_(options.order == Order::canonical) {
     for (const Array& array : mesh.arrays) {
       if (array.domain == Domain::cell) columns_.push_back(&array);
     }
@@ -218,6 +256,7 @@ class MeshFeeder {
     for (uint64_t point = 0; point < last_.size(); ++point) {
       if (last_[point] == ~uint64_t{0}) unused.push_back(point);
     }
+    if (any_order_) sort_along_curve(mesh_.points, unused);
     return writer_.end_points(unused);
   }
 
@@ -308,6 +347,7 @@ class MeshFeeder {
   std::vector<uint64_t> last_;
   Pace pace_;
   Executor& executor_;
+  bool any_order_;
   std::vector<const Array*> columns_;
   uint64_t first_ = 0;  ///< cells of the blocks before
   std::vector<uint64_t> numbers_;
@@ -357,7 +397,8 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   const bool mixed = mixes(options.effort);
   const Ordering ordering =
-      options.order == Order::keep ? keep_order(mesh, mixed) : Ordering{choose_orders(mesh, mixed), {}};
+      options.order == Order::keep ? keep_order(mesh, mixed) : choose_orders(mesh, mixed);
+  maps.mixing_pays = ordering.by_front || has_few_numbers(mesh);
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);

@@ -4,6 +4,7 @@
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "surface/number_maps.h"
+#include "volume/mixed_values.h"
 
 namespace maille {
 namespace {
@@ -17,7 +18,8 @@ class Writer : public PlainWriter {
  public:
   void map(const NumberMap& value, Scalar) {
     write_map(out(), value);
-    if (value.kind == NumberMap::Kind::ordered) out().put(static_cast<uint8_t>(value.exponent));
+    if (value.kind == NumberMap::Kind::ordered)
+      out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
   }
 };
 
@@ -30,8 +32,10 @@ class Reader : public PlainReader {
     if (!found) return;
     value = *found;
     if (value.kind != NumberMap::Kind::ordered) return;
-    value.exponent = in().get<uint8_t>();  // significant digits
+    const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
+    value.exponent = byte > 128 ? 128 - byte : byte;
     demand(value.exponent <= most_digits(type));
+    demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
   }
 };
 
@@ -64,6 +68,7 @@ void visit_header(Visitor& v, Header& header) {
   v.flag(description.any_order);
   v.flag(description.order_apart);
   v.flag(header.mixed);
+  v.flag(header.mixed_values);
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
   v.list(description.mesh_arrays, [&](auto& array) { visit_mesh_array(v, array); });
@@ -178,11 +183,17 @@ bool is_sensible(const StreamHeader& header) {
 }  // namespace
 
 StreamedArray StreamHeader::positions() const {
-  return {description.positions.type, 3, maps[0], bounds[0]};
+  return with_models({description.positions.type, 3, maps[0], bounds[0]});
 }
 
 StreamedArray StreamHeader::array(size_t i) const {
-  return {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]};
+  return with_models(
+      {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]});
+}
+
+StreamedArray StreamHeader::with_models(StreamedArray array) const {
+  array.mixed = mixed_values && array.components <= most_mixed_components;
+  return array;
 }
 
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {

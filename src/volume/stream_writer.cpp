@@ -265,7 +265,7 @@ void StreamWriter::Implementation::count_polyhedron(std::span<const uint32_t> fa
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
   for (const uint64_t number : numbers) {
-    intake_.ended.insert(number);
+    if (intake_.ended.insert(number).second) intake_.told.push_back(number);
     if (intake_.ended.size() == most_ended) MAILLE_CHECK(run_block());
   }
   return {};
@@ -276,9 +276,13 @@ void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
   for (size_t i = intake_.numbers.size(); i-- > 0 && !intake_.ended.empty();) {
     if (intake_.ended.erase(intake_.numbers[i]) > 0) intake_.last_use[i] = 1;
   }
-  late.assign(intake_.ended.begin(), intake_.ended.end());
-  std::sort(late.begin(), late.end());
+  for (const uint64_t number : intake_.told) {
+    if (intake_.ended.contains(number)) late.push_back(number);
+  }
+  // Numbers that are kept cost least when they rise; any order is the caller's.
+  if (!options_.any_order) std::sort(late.begin(), late.end());
   intake_.ended.clear();
+  intake_.told.clear();
 }
 
 void StreamWriter::Implementation::code_records(Block& block) {
@@ -518,6 +522,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
                         options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
   header.mixed = mixes(options.effort);
+  header.mixed_values = mixes_values(options.effort, maps.mixing_pays);
   header.maps = maps.maps;
   header.bounds = maps.bounds;
   const std::vector<std::byte> description = MAILLE_TRY(encode_header(header));
