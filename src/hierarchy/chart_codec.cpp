@@ -204,6 +204,14 @@ std::vector<uint32_t> borders_of_coded(const Mesh& part, const PatchSources& sou
   return points_on_borders(part, [&](uint32_t point) { return coded_as[point]; });
 }
 
+/// Coarse charts have either all arrays or those of points alone.
+Result<> keep_arrays(Description& chart, uint64_t count) {
+  if (count == chart.arrays.size() + 1) return {};
+  std::erase_if(chart.arrays, [](const ArrayDescription& array) { return array.domain != Domain::point; });
+  if (count == chart.arrays.size() + 1) return {};
+  return corrupt("another number of arrays than the mesh has");
+}
+
 }  // namespace
 
 Description chart_description(const Description& file, uint32_t level) {
@@ -246,6 +254,7 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   if (shared)
     put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
                                    borders_of_coded(part, patch.sources)));
+  if (!shared) out.put_count(patch.arrays.size());
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());
   for (const Bytes stream : streams) out.put_bytes(stream);
@@ -260,7 +269,8 @@ Result<double> claimed_bytes(const Description& described, Bytes bytes) {
 Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
                                   FanBuffers* buffers, ChartUse use) {
   ByteReader in(bytes);
-  const Description description = MAILLE_TRY(get_sizes(in, set.description));
+  Description description = MAILLE_TRY(get_sizes(in, set.description));
+  if (!set.finest) MAILLE_CHECK(keep_arrays(description, in.get_count()));
   const Bytes shared = set.finest ? in.get_bytes(in.get_count()) : Bytes();
   ChartStreams streams;
   MAILLE_CHECK(streams.read(in, description.arrays.size()));

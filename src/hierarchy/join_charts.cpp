@@ -223,12 +223,16 @@ class PointRows {
   std::vector<Column> columns_;
 };
 
-/// Arrays of cells and corners, for the faces of charts one by one.
+/// Arrays of cells and corners that all charts have, for their faces one by one.
 class FaceRows {
  public:
-  explicit FaceRows(const Mesh& like) {
-    for (const Array& from : like.arrays) {
+  explicit FaceRows(std::span<const DecodedChart> charts) {
+    for (const Array& from : charts[0].mesh.arrays) {
       if (from.domain != Domain::cell && from.domain != Domain::corner) continue;
+      const bool everywhere = std::all_of(charts.begin(), charts.end(), [&](const DecodedChart& chart) {
+        return chart.mesh.find(from.name, from.domain) != nullptr;
+      });
+      if (!everywhere) continue;
       Array& array =
           arrays_.emplace_back(make_array(from.name, from.domain, from.type, from.components, from.role));
       array.labels = from.labels;
@@ -270,7 +274,7 @@ Mesh join_levels(std::span<const DecodedChart> charts) {
   CellBlock& block = mesh.blocks.emplace_back();
   block.offsets.push_back(0);
   bool triangles = true;
-  FaceRows face_rows(charts[0].mesh);
+  FaceRows face_rows(charts);
   for (size_t c = 0; c < charts.size(); ++c) {
     face_rows.begin(charts[c].mesh);
     uint64_t cell = 0, corner = 0;
