@@ -30,7 +30,8 @@ Result<std::vector<Step>> all_steps(const AppendOptions& options) {
       steps.push_back({path, {}});
       continue;
     }
-    for (const SeriesEntry& entry : TOOL_TRY(read_series(path))) steps.push_back({entry.path, entry.time, entry.step});
+    for (const SeriesEntry& entry : TOOL_TRY(read_series(path)))
+      steps.push_back({entry.path, entry.time, entry.step});
   }
   for (size_t i = 0; i < steps.size() && options.time; ++i)
     steps[i].time = *options.time + static_cast<double>(i);

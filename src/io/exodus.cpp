@@ -389,14 +389,14 @@ Result<> ExodusReader::read_globals() {
   if (steps_ == 0) return {};
   if (const NetcdfFile::Variable* const time = file_.find("time_whole");
       time != nullptr && time->has_records) {
-    mesh_.arrays.push_back(MAILLE_TRY(
-        file_.read(*time, step_, make_array("TimeValue", Domain::mesh, time->type, 1), budget_)));
+    mesh_.arrays.push_back(
+        MAILLE_TRY(file_.read(*time, step_, make_array("TimeValue", Domain::mesh, time->type, 1), budget_)));
   }
   const std::vector<std::string> names = MAILLE_TRY(file_.strings("name_glo_var", budget_));
   const NetcdfFile::Variable* const variable = file_.find("vals_glo_var");
   if (variable != nullptr && variable->has_records && variable->count() == names.size()) {
-    const Array all = MAILLE_TRY(
-        file_.read(*variable, step_, make_array("", Domain::mesh, variable->type, 1), budget_));
+    const Array all =
+        MAILLE_TRY(file_.read(*variable, step_, make_array("", Domain::mesh, variable->type, 1), budget_));
     for (size_t i = 0; i < names.size(); ++i) {
       Array one = make_array(names[i], Domain::mesh, all.type, 1);
       const auto at = all.bytes.begin() + static_cast<ptrdiff_t>(i * all.tuple_size());
@@ -471,8 +471,8 @@ Result<std::vector<double>> exodus_times(const Source& source) {
   Budget budget(source.name(), input.bytes().size(), {});
   std::vector<double> times;
   for (uint64_t step = 0; step < steps; ++step) {
-    const Array time = MAILLE_TRY(
-        file.read(*variable, step, make_array("time", Domain::mesh, variable->type, 1), budget));
+    const Array time =
+        MAILLE_TRY(file.read(*variable, step, make_array("time", Domain::mesh, variable->type, 1), budget));
     if (time.count() != 1 || !is_float(time.type))
       return failure(ErrorCode::malformed_input, source.name() + ": its times are no numbers");
     times.push_back(time.type == Scalar::f32 ? double{time.values<float>()[0]} : time.values<double>()[0]);

@@ -253,6 +253,9 @@ TEST(PolyMeshSource, ReordersPolyhedra) {
   files.write({.binary = true, .compact = true});
   const auto source = open_polymesh_source(files.folder());
   ASSERT_TRUE(source) << source.error().message;
+  const auto bits = incoherence(**source);  // of the hexahedra among them
+  ASSERT_TRUE(bits);
+  EXPECT_GT(*bits, 0);
   WorkingSpace space;
   space.memory = 100'000;
   const auto ordered = reordered(**source, space);

@@ -1,4 +1,5 @@
-// Series in time. ParaView's list of files: <VTKFile type="Collection"><Collection><DataSet timestep="" file=""/>...
+// Series in time. ParaView's list of files: <VTKFile type="Collection"><Collection><DataSet timestep=""
+// file=""/>...
 #include <maille/series.h>
 #include <maille/source.h>
 

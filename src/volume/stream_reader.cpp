@@ -187,6 +187,11 @@ void StreamReader::Implementation::take_step(StepValues step) {
     header_.maps.push_back(same != 0 ? mesh.maps[same] : from.maps[i]);
     header_.bounds.push_back(same != 0 ? mesh.bounds[same] : from.bounds[i]);
   }
+  // What VTK and Exodus call the time of all that a file holds.
+  for (Array& array : header_.description.mesh_arrays) {
+    if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
+      store(array.bytes.data(), from.time);
+  }
   step_.emplace(std::move(step));
 }
 
