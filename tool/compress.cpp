@@ -107,11 +107,12 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   const Threads threads(options.common.threads);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = threads.executor();
+  const bool surface = encoding.mode == Mode::random;
   const Stopwatch step;
   EncodeReport report = TOOL_TRY(compress_in_parts(input, *sink, encoding, options, progress));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input.source->size()};
+  return Compressed{std::move(report), input.source->size(), surface ? "face" : "cell"};
 }
 
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,

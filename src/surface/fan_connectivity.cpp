@@ -374,6 +374,15 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
   return encoder.finish();
 }
 
+bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
+  return std::all_of(operations.begin(), operations.end(), [&](const FanOperation& operation) {
+    const auto& [context, value] = operation;
+    if (context < FanOperation::is_number)
+      return tables.events.of(static_context(context)).frequency[value] != 0;
+    return tables.numbers.of(context - FanOperation::is_number).frequency[NumberSymbol(value).symbol] != 0;
+  });
+}
+
 void FanSurface::count_valences() {
   valences.assign(vertices, 0);
   for (const uint32_t v : corners) ++valences[v];

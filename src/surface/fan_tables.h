@@ -34,6 +34,9 @@ FanTables read_fan_tables(RansDecoder& side);
 /// The operations alone. `tables` have been made with all of them.
 std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables);
 
+/// Do the tables have all that the operations need? Those made with other operations may not.
+bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables);
+
 /// The tables laid out for a decoder; several may use them at once.
 class FanSlots {
  public:
