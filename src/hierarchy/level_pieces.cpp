@@ -79,7 +79,7 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   coded.extent.box = box_in_space(corners, *piece.positions, chart.sphere.centre + rules.origin);
   auto fans =
       MAILLE_TRY(rules.tables[set].encode(part.mesh, part.numbers.points, *piece.arrays.front().array));
-  const EncodedPatch patch =
+  EncodedPatch patch =
       MAILLE_TRY(encode_patch(part.mesh, &part.numbers, 1, piece.arrays, rules.of_chart, std::move(fans)));
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
