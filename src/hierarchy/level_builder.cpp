@@ -175,19 +175,38 @@ class LevelBuilder {
         for (const uint32_t v : {a, b, c}) job.triangles.push_back(v);
       });
     }
-    job.vertices = job.triangles;
-    std::sort(job.vertices.begin(), job.vertices.end());
-    job.vertices.erase(std::unique(job.vertices.begin(), job.vertices.end()), job.vertices.end());
-    for (uint32_t& v : job.triangles) {
-      v = static_cast<uint32_t>(std::lower_bound(job.vertices.begin(), job.vertices.end(), v) -
-                                job.vertices.begin());
-    }
+    number_vertices(job);
     for (const uint32_t v : job.vertices) {
       job.positions.insert(job.positions.end(), &vertices_.positions[size_t{3} * v],
                            &vertices_.positions[size_t{3} * v] + 3);
       job.locked.push_back(shared_[v]);
     }
     return job;
+  }
+
+  /// Rising, as in the whole: in a table, if that is not much larger than the group.
+  static void number_vertices(GroupJob& job) {
+    if (job.triangles.empty()) return;
+    const auto [low, high] = std::minmax_element(job.triangles.begin(), job.triangles.end());
+    const uint32_t first = *low, range = *high - *low + 1;
+    if (range > 16 * job.triangles.size()) {
+      job.vertices = job.triangles;
+      std::sort(job.vertices.begin(), job.vertices.end());
+      job.vertices.erase(std::unique(job.vertices.begin(), job.vertices.end()), job.vertices.end());
+      for (uint32_t& v : job.triangles) {
+        v = static_cast<uint32_t>(std::lower_bound(job.vertices.begin(), job.vertices.end(), v) -
+                                  job.vertices.begin());
+      }
+      return;
+    }
+    std::vector<uint32_t> number(range, no_group);
+    for (const uint32_t v : job.triangles) number[v - first] = 0;
+    for (uint32_t v = 0; v < range; ++v) {
+      if (number[v] == no_group) continue;
+      number[v] = static_cast<uint32_t>(job.vertices.size());
+      job.vertices.push_back(first + v);
+    }
+    for (uint32_t& v : job.triangles) v = number[v - first];
   }
 
   GroupJob run_group(const SimplifiedGroup& group, bool last) const {

@@ -5,6 +5,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "hierarchy/mesh_geometry.h"
 #include "hierarchy/sampled_maps.h"
 
 namespace maille {
@@ -260,6 +261,31 @@ std::vector<T> get_vector(ByteReader& in) {
   return numbers;
 }
 
+/// So many triangles around one in the middle of the list: charts of them are shaped as in the whole.
+std::vector<uint32_t> ball_of_triangles(const Piece& piece, uint64_t most) {
+  const std::span<const uint32_t> corners = piece.faces.corners;
+  const uint32_t count = piece.faces.size();
+  if (count <= most) return {corners.begin(), corners.end()};
+  const auto place = [&](uint32_t face) {
+    return finite_position(piece.positions->numbers, corners[size_t{3} * face]);
+  };
+  const Vector3 middle = place(count / 2);
+  std::vector<std::pair<double, uint32_t>> order;
+  for (uint32_t i = 0; i < count; ++i) {
+    const Vector3 step = place(i) - middle;
+    order.emplace_back(dot(step, step), i);
+  }
+  std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(most), order.end());
+  order.resize(most);
+  std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  std::vector<uint32_t> chosen;
+  for (const auto& [distance, number] : order) {
+    const auto face = corners.subspan(size_t{3} * number, 3);
+    chosen.insert(chosen.end(), face.begin(), face.end());
+  }
+  return chosen;
+}
+
 }  // namespace
 
 std::vector<std::byte> pack(const CoarseChart& chart) {
@@ -279,8 +305,11 @@ CoarseChart unpack_chart(Bytes bytes) {
   return chart;
 }
 
-Result<> sample_window(const WindowMesh& window, PieceRules& rules) {
-  const Piece piece = piece_of(window, rules);
+Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules) {
+  Piece piece = piece_of(window, rules);
+  if (piece.type != CellType::triangle) return {};
+  const std::vector<uint32_t> corners = ball_of_triangles(piece, faces);
+  piece.faces = {corners, {}};
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
     MAILLE_CHECK(rules.tables[0].add(part.mesh, part.numbers.points, window.mesh.points));

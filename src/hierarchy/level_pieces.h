@@ -58,8 +58,8 @@ struct PieceRules {
   std::array<SampledFanEncoder, chart_sets> tables;
 };
 
-/// A part of the sample that tables of level 0 are made of.
-Result<> sample_window(const WindowMesh& window, PieceRules& rules);
+/// A part of the sample that tables of level 0 are made of: charts of about so many faces.
+Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules);
 /// Of those of all other levels.
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules);
 

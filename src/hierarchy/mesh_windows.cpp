@@ -363,7 +363,7 @@ Result<> MeshWindows::read_foreign(LoadedWindow& window) {
   return {};
 }
 
-WindowMesh MeshWindows::mesh_of(LoadedWindow window, uint64_t most_faces) const {
+WindowMesh MeshWindows::mesh_of(LoadedWindow window) const {
   WindowMesh made;
   std::vector<const std::byte*> tuples;
   const size_t stride = 4 + layout_.point_bytes;
@@ -386,13 +386,12 @@ WindowMesh MeshWindows::mesh_of(LoadedWindow window, uint64_t most_faces) const 
       made.mesh.arrays.push_back(std::move(column));
     }
   }
-  add_faces(window, own, most_faces, made);
+  add_faces(window, own, made);
   find_identities(window, own, made);
   return made;
 }
 
-void MeshWindows::add_faces(const LoadedWindow& window, uint32_t own, uint64_t most_faces,
-                            WindowMesh& made) const {
+void MeshWindows::add_faces(const LoadedWindow& window, uint32_t own, WindowMesh& made) const {
   CellBlock& block = made.mesh.blocks.emplace_back();
   block.type = layout_.type;
   if (layout_.degree == 0) block.offsets.push_back(0);
@@ -405,7 +404,7 @@ void MeshWindows::add_faces(const LoadedWindow& window, uint32_t own, uint64_t m
                            : std::lower_bound(own_end, made.ids.end(), id);
     return static_cast<uint32_t>(at - made.ids.begin());
   };
-  for (size_t at = 0; at < window.faces.size() && tuples.size() < most_faces;) {
+  for (size_t at = 0; at < window.faces.size();) {
     size_t degree = layout_.degree;
     if (degree == 0) {
       degree = number_in(window.faces.data() + at);

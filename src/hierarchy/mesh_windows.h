@@ -57,8 +57,8 @@ class MeshWindows {
   /// The box of all positions, around the origin, and its longest side.
   const Box& box() const { return box_; }
   Result<LoadedWindow> load(uint32_t window);
-  /// May run at once for several windows. `most_faces`: no more than so many.
-  WindowMesh mesh_of(LoadedWindow window, uint64_t most_faces = ~uint64_t{0}) const;
+  /// May run at once for several windows.
+  WindowMesh mesh_of(LoadedWindow window) const;
   /// A place on the curve; of anything in the box.
   uint64_t key_of(const Vector3& position) const;
   /// All windows have been loaded: only places on the curve are asked for from here on.
@@ -84,7 +84,7 @@ class MeshWindows {
   Result<> answer();
   std::vector<uint64_t> keys_of(const Array& positions) const;
   Result<> read_foreign(LoadedWindow& window);
-  void add_faces(const LoadedWindow& window, uint32_t own, uint64_t most_faces, WindowMesh& made) const;
+  void add_faces(const LoadedWindow& window, uint32_t own, WindowMesh& made) const;
   void find_identities(const LoadedWindow& window, uint32_t own, WindowMesh& made) const;
 
   static constexpr uint16_t requested_bit = 0x8000;

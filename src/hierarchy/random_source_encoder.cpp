@@ -22,7 +22,7 @@ constexpr size_t charts_in_sample = 128;
 constexpr uint32_t windows_in_sample = 8;
 /// Memory that does not depend on the mesh, and of a piece for each of its faces, about.
 constexpr uint64_t fixed_memory = uint64_t{96} << 20;
-constexpr uint64_t memory_per_face = 300;
+constexpr uint64_t memory_per_face = 200;
 /// Pieces that are worked on at once; more would only wait.
 constexpr uint64_t most_at_once = 64;
 
@@ -119,7 +119,7 @@ class SourceEncoder {
     const uint64_t faces = charts_in_sample / count * rules_.sizes.chart_faces;
     for (uint32_t i = 0; i < count; ++i) {
       const auto window = static_cast<uint32_t>(uint64_t{i} * windows_->count() / count);
-      MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window)), faces), rules_));
+      MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))), faces, rules_));
     }
     tables_[0] = rules_.tables[0].finish(rules_.maps[0], options_.effort, range_of_codes(), executor_);
     return {};
