@@ -19,8 +19,8 @@ struct InputInParts {
   std::unique_ptr<Source> source;
   std::unique_ptr<MeshSource> mesh;
 };
-/// Nothing where the input has to be read whole: another format, another mode, or a mesh so small that the best
-/// order is found in memory.
+/// Nothing where the input has to be read whole: another format, another mode, or a mesh so small that the
+/// best order is found in memory.
 std::optional<InputInParts> open_in_parts(const CompressOptions& options);
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);

@@ -186,7 +186,8 @@ TEST(RandomSource, HasAFewChartsAtItsRoot) {
   const auto info = inspect(*memory_source(Bytes(file.bytes)));
   ASSERT_TRUE(info);
   EXPECT_EQ(info->charts_of_level.back(), 1u);
-  // Borders of windows vanish at coarser levels: with groups as small as these, borders are a good part of them.
+  // Borders of windows vanish at coarser levels: with groups as small as these, borders are a good part of
+  // them.
   for (size_t level = 1; level + 1 < info->faces_of_level.size(); ++level)
     EXPECT_LT(info->faces_of_level[level], info->faces_of_level[level - 1] * 0.6) << level;
   for (size_t level = 1; level < info->bound_of_level.size(); ++level) {

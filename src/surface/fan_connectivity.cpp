@@ -352,6 +352,11 @@ void FanCounts::add(std::span<const FanOperation> operations) {
   }
 }
 
+void FanCounts::spread() {
+  spread_symbols(events_, fan_symbols, true);
+  spread_symbols(numbers_, number_symbols, true);
+}
+
 FanTables FanCounts::make_tables(RansEncoder& side) const {
   StaticTables events = maille::make_tables(events_, fan_symbols, fan_slot_bits, most_event_tables, side);
   return {std::move(events),

@@ -137,9 +137,16 @@ class PositionEncoder {
 
   /// Finds rows, selectors and classes, and writes the tables; with what stands before them, see
   /// docs/format.md.
-  void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
+  /// `are_sample`: the tables are for other patches, too.
+  void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors,
+                    bool are_sample = false) {
     train(try_selectors);
     if (sample_.size() < patches_.size()) code_all();
+    if (are_sample) {
+      spread_symbols(counts_.sizes, Points::sizes, true);
+      spread_symbols(counts_.shapes, shapes, false);
+      spread_symbols(counts_.selectors, selectors, false);
+    }
     out.put(
         static_cast<uint8_t>(flags | (with_selectors_ ? flag_selectors : 0) | (with_late_ ? flag_late : 0)));
     out.put_bytes(maps.bytes());
@@ -654,7 +661,7 @@ class SampledPositionsOf final : public SampledPositions {
     }
     for (const PatchOfPositions& patch : sample) patches_.push_back(*patch_to_code(patch, array));
     encoder_.emplace(patches_, small, executor);
-    encoder_->write_tables(out, narrow ? 0 : flag_wide, header, small);
+    encoder_->write_tables(out, narrow ? 0 : flag_wide, header, small, true);
     encoder_->keep_costs();
     std::vector<CodedPatch<Points>>().swap(patches_);
     tables_ = out.take();

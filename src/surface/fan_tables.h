@@ -22,6 +22,8 @@ class FanCounts {
  public:
   FanCounts();
   void add(std::span<const FanOperation> operations);
+  /// What was added was a sample of what the tables are for.
+  void spread();
   /// Writes them to `side`.
   FanTables make_tables(RansEncoder& side) const;
 

@@ -99,6 +99,7 @@ std::vector<std::byte> SampledFanEncoder::finish(const ArrayMaps& maps, int effo
   }
   coder_ = sample_positions(to_code, positions_, maps, effort > 1, most_range, executor);
   RansEncoder side;
+  counts.spread();
   tables_ = counts.make_tables(side);
   sample_.clear();
   sources_.clear();
