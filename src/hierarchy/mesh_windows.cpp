@@ -17,6 +17,8 @@ namespace {
 
 constexpr uint64_t rows_at_once = 1 << 14;
 constexpr uint64_t buffer_memory = uint64_t{16} << 20;
+/// A face of more corners goes to the window of its lowest point: votes take the square of the time.
+constexpr size_t most_votes = 64;
 /// Windows are numbered in 15 bits.
 constexpr uint64_t most_windows = 0x7fff;
 
@@ -210,6 +212,7 @@ Result<> MeshWindows::deal_faces(const Progress& progress) {
   Pace pace(progress, "sorting faces", cells);
   foreign_.resize(windows_);
   answers_.resize(windows_);
+  corners_.resize(windows_);
   std::vector<std::pair<size_t, Array>> columns;
   for (size_t i = 1; i < layout_.arrays.size(); ++i) {
     if (layout_.arrays[i].domain == Domain::cell) columns.emplace_back(i - 1, layout_.arrays[i]);
@@ -259,8 +262,8 @@ Result<> MeshWindows::deal_face(std::span<const uint64_t> nodes, Bytes tuples,
     put(static_cast<uint32_t>(node));
     const uint16_t owner = owner_[node] & ~requested_bit & 0xffff;
     if (most > 0 && owner == window && node >= lowest) continue;
-    size_t same = 0;
-    for (const uint64_t other : nodes)
+    size_t same = nodes.size() > most_votes ? 1 : 0;
+    for (const uint64_t other : nodes.size() > most_votes ? std::span<const uint64_t>() : nodes)
       same += other < owner_.size() && (owner_[other] & ~requested_bit) == owner;
     if (same < most || (same == most && node >= lowest)) continue;
     window = owner;
@@ -276,6 +279,7 @@ Result<> MeshWindows::deal_face(std::span<const uint64_t> nodes, Bytes tuples,
     owner = static_cast<uint16_t>(owner | requested_bit);
   }
   record.insert(record.end(), tuples.begin(), tuples.end());
+  corners_[window] += nodes.size();
   return faces_->append(window, record);
 }
 

@@ -59,6 +59,10 @@ class MeshWindows {
   Result<LoadedWindow> load(uint32_t window);
   /// May run at once for several windows.
   WindowMesh mesh_of(LoadedWindow window) const;
+  /// Triangles of the largest window: more than were wished for, where many points lie at few places.
+  uint64_t largest() const {
+    return corners_.empty() ? 0 : *std::max_element(corners_.begin(), corners_.end()) / 3;
+  }
   /// A place on the curve; of anything in the box.
   uint64_t key_of(const Vector3& position) const;
   /// All windows have been loaded: only places on the curve are asked for from here on.
@@ -95,8 +99,9 @@ class MeshWindows {
   Vector3 origin_;
   Box box_;
   double scale_ = 0;
-  std::vector<uint64_t> cuts_;   ///< where each window but the first begins on the curve
-  std::vector<uint16_t> owner_;  ///< by point: its window
+  std::vector<uint64_t> cuts_;     ///< where each window but the first begins on the curve
+  std::vector<uint64_t> corners_;  ///< by window: of its faces
+  std::vector<uint16_t> owner_;    ///< by point: its window
   std::optional<SpilledParts> points_, faces_;
   std::vector<std::vector<uint32_t>> foreign_;  ///< by window: points of others
   std::vector<std::vector<Answer>> answers_;    ///< by window: own points that others have

@@ -49,6 +49,7 @@ class SourceEncoder {
     coded_ = MAILLE_TRY(ScratchFile::create(building_.space.folder));
     windows_ = MAILLE_TRY(MeshWindows::distribute(mesh_, rules_.maps, building_.window_faces, building_.space,
                                                   options_.progress));
+    MAILLE_CHECK(plan(std::max(windows_->largest(), building_.window_faces)));
     MAILLE_CHECK(set_rules());
     MAILLE_CHECK(make_tables_of_windows());
     MAILLE_CHECK(build_from_windows());
@@ -70,17 +71,19 @@ class SourceEncoder {
     named.arrays.insert(named.arrays.end(), description().mesh_arrays.begin(),
                         description().mesh_arrays.end());
     MAILLE_CHECK(check_options(named, options_));
-    const uint64_t table = 2 * description().points, least = fixed_memory + table + piece_memory();
+    return plan(building_.window_faces);
+  }
+  /// How many pieces of so many faces are worked on at once.
+  Result<> plan(uint64_t faces) {
+    const uint64_t piece = memory_per_face * std::min(faces, description().cells + 1);
+    const uint64_t least = fixed_memory + 2 * description().points + piece;
     if (building_.space.memory < least) {
       return failure(ErrorCode::memory_bound, "building levels of detail needs at least " +
                                                   std::to_string((least >> 20) + 1) +
                                                   " MB of memory for this mesh (--memory)");
     }
-    at_once_ = std::min((building_.space.memory - fixed_memory - table) / piece_memory(), most_at_once);
+    at_once_ = std::min((building_.space.memory - least) / piece + 1, most_at_once);
     return {};
-  }
-  uint64_t piece_memory() const {
-    return memory_per_face * std::min(building_.window_faces, description().cells + 1);
   }
 
   Result<> set_rules() {
