@@ -108,12 +108,13 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   const Threads threads(options.common.threads);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = threads.executor();
+  const bool surface = encoding.mode == Mode::random;
   const Stopwatch step;
   EncodeReport report = TOOL_TRY(compress_in_parts(input, *sink, encoding, options, progress));
   progress.clear();
   step.done(options.common.verbose, "compressing");
   say_notes(input_name(options.input), input.mesh->notes(), options.common.quiet);
-  return Compressed{std::move(report), input.bytes};
+  return Compressed{std::move(report), input.bytes, surface ? "face" : "cell"};
 }
 
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,

@@ -97,9 +97,31 @@ std::optional<InputInParts> open_polymesh_in_parts(const CompressOptions& option
   return InputInParts{nullptr, *std::move(mesh), bytes};
 }
 
+/// Levels of detail of a mesh in memory take so much for each face, about.
+constexpr uint64_t random_bytes_of_face = 300;
+
+/// A surface for mode random that memory does not hold.
+std::optional<InputInParts> open_surface_in_parts(const CompressOptions& options) {
+  const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
+  if (!format || *format != "ply") return std::nullopt;
+  auto source = unmapped_source(options.input);
+  if (!source) return std::nullopt;
+  auto mesh = open_mesh_source(**source, {options.common.memory});
+  if (!mesh) return std::nullopt;
+  const uint64_t bytes = random_bytes_of_face * (*mesh)->description().cells + (*source)->size();
+  // Only in memory the order can be kept.
+  const uint64_t most =
+      options.keep_order ? options.common.memory : std::min(small_bytes, options.common.memory);
+  if (bytes < most) return std::nullopt;
+  const uint64_t size = (*source)->size();
+  return InputInParts{*std::move(source), *std::move(mesh), size};
+}
+
 }  // namespace
 
 std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
+  if (options.mode == Mode::random && options.input != "-" && is_regular(options.input))
+    return open_surface_in_parts(options);
   const bool stream = !options.mode || options.mode == Mode::stream;
   if (!stream || options.input == "-") return std::nullopt;
   const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
@@ -125,10 +147,17 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
                                        const CompressOptions& options, ProgressDisplay& progress) {
   EncodeOptions watched = encoding;
   const uint64_t cells = input.mesh->description().cells;
-  watched.progress = progress.watch(static_cast<double>(cells), "cells");
+  const bool random = encoding.mode == Mode::random;
+  watched.progress = progress.watch(static_cast<double>(cells), random ? "faces" : "cells");
   MeshSource* mesh = input.mesh.get();
   std::unique_ptr<MeshSource> ordered;
   const std::string output = options.output.empty() ? options.input : options.output;
+  if (random) {
+    WorkingSpace space;
+    space.folder = scratch_folder(output);
+    space.memory = std::min(options.common.memory, small_bytes);
+    return encode(*mesh, sink, watched, space);
+  }
   if (options.any_order && TOOL_TRY(incoherence(*mesh)) > 2) {
     const Stopwatch step;
     ordered = TOOL_TRY(reordered(*mesh, space_for(options.common, output, true), watched.progress));

@@ -11,17 +11,17 @@
 #include "files.h"
 #include "options.h"
 
-// Volumes larger than memory: read, compressed and written in parts.
+// Meshes larger than memory: read, compressed and written in parts.
 namespace maille::tool {
 
-/// A volume that compress can read in parts.
+/// A mesh that compress can read in parts: a volume, or a surface for mode random.
 struct InputInParts {
   std::unique_ptr<Source> source;
   std::unique_ptr<MeshSource> mesh;
   uint64_t bytes = 0;
 };
-/// Nothing where the input has to be read whole: another format, a surface, or a mesh so small that the best
-/// order is found in memory.
+/// Nothing where the input has to be read whole: another format, another mode, or a mesh so small that the
+/// best order is found in memory.
 std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress);
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);

@@ -107,6 +107,7 @@ void Parser::add_compress() {
            "maille compress run.pvd                           # run.maille, with all steps of time\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
+           "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
   c->alias("c");
   file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();

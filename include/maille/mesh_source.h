@@ -70,7 +70,8 @@ class MeshSource {
 
 /// Opens a file for reading in parts. Today: VTU with raw appended data, plain or compressed, without
 /// polyhedra; binary Gmsh files (2.x, 4.1) whose nodes are numbered from 1 on, without periodic or partial
-/// data. Other files are unsupported, see read_mesh(). `source` must outlive the result.
+/// data; binary PLY files of points without lists, then faces with no other list than their corners. Other
+/// files are unsupported, see read_mesh(). `source` must outlive the result.
 Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits = {});
 
 /// What opening a mesh in parts may use.

@@ -25,6 +25,8 @@ Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const
   if (source.size() >= first.size())
     MAILLE_CHECK(source.read_at(0, std::as_writable_bytes(std::span(first))));
   const bool is_gmsh = std::equal(gmsh.begin(), gmsh.end(), first.begin());
+  if (first[0] == 'p' && first[1] == 'l' && first[2] == 'y' && (first[3] == '\n' || first[3] == '\r'))
+    return open_ply_source(source, limits);
   return is_gmsh ? open_gmsh_source(source, limits) : open_vtu_source(source, limits);
 }
 

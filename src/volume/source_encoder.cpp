@@ -1,4 +1,4 @@
-// encode() of a mesh that is read in parts.
+// encode() of a mesh that is read in parts, mode `stream`.
 #include <maille/out_of_core.h>
 #include <maille/stream.h>
 
@@ -10,6 +10,7 @@
 #include "volume/last_uses.h"
 #include "volume/source_points.h"
 #include "volume/source_sample.h"
+#include "volume/stream_file.h"
 #include "volume/stream_layout.h"
 
 namespace maille {
@@ -21,9 +22,6 @@ Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
 }
 
 Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
-  if (options.mode != Mode::stream) {
-    return failure(ErrorCode::usage, "only mode \"stream\" compresses a mesh that is read in parts");
-  }
   StreamOptions stream;
   stream.positions.type = mesh.point_type;
   stream.positions.tolerance = options.positions;
@@ -208,8 +206,8 @@ Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& spac
 
 }  // namespace
 
-Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
-                            const WorkingSpace& space) {
+Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                   const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
