@@ -88,9 +88,9 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
 /// What the connectivity of the first cells takes in these orders, in bytes; with the numbers of points if
 /// they are kept.
 size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed,
-             uint64_t most_cells, bool numbered = false) {
+             uint64_t most_cells, bool numbered = false, bool indexed = false) {
   RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> coder(mixed, numbered);
+  CellCoder<RangeEncoder> coder(mixed, numbered, indexed);
   CodedCells out;
   StreamedCell cell;
   uint64_t time = 0;
@@ -130,7 +130,10 @@ Ordering keep_order(const Mesh& mesh, bool mixed) {
   const CellOrders as_they_are(mesh.blocks.size());
   const uint64_t cells = mesh.cell_count(), tried = std::min(cells, sample);
   if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
-  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed, sample, true);
+  const std::vector<uint64_t> last = last_cells(mesh, as_they_are);
+  size_t natural = trial(mesh, as_they_are, last, mixed, sample, true);
+  if (natural > tried * scattered)
+    natural = std::min(natural, trial(mesh, as_they_are, last, mixed, sample, true, true));
   if (natural <= tried * scattered) return {as_they_are, {}};
   CellOrders by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));

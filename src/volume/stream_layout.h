@@ -15,7 +15,8 @@ namespace maille {
 /// DESC: what is known before the first cell.
 struct StreamHeader {
   StreamDescription description;
-  bool mixed = true;  ///< slow decisions are mixed
+  bool mixed = true;     ///< slow decisions are mixed
+  bool indexed = false;  ///< cells come as numbers of points
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
