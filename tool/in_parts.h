@@ -37,9 +37,9 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
 /// Standard input, of which `begin` was read.
 Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 
-/// Compresses again what comes from a stream.
+/// Compresses again what comes from a stream, `delay` cells held back.
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     ProgressDisplay& progress);
+                                     uint64_t delay, ProgressDisplay& progress);
 
 /// Is it a file, which can be opened again?
 bool is_regular(const std::string& path);
