@@ -79,9 +79,7 @@ void DelayBuffer::meet_front(uint32_t at) {
     place.faces_waiting += face.on_front;
   }
   if (place.faces_waiting == 0) return;
-  // Tetrahedra go round an edge, others in layers (cell_order.cpp).
-  place.reached = shape->corners == 4 || shape->corners == 3 ? ~taken_ : taken_;
-  queue_.push_back({place.faces_waiting, place.reached, place.serial, at});
+  queue_.push_back({place.faces_waiting, place.serial, at});
   std::push_heap(queue_.begin(), queue_.end());
 }
 
@@ -111,7 +109,6 @@ const DelayedCell& DelayBuffer::take() {
   leave_list(left_);
   places_[left_].serial = 0;
   --count_;
-  ++taken_;
   move_front(left_);
   mark_ends(places_[left_].cell);
   forget_old_faces();
@@ -138,12 +135,9 @@ void DelayBuffer::move_front(uint32_t at) {
     for (const uint32_t other : face.place) {
       if (other == none) continue;
       Place& place = places_[other];
-      const CellShape& there = *shape_at(other);
-      if (face.on_front && place.faces_waiting++ == 0)
-        place.reached = there.corners == 4 || there.corners == 3 ? ~taken_ : taken_;
-      if (!face.on_front) --place.faces_waiting;
+      place.faces_waiting = face.on_front ? place.faces_waiting + 1 : place.faces_waiting - 1;
       if (place.faces_waiting == 0) continue;
-      queue_.push_back({place.faces_waiting, place.reached, place.serial, other});
+      queue_.push_back({place.faces_waiting, place.serial, other});
       std::push_heap(queue_.begin(), queue_.end());
     }
     if (!face.on_front && face.place[0] == none) faces_.erase(found);
