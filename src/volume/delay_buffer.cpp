@@ -79,8 +79,15 @@ void DelayBuffer::meet_front(uint32_t at) {
     place.faces_waiting += face.on_front;
   }
   if (place.faces_waiting == 0) return;
-  queue_.push_back({place.faces_waiting, place.serial, at});
+  reach(place);
+  queue_.push_back({place.faces_waiting, place.rank, place.serial, at});
   std::push_heap(queue_.begin(), queue_.end());
+}
+
+/// The front meets a cell, which takes its place among those for which as many faces wait.
+void DelayBuffer::reach(Place& place) const {
+  const bool simplex = cell_shapes[place.cell.kind].corners <= 4;
+  place.rank = simplex ? place.serial : taken_;
 }
 
 bool DelayBuffer::is_current(const Candidate& candidate) const {
@@ -109,6 +116,7 @@ const DelayedCell& DelayBuffer::take() {
   leave_list(left_);
   places_[left_].serial = 0;
   --count_;
+  ++taken_;
   move_front(left_);
   mark_ends(places_[left_].cell);
   forget_old_faces();
@@ -135,9 +143,10 @@ void DelayBuffer::move_front(uint32_t at) {
     for (const uint32_t other : face.place) {
       if (other == none) continue;
       Place& place = places_[other];
+      if (place.faces_waiting == 0) reach(place);
       place.faces_waiting = face.on_front ? place.faces_waiting + 1 : place.faces_waiting - 1;
       if (place.faces_waiting == 0) continue;
-      queue_.push_back({place.faces_waiting, place.serial, other});
+      queue_.push_back({place.faces_waiting, place.rank, place.serial, other});
       std::push_heap(queue_.begin(), queue_.end());
     }
     if (!face.on_front && face.place[0] == none) faces_.erase(found);

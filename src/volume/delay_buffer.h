@@ -23,12 +23,11 @@ struct DelayedCell {
 };
 
 /// Puts the cells of a stream in a better order as they come, with memory for so many of them: the next one
-/// is always that which most faces of the front wait for, of equals the one that came first; where no face of
-/// the front is one of a cell that is here, the oldest. (Isenburg and others, "Streaming Compression of
-/// Tetrahedral Volume Meshes", 2006, hold tetrahedra back in such a way.) By age, and not by what the front
-/// reached first or last as in front_order(), a good order stays as it is: 5.6 bits a tetrahedron where these
-/// make 8.4 and 6.1 of 5.6 with 10,000 cells; 7.6 instead of 8.6 and 11.9 where 1000 at a time are in
-/// disorder.
+/// is always that which most faces of the front wait for; of equals the one that the front reached first, or,
+/// of tetrahedra, the one that came first; where no face of the front is one of a cell that is here, the
+/// oldest. (Isenburg and others, "Streaming Compression of Tetrahedral Volume Meshes", 2006, hold tetrahedra
+/// back in such a way.) By age tetrahedra in a good order stay so: 5.6 bits where what the front reached
+/// first, or last as in front_order(), makes 8.4 and 6.1 of 5.6 with 10,000 cells.
 ///
 /// Faces are known by a hash of their points: where two have the same one the order is a little worse.
 class DelayBuffer {
@@ -51,6 +50,7 @@ class DelayBuffer {
     DelayedCell cell;
     std::array<uint64_t, most_faces> face{};
     uint64_t serial = 0;  ///< of the cells as they came; 0: nobody is here
+    uint64_t rank = 0;    ///< lower ones first, where as many faces wait
     uint32_t faces_waiting = 0;
     uint32_t older = none, younger = none;
   };
@@ -66,16 +66,19 @@ class DelayBuffer {
   };
   struct Candidate {
     uint32_t faces;
+    uint64_t rank;
     uint64_t serial;
     uint32_t place;
     bool operator<(const Candidate& other) const {
-      return faces != other.faces ? faces < other.faces : serial > other.serial;
+      if (faces != other.faces) return faces < other.faces;
+      return rank != other.rank ? rank > other.rank : serial > other.serial;
     }
   };
 
   const CellShape* shape_at(uint32_t place) const;
   void find_faces(Place& place) const;
   void meet_front(uint32_t place);
+  void reach(Place& place) const;
   uint32_t choose();
   void leave_list(uint32_t place);
   void move_front(uint32_t place);
@@ -84,7 +87,7 @@ class DelayBuffer {
   bool is_current(const Candidate& candidate) const;
 
   uint64_t most_;
-  uint64_t count_ = 0, serial_ = 0;
+  uint64_t count_ = 0, serial_ = 0, taken_ = 0;
   std::vector<Place> places_;
   std::vector<uint32_t> free_;
   uint32_t filled_ = none, left_ = none;  ///< the place given by next(), and that of the cell taken last
