@@ -53,6 +53,8 @@ Result<> check(const CompressOptions& options, const std::string& output) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: .maille files are packed as they are; leave the .gz away", output));
   }
+  if (options.delay > 0 && options.mode.value_or(Mode::stream) != Mode::stream)
+    return failure(ErrorCode::usage, "--delay is for mode stream: other modes have orders of their own");
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");
@@ -126,7 +128,7 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = executor;
-  EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, progress));
+  EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, options.delay, progress));
   progress.clear();
   return Compressed{std::move(report), input.source ? input.source->size() : 0};
 }
@@ -165,7 +167,8 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
   if (parts) return compress_parts(*parts, options, tolerances, output);
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
-                             (!options.mode || options.mode == Mode::stream) && !options.any_order;
+                             (!options.mode || options.mode == Mode::stream) &&
+                             (!options.any_order || options.delay > 0);
   if (may_be_stream) {
     const Threads threads(options.common.threads);
     if (auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin)))

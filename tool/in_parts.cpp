@@ -137,7 +137,7 @@ std::optional<InputInParts> open_in_parts(const CompressOptions& options, Progre
   if (bytes < std::min(small_bytes, options.common.memory)) {
     // In memory, cells in no order can be coded in a better one with theirs beside it.
     const Result<double> bits = incoherence(**mesh);
-    if (options.any_order || (bits && *bits > 2)) return std::nullopt;
+    if (options.delay == 0 && (options.any_order || (bits && *bits > 2))) return std::nullopt;
   }
   const uint64_t size = (*source)->size();
   return InputInParts{*std::move(source), *std::move(mesh), size};
@@ -158,13 +158,15 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
     space.memory = std::min(options.common.memory, small_bytes);
     return encode(*mesh, sink, watched, space);
   }
-  if (options.any_order && TOOL_TRY(incoherence(*mesh)) > 2) {
+  if (options.any_order && options.delay == 0 && TOOL_TRY(incoherence(*mesh)) > 2) {
     const Stopwatch step;
     ordered = TOOL_TRY(reordered(*mesh, space_for(options.common, output, true), watched.progress));
     mesh = ordered.get();
     step.done(options.common.verbose, "ordering cells");
   }
-  return encode(*mesh, sink, watched, space_for(options.common, output, ordered != nullptr));
+  WorkingSpace space = space_for(options.common, output, ordered != nullptr);
+  space.delay = options.delay;
+  return encode(*mesh, sink, watched, space);
 }
 
 // ---- streams ----------------------------------------------------------------------------------------------
@@ -340,9 +342,10 @@ EncodeReport report_of(const StreamOptions& options, const StreamReport& stream)
 }  // namespace
 
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     ProgressDisplay& progress) {
+                                     uint64_t delay, ProgressDisplay& progress) {
   const StreamDescription& from = input.reader.description();
   StreamOptions options;
+  options.delay = delay;
   options.positions = from.positions;
   options.positions.tolerance = encoding.positions;
   options.arrays = from.arrays;

@@ -38,9 +38,9 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
 /// Standard input, of which `begin` was read.
 Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 
-/// Compresses again what comes from a stream.
+/// Compresses again what comes from a stream, `delay` cells held back.
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     ProgressDisplay& progress);
+                                     uint64_t delay, ProgressDisplay& progress);
 
 /// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
 uint64_t bytes_of_case(const std::string& path);

@@ -40,6 +40,7 @@ struct CompressOptions {
   int effort = EncodeOptions{}.effort;
   bool keep_order = false;
   bool any_order = false;
+  uint64_t delay = 0;  ///< cells held back; 0: none
   /// As typed: "X" for positions or "NAME=X".
   std::vector<std::string> error;
   std::vector<std::string> relative_error;

@@ -138,9 +138,18 @@ void Parser::add_compress() {
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
-  c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+  CLI::Option* any =
+      c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+          ->group(quality_group)
+          ->excludes(keep);
+  c->add_option(
+       "--delay", compress.delay,
+       "Streams: hold back N cells, and write always the one that fits best; for a pipe, or a file too "
+       "large to be put in order as a whole")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 28))
       ->group(quality_group)
-      ->excludes(keep);
+      ->needs(any);
 
   choice(c->add_option("--mode", raw.mode,
                        "Kind of file (default: stream for meshes with volume cells, else single)"),

@@ -21,6 +21,8 @@ struct WorkingSpace {
   /// Where temporary files are; they have no names, and are gone when the process ends, however that ends.
   /// Empty: $TMPDIR, or /tmp.
   std::string folder;
+  /// StreamOptions::delay of what encode() writes; only with Order::canonical.
+  uint64_t delay = 0;
 };
 
 /// Compresses a mesh that is read in parts, as encode() does a mesh in memory: a first pass, backwards,

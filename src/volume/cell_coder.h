@@ -8,6 +8,7 @@
 #include "volume/assembly.h"
 #include "volume/decisions.h"
 #include "volume/face_coder.h"
+#include "volume/index_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
 
@@ -65,7 +66,12 @@ class CellCoder {
   static constexpr bool encoding = Coder::encoding;
 
   /// `mixed`: slow decisions with four contexts instead of one. `numbered`: numbers of points are kept.
-  CellCoder(bool mixed, bool numbered) : numbered_(numbered), decisions_(mixed), mixed_(mixed) {}
+  /// `indexed`: cells come as numbers of points, predicted from numbers alone, and what they share follows
+  /// from these; only if numbered.
+  CellCoder(bool mixed, bool numbered, bool indexed = false)
+      : numbered_(numbered), decisions_(mixed), mixed_(mixed) {
+    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixed);
+  }
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -112,6 +118,14 @@ class CellCoder {
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
   bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
 
+  bool code_by_indices(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  void join_by_numbers(const StreamedCell& cell);
+  void join_extra_nodes(Coder& numbers, const StreamedCell& cell, CodedCells& out);
+  void drop_repeated_ends(StreamedCell& cell) const;
+  std::array<uint32_t, 3> likely_steps() const;
+  void code_ends(Coder& coder, StreamedCell& cell);
+  bool has_open_face(uint32_t slot) const;
+
   void code_slowly(Coder& coder, StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
   void find_targets(const StreamedCell& cell);
@@ -154,6 +168,7 @@ class CellCoder {
   void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
   void remove_final(const StreamedCell& cell, CodedCells& out);
   void follow_group(const StreamedCell& cell);
+  bool code_without_shape(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
   bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
   void prefer_faces(StreamedCell& cell);
@@ -187,7 +202,9 @@ class CellCoder {
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
   bool mixed_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
-  unsigned outcomes_ = 0;                    ///< of the last two pattern flags
+  std::unique_ptr<IndexCoder<Coder>> indices_;
+  bool number_is_known_ = false;  ///< of the points that are created
+  unsigned outcomes_ = 0;         ///< of the last two pattern flags
 
   CellRef last_;
   CellRef last_anchor_;

@@ -492,6 +492,8 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
 }
 
 template void CellCoder<RangeEncoder>::code_slowly(RangeEncoder&, StreamedCell&);
+template unsigned CellCoder<RangeEncoder>::code_kind(RangeEncoder&, unsigned);
 template void CellCoder<RangeDecoder>::code_slowly(RangeDecoder&, StreamedCell&);
+template unsigned CellCoder<RangeDecoder>::code_kind(RangeDecoder&, unsigned);
 
 }  // namespace maille

@@ -209,6 +209,7 @@ Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& spac
 Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                    const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
+  stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));

@@ -90,12 +90,12 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
 /// kept.
 class Trial {
  public:
-  Trial(const Mesh& mesh, const CellOrders& orders, bool mixed, bool numbered = false)
+  Trial(const Mesh& mesh, const CellOrders& orders, bool mixed, bool numbered = false, bool indexed = false)
       : mesh_(mesh),
         orders_(orders),
         last_(last_cells(mesh, orders)),
         numbered_(numbered),
-        coder_(mixed, numbered) {}
+        coder_(mixed, numbered, indexed) {}
 
   /// Goes on until so many cells are done, or all.
   void run(uint64_t most_cells) {
@@ -173,6 +173,10 @@ Ordering keep_order(const Mesh& mesh, bool mixed) {
     natural.run(sample);
     if (natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
   }
+  // Numbers that follow one another are an order, too, whatever the cells do.
+  Trial indexed(mesh, as_they_are, mixed, true, true);
+  indexed.run(alike ? few : sample);
+  if (indexed.bytes() <= scattered * indexed.cells()) return {as_they_are, {}};
   CellOrders by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
   Trial front(mesh, by_front, mixed);
