@@ -23,7 +23,8 @@ Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
 Result<int> run(const ExtractOptions& options);
 
-/// Is it a list of files in time (.pvd), or a file with several steps (Exodus)? compress makes one file of them, its steps appended.
+/// Is it a list of files in time (.pvd), or a file with several steps (Exodus)? compress makes one file of
+/// them, its steps appended.
 bool is_series(const std::string& path);
 Result<int> compress_series(CompressOptions options);
 

@@ -240,8 +240,9 @@ class LevelBuilder {
     GroupJob job = collect(group);
     const auto count = static_cast<uint32_t>(job.triangles.size() / 3);
     const auto root = static_cast<uint32_t>(0.9 * sizes_.chart_faces);
-    const SimplifierInput input{job.triangles, job.positions, job.locked,
-                                last ? std::min(root, count / 4) : count / 4, last, job.values};
+    const SimplifierInput input{job.triangles, job.positions,
+                                job.locked,    last ? std::min(root, count / 4) : count / 4,
+                                last,          job.values};
     const Simplified simplified = maille::simplify(input);
     job.view_error = simplified.view_error;
     job.bound = deviation(input, simplified);

@@ -21,7 +21,8 @@ struct LevelVertices {
   std::span<const float> positions;    ///< three numbers a vertex
   std::span<const uint32_t> class_of;  ///< by vertex: one at the same place, which stands for it in triangles
   std::span<const uint8_t> held;       ///< by vertex: another piece has it, it stays; empty: none
-  /// By corner of the faces: at one vertex equal numbers, equal values; see seams.h. Empty: they do not differ.
+  /// By corner of the faces: at one vertex equal numbers, equal values; see seams.h. Empty: they do not
+  /// differ.
   std::span<const uint32_t> corner_values = {};
 
   uint32_t size() const { return static_cast<uint32_t>(positions.size() / 3); }

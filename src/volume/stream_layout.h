@@ -19,7 +19,7 @@ struct StreamHeader {
   StreamDescription description;
   bool mixed = true;          ///< slow decisions are mixed
   bool mixed_values = false;  ///< so are those about numbers, where an array has few components
-  bool indexed = false;  ///< cells come as numbers of points
+  bool indexed = false;       ///< cells come as numbers of points
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
