@@ -119,7 +119,7 @@ TEST(HttpSource, ReadsFilesSmallerThanTheFirstRequest) {
     ASSERT_TRUE(source) << source.error().message;
     std::vector<std::byte> bytes(size);
     ASSERT_TRUE((*source)->read_at(0, bytes));
-    EXPECT_EQ(std::memcmp(bytes.data(), content.data(), size), 0);
+    EXPECT_TRUE(size == 0 || std::memcmp(bytes.data(), content.data(), size) == 0) << size;
     EXPECT_EQ(server.requests(), size > 65536 ? 2u : 1u);
     EXPECT_FALSE((*source)->read_at(size, std::span(bytes.data(), 1)));
   }
