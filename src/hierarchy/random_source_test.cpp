@@ -189,7 +189,7 @@ TEST(RandomSource, HasAFewChartsAtItsRoot) {
   // Borders of windows vanish at coarser levels: with groups as small as these, borders are a good part of
   // them.
   for (size_t level = 1; level + 1 < info->faces_of_level.size(); ++level)
-    EXPECT_LT(info->faces_of_level[level], info->faces_of_level[level - 1] * 0.6) << level;
+    EXPECT_LT(10 * info->faces_of_level[level], 6 * info->faces_of_level[level - 1]) << level;
   for (size_t level = 1; level < info->bound_of_level.size(); ++level) {
     EXPECT_GE(info->bound_of_level[level], info->bound_of_level[level - 1]);
     EXPECT_GE(info->view_error_of_level[level], info->view_error_of_level[level - 1]);

@@ -78,7 +78,9 @@ void expect_same_in_parts(const std::string& text, uint64_t step) {
                              cells.connectivity.begin() + static_cast<ptrdiff_t>(cells.offsets[i])));
     }
   }
-  if (!mesh.blocks.empty()) EXPECT_EQ(description.blocks[0].type, mesh.blocks[0].type);
+  if (!mesh.blocks.empty()) {
+    EXPECT_EQ(description.blocks[0].type, mesh.blocks[0].type);
+  }
 }
 
 TEST(PlySource, GivesInPartsWhatIsReadWhole) {
