@@ -7,7 +7,7 @@
 
 #include "fuzzing.h"
 #include "io/gzip.h"
-#include "packed_streams.h"
+#include "packed_cells.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "surface/adaptive_positions.h"
@@ -112,6 +112,20 @@ void save_foreign(const std::filesystem::path& folder, uint64_t seed, const Mesh
   }
 }
 
+void save_stream(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  EncodeOptions options;
+  options.mode = Mode::stream;
+  options.effort = seed % 2 == 0 ? 5 : 1;
+  options.order = seed % 3 == 0 ? Order::canonical : Order::keep;
+  const auto file = encoded(mesh, options);
+  if (!file) return;
+  const std::string name = std::to_string(seed);
+  for (const auto& [ending, bytes] : {std::pair(".file", *file), {".streams", cell_streams_of(*file)}}) {
+    save(folder / "stream_fuzz" / (name + ending), std::to_integer<uint8_t>(bytes[0]),
+         Bytes(bytes).subspan(1));
+  }
+}
+
 }  // namespace
 }  // namespace maille::fuzzing
 
@@ -127,6 +141,7 @@ int main(int count, char** arguments) {
     fuzzing::save_file(arguments[1], seed, mesh);
     fuzzing::save_topology(arguments[1], seed, mesh);
     fuzzing::save_fans(arguments[1], seed, mesh);
+    if (seed < 80) fuzzing::save_stream(arguments[1], seed, testing::random_volume(seed));
     if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
     if (seed < 20) fuzzing::save_foreign(arguments[1], 1000 + seed, testing::random_volume(seed));
   }

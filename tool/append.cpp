@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "compress_one.h"
 #include "files.h"
 #include "result.h"
 #include "summary.h"
@@ -18,9 +19,10 @@ namespace {
 struct Step {
   std::string path;
   std::optional<double> time;
+  std::optional<uint64_t> number = {};  ///< in a file that has several
 };
 
-/// The files named, those that .pvd files list among them.
+/// The files named, those that .pvd files list among them, and the steps of files that have several.
 Result<std::vector<Step>> all_steps(const AppendOptions& options) {
   std::vector<Step> steps;
   for (const std::string& path : options.steps) {
@@ -28,7 +30,8 @@ Result<std::vector<Step>> all_steps(const AppendOptions& options) {
       steps.push_back({path, {}});
       continue;
     }
-    for (const SeriesEntry& entry : TOOL_TRY(read_series(path))) steps.push_back({entry.path, entry.time});
+    for (const SeriesEntry& entry : TOOL_TRY(read_series(path)))
+      steps.push_back({entry.path, entry.time, entry.step});
   }
   for (size_t i = 0; i < steps.size() && options.time; ++i)
     steps[i].time = *options.time + static_cast<double>(i);
@@ -45,14 +48,24 @@ std::optional<double> time_in(const Mesh& mesh) {
   return {};
 }
 
+Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, ProgressDisplay& progress) {
+  if (!step.number) {
+    const Input input = TOOL_TRY(open_input(step.path, options.input_format));
+    return load(input, options.common, progress);
+  }
+  ReadOptions reading;
+  reading.limits.mesh_bytes = options.common.memory;
+  ReadResult read = TOOL_TRY(read_series_entry({step.path, 0, step.number}, reading));
+  return LoadedMesh{std::move(read.mesh), std::move(read.notes)};
+}
+
 Result<> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
   const Stopwatch whole;
-  const Input input = TOOL_TRY(open_input(step.path, options.input_format));
   StepReport report;
   double time = 0;
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
-    const LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+    const LoadedMesh loaded = TOOL_TRY(load_step(step, options, progress));
     TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(step.path)));
     const Threads threads(options.common.threads);
     EncodeOptions encoding;
@@ -90,8 +103,19 @@ Result<int> run(const AppendOptions& options) {
   return 0;
 }
 
-bool is_series(const std::string& path) {
+namespace {
+
+bool ends_with_pvd(const std::string& path) {
   return path.size() > 4 && path.substr(path.size() - 4) == ".pvd";
+}
+
+}  // namespace
+
+bool is_series(const std::string& path) {
+  if (ends_with_pvd(path)) return true;
+  if (!may_be_series(path)) return false;
+  const auto steps = read_series(path);
+  return steps && steps->size() > 1;
 }
 
 Result<int> compress_series(CompressOptions options) {
@@ -100,6 +124,8 @@ Result<int> compress_series(CompressOptions options) {
   if (series.empty()) return failure(ErrorCode::malformed_input, list + ": names no file");
   if (options.output.empty()) options.output = with_extension(list, ".maille");
   if (options.output == "-" || options.any_order || options.mode.value_or(Mode::stream) != Mode::stream) {
+    // Files that have a mesh besides their steps are read as before: with the last one.
+    if (!ends_with_pvd(list)) return compress_one(options);
     return failure(ErrorCode::usage,
                    list +
                        ": steps of time need a file of mode stream that keeps the order; leave out "
@@ -107,7 +133,7 @@ Result<int> compress_series(CompressOptions options) {
   }
   options.mode = Mode::stream;
   options.input = series.front().path;
-  TOOL_TRY(run(options));
+  TOOL_TRY(compress_one(options));
   // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
   AppendOptions append;
   append.common = options.common;

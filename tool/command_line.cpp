@@ -84,7 +84,7 @@ Covariance covariance_of(const std::string& text) {
 }
 
 // "500M", "4G", "1.5GiB", "100000": powers of 1024, whichever way they are written.
-Result<uint64_t> parse_size(const std::string& text) {
+Result<uint64_t> parse_size(const std::string& option, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   std::string unit(end, text.data() + text.size());
@@ -97,7 +97,7 @@ Result<uint64_t> parse_size(const std::string& text) {
   const double bytes = known ? std::ldexp(value, static_cast<int>(10 * power)) : 0;
   if (error != std::errc() || !(bytes >= 1) || bytes >= 0x1p63) {
     return failure(ErrorCode::usage,
-                   fmt::format("--memory: '{}' is no size; write such as 500M or 4G", text));
+                   fmt::format("{}: '{}' is no size; write such as 500M or 4G", option, text));
   }
   return static_cast<uint64_t>(bytes);
 }
@@ -105,8 +105,14 @@ Result<uint64_t> parse_size(const std::string& text) {
 template <class Options>
 Result<Command> with_raw(Options options, const Raw& raw) {
   options.common.progress = progress_style(raw.progress);
-  if (!raw.memory.empty()) options.common.memory = TOOL_TRY(parse_size(raw.memory));
+  if (!raw.memory.empty()) options.common.memory = TOOL_TRY(parse_size("--memory", raw.memory));
   return options;
+}
+
+template <class Options>
+Result<Command> with_fetch_limit(Options options, const Raw& raw) {
+  if (!raw.fetch_limit.empty()) options.fetch_limit = TOOL_TRY(parse_size("--fetch-limit", raw.fetch_limit));
+  return with_raw(options, raw);
 }
 
 Result<Command> command_of(const Parser& parser, const std::string& verb) {
@@ -131,11 +137,12 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
     return with_raw(options, raw);
   }
   if (verb == "append") return with_raw(parser.append, raw);
-  if (verb == "info") return parser.info;
+  if (verb == "info") return with_fetch_limit(parser.info, raw);
   if (verb == "verify") return with_raw(parser.verify, raw);
   if (verb == "convert") return with_raw(parser.convert, raw);
   if (verb == "generate") return with_raw(parser.generate, raw);
-  if (verb == "extract") return with_raw(parser.extract, raw);
+  if (verb == "extract") return with_fetch_limit(parser.extract, raw);
+  if (verb == "serve") return parser.serve;
   if (verb == "stencil") {
     StencilOptions options = parser.stencil;
     if (!raw.covariance.empty()) options.covariance = covariance_of(raw.covariance);

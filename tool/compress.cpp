@@ -3,6 +3,7 @@
 #include <maille/encode.h>
 #include <maille/version.h>
 
+#include "compress_one.h"
 #include "files.h"
 #include "in_parts.h"
 #include "result.h"
@@ -52,6 +53,8 @@ Result<> check(const CompressOptions& options, const std::string& output) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: .maille files are packed as they are; leave the .gz away", output));
   }
+  if (options.delay > 0 && options.mode.value_or(Mode::stream) != Mode::stream)
+    return failure(ErrorCode::usage, "--delay is for mode stream: other modes have orders of their own");
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");
@@ -107,11 +110,13 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   const Threads threads(options.common.threads);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = threads.executor();
+  const bool surface = encoding.mode == Mode::random;
   const Stopwatch step;
   EncodeReport report = TOOL_TRY(compress_in_parts(input, *sink, encoding, options, progress));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input.source->size()};
+  say_notes(input_name(options.input), input.mesh->notes(), options.common.quiet);
+  return Compressed{std::move(report), input.bytes, surface ? "face" : "cell"};
 }
 
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,
@@ -123,9 +128,15 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = executor;
-  EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, progress));
+  EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, options.delay, progress));
   progress.clear();
   return Compressed{std::move(report), input.source ? input.source->size() : 0};
+}
+
+/// Of a folder, which has none of its own, those of the files in it.
+uint64_t input_bytes(const Input& input) {
+  return input.source->size() > 0 || is_regular(input.path) || input.path == "-" ? input.source->size()
+                                                                                 : bytes_of_case(input.path);
 }
 
 Result<Compressed> compress_whole(const Input& input, const CompressOptions& options,
@@ -144,15 +155,20 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   EncodeReport report = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input.source->size(), volume ? "cell" : "face"};
+  return Compressed{std::move(report), input_bytes(input), volume ? "cell" : "face"};
 }
 
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
-  if (auto parts = open_in_parts(options)) return compress_parts(*parts, options, tolerances, output);
+  auto parts = [&] {
+    ProgressDisplay progress(options.common.progress, options.common.quiet);
+    return open_in_parts(options, progress);
+  }();
+  if (parts) return compress_parts(*parts, options, tolerances, output);
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
-                             (!options.mode || options.mode == Mode::stream) && !options.any_order;
+                             (!options.mode || options.mode == Mode::stream) &&
+                             (!options.any_order || options.delay > 0);
   if (may_be_stream) {
     const Threads threads(options.common.threads);
     if (auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin)))
@@ -170,7 +186,10 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
-  if (is_series(options.input)) return compress_series(options);
+  return is_series(options.input) ? compress_series(options) : compress_one(options);
+}
+
+Result<int> compress_one(const CompressOptions& options) {
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");

@@ -81,23 +81,126 @@ Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
   return {};
 }
 
-Result<> report(const ExtractOptions& options, const Selection& selection, const Mesh& mesh, size_t damaged,
-                double seconds) {
+/// What was asked for may be fetched, however much it is.
+Result<> allow(File& file, const Selection& selection, const Input& input) {
+  if (input.remote == nullptr) return {};
+  uint64_t bytes = 0;
+  for (const ChartPlace& place : selection.charts) bytes += TOOL_TRY(file.info(place)).bytes;
+  input.remote->allow(bytes);
+  return {};
+}
+
+Result<> report(const ExtractOptions& options, const Input& input, const Selection& selection,
+                const Mesh& mesh, size_t damaged, double seconds) {
   if (options.common.json) {
-    return answer(dump({{"input", input_name(options.input)},
-                        {"output", options.output},
-                        {"charts", selection.charts.size()},
-                        {"faces_read", selection.faces},
-                        {"damaged_charts", damaged},
-                        {"points", mesh.point_count()},
-                        {"cells", mesh.cell_count()},
-                        {"seconds", seconds}}));
+    Json json = {{"input", input_name(options.input)}, {"output", options.output},
+                 {"charts", selection.charts.size()},  {"faces_read", selection.faces},
+                 {"damaged_charts", damaged},          {"points", mesh.point_count()},
+                 {"cells", mesh.cell_count()},         {"seconds", seconds}};
+    if (input.remote != nullptr) {
+      const HttpStatistics fetched = input.remote->statistics();
+      json["fetched"] = {{"bytes", fetched.bytes},
+                         {"of_bytes", input.source->size()},
+                         {"requests", fetched.requests},
+                         {"round_trips", fetched.round_trips}};
+    }
+    return answer(dump(json));
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}, of {}, {:.2f} s", input_name(options.input), output_name(options.output),
                   counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
                   counted(selection.charts.size(), "chart"), seconds));
+  if (input.remote != nullptr) {
+    say(fmt::format("fetched {}, of a file of {}", fetched_text(input),
+                    human_bytes(static_cast<double>(input.source->size()))));
+  }
   return {};
+}
+
+/// What was asked for, and what was read for it.
+struct Extracted {
+  Mesh mesh;
+  Selection selection;
+  std::vector<std::string> problems;
+};
+
+Result<Extracted> extract_region(File& file, const ExtractOptions& options, const Input& input) {
+  const Region region = region_of(options);
+  Extracted extracted;
+  extracted.selection = TOOL_TRY(choose(file, region, options));
+  if (extracted.selection.charts.empty()) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
+  }
+  TOOL_CHECK(allow(file, extracted.selection, input));
+  extracted.mesh = TOOL_TRY(file.salvage(extracted.selection, extracted.problems));
+  if (options.chart_numbers && extracted.problems.empty())
+    TOOL_CHECK(add_chart_numbers(file, extracted.selection, extracted.mesh));
+  if (!options.whole_charts) extracted.mesh = clip(extracted.mesh, region);
+  return extracted;
+}
+
+Result<Extracted> extract_component(File& file, const ExtractOptions& options) {
+  const std::vector<double>& near = options.component;
+  const auto start = TOOL_TRY(file.nearest({{near[0], near[1], near[2]}}));
+  if (!start) return failure(ErrorCode::usage, fmt::format("{}: has no faces", input_name(options.input)));
+  const Component component = TOOL_TRY(file.component(start->chart, start->corners[0]));
+  Extracted extracted;
+  for (const Component::Part& part : component.parts) {
+    extracted.selection.charts.push_back(part.chart);
+    extracted.selection.faces += TOOL_TRY(file.info(part.chart)).faces;
+  }
+  extracted.mesh = TOOL_TRY(file.extract(component));
+  return extracted;
+}
+
+Array empty_like(const Array& array) {
+  Array empty = make_array(array.name, array.domain, array.type, array.components, array.role);
+  empty.labels = array.labels;
+  return empty;
+}
+void append_tuple(Array& to, const Array& from, uint64_t tuple) {
+  const auto size = static_cast<ptrdiff_t>(from.tuple_size());
+  const auto begin = from.bytes.begin() + static_cast<ptrdiff_t>(tuple) * size;
+  to.bytes.insert(to.bytes.end(), begin, begin + size);
+}
+
+/// A point of a chart, with its arrays.
+void append_point(Mesh& mesh, const Mesh& chart, uint32_t point) {
+  if (mesh.point_count() == 0) {
+    mesh.points = empty_like(chart.points);
+    mesh.arrays.clear();
+    for (const Array& array : chart.arrays) {
+      if (array.domain == Domain::point) mesh.arrays.push_back(empty_like(array));
+    }
+  }
+  append_tuple(mesh.points, chart.points, point);
+  for (Array& array : mesh.arrays) append_tuple(array, *chart.find(array.name, Domain::point), point);
+}
+
+/// Points with their arrays, and how far each is.
+Result<Extracted> extract_nearest(File& file, const ExtractOptions& options) {
+  const std::vector<double>& near = options.nearest;
+  const auto points = TOOL_TRY(file.nearest_points({{near[0], near[1], near[2]}}, options.count));
+  Extracted extracted;
+  Mesh& mesh = extracted.mesh;
+  std::vector<ChartPlace>& places = extracted.selection.charts;
+  std::vector<Mesh> charts;
+  Array distance = make_array("distance", Domain::point, Scalar::f64, 1);
+  distance.resize(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto known = std::find(places.begin(), places.end(), points[i].chart);
+    const auto number = static_cast<size_t>(known - places.begin());
+    if (known == places.end()) {
+      places.push_back(points[i].chart);
+      charts.push_back(TOOL_TRY(file.read(points[i].chart)));
+      extracted.selection.faces += charts.back().cell_count();
+    }
+    append_point(mesh, charts[number], points[i].point);
+    distance.values<double>()[i] = points[i].distance;
+  }
+  if (mesh.find(distance.name, Domain::point) == nullptr) mesh.arrays.push_back(std::move(distance));
+  return extracted;
 }
 
 }  // namespace
@@ -109,22 +212,16 @@ Result<int> run(const ExtractOptions& options) {
                    "--json and the output '-' both want standard output; name an output file");
   }
   const std::string format = TOOL_TRY(format_of_output(options));
-  const Input input = TOOL_TRY(open_maille(options.input));
+  const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
   const Threads threads(options.common.threads);
   DecodeOptions decoding;
   decoding.limits.mesh_bytes = options.common.memory;
   decoding.executor = threads.executor();
   File file = TOOL_TRY(File::open(*input.source, decoding));
-  const Region region = region_of(options);
-  const Selection selection = TOOL_TRY(choose(file, region, options));
-  if (selection.charts.empty()) {
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
-  }
-  std::vector<std::string> problems;
-  Mesh mesh = TOOL_TRY(file.salvage(selection, problems));
-  if (options.chart_numbers && problems.empty()) TOOL_CHECK(add_chart_numbers(file, selection, mesh));
-  if (!options.whole_charts) mesh = clip(mesh, region);
+  const Extracted extracted = TOOL_TRY(!options.nearest.empty()     ? extract_nearest(file, options)
+                                       : !options.component.empty() ? extract_component(file, options)
+                                                                    : extract_region(file, options, input));
+  const auto& [mesh, selection, problems] = extracted;
   const auto output =
       TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
   const std::vector<std::string> notes =
@@ -132,7 +229,7 @@ Result<int> run(const ExtractOptions& options) {
   TOOL_CHECK(output->commit());
   say_notes(output_name(options.output), notes, options.common.quiet);
   for (const std::string& problem : problems) complain(problem);
-  TOOL_CHECK(report(options, selection, mesh, problems.size(), whole.seconds()));
+  TOOL_CHECK(report(options, input, selection, mesh, problems.size(), whole.seconds()));
   return problems.empty() ? 0 : 6;
 }
 

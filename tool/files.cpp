@@ -55,12 +55,17 @@ bool is_folder(const std::string& path) {
   return status && S_ISDIR(status->st_mode);
 }
 
-Result<std::unique_ptr<Source>> open_source(const std::string& path) {
+Result<std::unique_ptr<Source>> open_source(const std::string& path, uint64_t fetch_limit) {
   if (path == "-") {
     if (isatty(STDIN_FILENO) == 1) {
       return failure(ErrorCode::usage, "standard input is a terminal; name a file or pipe one in");
     }
     return stdin_source();
+  }
+  if (is_url(path)) {
+    HttpOptions options;
+    options.whole_bytes = options.most_bytes = fetch_limit;
+    return http_source(path, options);
   }
   // OpenFOAM's meshes are folders; their reader opens the files in them by itself.
   if (is_folder(path)) return memory_source(std::vector<std::byte>(), path);
@@ -70,15 +75,28 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path) {
 }  // namespace
 
 std::string input_name(const std::string& path) {
-  return path == "-" ? "standard input" : path;
+  return path == "-" ? "standard input" : shown_url(path);
 }
 
 std::string output_name(const std::string& path) {
   return path == "-" ? "standard output" : path;
 }
 
+namespace {
+
+/// A name in this folder for what an address names.
+std::string name_in_url(const std::string& url) {
+  const std::string shown = shown_url(url);
+  const size_t host = shown.find("//") + 2, slash = shown.rfind('/');
+  const std::string name = slash < host ? "" : shown.substr(slash + 1);
+  return name.empty() || name[0] == '.' ? "mesh" : name;
+}
+
+}  // namespace
+
 std::string with_extension(const std::string& path, const std::string& extension) {
-  std::string stem = ends_with(path, ".gz") ? path.substr(0, path.size() - 3) : path;
+  std::string stem = is_url(path) ? name_in_url(path) : path;
+  if (ends_with(stem, ".gz")) stem.resize(stem.size() - 3);
   const size_t dot = stem.rfind('.');
   const size_t slash = stem.rfind('/');
   const size_t name = slash == std::string::npos ? 0 : slash + 1;
@@ -86,14 +104,15 @@ std::string with_extension(const std::string& path, const std::string& extension
   return stem + extension;
 }
 
-Result<Input> open_input(const std::string& path, const std::string& format) {
+Result<Input> open_input(const std::string& path, const std::string& format, uint64_t fetch_limit) {
   // Not within the braces: GCC 12 forgets the strings before it when TOOL_TRY returns from there.
-  std::unique_ptr<Source> source = TOOL_TRY(open_source(path));
+  std::unique_ptr<Source> source = TOOL_TRY(open_source(path, fetch_limit));
   return make_input(std::move(source), path, format);
 }
 
 Input make_input(std::unique_ptr<Source> source, const std::string& path, const std::string& format) {
-  Input input{path, format, std::move(source), false};
+  Input input{path, format, std::move(source), false, nullptr};
+  if (is_url(path)) input.remote = dynamic_cast<const HttpSource*>(input.source.get());
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
   const bool looks_like_it =
       starts_with(*input.source, magic) || (ends_with(path, ".maille") && !is_folder(path));
@@ -101,14 +120,14 @@ Input make_input(std::unique_ptr<Source> source, const std::string& path, const 
   return input;
 }
 
-Result<Input> open_maille(const std::string& path) {
+Result<Input> open_maille(const std::string& path, uint64_t fetch_limit) {
   if (is_folder(path)) {
     return failure(
         ErrorCode::usage,
         fmt::format("{}: is a folder, no .maille file; `maille compress` makes one of a case of OpenFOAM",
                     path));
   }
-  Input input = TOOL_TRY(open_input(path));
+  Input input = TOOL_TRY(open_input(path, {}, fetch_limit));
   // Anything else may still be a damaged .maille file under another name; the decoder tells.
   if (!input.is_maille) {
     if (const auto format = format_of(*input.source)) {
@@ -123,6 +142,13 @@ Result<Input> open_maille(const std::string& path) {
                                                  input_name(path)));
   }
   return input;
+}
+
+std::string fetched_text(const Input& input) {
+  if (input.remote == nullptr) return "";
+  const HttpStatistics statistics = input.remote->statistics();
+  return fmt::format("{} in {}, {}", human_bytes(static_cast<double>(statistics.bytes)),
+                     counted(statistics.requests, "request"), counted(statistics.round_trips, "round trip"));
 }
 
 namespace {

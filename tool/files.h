@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/executor.h>
+#include <maille/http.h>
 #include <maille/mesh.h>
 #include <maille/source.h>
 
@@ -15,11 +16,11 @@
 // Inputs and outputs as the command line names them: a path, or "-" for a standard stream.
 namespace maille::tool {
 
-/// How messages call a path: itself, or "standard input" / "standard output".
+/// How messages call a path or address: itself, or "standard input" / "standard output".
 std::string input_name(const std::string& path);
 std::string output_name(const std::string& path);
 
-/// The path with another extension (".maille"), ".gz" and the old one removed.
+/// The path with another extension (".maille"), ".gz" and the old one removed; of an address, its last name.
 std::string with_extension(const std::string& path, const std::string& extension);
 
 /// Something to read, opened.
@@ -27,18 +28,26 @@ struct Input {
   std::string path;
   std::string format;  ///< as given; empty: recognised by extension and first bytes
   std::unique_ptr<Source> source;
-  bool is_maille = false;  ///< by its first bytes, or by `format`
+  bool is_maille = false;              ///< by its first bytes, or by `format`
+  const HttpSource* remote = nullptr;  ///< `source`, where it is an address
 };
 
-/// Opens a path or, for "-", reads standard input to its end. Errors: cannot_read; usage when standard input
-/// is a terminal.
-Result<Input> open_input(const std::string& path, const std::string& format = {});
+/// How much of what an address names may be fetched: all of it, as it is all wanted.
+constexpr uint64_t no_fetch_limit = std::numeric_limits<uint64_t>::max();
+
+/// Opens a path or an address or, for "-", reads standard input to its end. Errors: cannot_read, network;
+/// usage when standard input is a terminal.
+Result<Input> open_input(const std::string& path, const std::string& format = {},
+                         uint64_t fetch_limit = no_fetch_limit);
 
 /// The same for a source that is open already.
 Input make_input(std::unique_ptr<Source> source, const std::string& path, const std::string& format = {});
 
 /// Opens a path that has to be a .maille file. Error: usage when it is one of the other formats.
-Result<Input> open_maille(const std::string& path);
+Result<Input> open_maille(const std::string& path, uint64_t fetch_limit = no_fetch_limit);
+
+/// "12 kB in 3 requests, 2 round trips"; empty for what is no address.
+std::string fetched_text(const Input& input);
 
 struct LoadedMesh {
   Mesh mesh;

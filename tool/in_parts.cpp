@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
 #include "result.h"
 #include "summary.h"
@@ -63,11 +64,69 @@ bool is_regular(const std::string& path) {
   return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
 }
 
-std::optional<InputInParts> open_in_parts(const CompressOptions& options) {
-  const bool stream = !options.mode || options.mode == Mode::stream;
-  if (!stream || options.input == "-" || !is_regular(options.input)) return std::nullopt;
+uint64_t bytes_of_case(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path folder = fs::is_directory(path, error) ? fs::path(path) : fs::path(path).parent_path();
+  for (const char* inside : {"constant/polyMesh", "polyMesh"}) {
+    if (!fs::is_directory(folder / inside, error)) continue;
+    folder /= inside;
+    break;
+  }
+  uint64_t bytes = 0;
+  for (fs::directory_iterator file(folder.empty() ? "." : folder, error), end; file != end;
+       file.increment(error)) {
+    if (file->is_regular_file(error)) bytes += file->file_size(error);
+  }
+  return bytes;
+}
+
+namespace {
+
+/// Opening sorts all faces, so only where it has to be: read whole it takes about so many times its files.
+std::optional<InputInParts> open_polymesh_in_parts(const CompressOptions& options,
+                                                   ProgressDisplay& progress) {
+  constexpr uint64_t times_in_memory = 6;
+  const uint64_t bytes = bytes_of_case(options.input);
+  if (bytes < std::min(small_bytes, options.common.memory) / times_in_memory) return std::nullopt;
+  const std::string output = options.output.empty() ? options.input : options.output;
+  const WorkingSpace space = space_for(options.common, output, false);
+  auto mesh = open_polymesh_source(options.input, {space.memory, space.folder, progress.watch(1, "faces")});
+  progress.clear();
+  if (!mesh) return std::nullopt;
+  return InputInParts{nullptr, *std::move(mesh), bytes};
+}
+
+/// Levels of detail of a mesh in memory take so much for each face, about.
+constexpr uint64_t random_bytes_of_face = 300;
+
+/// A surface for mode random that memory does not hold.
+std::optional<InputInParts> open_surface_in_parts(const CompressOptions& options) {
   const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
-  if (!format || (*format != "vtu" && *format != "msh")) return std::nullopt;
+  if (!format || *format != "ply") return std::nullopt;
+  auto source = unmapped_source(options.input);
+  if (!source) return std::nullopt;
+  auto mesh = open_mesh_source(**source, {options.common.memory});
+  if (!mesh) return std::nullopt;
+  const uint64_t bytes = random_bytes_of_face * (*mesh)->description().cells + (*source)->size();
+  // Only in memory the order can be kept.
+  const uint64_t most =
+      options.keep_order ? options.common.memory : std::min(small_bytes, options.common.memory);
+  if (bytes < most) return std::nullopt;
+  const uint64_t size = (*source)->size();
+  return InputInParts{*std::move(source), *std::move(mesh), size};
+}
+
+}  // namespace
+
+std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
+  if (options.mode == Mode::random && options.input != "-" && is_regular(options.input))
+    return open_surface_in_parts(options);
+  const bool stream = !options.mode || options.mode == Mode::stream;
+  if (!stream || options.input == "-") return std::nullopt;
+  const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
+  if (format && *format == "polymesh") return open_polymesh_in_parts(options, progress);
+  if (!format || !is_regular(options.input) || (*format != "vtu" && *format != "msh")) return std::nullopt;
   auto source = unmapped_source(options.input);
   if (!source) return std::nullopt;
   // What is wrong with a file is told by its reader, which knows more of it.
@@ -78,26 +137,36 @@ std::optional<InputInParts> open_in_parts(const CompressOptions& options) {
   if (bytes < std::min(small_bytes, options.common.memory)) {
     // In memory, cells in no order can be coded in a better one with theirs beside it.
     const Result<double> bits = incoherence(**mesh);
-    if (options.any_order || (bits && *bits > 2)) return std::nullopt;
+    if (options.delay == 0 && (options.any_order || (bits && *bits > 2))) return std::nullopt;
   }
-  return InputInParts{*std::move(source), *std::move(mesh)};
+  const uint64_t size = (*source)->size();
+  return InputInParts{*std::move(source), *std::move(mesh), size};
 }
 
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress) {
   EncodeOptions watched = encoding;
   const uint64_t cells = input.mesh->description().cells;
-  watched.progress = progress.watch(static_cast<double>(cells), "cells");
+  const bool random = encoding.mode == Mode::random;
+  watched.progress = progress.watch(static_cast<double>(cells), random ? "faces" : "cells");
   MeshSource* mesh = input.mesh.get();
   std::unique_ptr<MeshSource> ordered;
   const std::string output = options.output.empty() ? options.input : options.output;
-  if (options.any_order && TOOL_TRY(incoherence(*mesh)) > 2) {
+  if (random) {
+    WorkingSpace space;
+    space.folder = scratch_folder(output);
+    space.memory = std::min(options.common.memory, small_bytes);
+    return encode(*mesh, sink, watched, space);
+  }
+  if (options.any_order && options.delay == 0 && TOOL_TRY(incoherence(*mesh)) > 2) {
     const Stopwatch step;
     ordered = TOOL_TRY(reordered(*mesh, space_for(options.common, output, true), watched.progress));
     mesh = ordered.get();
     step.done(options.common.verbose, "ordering cells");
   }
-  return encode(*mesh, sink, watched, space_for(options.common, output, ordered != nullptr));
+  WorkingSpace space = space_for(options.common, output, ordered != nullptr);
+  space.delay = options.delay;
+  return encode(*mesh, sink, watched, space);
 }
 
 // ---- streams ----------------------------------------------------------------------------------------------
@@ -273,9 +342,10 @@ EncodeReport report_of(const StreamOptions& options, const StreamReport& stream)
 }  // namespace
 
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     ProgressDisplay& progress) {
+                                     uint64_t delay, ProgressDisplay& progress) {
   const StreamDescription& from = input.reader.description();
   StreamOptions options;
+  options.delay = delay;
   options.positions = from.positions;
   options.positions.tolerance = encoding.positions;
   options.arrays = from.arrays;
@@ -305,21 +375,26 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
   struct stat status = {};
   const bool special = stat(output.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
-  return (format == "vtu" || format == "msh") && !ascii && output != "-" && !special;
+  return ((format == "vtu" && !ascii) || format == "msh") && output != "-" && !special;
 }
 
 Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const std::string& output) {
   if (path == "-") return spooled_source(STDIN_FILENO, "standard input", scratch_folder(output));
+  if (is_url(path)) return std::move(TOOL_TRY(open_input(path)).source);
   return is_regular(path) ? unmapped_source(path) : file_source(path);
 }
 
 namespace {
 
-/// Small meshes for Gmsh are written whole, in the newer version of the format unless they came in the older.
-bool goes_to_gmsh(const MeshDescription& mesh) {
+/// In place where the format is version 2.2, otherwise where writing it whole takes too much memory:
+/// temporary files cost time.
+bool goes_to_gmsh(const MeshDescription& mesh, const DecompressOptions& options) {
   const std::pair<std::string, std::string> older = {"gmsh.version", "2.2"};
-  return mesh.cells > 2'000'000 ||
-         std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end();
+  const bool in_place =
+      !options.ascii && std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end();
+  uint64_t bytes = 16 * mesh.corners + 64 * mesh.points + 32 * mesh.cells;
+  for (const Array& array : mesh.arrays) bytes += mesh.count_of(array) * array.tuple_size();
+  return in_place || bytes > std::min(small_bytes, options.common.memory);
 }
 
 }  // namespace
@@ -328,9 +403,9 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
                                                         const Source& source, const MeshDescription& mesh,
                                                         const std::string& output,
                                                         const std::string& format) {
-  if (format == "msh" && !goes_to_gmsh(mesh)) return std::nullopt;
+  if (format == "msh" && !goes_to_gmsh(mesh, options)) return std::nullopt;
   TOOL_CHECK(check_output({output, options.input, options.force, true}));
-  auto opened = mesh_sink(output, format, mesh);
+  auto opened = mesh_sink(output, format, mesh, {options.ascii, scratch_folder(output)});
   if (!opened && opened.error().code == ErrorCode::unsupported) return std::nullopt;
   const auto sink = TOOL_TRY(std::move(opened));
   const Threads threads(options.common.threads);
@@ -342,6 +417,7 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
   const Stopwatch step;
   TOOL_CHECK(decode(source, *sink, decoding));
   progress.clear();
+  say_notes(output, sink->notes(), options.common.quiet);
   step.done(options.common.verbose, "decompressing");
   const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
   if (format == "vtu" && std::any_of(mesh.blocks.begin(), mesh.blocks.end(), named)) {

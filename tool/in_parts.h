@@ -11,17 +11,18 @@
 #include "files.h"
 #include "options.h"
 
-// Volumes larger than memory: read, compressed and written in parts.
+// Meshes larger than memory: read, compressed and written in parts.
 namespace maille::tool {
 
-/// A volume that compress can read in parts.
+/// A mesh that compress can read in parts: a volume, or a surface for mode random.
 struct InputInParts {
   std::unique_ptr<Source> source;
   std::unique_ptr<MeshSource> mesh;
+  uint64_t bytes = 0;
 };
-/// Nothing where the input has to be read whole: another format, a surface, or a mesh so small that the best
-/// order is found in memory.
-std::optional<InputInParts> open_in_parts(const CompressOptions& options);
+/// Nothing where the input has to be read whole: another format, another mode, or a mesh so small that the
+/// best order is found in memory.
+std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress);
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);
 
@@ -37,10 +38,12 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
 /// Standard input, of which `begin` was read.
 Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 
-/// Compresses again what comes from a stream.
+/// Compresses again what comes from a stream, `delay` cells held back.
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     ProgressDisplay& progress);
+                                     uint64_t delay, ProgressDisplay& progress);
 
+/// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
+uint64_t bytes_of_case(const std::string& path);
 /// Is it a file, which can be opened again?
 bool is_regular(const std::string& path);
 

@@ -9,7 +9,7 @@
 namespace maille::tool {
 
 Result<int> run(const InfoOptions& options) {
-  const Input input = TOOL_TRY(open_maille(options.input));
+  const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   const std::string name = input_name(options.input);
   TOOL_CHECK(answer(options.common.json ? dump(info_json(info, name))

@@ -31,11 +31,12 @@ constexpr ExitCode exit_codes[] = {
      "the error bound cannot be met; not given by this version, which stores bit for bit what no "
      "lattice brings within the bound"},
     {"9", "the output could not be written"},
-    {"10", "a remote source failed"},
+    {"10", "a file on a web server could not be read, or serve could not listen"},
     {"130, 143", "stopped by a signal; nothing is left under the output's name"},
 };
 
 constexpr const char* general_notes =
+    "An address (http://, https://) stands wherever a .maille file is read. "
     "Answers go to standard output, everything else to standard error. An output file appears whole or not "
     "at "
     "all: it is written under a temporary name and renamed at the end. Files are never overwritten without "

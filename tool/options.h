@@ -28,6 +28,9 @@ struct CommonOptions {
   ProgressStyle progress = ProgressStyle::automatic;
 };
 
+/// Of an address of which a part is wanted, at most so many bytes are fetched beyond what is.
+constexpr uint64_t default_fetch_limit = uint64_t{64} << 20;
+
 struct CompressOptions {
   CommonOptions common;
   std::string input;
@@ -37,6 +40,7 @@ struct CompressOptions {
   int effort = EncodeOptions{}.effort;
   bool keep_order = false;
   bool any_order = false;
+  uint64_t delay = 0;  ///< cells held back; 0: none
   /// As typed: "X" for positions or "NAME=X".
   std::vector<std::string> error;
   std::vector<std::string> relative_error;
@@ -71,6 +75,7 @@ struct AppendOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  uint64_t fetch_limit = default_fetch_limit;
   bool tree = false;
   bool chunks = false;
 };
@@ -148,6 +153,7 @@ struct GenerateOptions {
 struct ExtractOptions {
   CommonOptions common;
   std::string input;
+  uint64_t fetch_limit = default_fetch_limit;
   std::string output;
   std::string output_format;
   std::vector<double> box;     ///< empty, or six numbers: the lowest corner, then the highest
@@ -157,11 +163,21 @@ struct ExtractOptions {
   std::optional<uint64_t> triangles;
   std::vector<double> eye;  ///< empty, or three numbers
   double pixel_error = 1;
+  std::vector<double> nearest;    ///< empty, or three numbers
+  uint64_t count = 1;             ///< of points nearest to it
+  std::vector<double> component;  ///< empty, or three numbers
   bool full = false;
   bool whole_charts = false;
   bool chart_numbers = false;
   bool ascii = false;
   bool force = false;
+};
+
+struct ServeOptions {
+  CommonOptions common;
+  std::string path;  ///< a folder, or one file
+  std::string host = "127.0.0.1";
+  unsigned port = 8080;  ///< 0: any that is free
 };
 
 /// Help, version, completion scripts: to be printed as it is.
@@ -171,6 +187,6 @@ struct PrintText {
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
                              VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
-                             BenchOptions, GenerateOptions, ExtractOptions>;
+                             BenchOptions, GenerateOptions, ExtractOptions, ServeOptions>;
 
 }  // namespace maille::tool

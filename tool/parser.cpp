@@ -107,6 +107,7 @@ void Parser::add_compress() {
            "maille compress run.pvd                           # run.maille, with all steps of time\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
+           "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
   c->alias("c");
   file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
@@ -137,9 +138,18 @@ void Parser::add_compress() {
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
-  c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+  CLI::Option* any =
+      c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+          ->group(quality_group)
+          ->excludes(keep);
+  c->add_option(
+       "--delay", compress.delay,
+       "Streams: hold back N cells, and write always the one that fits best; for a pipe, or a file too "
+       "large to be put in order as a whole")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 28))
       ->group(quality_group)
-      ->excludes(keep);
+      ->needs(any);
 
   choice(c->add_option("--mode", raw.mode,
                        "Kind of file (default: stream for meshes with volume cells, else single)"),
@@ -230,11 +240,13 @@ void Parser::add_info() {
                      "Say what a .maille file holds.\n"
                      "Reads the description only and decodes no values.",
                      "maille info dragon.maille\n"
+                     "maille info https://example.org/dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
-  file(i, "-i,--input,FILE", info.input, "A .maille file; - is standard input")->required();
+  file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")->required();
   i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
       ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
+  add_fetch_limit(i);
   add_common(i, info.common, false);
 }
 
@@ -401,14 +413,17 @@ void Parser::add_extract() {
                      "Extract a part of a file of mode random, at any level of detail.\n"
                      "Reads and decodes only what is needed. Without a limit on detail the faces are those "
                      "of the mesh, bit for bit, with "
-                     "all arrays; coarser ones are triangles with the arrays of points. Faces that have a "
+                     "all arrays; coarser ones are triangles with values of the mesh. Faces that have a "
                      "point in the region are taken, "
                      "whole. Exit code 6 when charts were damaged: the others are written.",
                      "maille compress --mode random scan.ply scan.maille\n"
                      "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
                      "maille extract scan.maille preview.ply --triangles 20000\n"
-                     "maille extract scan.maille coarse.ply --error 0.01");
-  file(e, "-i,--input,IN", extract.input, "File of mode random to read")->required();
+                     "maille extract scan.maille coarse.ply --error 0.01\n"
+                     "maille extract scan.maille part.ply --component 0.1,0,2\n"
+                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
+                     "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
   file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   choice(e->add_option("--output-format", extract.output_format,
                        "Format of OUT (default: by extension; ply where there is none)"),
@@ -430,6 +445,25 @@ void Parser::add_extract() {
   e->add_flag("--chart-numbers", extract.chart_numbers,
               "Add an array 'chart' of the cells: which of the charts that were read each is of")
       ->group(files_group);
+  CLI::Option* component =
+      list(e->add_option("--component", extract.component,
+                         "What hangs together with the face nearest to this point: three numbers, separated "
+                         "by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region);
+  CLI::Option* nearest =
+      list(e->add_option("--nearest", extract.nearest,
+                         "The points of the mesh nearest to this one, the nearest first, without faces: "
+                         "three numbers, separated by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region)
+          ->excludes(component);
+  e->add_option("--count", extract.count, "How many points --nearest gives (default 1)")
+      ->type_name("N")
+      ->group(region)
+      ->needs(nearest);
   constexpr const char* detail = "Detail";
   CLI::Option* full = e->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
   CLI::Option* error = e->add_option("--error", extract.error,
@@ -463,7 +497,49 @@ void Parser::add_extract() {
       ->check(CLI::PositiveNumber)
       ->type_name("N")
       ->group(detail);
+  // Both are of the mesh itself, as a whole.
+  for (const char* name : {"--box", "--sphere", "--whole-charts", "--chart-numbers", "--error", "--level",
+                           "--triangles", "--eye"}) {
+    component->excludes(e->get_option(name));
+    nearest->excludes(e->get_option(name));
+  }
+  add_fetch_limit(e);
   add_common(e, extract.common, true);
+}
+
+void Parser::add_fetch_limit(CLI::App* verb) {
+  verb->add_option(
+          "--fetch-limit", raw.fetch_limit,
+          "From an address, fetch at most so much more than what was asked for: where a server gives "
+          "no parts of files, or the index is damaged (default 64M)")
+      ->type_name("SIZE")
+      ->group(files_group);
+}
+
+void Parser::add_serve() {
+  CLI::App* s =
+      verb("serve",
+           "Serve a folder, or one file, over HTTP.\n"
+           "With what programs and web pages need to read parts of .maille files: ranges, ETags, leave for "
+           "pages of other servers (CORS), isolation (COOP, COEP). Only files below the folder are given, "
+           "none whose name begins with a dot. Only this machine is answered unless --host says more; any "
+           "page open in a browser here can read what is served. The address is printed; Ctrl-C ends.",
+           "maille serve scans\n"
+           "maille serve scan.maille --port 0 &\n"
+           "maille extract http://127.0.0.1:8080/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(s, "PATH", serve.path, "Folder or file to serve")->required();
+  s->add_option(
+       "--host", serve.host,
+       "Address to listen at; 0.0.0.0: for every machine that reaches this one (default: 127.0.0.1, for this "
+       "machine only)")
+      ->type_name("ADDRESS")
+      ->group(files_group);
+  s->add_option("-p,--port", serve.port, "Port to listen at; 0: any that is free (default: 8080)")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N")
+      ->group(files_group);
+  s->add_flag("-v,--verbose", serve.common.verbose, "Print every request")->group(message_group);
+  add_common(s, serve.common, false);
 }
 
 void Parser::add_bench() {
@@ -545,6 +621,7 @@ Parser::Parser() {
   add_subdivide();
   add_generate();
   add_extract();
+  add_serve();
   add_bench();
   add_completion();
 }

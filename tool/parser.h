@@ -25,6 +25,7 @@ struct Raw {
   bool no_whole_file = false;
   std::string arrays;
   std::string memory;
+  std::string fetch_limit;
   std::string progress = "auto";
   std::string shell;
   std::string covariance;
@@ -46,6 +47,7 @@ struct Parser {
   SubdivideOptions subdivide;
   GenerateOptions generate;
   ExtractOptions extract;
+  ServeOptions serve;
   BenchOptions bench;
 
   Parser();
@@ -64,6 +66,8 @@ struct Parser {
   void add_subdivide();
   void add_generate();
   void add_extract();
+  void add_fetch_limit(CLI::App* verb);
+  void add_serve();
   void add_bench();
   void add_completion();
 };

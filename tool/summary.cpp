@@ -43,6 +43,8 @@ Json json_of(const ArrayReport& array) {
 }
 
 Json json_of(const ArrayInfo& array) {
+  Json ranges = Json::array();
+  for (const auto& [low, high] : array.ranges) ranges.push_back(Json::array({low, high}));
   return {{"name", array.name},
           {"domain", maille::name_of(array.domain)},
           {"type", maille::name_of(array.type)},
@@ -52,7 +54,9 @@ Json json_of(const ArrayInfo& array) {
           {"coded_bytes", array.coded_bytes},
           {"lossless", array.lossless},
           {"bound", array.bound},
-          {"step", array.step}};
+          {"step", array.step},
+          {"ranges", ranges},
+          {"nans", array.nans}};
 }
 
 }  // namespace
@@ -152,11 +156,41 @@ Json summary_json(const EncodeReport& report, const std::string& input, const st
 
 namespace {
 
-void add_row(Table& table, const ArrayInfo& array) {
-  table.row({array.name, maille::name_of(array.domain), type_text(array.type, array.components),
-             maille::name_of(array.role), fmt::format("{}", array.count),
-             fmt::format("{}", array.coded_bytes), bits_each(array.coded_bytes, array.count),
-             bound_text(array.lossless, array.bound)});
+/// "0..1", of vectors up to three of them, of others what holds all components; then how many are NaN.
+std::string range_text(const ArrayInfo& array) {
+  std::vector<std::pair<double, double>> ranges = array.ranges;
+  if (ranges.size() > 3) {
+    for (const auto& [low, high] : ranges)
+      ranges[0] = {std::min(ranges[0].first, low), std::max(ranges[0].second, high)};
+    ranges.resize(1);
+  }
+  std::vector<std::string> parts;
+  for (const auto& [low, high] : ranges) {
+    if (low <= high) parts.push_back(low == high ? number(low) : number(low) + ".." + number(high));
+  }
+  if (array.nans > 0) parts.push_back(fmt::format("{} NaN", array.nans));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void add_row(Table& table, const ArrayInfo& array, bool with_ranges) {
+  std::vector<std::string> row = {array.name,
+                                  maille::name_of(array.domain),
+                                  type_text(array.type, array.components),
+                                  maille::name_of(array.role),
+                                  fmt::format("{}", array.count),
+                                  fmt::format("{}", array.coded_bytes),
+                                  bits_each(array.coded_bytes, array.count),
+                                  bound_text(array.lossless, array.bound)};
+  if (with_ranges) row.push_back(range_text(array));
+  table.row(row);
+}
+
+/// "hexahedron 12, wedge 3".
+std::string types_text(const FileInfo& info) {
+  std::vector<std::string> parts;
+  for (const auto& [type, cells] : info.types)
+    parts.push_back(fmt::format("{} {}", maille::name_of(type), cells));
+  return fmt::format("types:   {}\n", fmt::join(parts, ", "));
 }
 
 std::string chunks_text(const FileInfo& info) {
@@ -216,6 +250,7 @@ std::string info_text(const FileInfo& info, const std::string& name, bool tree, 
       info.file_bytes, human_bytes(static_cast<double>(info.file_bytes)),
       bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), word, info.points,
       word, info.cells, counted(info.corners, "corner"));
+  if (!info.types.empty()) text += types_text(info);
   if (info.most_points_in_use > 0) {
     text += fmt::format("in use:  at most {} at once; decompressing to VTU takes about {} of memory\n",
                         counted(info.most_points_in_use, "point"),
@@ -230,14 +265,29 @@ std::string info_text(const FileInfo& info, const std::string& name, bool tree, 
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
-  Table table({"array", "domain", "type", "role", "elements", "coded bytes", "bits/element", "bound"}, 4);
-  add_row(table, info.connectivity);
-  add_row(table, info.positions);
-  for (const ArrayInfo& array : info.arrays) add_row(table, array);
+  std::vector<std::string> head = {"array",    "domain",      "type",         "role",
+                                   "elements", "coded bytes", "bits/element", "bound"};
+  const bool with_ranges = !info.positions.ranges.empty();
+  if (with_ranges) head.push_back("range");
+  Table table(head, 4, with_ranges);
+  add_row(table, info.connectivity, with_ranges);
+  add_row(table, info.positions, with_ranges);
+  for (const ArrayInfo& array : info.arrays) add_row(table, array, with_ranges);
   text += table.str();
   if (!info.steps.empty()) text += steps_text(info);
   return text + (tree ? tree_text(info) : "") + (chunks ? chunks_text(info) : "");
 }
+
+namespace {
+
+Json json_of_types(const FileInfo& info) {
+  Json types = Json::array();
+  for (const auto& [type, cells] : info.types)
+    types.push_back({{"type", maille::name_of(type)}, {"cells", cells}});
+  return types;
+}
+
+}  // namespace
 
 Json info_json(const FileInfo& info, const std::string& name) {
   Json blocks = Json::array();
@@ -264,6 +314,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"cells", info.cells},
           {"corners", info.corners},
           {"parts", info.parts},
+          {"types", json_of_types(info)},
           {"most_points_in_use", info.most_points_in_use},
           {"decode_bytes", info.decode_bytes},
           {"levels", json_of_levels(info)},

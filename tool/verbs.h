@@ -13,6 +13,7 @@ Result<int> run(const CompressOptions& options);
 Result<int> run(const DecompressOptions& options);
 Result<int> run(const AppendOptions& options);
 Result<int> run(const InfoOptions& options);
+Result<int> run(const ServeOptions& options);
 Result<int> run(const VerifyOptions& options);
 Result<int> run(const DiffOptions& options);
 Result<int> run(const ConvertOptions& options);
@@ -22,7 +23,8 @@ Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
 Result<int> run(const ExtractOptions& options);
 
-/// Is it a list of files in time (.pvd)? compress makes one file of them, its steps appended.
+/// Is it a list of files in time (.pvd), or a file with several steps (Exodus)? compress makes one file of
+/// them, its steps appended.
 bool is_series(const std::string& path);
 Result<int> compress_series(CompressOptions options);
 

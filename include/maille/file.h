@@ -31,6 +31,10 @@ struct ArrayInfo {
   Tolerance asked;  ///< what the encoder was asked for; lossless also where the bound was finer than the type
   double bound = 0;  ///< largest error promised; 0 when lossless
   double step = 0;   ///< lattice step; 0 when there is none
+  /// Mode stream: least and largest value of each component as they were compressed, as doubles; one pair for
+  /// all components where there are more than 16; least > largest where no component is a number.
+  std::vector<std::pair<double, double>> ranges;
+  uint64_t nans = 0;  ///< values that are NaN, which `ranges` leave out
 };
 
 /// Values of a later time, behind the mesh (append_step()).
@@ -53,8 +57,10 @@ struct FileInfo {
   uint64_t corners = 0;
   uint64_t parts = 1;                                    ///< coded by themselves
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
-  uint64_t most_points_in_use = 0;                       ///< at once, in a stream; 0: not known
-  uint64_t decode_bytes = 0;  ///< of memory that decoding a stream in pieces takes, about
+  /// Mode stream: cells by type, also of mixed blocks.
+  std::vector<std::pair<CellType, uint64_t>> types;
+  uint64_t most_points_in_use = 0;  ///< at once, in a stream; 0: not known
+  uint64_t decode_bytes = 0;        ///< of memory that decoding a stream in pieces takes, about
   /// Mode random: of each level of detail, the mesh itself first.
   std::vector<uint64_t> faces_of_level;
   std::vector<uint32_t> charts_of_level;

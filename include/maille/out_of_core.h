@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-// Volume meshes that are larger than memory, from file to file: MeshSource -> .maille -> MeshSink. Mode
-// `stream` only.
+// Meshes that are larger than memory, from file to file. Volumes: MeshSource -> .maille of mode `stream` ->
+// MeshSink. Surfaces: MeshSource -> .maille of mode `random`, of which any part can be extracted.
 
 namespace maille {
 
@@ -21,6 +21,8 @@ struct WorkingSpace {
   /// Where temporary files are; they have no names, and are gone when the process ends, however that ends.
   /// Empty: $TMPDIR, or /tmp.
   std::string folder;
+  /// StreamOptions::delay of what encode() writes; only with Order::canonical.
+  uint64_t delay = 0;
 };
 
 /// Compresses a mesh that is read in parts, as encode() does a mesh in memory: a first pass, backwards,
@@ -29,6 +31,12 @@ struct WorkingSpace {
 /// an order that they do not have apart in memory (StreamDescription::order_apart). canonical: cells come as
 /// they do, points in the order in which cells meet them; reordered() goes before where cells are in no
 /// order. Errors: those of encode(), of the source, write_failed, memory_bound.
+///
+/// Mode `random`: one block of triangles, quads or polygons, arrays of points and cells, order canonical. The
+/// levels are built as in memory, but a window at a time; the file is the same for any memory and executor.
+/// `space.memory` is for all of it: 96 MB, two bytes a point, and 100 MB for each window that is worked on at
+/// once; with less than that for one the error is memory_bound. A few dozen bytes a face go to temporary
+/// files.
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space = {});
 

@@ -91,6 +91,24 @@ struct SurfacePoint {
   double distance = 0;  ///< along the ray, in lengths of its direction; or from the point
 };
 
+/// A point of the mesh itself. One that several charts have is there once, as the first of them has it.
+struct NearPoint {
+  ChartPlace chart;
+  uint32_t point = 0;  ///< of the chart
+  Vector3 position;
+  double distance = 0;
+};
+
+/// All that hangs together with a point: its cells, those that have a point in common with these, and so on.
+struct Component {
+  struct Part {
+    ChartPlace chart;
+    std::vector<uint32_t> cells;  ///< of the chart, numbered through its blocks, rising
+  };
+  std::vector<Part> parts;  ///< in the order of the file
+  uint64_t cells = 0;       ///< of all of them
+};
+
 class File {
  public:
   /// Reads the front of the file: directory, and the first page of the index. `source` must stay. Errors:
@@ -117,8 +135,8 @@ class File {
   /// One chart as a mesh of its own.
   Result<Mesh> read(const ChartPlace& place);
   /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.
-  /// With coarser charts: triangles, and the arrays of points. Faces that only touch the region come with
-  /// their charts: see clip().
+  /// With coarser charts: triangles, with values of points, cells and corners that the mesh has there; seams
+  /// stay where they are. Faces that only touch the region come with their charts: see clip().
   Result<Mesh> extract(const Selection& selection);
   /// The same, without charts that are damaged; `problems` names them.
   Result<Mesh> salvage(const Selection& selection, std::vector<std::string>& problems);
@@ -127,6 +145,16 @@ class File {
   Result<std::optional<SurfacePoint>> hit(const Vector3& origin, const Vector3& direction);
   /// The point of the surface nearest to this one.
   Result<std::optional<SurfacePoint>> nearest(const Vector3& point);
+  /// The `count` points of the mesh nearest to this one, the nearest first; all, if it has fewer. Decodes
+  /// only charts that may have one of them. Of points that cells have; where a position is no number is
+  /// nowhere near.
+  Result<std::vector<NearPoint>> nearest_points(const Vector3& point, uint64_t count);
+  /// What hangs together with a point of a chart of level 0; for a face take any of its corners. Decodes the
+  /// charts that it reaches, and those whose boxes touch it, each once. Takes 4 bytes for each of their
+  /// cells; errors: usage (no such point), memory_bound (DecodeOptions::limits.mesh_bytes).
+  Result<Component> component(const ChartPlace& chart, uint32_t point);
+  /// As one mesh, bit for bit as in the original.
+  Result<Mesh> extract(const Component& component);
 
  private:
   struct State;
@@ -137,5 +165,24 @@ class File {
 /// The faces of a mesh that have a point in the region, with the points they use, arrays following; all else
 /// falls away.
 Mesh clip(const Mesh& mesh, const Region& region);
+
+inline constexpr uint32_t most_meshlet_points = 64;
+inline constexpr uint32_t most_meshlet_triangles = 124;
+
+/// Triangles of a chart in small pieces for a renderer, each of at most 64 points and 124 triangles. Each
+/// triangle (polygons as fans) is in one piece, its corners in their order; lines and points are in none.
+/// No piece is empty, pieces are made of triangles that share sides as far as there are such, and the same
+/// chart always gives the same pieces.
+struct Meshlets {
+  struct Piece {
+    uint32_t first_point = 0, points = 0;        ///< in `points`
+    uint32_t first_triangle = 0, triangles = 0;  ///< in `corners`, three each, and `faces`
+  };
+  std::vector<Piece> pieces;
+  std::vector<uint32_t> points;  ///< of the mesh
+  std::vector<uint8_t> corners;  ///< places in the points of the piece
+  std::vector<uint32_t> faces;   ///< by triangle: the cell of the mesh, numbered through its blocks
+};
+Meshlets meshlets(const Mesh& mesh);
 
 }  // namespace maille

@@ -21,6 +21,17 @@ class Source {
   virtual uint64_t size() const = 0;
   /// Fills `out` with the bytes from `offset` on, all of them or an error (cannot_read, network).
   virtual Result<> read_at(uint64_t offset, std::span<std::byte> out) const = 0;
+  /// A part that is wanted: `out` is to hold the bytes from `offset` on.
+  struct Part {
+    uint64_t offset = 0;
+    std::span<std::byte> out;
+  };
+  /// Fills all parts, or gives an error. What is wanted at once is asked for at once: a distant source turns
+  /// it into few requests. By default, one read_at() for each.
+  virtual Result<> read_many(std::span<const Part> parts) const;
+  /// Says that the bytes from `offset` on were damaged as they came. A source that keeps copies drops them
+  /// and gives true: reading again may help. By default false: it would give the same.
+  virtual bool forget(uint64_t offset, uint64_t size) const;
   /// All bytes when they are addressable without copying; empty otherwise.
   virtual Bytes view() const { return {}; }
   /// How messages call it: a path, an address, "<memory>".

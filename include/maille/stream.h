@@ -53,6 +53,10 @@ struct StreamOptions {
   int effort = 5;  ///< 1 (fast) to 9 (small)
   /// Points are numbered in the order in which cells meet them. Cells keep their order.
   bool any_order = false;
+  /// So many cells are held back, and come out in an order in which they cost less: for input in some order
+  /// that is not a good one, such as an unstructured mesh along a curve. Only with any_order. Some hundred
+  /// bytes a cell.
+  uint64_t delay = 0;
   /// Where values of points come from, if not from add_points(). Must outlive the writer.
   PointSource* points = nullptr;
   /// A batch ends, and goes to the sink, after so many cells or about so many bytes.

@@ -81,6 +81,15 @@ Result<std::vector<std::byte>> read_whole(int fd, const std::string& name) {
 
 }  // namespace
 
+Result<> Source::read_many(std::span<const Part> parts) const {
+  for (const Part& part : parts) MAILLE_CHECK(read_at(part.offset, part.out));
+  return {};
+}
+
+bool Source::forget(uint64_t, uint64_t) const {
+  return false;
+}
+
 std::unique_ptr<Source> memory_source(Bytes bytes, std::string name) {
   return std::make_unique<MemorySource>(bytes, std::move(name));
 }

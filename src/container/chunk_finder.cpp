@@ -134,7 +134,10 @@ Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
   if (offset < start_ || end > start_ + buffer_.size()) {
     buffer_.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, window_bytes), left)));
     start_ = offset;
-    MAILLE_CHECK(source_.read_at(offset, buffer_));
+    if (auto read = source_.read_at(offset, buffer_); !read) {
+      drop();
+      return tl::unexpected(std::move(read).error());
+    }
   }
   return Bytes(buffer_).subspan(static_cast<size_t>(offset - start_));
 }

@@ -46,6 +46,16 @@ bool is_critical(const ChunkType& type) {
 }  // namespace
 
 Result<FileReader> FileReader::open(const Source& source, std::span<const std::string_view> known_types) {
+  auto reader = open_once(source, known_types);
+  const bool good = reader && reader->problems().empty();
+  const bool damaged = reader ? !good : reader.error().code == ErrorCode::corrupt;
+  // Once more, where it may have been the way here that damaged it.
+  if (damaged && source.forget(0, source.size())) return open_once(source, known_types);
+  return reader;
+}
+
+Result<FileReader> FileReader::open_once(const Source& source,
+                                         std::span<const std::string_view> known_types) {
   FileReader reader(source);
   const auto size = static_cast<size_t>(std::min<uint64_t>(source.size(), file_header_bytes));
   const std::vector<std::byte> first_bytes = MAILLE_TRY(read_part(source, 0, size));
@@ -194,9 +204,13 @@ uint64_t FileReader::stream_bytes(const StreamKey& key) const {
 
 Result<Bytes> FileReader::read_content(SourceWindow& window, const ChunkRecord& record) const {
   const auto size = static_cast<size_t>(chunk_total_bytes(record.header));
-  const Bytes chunk = MAILLE_TRY(window.at(record.offset, size));
-  if (chunk.size() >= size) {
-    if (const std::optional<Bytes> content = chunk_content(chunk.first(size), record)) return *content;
+  for (bool first = true;; first = false) {
+    const Bytes chunk = MAILLE_TRY(window.at(record.offset, size));
+    if (chunk.size() >= size) {
+      if (const std::optional<Bytes> content = chunk_content(chunk.first(size), record)) return *content;
+    }
+    if (!first || !source_->forget(record.offset, size)) break;
+    window.drop();
   }
   return failure(ErrorCode::corrupt, source_->name() + ": " + describe(record.header) + ", bytes " +
                                          std::to_string(record.offset) + ".." +

@@ -56,6 +56,7 @@ class FileReader final : public StreamSource {
 
  private:
   explicit FileReader(const Source& source) : source_(&source) {}
+  static Result<FileReader> open_once(const Source& source, std::span<const std::string_view> known_types);
   Result<> find_chunks(Bytes file_header);
   Result<> check_types(std::span<const std::string_view> known_types) const;
   void sort_streams();

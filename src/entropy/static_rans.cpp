@@ -303,6 +303,25 @@ uint32_t log2_fixed(uint32_t n) {
   return exponent << 16 | fractions[mantissa & 4095];
 }
 
+void spread_symbols(std::span<Histogram> counts, unsigned symbols, bool rising) {
+  std::array<bool, most_static_symbols> occurs{};
+  unsigned end = 0;
+  for (const Histogram& histogram : counts) {
+    for (unsigned s = 0; s < symbols; ++s) {
+      if (histogram[s] == 0) continue;
+      occurs[s] = true;
+      end = std::max(end, s + 1);
+    }
+  }
+  for (Histogram& histogram : counts) {
+    const auto seen = [](uint32_t count) { return count != 0; };
+    if (std::none_of(histogram.begin(), histogram.end(), seen)) continue;
+    for (unsigned s = 0; s < symbols; ++s) {
+      if (histogram[s] == 0 && (occurs[s] || (rising && s <= end))) histogram[s] = 1;
+    }
+  }
+}
+
 uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bits) {
   uint64_t cost = 0;
   for (unsigned s = 0; s < most_static_symbols; ++s) {

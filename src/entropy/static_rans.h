@@ -35,6 +35,10 @@ struct StaticTables {
   const Frequencies& of(unsigned context) const { return tables[table_of[context]]; }
 };
 
+/// Counts of a sample, for tables that others use as well: what occurs in one context may occur in all that
+/// there are. `rising`: symbols are sizes, where those between, and the next one, may occur, too.
+void spread_symbols(std::span<Histogram> counts, unsigned symbols, bool rising);
+
 /// What one more table must save in bits beyond what its symbols take: a microsecond of a decoder's time.
 inline constexpr uint64_t price_of_table = 80;
 /// Tables for these counts, by context, such that tables and symbols together are small. Writes them to

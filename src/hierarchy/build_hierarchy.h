@@ -14,6 +14,8 @@ struct HierarchyOptions {
   uint32_t group_charts = 8;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
+  /// By corner: at one vertex equal numbers, equal values; see seams.h. Empty: they do not differ.
+  std::span<const uint32_t> corner_values = {};
 };
 
 /// Cuts a mesh into charts and simplifies it level by level until one chart is left, or nothing more can be

@@ -1,6 +1,7 @@
 #include "hierarchy/chart_codec.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 #include <string>
 #include <string_view>
@@ -74,8 +75,14 @@ std::vector<uint32_t> points_on_borders(const Mesh& mesh, Number number) {
     }
   }
   std::vector<uint32_t> border;
-  for (uint32_t i = 0; i < neighbours.size(); ++i) {
-    if (neighbours[i] != 0) border.push_back(i);
+  // Few are not 0.
+  const auto count = static_cast<uint32_t>(neighbours.size());
+  for (uint32_t i = 0; i < count; ++i) {
+    for (uint64_t four[2]; i + 4 <= count; i += 4) {
+      std::memcpy(four, &neighbours[i], sizeof four);
+      if ((four[0] | four[1]) != 0) break;
+    }
+    if (i < count && neighbours[i] != 0) border.push_back(i);
   }
   return border;
 }
@@ -197,6 +204,14 @@ std::vector<uint32_t> borders_of_coded(const Mesh& part, const PatchSources& sou
   return points_on_borders(part, [&](uint32_t point) { return coded_as[point]; });
 }
 
+/// Coarse charts have either all arrays or those of points alone.
+Result<> keep_arrays(Description& chart, uint64_t count) {
+  if (count == chart.arrays.size() + 1) return {};
+  std::erase_if(chart.arrays, [](const ArrayDescription& array) { return array.domain != Domain::point; });
+  if (count == chart.arrays.size() + 1) return {};
+  return corrupt("another number of arrays than the mesh has");
+}
+
 }  // namespace
 
 Description chart_description(const Description& file, uint32_t level) {
@@ -204,7 +219,7 @@ Description chart_description(const Description& file, uint32_t level) {
   chart.effort = file.effort;
   chart.positions = file.positions;
   for (const ArrayDescription& array : file.arrays) {
-    if (level > 0 && array.domain != Domain::point) continue;
+    if (level > 0 && array.domain == Domain::mesh) continue;
     chart.arrays.push_back(array);
     chart.arrays.back().mesh_tuples = 0;
   }
@@ -219,7 +234,7 @@ Description chart_description(const Description& file, uint32_t level) {
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level) {
   std::vector<ArrayToCode> chosen;
   for (const ArrayToCode& coded : arrays) {
-    if (level == 0 || coded.array->domain == Domain::point) chosen.push_back(coded);
+    if (level == 0 || coded.array->domain != Domain::mesh) chosen.push_back(coded);
   }
   return chosen;
 }
@@ -239,6 +254,7 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   if (shared)
     put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
                                    borders_of_coded(part, patch.sources)));
+  if (!shared) out.put_count(patch.arrays.size());
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());
   for (const Bytes stream : streams) out.put_bytes(stream);
@@ -251,9 +267,10 @@ Result<double> claimed_bytes(const Description& described, Bytes bytes) {
 }
 
 Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
-                                  FanBuffers* buffers) {
+                                  FanBuffers* buffers, ChartUse use) {
   ByteReader in(bytes);
-  const Description description = MAILLE_TRY(get_sizes(in, set.description));
+  Description description = MAILLE_TRY(get_sizes(in, set.description));
+  if (!set.finest) MAILLE_CHECK(keep_arrays(description, in.get_count()));
   const Bytes shared = set.finest ? in.get_bytes(in.get_count()) : Bytes();
   ChartStreams streams;
   MAILLE_CHECK(streams.read(in, description.arrays.size()));
@@ -266,7 +283,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
     if (auto valid = validate(chart.mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
-  if (set.finest)
+  if (set.finest && use == ChartUse::join)
     chart.shared = MAILLE_TRY(decode_shared(
         shared, description.points, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
   return chart;

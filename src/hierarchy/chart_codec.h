@@ -25,8 +25,8 @@ struct SharedPoint {
   uint32_t copy = 0;
 };
 
-/// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles and
-/// the arrays of points at coarser levels. Without sizes.
+/// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles, and
+/// no arrays of the mesh as a whole, at coarser levels. Without sizes.
 Description chart_description(const Description& file, uint32_t level);
 /// The arrays that charts of this level have; positions first.
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level);
@@ -38,7 +38,7 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
 
 struct DecodedChart {
   Mesh mesh;
-  std::vector<SharedPoint> shared;  ///< by point, rising
+  std::vector<SharedPoint> shared;  ///< by point, rising; not to show
 };
 
 /// What all charts of a level have: what a description leaves open differs.
@@ -61,9 +61,12 @@ Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables);
 /// What the chart says it takes in memory. Error: corrupt.
 Result<double> claimed_bytes(const Description& described, Bytes bytes);
 
+/// To join charts of level 0, one must know which points they share: a tenth of the time.
+enum class ChartUse : uint8_t { join, show };
+
 /// Inverse. `buffers`: for many one after the other. Safe on any bytes. Errors: corrupt, memory_bound,
 /// cancelled.
 Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
-                                  FanBuffers* buffers = nullptr);
+                                  FanBuffers* buffers = nullptr, ChartUse use = ChartUse::join);
 
 }  // namespace maille

@@ -11,7 +11,7 @@ namespace maille {
 namespace {
 
 constexpr double sphere_steps = 65535;
-constexpr double box_steps = 255;
+constexpr double half_steps = 255;
 // A sphere is rounded to a step along each axis; its radius grows by as much: sqrt(3) < 2 steps, and one for
 // itself.
 constexpr double rounding = 3;
@@ -30,15 +30,14 @@ struct PackedSphere {
 
 struct PackedChart {
   PackedSphere sphere;
-  std::array<uint8_t, 3> low, high;  ///< in steps of the sphere's cube
-  uint32_t producer;                 ///< less the group's own number; 0: none
+  std::array<uint8_t, 3> half;  ///< of the box around the same centre, in parts of the radius
+  uint32_t producer;            ///< less the group's own number; 0: none
   uint32_t faces, bytes, check;
 
   template <class Self, class Visitor>
   static void visit(Self& chart, Visitor& visitor) {
     PackedSphere::visit(chart.sphere, visitor);
-    for (auto& c : chart.low) visitor(c);
-    for (auto& c : chart.high) visitor(c);
+    for (auto& c : chart.half) visitor(c);
     visitor.count(chart.producer);
     visitor.count(chart.faces);
     visitor.count(chart.bytes);
@@ -88,13 +87,6 @@ struct Reader {
   }
 };
 
-/// A float that is not less.
-float rounded_up(double x) {
-  const auto nearest = static_cast<float>(x);
-  return static_cast<double>(nearest) >= x ? nearest
-                                           : std::nextafter(nearest, std::numeric_limits<float>::infinity());
-}
-
 template <class T>
 T clamped(double x) {
   return static_cast<T>(std::clamp(x, 0.0, static_cast<double>(std::numeric_limits<T>::max())));
@@ -122,13 +114,10 @@ PackedChart pack(const IndexFrame& frame, const IndexedChart& chart, uint32_t gr
   PackedChart packed{};
   packed.sphere = pack(frame, chart.sphere);
   const Sphere around = unpack(frame, packed.sphere);
-  const double step = 2 * around.radius / box_steps;
+  const double step = around.radius / half_steps;
   for (unsigned k = 0; k < 3; ++k) {
-    const double low = around.centre[k] - around.radius;
-    packed.low[k] =
-        step > 0 ? clamped<uint8_t>(std::floor((chart.box.low[k] - low) / step - 1e-6)) : uint8_t{0};
-    packed.high[k] =
-        step > 0 ? clamped<uint8_t>(std::ceil((chart.box.high[k] - low) / step + 1e-6)) : uint8_t{255};
+    const double half = std::max(around.centre[k] - chart.box.low[k], chart.box.high[k] - around.centre[k]);
+    packed.half[k] = step > 0 ? clamped<uint8_t>(std::ceil(half / step + 1e-6)) : uint8_t{255};
   }
   packed.producer = chart.producer == no_group ? 0 : chart.producer - group;
   packed.faces = chart.faces;
@@ -140,11 +129,10 @@ PackedChart pack(const IndexFrame& frame, const IndexedChart& chart, uint32_t gr
 IndexedChart unpack(const IndexFrame& frame, const PackedChart& packed, uint32_t group) {
   IndexedChart chart;
   chart.sphere = unpack(frame, packed.sphere);
-  const double step = 2 * chart.sphere.radius / box_steps;
+  const double step = chart.sphere.radius / half_steps;
   for (unsigned k = 0; k < 3; ++k) {
-    const double low = chart.sphere.centre[k] - chart.sphere.radius;
-    chart.box.low[k] = low + step * packed.low[k];
-    chart.box.high[k] = low + step * packed.high[k];
+    chart.box.low[k] = chart.sphere.centre[k] - step * packed.half[k];
+    chart.box.high[k] = chart.sphere.centre[k] + step * packed.half[k];
   }
   chart.producer = packed.producer == 0 ? no_group : group + packed.producer;
   chart.faces = packed.faces;
@@ -159,6 +147,12 @@ tl::unexpected<Error> corrupt(const char* what) {
 
 }  // namespace
 
+float float_not_less(double x) {
+  const auto nearest = static_cast<float>(x);
+  return static_cast<double>(nearest) >= x ? nearest
+                                           : std::nextafter(nearest, std::numeric_limits<float>::infinity());
+}
+
 std::vector<std::byte> encode_index_page(const IndexFrame& frame, std::span<const IndexedGroup> groups,
                                          uint32_t first) {
   ByteWriter out;
@@ -166,8 +160,8 @@ std::vector<std::byte> encode_index_page(const IndexFrame& frame, std::span<cons
   for (size_t i = 0; i < groups.size(); ++i) {
     const IndexedGroup& group = groups[i];
     const PackedGroup packed{static_cast<uint8_t>(group.level),
-                             rounded_up(group.view_error),
-                             rounded_up(group.bound),
+                             float_not_less(group.view_error),
+                             float_not_less(group.bound),
                              pack(frame, group.sphere),
                              group.offset,
                              group.replaces,

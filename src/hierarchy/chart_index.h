@@ -19,7 +19,7 @@ namespace maille {
 
 struct IndexedChart {
   Sphere sphere;
-  Box box;                       ///< within the sphere's cube
+  Box box;                       ///< in the file: around the sphere's centre
   uint32_t producer = no_group;  ///< the group that refines it; none at level 0
   uint32_t faces = 0;
   uint32_t bytes = 0;
@@ -43,6 +43,9 @@ struct IndexFrame {
   Vector3 low;
   double size = 1;
 };
+
+/// Errors are written as floats, rounded up.
+float float_not_less(double x);
 
 /// The groups of one page, of which `first` is the number of the first. Spheres, boxes and errors are rounded
 /// outwards.

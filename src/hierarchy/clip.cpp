@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hierarchy/keep_cells.h"
 #include "hierarchy/mesh_geometry.h"
 #include "hierarchy/selection.h"
 
@@ -129,6 +130,10 @@ class MeshCutter {
 
 }  // namespace
 
+Mesh keep_cells(const Mesh& mesh, const std::vector<bool>& keep) {
+  return MeshCutter(mesh, keep).run();
+}
+
 Mesh clip(const Mesh& mesh, const Region& region) {
   const RegionTest test(region);
   std::vector<bool> keep;
@@ -147,7 +152,7 @@ Mesh clip(const Mesh& mesh, const Region& region) {
       keep.push_back(meets);
     }
   }
-  return MeshCutter(mesh, keep).run();
+  return keep_cells(mesh, keep);
 }
 
 }  // namespace maille

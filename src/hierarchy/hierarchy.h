@@ -20,6 +20,9 @@ struct Chart {
   uint32_t consumer = no_group;     ///< the group that it is simplified with; none at the root
   std::vector<uint32_t> faces;      ///< level 0: numbers of the mesh's faces, rising
   std::vector<uint32_t> triangles;  ///< coarser levels: three vertices of the mesh each
+  /// Coarser levels of meshes with seams: by corner the corner of the mesh whose values it has, by triangle
+  /// the face. See seams.h.
+  std::vector<uint32_t> corners, origins;
   Sphere sphere;
 
   uint64_t face_count() const { return level == 0 ? faces.size() : triangles.size() / 3; }

@@ -9,10 +9,12 @@ namespace {
 
 class Indexer {
  public:
-  Indexer(const Hierarchy& hierarchy, const FaceLists& faces, const LocalPositions& positions)
+  Indexer(const Hierarchy& hierarchy, std::span<const ChartExtent> extents, const Vector3& origin,
+          double rounding)
       : hierarchy_(hierarchy),
-        faces_(faces),
-        positions_(positions),
+        extents_(extents),
+        origin_(origin),
+        rounding_(rounding),
         number_(hierarchy.groups.size(), no_group) {}
 
   IndexedHierarchy run() {
@@ -64,32 +66,15 @@ class Indexer {
 
   /// Around the positions themselves.
   Sphere in_space(const Sphere& local) const {
-    return {local.centre + positions_.origin, local.radius + 2 * positions_.rounding};
-  }
-  template <class F>
-  void for_each_vertex(const Chart& chart, F f) const {
-    for (const uint32_t v : chart.triangles) f(v);
-    for (const uint32_t face : chart.faces) {
-      for (const uint32_t v : faces_.face(face)) f(v);
-    }
+    return {local.centre + origin_, local.radius + 2 * rounding_};
   }
   IndexedChart indexed(uint32_t number) const {
     const Chart& chart = hierarchy_.charts[number];
     IndexedChart indexed;
     indexed.sphere = in_space(chart.sphere);
     indexed.producer = chart.producer == no_group ? no_group : number_[chart.producer];
-    indexed.faces = static_cast<uint32_t>(chart.face_count());
-    indexed.box.low = indexed.box.high = indexed.sphere.centre;
-    bool first = true;
-    for_each_vertex(chart, [&](uint32_t v) {
-      for (unsigned k = 0; k < 3; ++k) {
-        const double x = positions_.origin[k] + static_cast<double>(positions_.numbers[size_t{3} * v + k]);
-        const double low = x - positions_.rounding, high = x + positions_.rounding;
-        indexed.box.low[k] = first ? low : std::min(indexed.box.low[k], low);
-        indexed.box.high[k] = first ? high : std::max(indexed.box.high[k], high);
-      }
-      first = false;
-    });
+    indexed.faces = extents_[number].faces;
+    indexed.box = extents_[number].box;
     return indexed;
   }
 
@@ -118,17 +103,47 @@ class Indexer {
   }
 
   const Hierarchy& hierarchy_;
-  const FaceLists& faces_;
-  const LocalPositions& positions_;
+  std::span<const ChartExtent> extents_;
+  const Vector3& origin_;
+  double rounding_;
   IndexedHierarchy result_;
   std::vector<uint32_t> number_;
 };
 
 }  // namespace
 
+Box box_in_space(std::span<const uint32_t> vertices, const LocalPositions& positions,
+                 const Vector3& if_none) {
+  Box box{if_none, if_none};
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const double x =
+          positions.origin[k] + static_cast<double>(positions.numbers[size_t{3} * vertices[i] + k]);
+      const double low = x - positions.rounding, high = x + positions.rounding;
+      box.low[k] = i == 0 ? low : std::min(box.low[k], low);
+      box.high[k] = i == 0 ? high : std::max(box.high[k], high);
+    }
+  }
+  return box;
+}
+
+IndexedHierarchy index_hierarchy(const Hierarchy& hierarchy, std::span<const ChartExtent> extents,
+                                 const Vector3& origin, double rounding) {
+  return Indexer(hierarchy, extents, origin, rounding).run();
+}
+
 IndexedHierarchy index_hierarchy(const Hierarchy& hierarchy, const FaceLists& faces,
                                  const LocalPositions& positions) {
-  return Indexer(hierarchy, faces, positions).run();
+  std::vector<ChartExtent> extents;
+  std::vector<uint32_t> used;
+  for (const Chart& chart : hierarchy.charts) {
+    used = chart.triangles;
+    for (const uint32_t face : chart.faces)
+      used.insert(used.end(), faces.face(face).begin(), faces.face(face).end());
+    const Vector3 centre = chart.sphere.centre + positions.origin;
+    extents.push_back({box_in_space(used, positions, centre), static_cast<uint32_t>(chart.face_count())});
+  }
+  return index_hierarchy(hierarchy, extents, positions.origin, positions.rounding);
 }
 
 }  // namespace maille

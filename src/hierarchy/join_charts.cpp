@@ -11,15 +11,6 @@
 namespace maille {
 namespace {
 
-Place place_of(const Array& positions, uint32_t point) {
-  Place place{};
-  const size_t size = size_of(positions.type);
-  for (size_t k = 0; k < 3; ++k) {
-    std::memcpy(&place[k], positions.bytes.data() + (size_t{3} * point + k) * size, size);
-  }
-  return place;
-}
-
 /// A shared point of a chart.
 struct Member {
   Place place;
@@ -37,6 +28,15 @@ uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
 }
 
 }  // namespace
+
+Place place_of(const Array& positions, uint32_t point) {
+  Place place{};
+  const size_t size = size_of(positions.type);
+  for (size_t k = 0; k < 3; ++k) {
+    std::memcpy(&place[k], positions.bytes.data() + (size_t{3} * point + k) * size, size);
+  }
+  return place;
+}
 
 std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
                                                   const std::vector<Place>& places) {
@@ -223,6 +223,42 @@ class PointRows {
   std::vector<Column> columns_;
 };
 
+/// Arrays of cells and corners that all charts have, for their faces one by one.
+class FaceRows {
+ public:
+  explicit FaceRows(std::span<const DecodedChart> charts) {
+    for (const Array& from : charts[0].mesh.arrays) {
+      if (from.domain != Domain::cell && from.domain != Domain::corner) continue;
+      const bool everywhere = std::all_of(charts.begin(), charts.end(), [&](const DecodedChart& chart) {
+        return chart.mesh.find(from.name, from.domain) != nullptr;
+      });
+      if (!everywhere) continue;
+      Array& array =
+          arrays_.emplace_back(make_array(from.name, from.domain, from.type, from.components, from.role));
+      array.labels = from.labels;
+    }
+  }
+  void begin(const Mesh& chart) {
+    from_.clear();
+    for (const Array& array : arrays_) from_.push_back(chart.find(array.name, array.domain));
+  }
+  void add(uint64_t cell, uint64_t first_corner, size_t corners) {
+    for (size_t i = 0; i < arrays_.size(); ++i) {
+      const bool of_cell = arrays_[i].domain == Domain::cell;
+      const size_t size = arrays_[i].tuple_size();
+      const std::vector<std::byte>& bytes = from_[i]->bytes;
+      const auto begin = bytes.begin() + static_cast<ptrdiff_t>((of_cell ? cell : first_corner) * size);
+      const auto end = begin + static_cast<ptrdiff_t>((of_cell ? 1 : corners) * size);
+      arrays_[i].bytes.insert(arrays_[i].bytes.end(), begin, end);
+    }
+  }
+  std::vector<Array> take() { return std::move(arrays_); }
+
+ private:
+  std::vector<Array> arrays_;
+  std::vector<const Array*> from_;
+};
+
 }  // namespace
 
 Mesh join_levels(std::span<const DecodedChart> charts) {
@@ -238,17 +274,24 @@ Mesh join_levels(std::span<const DecodedChart> charts) {
   CellBlock& block = mesh.blocks.emplace_back();
   block.offsets.push_back(0);
   bool triangles = true;
+  FaceRows face_rows(charts);
   for (size_t c = 0; c < charts.size(); ++c) {
+    face_rows.begin(charts[c].mesh);
+    uint64_t cell = 0, corner = 0;
     for (const CellBlock& from : charts[c].mesh.blocks) {
-      for (uint64_t i = 0; i < from.size(); ++i) {
-        if (!is_face(from.type_of(i))) continue;
-        for (const uint32_t point : from.cell(i))
-          block.connectivity.push_back(number[rows.first_of(c) + point]);
-        triangles = triangles && from.cell(i).size() == 3;
-        block.offsets.push_back(block.connectivity.size());
+      for (uint64_t i = 0; i < from.size(); ++i, ++cell) {
+        const auto nodes = from.cell(i);
+        if (is_face(from.type_of(i))) {
+          for (const uint32_t point : nodes) block.connectivity.push_back(number[rows.first_of(c) + point]);
+          triangles = triangles && nodes.size() == 3;
+          block.offsets.push_back(block.connectivity.size());
+          face_rows.add(cell, corner, nodes.size());
+        }
+        corner += nodes.size();
       }
     }
   }
+  for (Array& array : face_rows.take()) mesh.arrays.push_back(std::move(array));
   if (triangles) {
     block.type = CellType::triangle;
     block.offsets.clear();

@@ -17,6 +17,9 @@ namespace maille {
 std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
                                                   const std::vector<Place>& places);
 
+/// A position as its bits: what shared points are known by.
+Place place_of(const Array& positions, uint32_t point);
+
 /// Numbers for the points of charts of level 0 that were decoded, in their order: shared points of one
 /// position and copy are one.
 JoinedPoints join_charts(std::span<const DecodedChart> charts);
@@ -29,8 +32,8 @@ Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& de
                          Executor& executor);
 
 /// Charts of any levels as one mesh of triangles (or of polygons, where charts of level 0 have such), with
-/// arrays of points: points of equal position and values are one. Names of blocks, and arrays of cells and
-/// corners are left out.
+/// arrays of points, cells and corners: points of equal position and values are one. Names of blocks and
+/// arrays of the mesh as a whole are left out.
 Mesh join_levels(std::span<const DecodedChart> charts);
 
 }  // namespace maille

@@ -19,5 +19,12 @@ struct LocalPositions {
 };
 
 LocalPositions local_positions(const ArrayToCode& positions, Executor& executor);
+/// The same around an origin that is known, for a piece of a mesh.
+LocalPositions local_positions(const ArrayToCode& positions, const Vector3& origin, Executor& executor);
+
+/// What the box of positions is found by, number by number: finite, and not near the largest doubles.
+double usable_number(Scalar type, const std::byte* number);
+/// Do positions of this type need no origin?
+bool floats_hold(Scalar type);
 
 }  // namespace maille

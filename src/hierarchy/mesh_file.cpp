@@ -23,6 +23,15 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   return encode_random(mesh, sink, options);
 }
 
+Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                            const WorkingSpace& space) {
+  if (options.mode == Mode::stream) return encode_stream(mesh, sink, options, space);
+  if (options.mode == Mode::random) return encode_random(mesh, sink, options, {.sizes = {}, .space = space});
+  return failure(
+      ErrorCode::usage,
+      "mode \"single\" needs the whole mesh in memory; modes \"stream\" and \"random\" read it in parts");
+}
+
 Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   const Mode mode = MAILLE_TRY(mode_of(source));
   if (mode != Mode::stream && options.step != 0) {

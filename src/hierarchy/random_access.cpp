@@ -4,9 +4,12 @@
 #include <cmath>
 
 #include "base/result.h"
-#include "hierarchy/chart_queue.h"
+#include "hierarchy/component_walk.h"
 #include "hierarchy/join_charts.h"
+#include "hierarchy/keep_cells.h"
 #include "hierarchy/mesh_geometry.h"
+#include "hierarchy/nearest_first.h"
+#include "hierarchy/nearest_points.h"
 #include "hierarchy/random_reader.h"
 #include "hierarchy/selection.h"
 
@@ -14,10 +17,6 @@ namespace maille {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-double length(const Vector3& v) {
-  return std::sqrt(dot(v, v));
-}
 
 /// Calls f(face, corners) for the triangles of a chart's faces.
 template <class F>
@@ -61,15 +60,6 @@ struct AlongRay {
   }
 };
 
-struct FromPoint {
-  Vector3 point;
-
-  double operator()(const Sphere& sphere) const {
-    return std::max(length(sphere.centre - point) - sphere.radius, 0.0);
-  }
-  double operator()(const Box& box) const { return std::sqrt(squared_distance(point, box)); }
-};
-
 /// Weights of the corners of a triangle at the point of it that is nearest to p.
 std::array<double, 3> nearest_weights(const Vector3& p, const Vector3& a, const Vector3& b,
                                       const Vector3& c) {
@@ -96,6 +86,30 @@ std::array<double, 3> nearest_weights(const Vector3& p, const Vector3& a, const 
   return best;
 }
 
+/// Nothing farther than what was found is of interest.
+auto reach_of(const std::optional<SurfacePoint>& found) {
+  return [&found] { return found ? found->distance : infinity; };
+}
+
+/// Which cells of charts joined are those of the component: in each block come those of chart after chart.
+std::vector<bool> cells_kept(const Component& component, std::span<const DecodedChart> charts) {
+  std::vector<bool> keep;
+  std::vector<size_t> next(charts.size());
+  std::vector<uint64_t> first(charts.size());
+  for (size_t b = 0; b < charts[0].mesh.blocks.size(); ++b) {
+    for (size_t c = 0; c < charts.size(); ++c) {
+      const std::vector<uint32_t>& cells = component.parts[c].cells;
+      const uint64_t end = first[c] + charts[c].mesh.blocks[b].size();
+      for (; first[c] < end; ++first[c]) {
+        const bool kept = next[c] < cells.size() && cells[next[c]] == first[c];
+        next[c] += kept;
+        keep.push_back(kept);
+      }
+    }
+  }
+  return keep;
+}
+
 }  // namespace
 
 struct File::State {
@@ -107,12 +121,16 @@ struct File::State {
   /// `problems`: not null: damaged charts are left out, and named there.
   Result<Mesh> extract(const Selection& selection, std::vector<std::string>* problems) {
     MAILLE_CHECK(reader.find(selection.charts));
-    std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(selection.charts, problems));
     const ChartIndex& index = reader.index();
     const bool finest =
         std::all_of(selection.charts.begin(), selection.charts.end(),
                     [&](const ChartPlace& place) { return index.group(place.group).level == 0; });
+    std::vector<DecodedChart> charts =
+        MAILLE_TRY(reader.read_charts(selection.charts, problems, finest ? ChartUse::join : ChartUse::show));
     if (!finest && !charts.empty()) return join_levels(charts);
+    return join(std::move(charts), problems);
+  }
+  Result<Mesh> join(std::vector<DecodedChart> charts, std::vector<std::string>* problems) const {
     if (charts.empty()) charts.push_back(empty_chart(reader.description(), options));
     Mesh mesh = MAILLE_TRY(join_finest(std::move(charts), reader.description(), executor()));
     auto arrays = reader.read_mesh_arrays(mesh);
@@ -121,24 +139,6 @@ struct File::State {
     problems->push_back(arrays.error().message);
     std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
     return mesh;
-  }
-
-  /// Looks at charts, nearest first, as long as one may hold something nearer than what was found.
-  template <class Distance, class Look>
-  Result<> nearest_first(Distance distance, const std::optional<SurfacePoint>& found, Look look) {
-    std::optional<ChartQueue<Distance>> queue(std::in_place, reader.index(), distance);
-    while (const auto next = queue->next()) {
-      if (found && next->distance > found->distance) return {};
-      if (next->missing) {
-        const unsigned rebuilt = reader.rebuilt();
-        MAILLE_CHECK(reader.load_index_pages({*next->missing}));
-        if (reader.rebuilt() != rebuilt) queue.emplace(reader.index(), distance);
-        continue;
-      }
-      const std::vector<DecodedChart> chart = MAILLE_TRY(reader.read_charts({next->place}));
-      look(next->place, chart[0].mesh);
-    }
-    return {};
   }
 };
 
@@ -183,7 +183,7 @@ Result<ChartInfo> File::info(const ChartPlace& place) {
 
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
-  return MAILLE_TRY(state_->reader.read_charts({place}))[0].mesh;
+  return MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show))[0].mesh;
 }
 Result<Mesh> File::extract(const Selection& selection) {
   return state_->extract(selection, nullptr);
@@ -195,7 +195,8 @@ Result<Mesh> File::salvage(const Selection& selection, std::vector<std::string>&
 Result<std::optional<SurfacePoint>> File::hit(const Vector3& origin, const Vector3& direction) {
   if (!(dot(direction, direction) > 0)) return failure(ErrorCode::usage, "a ray must have a direction");
   std::optional<SurfacePoint> found;
-  const auto look = [&](const ChartPlace& place, const Mesh& mesh) {
+  const auto look = [&](const ChartPlace& place, const DecodedChart& chart) {
+    const Mesh& mesh = chart.mesh;
     for_each_triangle(mesh, [&](uint64_t face, const std::array<uint32_t, 3>& corners) {
       std::array<Vector3, 3> p;
       for (unsigned k = 0; k < 3; ++k) p[k] = point_position(mesh.points, corners[k]);
@@ -209,13 +210,14 @@ Result<std::optional<SurfacePoint>> File::hit(const Vector3& origin, const Vecto
                            hit->distance};
     });
   };
-  MAILLE_CHECK(state_->nearest_first(AlongRay{origin, direction}, found, look));
+  MAILLE_CHECK(nearest_first(state_->reader, AlongRay{origin, direction}, reach_of(found), look));
   return found;
 }
 
 Result<std::optional<SurfacePoint>> File::nearest(const Vector3& point) {
   std::optional<SurfacePoint> found;
-  const auto look = [&](const ChartPlace& place, const Mesh& mesh) {
+  const auto look = [&](const ChartPlace& place, const DecodedChart& chart) {
+    const Mesh& mesh = chart.mesh;
     for_each_triangle(mesh, [&](uint64_t face, const std::array<uint32_t, 3>& corners) {
       std::array<Vector3, 3> p;
       for (unsigned k = 0; k < 3; ++k) p[k] = point_position(mesh.points, corners[k]);
@@ -226,8 +228,26 @@ Result<std::optional<SurfacePoint>> File::nearest(const Vector3& point) {
       found = SurfacePoint{place, face, corners, weights, at, distance};
     });
   };
-  MAILLE_CHECK(state_->nearest_first(FromPoint{point}, found, look));
+  MAILLE_CHECK(nearest_first(state_->reader, FromPoint{point}, reach_of(found), look));
   return found;
+}
+
+Result<std::vector<NearPoint>> File::nearest_points(const Vector3& point, uint64_t count) {
+  return maille::nearest_points(state_->reader, point, count);
+}
+
+Result<Component> File::component(const ChartPlace& chart, uint32_t point) {
+  return find_component(state_->reader, chart, point, state_->options.limits.mesh_bytes);
+}
+
+Result<Mesh> File::extract(const Component& component) {
+  std::vector<ChartPlace> places;
+  for (const Component::Part& part : component.parts) places.push_back(part.chart);
+  MAILLE_CHECK(state_->reader.find(places));
+  std::vector<DecodedChart> charts = MAILLE_TRY(state_->reader.read_charts(places));
+  const std::vector<bool> keep = charts.empty() ? std::vector<bool>() : cells_kept(component, charts);
+  const Mesh mesh = MAILLE_TRY(state_->join(std::move(charts), nullptr));
+  return keep_cells(mesh, keep);
 }
 
 }  // namespace maille

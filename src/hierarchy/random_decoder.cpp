@@ -73,7 +73,7 @@ Result<FileInfo> inspect_random(const Source& source) {
   uint64_t coarse = 0;
   const auto coded = [&](size_t i, Domain domain) {
     uint64_t bytes = directory.finest.arrays[i];
-    if (domain == Domain::point && coarse < directory.coarser.arrays.size())
+    if (domain != Domain::mesh && coarse < directory.coarser.arrays.size())
       bytes += directory.coarser.arrays[coarse++];
     return bytes;
   };

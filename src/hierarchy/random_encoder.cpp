@@ -1,4 +1,4 @@
-// Writes files of mode `random`: the directory, then groups of charts from coarse to fine.
+// Encodes meshes in memory as files of mode `random`.
 #include <maille/version.h>
 
 #include <algorithm>
@@ -7,13 +7,13 @@
 
 #include "base/hash.h"
 #include "base/result.h"
-#include "container/file_writer.h"
 #include "hierarchy/build_hierarchy.h"
 #include "hierarchy/chart_codec.h"
 #include "hierarchy/hierarchy_index.h"
 #include "hierarchy/join_charts.h"
 #include "hierarchy/random_file.h"
-#include "hierarchy/random_layout.h"
+#include "hierarchy/random_writer.h"
+#include "hierarchy/seams.h"
 #include "surface/array_report.h"
 #include "surface/coded_parts.h"
 #include "surface/element_order.h"
@@ -47,23 +47,26 @@ AllFaces all_faces(const Mesh& mesh) {
 }
 
 /// A chart of a coarser level as a mesh of its own.
-MeshPart coarse_part(const Chart& chart) {
+MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, const Seams& seams) {
   MeshPart part;
+  std::vector<uint32_t> triangles = chart.triangles;
+  for (size_t i = 0; i < chart.corners.size(); ++i) triangles[i] = seams.point_of[corners[chart.corners[i]]];
   CellBlock& block = part.mesh.blocks.emplace_back();
   block.type = CellType::triangle;
   std::vector<uint32_t>& points = part.numbers.points;
-  points = chart.triangles;
+  points = triangles;
   std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
-  for (const uint32_t v : chart.triangles) {
+  for (const uint32_t v : triangles) {
     const auto at = std::lower_bound(points.begin(), points.end(), v) - points.begin();
     block.connectivity.push_back(static_cast<uint32_t>(at));
   }
   part.mesh.points.resize(points.size());
   for (uint32_t i = 0; i < chart.face_count(); ++i) {
-    part.numbers.cells.push_back(i);
+    part.numbers.cells.push_back(chart.origins.empty() ? i : chart.origins[i]);
     part.numbers.first_corner.push_back(3 * i);
   }
+  part.numbers.corners = chart.corners;
   return part;
 }
 
@@ -93,8 +96,8 @@ class RandomEncoder {
     arrays_ = MAILLE_TRY(map_arrays(mesh_, options_));
     const AllFaces faces = all_faces(mesh_);
     MAILLE_CHECK(build(faces.lists));
-    MAILLE_CHECK(encode_charts());
-    make_pages();
+    MAILLE_CHECK(encode_charts(faces.lists.corners));
+    make_charts();
     return write(sink);
   }
 
@@ -103,6 +106,10 @@ class RandomEncoder {
     const LocalPositions positions = local_positions(arrays_[0], executor_);
     building_.executor = &executor_;
     building_.progress = options_.progress;
+    const bool with_values = std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(),
+                                         [](const Array& array) { return array.domain != Domain::mesh; });
+    if (with_values) seams_ = find_seams(mesh_, faces, decoded_places(arrays_[0]));
+    building_.corner_values = seams_.values;
     hierarchy_ = MAILLE_TRY(
         build_hierarchy(faces, positions.numbers, static_cast<uint32_t>(mesh_.point_count()), building_));
     // Points alone need a chart, too.
@@ -111,7 +118,7 @@ class RandomEncoder {
     return {};
   }
 
-  Result<> encode_charts() {
+  Result<> encode_charts(std::span<const uint32_t> corners) {
     const size_t count = hierarchy_.charts.size();
     std::vector<uint32_t> part_of(mesh_.cell_count());
     for (uint32_t c = 0; c < count; ++c) {
@@ -125,7 +132,7 @@ class RandomEncoder {
     const auto part_at = [&](size_t i) { return parts.take(i); };
     MAILLE_CHECK(encode_set(0, 0, level_0_, arrays_, part_at));
     return encode_set(1, level_0_, count, coarse_arrays,
-                      [&](size_t i) { return coarse_part(hierarchy_.charts[i]); });
+                      [&](size_t i) { return coarse_part(hierarchy_.charts[i], corners, seams_); });
   }
 
   /// The charts from `begin` to `end`, with tables of theirs.
@@ -159,7 +166,7 @@ class RandomEncoder {
     });
   }
 
-  void make_pages() {
+  void make_charts() {
     std::vector<std::span<const uint32_t>> points;
     for (size_t i = 0; i < level_0_; ++i) points.push_back(patches_[i].sources.points);
     const auto shared = find_shared(points, decoded_places(arrays_[0]));
@@ -171,19 +178,11 @@ class RandomEncoder {
     }
     for (size_t g = 0; g < indexed_.groups.size(); ++g) {
       IndexedGroup& group = indexed_.groups[g];
-      PageHead head{group.level, group.replaces, group.view_error, group.bound, {}};
-      std::vector<std::byte>& page = pages_.emplace_back();
       for (size_t i = 0; i < group.charts.size(); ++i) {
         const std::vector<std::byte>& bytes = bytes_[indexed_.charts[g][i]];
-        IndexedChart& chart = group.charts[i];
-        chart.bytes = static_cast<uint32_t>(bytes.size());
-        chart.check = static_cast<uint32_t>(hash64(bytes));
-        head.charts.push_back({chart.producer, chart.faces, chart.bytes});
+        group.charts[i].bytes = static_cast<uint32_t>(bytes.size());
+        group.charts[i].check = static_cast<uint32_t>(hash64(bytes));
       }
-      page = encode_page_head(head);
-      head_bytes_.push_back(page.size());
-      for (const uint32_t chart : indexed_.charts[g])
-        page.insert(page.end(), bytes_[chart].begin(), bytes_[chart].end());
     }
   }
   void count_bytes(size_t chart) {
@@ -198,45 +197,7 @@ class RandomEncoder {
     totals.other += bytes_[chart].size() - all;
   }
 
-  std::vector<std::byte> index_page(uint32_t page) const {
-    const uint32_t first = page * groups_per_index_page;
-    const size_t count = std::min<size_t>(groups_per_index_page, indexed_.groups.size() - first);
-    return encode_index_page(indexed_.frame, std::span(indexed_.groups).subspan(first, count), first);
-  }
-
-  /// Offsets do not change the size of what they stand in, so that all places are known before anything is
-  /// written.
-  void place_pages(uint64_t offset) {
-    const auto place = [&](const StreamKey& key, size_t size) {
-      ChunkHeader header;
-      std::copy_n(key.type, header.type.size(), header.type.begin());
-      header.patch = key.patch;
-      header.number = key.number;
-      StreamPlace found;
-      for (uint32_t part = 0;; ++part) {
-        header.size = static_cast<uint32_t>(std::min<size_t>(size, max_chunk_bytes));
-        size -= header.size;
-        header.part_and_last = 2 * part + (size == 0 ? 1 : 0);
-        const uint64_t total = chunk_total_bytes(header);
-        const bool whole = part == 0 && size == 0;
-        if (whole) found = {offset + total - header.size - chunk_checksum_bytes, header.size};
-        offset += total;
-        if (size == 0) return found;
-      }
-    };
-    place(directory_key, encode_directory(directory_).size());
-    for (uint32_t g = 0; g < indexed_.groups.size(); ++g) {
-      if (g % groups_per_index_page == 0) {
-        const uint32_t page = g / groups_per_index_page;
-        directory_.index_pages[page] = place(index_page_key(page), index_page(page).size());
-      }
-      const StreamPlace page = place(charts_key(g), pages_[g].size());
-      indexed_.groups[g].offset = page.size == 0 ? 0 : page.offset + head_bytes_[g];
-    }
-  }
-
   void fill_directory() {
-    directory_.groups = static_cast<uint32_t>(indexed_.groups.size());
     directory_.levels = hierarchy_.levels();
     directory_.faces.resize(directory_.levels);
     directory_.charts.resize(directory_.levels);
@@ -245,28 +206,23 @@ class RandomEncoder {
       ++directory_.charts[chart.level];
     }
     directory_.frame = indexed_.frame;
-    directory_.index_pages.resize((directory_.groups - 1) / groups_per_index_page + 1);
   }
 
   Result<EncodeReport> write(Sink& sink) {
-    FileWriter writer = MAILLE_TRY(
-        FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::random}));
-    Description description = describe(mesh_, arrays_, options_);
-    MAILLE_CHECK(writer.write_stream(random_description_key, MAILLE_TRY(encode_description(description))));
-    MAILLE_CHECK(write_mesh_arrays(writer));
-    for (uint32_t set = 0; set < chart_sets; ++set) {
-      if (!tables_[set].empty()) MAILLE_CHECK(writer.write_stream(tables_key(set), tables_[set]));
-    }
     fill_directory();
-    place_pages(writer.offset());
-    MAILLE_CHECK(writer.write_stream(directory_key, encode_directory(directory_)));
-    for (uint32_t g = 0; g < indexed_.groups.size(); ++g) {
-      if (g % groups_per_index_page == 0) {
-        const uint32_t page = g / groups_per_index_page;
-        MAILLE_CHECK(writer.write_stream(index_page_key(page), index_page(page)));
-      }
-      MAILLE_CHECK(writer.write_stream(charts_key(g), pages_[g]));
-    }
+    RandomContents contents;
+    contents.description = describe(mesh_, arrays_, options_);
+    contents.mesh_arrays = encode_mesh_arrays();
+    contents.tables = tables_;
+    contents.directory = directory_;
+    contents.groups = indexed_.groups;
+    contents.charts = [this](uint32_t g) -> Result<std::vector<std::byte>> {
+      std::vector<std::byte> charts;
+      for (const uint32_t chart : indexed_.charts[g])
+        charts.insert(charts.end(), bytes_[chart].begin(), bytes_[chart].end());
+      return charts;
+    };
+    FileWriter writer = MAILLE_TRY(write_random(sink, contents));
     EncodeReport report = report_of_charts();
     if (options_.order == Order::keep) {
       const std::vector<std::byte> order = encode_order(MAILLE_TRY(order_of_charts()));
@@ -281,15 +237,15 @@ class RandomEncoder {
     return report;
   }
 
-  Result<> write_mesh_arrays(FileWriter& writer) {
+  std::vector<std::pair<uint32_t, std::vector<std::byte>>> encode_mesh_arrays() {
+    std::vector<std::pair<uint32_t, std::vector<std::byte>>> coded;
     for (uint32_t i = 1; i < arrays_.size(); ++i) {
       if (arrays_[i].array->domain != Domain::mesh) continue;
-      const std::vector<std::byte> bytes = encode_mesh_array(arrays_[i], options_.effort);
-      MAILLE_CHECK(writer.write_stream(mesh_array_key(i - 1), bytes));
+      coded.emplace_back(i - 1, encode_mesh_array(arrays_[i], options_.effort));
       mesh_array_bytes_.resize(arrays_.size());
-      mesh_array_bytes_[i] = bytes.size();
+      mesh_array_bytes_[i] = coded.back().second.size();
     }
-    return {};
+    return coded;
   }
 
   EncodeReport report_of_charts() const {
@@ -302,7 +258,7 @@ class RandomEncoder {
     }
     size_t coarse = 0;
     for (size_t i = 0; i < arrays_.size(); ++i) {
-      if (arrays_[i].array->domain != Domain::point || directory_.coarser.arrays.empty()) continue;
+      if (arrays_[i].array->domain == Domain::mesh || directory_.coarser.arrays.empty()) continue;
       bytes[i] += directory_.coarser.arrays[coarse++];
     }
     report.positions = report_of(*arrays_[0].array, arrays_[0].maps, bytes[0]);
@@ -334,12 +290,11 @@ class RandomEncoder {
   std::vector<ArrayToCode> arrays_;
   Hierarchy hierarchy_;
   IndexedHierarchy indexed_;
+  Seams seams_;
   size_t level_0_ = 0;
   std::vector<EncodedPatch> patches_;          ///< by chart
   std::vector<Mesh> meshes_;                   ///< by chart: its cells
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
-  std::vector<std::vector<std::byte>> pages_;  ///< by group
-  std::vector<size_t> head_bytes_;             ///< by group: what stands before its charts
   std::array<std::vector<std::byte>, chart_sets> tables_;
   std::vector<uint64_t> mesh_array_bytes_;
   ChartDirectory directory_;

@@ -197,7 +197,7 @@ TEST(RandomFile, HasNoCracksInAnyView) {
   ASSERT_GE(open.levels(), 3u);
   Random random(1);
   std::set<uint64_t> sizes;
-  for (uint64_t i = 0; i < cases(100); ++i) {
+  for (uint64_t i = 0; i < cases(300); ++i) {
     Selection selection;
     const Vector3 eye{{4 * random.unit() - 2, 4 * random.unit() - 2, 4 * random.unit() - 2}};
     const View view{eye, std::pow(2.0, 14 * random.unit()), 1};

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <type_traits>
 
 #include "container/plain_fields.h"
 
@@ -34,14 +35,25 @@ void visit(Visitor& visitor, Directory& directory) {
   });
 }
 
+template <class Visitor, class Error>
+void visit_error(Visitor& visitor, Error& error) {
+  float rounded = float_not_less(error);
+  visitor.fixed(rounded);
+  if constexpr (!std::is_const_v<Error>) error = static_cast<double>(rounded);
+}
+
 template <class Visitor, class Head>
 void visit_head(Visitor& visitor, Head& head) {
   visitor.count(head.level, 255);
   visitor.count(head.replaces, most);
-  visitor.real(head.view_error);
-  visitor.real(head.bound);
+  visit_error(visitor, head.view_error);
+  visit_error(visitor, head.bound);
   visitor.list(head.charts, [&](auto& chart) {
-    visitor.count(chart.producer, most);
+    // None is 0, as for most charts.
+    uint32_t next_producer = chart.producer + 1;
+    visitor.count(next_producer, most);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(chart)>>)
+      chart.producer = next_producer - 1;
     visitor.count(chart.faces, most);
     visitor.count(chart.bytes, most);
   });

@@ -13,8 +13,13 @@ namespace maille {
 namespace {
 
 constexpr std::string_view known_types[] = {"DESC", "CTAB", "CDIR", "CIDX", "CHRT", "ARRY", "ORDR"};
-/// Bytes between two charts that are read along rather than left out: one request costs more than they do.
-constexpr uint64_t reading_gap = 16 * 1024;
+/// Of index pages that are read at once: hostile directories may name one place many times.
+constexpr uint64_t most_pages_bytes = uint64_t{16} << 20;
+
+/// The bytes did not come: there is nothing damaged that could be found by other ways.
+bool is_of_source(const Error& error) {
+  return error.code == ErrorCode::cannot_read || error.code == ErrorCode::network;
+}
 
 /// Chunks from the front on, as long as they are whole.
 class FrontChunks {
@@ -26,15 +31,14 @@ class FrontChunks {
     return read_file_header(bytes.first(std::min(bytes.size(), file_header_bytes)), source_.name());
   }
   /// Nothing behind the last one that is whole.
-  std::optional<ChunkHeader> next(std::vector<std::byte>& content) {
-    const auto front = window_.at(offset_, max_chunk_header_bytes);
-    const auto parsed = front ? read_chunk_header(*front) : std::nullopt;
+  Result<std::optional<ChunkHeader>> next(std::vector<std::byte>& content) {
+    const auto parsed = read_chunk_header(MAILLE_TRY(window_.at(offset_, max_chunk_header_bytes)));
     if (!parsed || parsed->total_bytes() > source_.size() - offset_) return std::nullopt;
     const auto size = static_cast<size_t>(parsed->total_bytes());
-    const auto bytes = window_.at(offset_, size);
-    if (!bytes || bytes->size() < size) return std::nullopt;
-    const auto checksum = load<uint64_t>(bytes->data() + size - chunk_checksum_bytes);
-    const auto found = chunk_content(bytes->first(size), {parsed->header, offset_, checksum});
+    const Bytes bytes = MAILLE_TRY(window_.at(offset_, size));
+    if (bytes.size() < size) return std::nullopt;
+    const auto checksum = load<uint64_t>(bytes.data() + size - chunk_checksum_bytes);
+    const auto found = chunk_content(bytes.first(size), {parsed->header, offset_, checksum});
     if (!found) return std::nullopt;
     content.insert(content.end(), found->begin(), found->end());
     offset_ += size;
@@ -51,22 +55,27 @@ class FrontChunks {
 
 Result<RandomReader> RandomReader::open(const Source& source, const DecodeOptions& options) {
   RandomReader reader(source, options);
-  FrontChunks front(source);
-  reader.header_ = MAILLE_TRY(front.header());
+  reader.header_ = MAILLE_TRY(FrontChunks(source).header());
   if (reader.header_.mode != Mode::random) {
     return failure(ErrorCode::usage,
                    source.name() + ": is no file of mode \"random\"; only these can be read in parts");
   }
-  if (!reader.read_front()) MAILLE_CHECK(reader.read_by_key());
+  auto read = reader.read_front();
+  if (!read && read.error().code == ErrorCode::corrupt && source.forget(0, source.size()))
+    read = reader.read_front();
+  if (!read && is_of_source(read.error())) return tl::unexpected(std::move(read).error());
+  if (!read) MAILLE_CHECK(reader.read_by_key());
   return reader;
 }
 
 Result<> RandomReader::read_front() {
   FrontChunks chunks(*source_);
+  // From the first byte on, although it is known: what a distant source gives with one request begins there.
+  MAILLE_CHECK(chunks.header());
   Front front;
   for (;;) {
     std::vector<std::byte> content;
-    const auto header = chunks.next(content);
+    const auto header = MAILLE_TRY(chunks.next(content));
     if (!header) return failure(ErrorCode::corrupt, "the front is damaged");
     const std::string_view type(header->type.data(), header->type.size());
     const auto append = [&](std::vector<std::byte>& to) {
@@ -157,26 +166,32 @@ Result<> RandomReader::set_index_page(uint32_t page, Bytes bytes) {
   return {};
 }
 
-/// A page of the index where the directory says that it stands; false: it does not.
-Result<bool> RandomReader::load_at_place(uint32_t page) {
+/// The chunk of a page of the index where the directory says that it stands, to be read; empty where it
+/// cannot be there.
+RandomReader::PageChunk RandomReader::place_of_page(uint32_t page) const {
   const StreamPlace place = directory_.index_pages[page];
-  if (place.size == 0 || place.size > max_chunk_bytes) return false;
-  ChunkRecord record;
-  std::copy_n(index_page_key(page).type, record.header.type.size(), record.header.type.begin());
-  record.header.patch = page;
-  record.header.part_and_last = 1;
-  record.header.size = place.size;
-  const uint64_t total = chunk_total_bytes(record.header);
+  PageChunk chunk;
+  if (place.size == 0 || place.size > max_chunk_bytes) return chunk;
+  std::copy_n(index_page_key(page).type, chunk.header.type.size(), chunk.header.type.begin());
+  chunk.header.patch = page;
+  chunk.header.part_and_last = 1;
+  chunk.header.size = place.size;
+  const uint64_t total = chunk_total_bytes(chunk.header);
   const uint64_t before = total - place.size - chunk_checksum_bytes;
   if (place.offset < before || place.offset - before > source_->size() ||
       total > source_->size() - (place.offset - before)) {
-    return false;
+    return chunk;
   }
-  std::vector<std::byte> chunk(static_cast<size_t>(total));
-  MAILLE_CHECK(source_->read_at(place.offset - before, chunk));
-  record.checksum = load<uint64_t>(chunk.data() + total - chunk_checksum_bytes);
-  const std::optional<Bytes> content = chunk_content(chunk, record);
-  return content && set_index_page(page, *content);
+  chunk.offset = place.offset - before;
+  chunk.bytes.resize(static_cast<size_t>(total));
+  return chunk;
+}
+
+bool RandomReader::set_index_page(const PageChunk& chunk) {
+  if (chunk.bytes.empty()) return false;
+  const auto checksum = load<uint64_t>(chunk.bytes.data() + chunk.bytes.size() - chunk_checksum_bytes);
+  const std::optional<Bytes> content = chunk_content(chunk.bytes, {chunk.header, chunk.offset, checksum});
+  return content && set_index_page(chunk.header.patch, *content);
 }
 
 Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() const {
@@ -185,14 +200,34 @@ Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() cons
 }
 
 Result<> RandomReader::load_index_pages(const std::vector<uint32_t>& pages) {
-  for (const uint32_t page : pages) {
-    if (MAILLE_TRY(load_at_place(page))) continue;
-    const FileReader& file = MAILLE_TRY(whole_file());
-    const auto bytes = file.read_stream(index_page_key(page));
-    if (bytes && set_index_page(page, *bytes)) continue;
-    return rebuild();
+  for (size_t next = 0; next < pages.size();) {
+    std::vector<uint32_t> numbers;
+    std::vector<PageChunk> chunks;
+    for (uint64_t bytes = 0; next < pages.size() && bytes < most_pages_bytes; ++next) {
+      numbers.push_back(pages[next]);
+      chunks.push_back(place_of_page(pages[next]));
+      bytes += chunks.back().bytes.size();
+    }
+    std::vector<Source::Part> parts;
+    for (PageChunk& chunk : chunks) parts.push_back({chunk.offset, chunk.bytes});
+    MAILLE_CHECK(source_->read_many(parts));
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      if (!MAILLE_TRY(repair_index_page(numbers[i], chunks[i]))) return rebuild();
+    }
   }
   return {};
+}
+
+/// Sets a page of the index, read again or looked for elsewhere if it is damaged; false: it is nowhere.
+Result<bool> RandomReader::repair_index_page(uint32_t page, PageChunk& chunk) {
+  if (set_index_page(chunk)) return true;
+  if (!chunk.bytes.empty() && source_->forget(chunk.offset, chunk.bytes.size())) {
+    MAILLE_CHECK(source_->read_at(chunk.offset, chunk.bytes));
+    if (set_index_page(chunk)) return true;
+  }
+  const FileReader& file = MAILLE_TRY(whole_file());
+  const auto bytes = file.read_stream(index_page_key(page));
+  return bytes && set_index_page(page, *bytes);
 }
 
 Result<> RandomReader::find(const std::vector<ChartPlace>& places) {
@@ -262,19 +297,19 @@ Result<std::vector<RandomReader::ChartBytes>> RandomReader::read_bytes(
     if (!same && ranges[i].offset < ranges[i - 1].offset + ranges[i - 1].size)
       return failure(ErrorCode::corrupt, source_->name() + ": charts overlap");
   }
-  std::vector<std::byte> run;
-  for (size_t begin = 0, end = 0; begin < ranges.size(); begin = end) {
-    uint64_t stop = ranges[begin].offset + ranges[begin].size;
-    for (end = begin + 1; end < ranges.size() && ranges[end].offset <= stop + reading_gap; ++end) {
-      stop = std::max(stop, ranges[end].offset + ranges[end].size);
-    }
-    run.resize(static_cast<size_t>(stop - ranges[begin].offset));
-    MAILLE_CHECK(source_->read_at(ranges[begin].offset, run));
-    for (size_t i = begin; i < end; ++i) {
-      const auto at = run.begin() + static_cast<ptrdiff_t>(ranges[i].offset - ranges[begin].offset);
-      bytes[ranges[i].place].assign(at, at + static_cast<ptrdiff_t>(ranges[i].size));
-    }
+  std::vector<Source::Part> parts;
+  for (const Range& range : ranges) {
+    bytes[range.place].resize(static_cast<size_t>(range.size));
+    parts.push_back({range.offset, bytes[range.place]});
   }
+  MAILLE_CHECK(source_->read_many(parts));
+  // Once more, where it was the way here that damaged them.
+  parts.clear();
+  for (const Range& range : ranges) {
+    if (!is_intact(places[range.place], bytes[range.place]) && source_->forget(range.offset, range.size))
+      parts.push_back({range.offset, bytes[range.place]});
+  }
+  MAILLE_CHECK(source_->read_many(parts));
   ChartPage page;
   std::vector<ChartBytes> intact(places.size());
   for (size_t i = 0; i < places.size(); ++i) {
@@ -322,13 +357,14 @@ Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {
   return {};
 }
 
-Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBytes& bytes) const {
+Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBytes& bytes,
+                                          ChartUse use) const {
   if (!bytes) return failure(ErrorCode::corrupt, name_of(place) + ": is damaged, its checksum does not fit");
   DecodeOptions options;
   options.limits = options_.limits;
   options.arrays = options_.arrays;
   thread_local FanBuffers buffers;
-  auto decoded = decode_chart(set_of(place), *bytes, options, &buffers);
+  auto decoded = decode_chart(set_of(place), *bytes, options, &buffers, use);
   if (!decoded) {
     Error error = std::move(decoded).error();
     error.message = name_of(place) + ": " + error.message;
@@ -338,12 +374,13 @@ Result<DecodedChart> RandomReader::decode(const ChartPlace& place, const ChartBy
 }
 
 Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<ChartPlace>& places,
-                                                            std::vector<std::string>* problems) const {
+                                                            std::vector<std::string>* problems,
+                                                            ChartUse use) const {
   const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
   MAILLE_CHECK(check_memory(places, bytes));
   std::vector<Result<DecodedChart>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
-  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i]); });
+  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i], use); });
   std::vector<DecodedChart> charts;
   for (Result<DecodedChart>& result : results) {
     if (result) {

@@ -48,7 +48,8 @@ class RandomReader {
   /// Reads charts whose bytes lie near one another at once, and decodes them where there is an executor for
   /// it. `problems`: not null: damaged charts are left out, and named there.
   Result<std::vector<DecodedChart>> read_charts(const std::vector<ChartPlace>& places,
-                                                std::vector<std::string>* problems = nullptr) const;
+                                                std::vector<std::string>* problems = nullptr,
+                                                ChartUse use = ChartUse::join) const;
 
   /// Arrays of the mesh as a whole, which are in no chart: fills those that `mesh` has.
   Result<> read_mesh_arrays(Mesh& mesh) const;
@@ -67,7 +68,14 @@ class RandomReader {
   Result<> set_sets(const Front& front, bool lenient);
   Result<> rebuild();
   Result<> set_index_page(uint32_t page, Bytes bytes);
-  Result<bool> load_at_place(uint32_t page);
+  struct PageChunk {
+    ChunkHeader header;
+    uint64_t offset = 0;
+    std::vector<std::byte> bytes;
+  };
+  PageChunk place_of_page(uint32_t page) const;
+  bool set_index_page(const PageChunk& chunk);
+  Result<bool> repair_index_page(uint32_t page, PageChunk& chunk);
   struct ChartPage {
     uint32_t group = no_group;
     std::vector<std::byte> bytes;
@@ -85,7 +93,7 @@ class RandomReader {
     return sets_[set_of_level(index_.group(place.group).level)];
   }
   bool is_intact(const ChartPlace& place, Bytes bytes) const;
-  Result<DecodedChart> decode(const ChartPlace& place, const ChartBytes& bytes) const;
+  Result<DecodedChart> decode(const ChartPlace& place, const ChartBytes& bytes, ChartUse use) const;
   std::string name_of(const ChartPlace& place) const;
 
   const Source* source_;

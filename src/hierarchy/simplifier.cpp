@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint32_t none = 0xffffffff;
 constexpr double border_weight = 10;
+constexpr double seam_weight = 2;
 constexpr double flip_limit = 0.2;
 constexpr unsigned most_passes = 40;
 
@@ -31,6 +32,16 @@ struct Candidate {
 struct Neighbour {
   uint32_t vertex;
   uint32_t faces;
+  uint32_t value = 0;  ///< of the first face
+  bool seam = false;
+
+  /// Its ends may only slide along it.
+  bool is_feature() const { return faces % 2 == 1 || seam; }
+};
+
+/// A corner that takes the place of those that have a value.
+struct Replacement {
+  uint32_t value, corner;
 };
 
 class Simplifier {
@@ -42,6 +53,13 @@ class Simplifier {
     place_vertices();
     root_.resize(vertices_);
     std::iota(root_.begin(), root_.end(), 0u);
+    if (!input.values.empty()) {
+      corners_.resize(triangles_.size());
+      std::iota(corners_.begin(), corners_.end(), 0u);
+      face_of_.resize(count());
+      std::iota(face_of_.begin(), face_of_.end(), 0u);
+      with_seams_ = true;
+    }
     drop_degenerate();
     add_quadrics();
   }
@@ -53,7 +71,11 @@ class Simplifier {
       const uint32_t goal = count() - input_.target;
       list_rings();
       find_candidates();
-      if (candidates_.empty()) break;
+      if (candidates_.empty()) {
+        if (!give_up_seams()) break;
+        pass = 0;
+        continue;
+      }
       const uint32_t removed = apply(goal, widening);
       rebuild();
       // Candidates that are refused gather in front: without a wider limit everything stalls.
@@ -61,8 +83,14 @@ class Simplifier {
       idle = std::isinf(widening) && removed < (goal + 199) / 200 ? idle + 1 : 0;
       if (little && widening > 1e12) widening = std::numeric_limits<double>::infinity();
       widening = little ? widening * 16 : 1.5;
+      if (idle == 2 && give_up_seams()) {
+        idle = pass = 0;
+        widening = 1.5;
+      }
     }
     result_.triangles = std::move(triangles_);
+    result_.corners = std::move(corners_);
+    result_.faces = std::move(face_of_);
     result_.root = std::move(root_);
     result_.view_error = std::sqrt(worst_);
     return std::move(result_);
@@ -70,6 +98,35 @@ class Simplifier {
 
  private:
   uint32_t count() const { return static_cast<uint32_t>(triangles_.size() / 3); }
+  /// Where nothing is left to slide, levels must become small all the same.
+  bool give_up_seams() {
+    if (!with_seams_ || count() <= input_.target + input_.target / 2) return false;
+    with_seams_ = false;
+    seam_quadric_.clear();
+    return true;
+  }
+  uint32_t value_at(size_t slot) const { return with_seams_ ? input_.values[corners_[slot]] : 0; }
+  void keep_triangle(size_t from, const uint32_t* vertices, size_t to) {
+    for (unsigned k = 0; k < 3 && !corners_.empty(); ++k) corners_[to + k] = corner_after(from + k);
+    for (unsigned k = 0; k < 3; ++k) triangles_[to + k] = vertices[k];
+    if (!face_of_.empty()) face_of_[to / 3] = face_of_[from / 3];
+  }
+  void resize_triangles(size_t size) {
+    triangles_.resize(size);
+    if (corners_.empty()) return;
+    corners_.resize(size);
+    face_of_.resize(size / 3);
+  }
+  /// That has the values of a corner when its vertex has been merged into another.
+  uint32_t corner_after(size_t slot) const {
+    const uint32_t corner = corners_[slot];
+    if (replaced_.empty() || to_[triangles_[slot]] == triangles_[slot]) return corner;
+    const auto [begin, end] = replaced_[triangles_[slot]];
+    for (uint32_t i = begin; i < end; ++i) {
+      if (replacements_[i].value == input_.values[corner]) return replacements_[i].corner;
+    }
+    return begin < end ? replacements_[begin].corner : corner;
+  }
 
   /// Relative to the middle of the box: a quadric of large coordinates loses digits.
   void place_vertices() {
@@ -88,10 +145,11 @@ class Simplifier {
     size_t kept = 0;
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       if (is_degenerate(&triangles_[t])) continue;
-      std::copy_n(&triangles_[t], 3, &triangles_[kept]);
+      const uint32_t same[3] = {triangles_[t], triangles_[t + 1], triangles_[t + 2]};
+      keep_triangle(t, same, kept);
       kept += 3;
     }
-    triangles_.resize(kept);
+    resize_triangles(kept);
   }
 
   Vector3 normal(uint32_t a, uint32_t b, uint32_t c) const {
@@ -101,6 +159,7 @@ class Simplifier {
   /// A plane for each face, and for each face at a border edge one that stands on it.
   void add_quadrics() {
     quadric_.assign(vertices_, {});
+    if (with_seams_) seam_quadric_.assign(vertices_, {});
     double area_sum = 0;
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       const uint32_t* v = &triangles_[t];
@@ -122,7 +181,9 @@ class Simplifier {
   }
   void add_border_planes(uint32_t v) {
     for (const Neighbour& other : ring(v)) {
-      if (other.faces % 2 == 0 || other.vertex < v) continue;
+      if (!other.is_feature() || other.vertex < v) continue;
+      const bool border = other.faces % 2 == 1;
+      std::vector<Quadric>& quadrics = border ? quadric_ : seam_quadric_;
       for_each_face(v, [&](const uint32_t* t) {
         const uint32_t w = other.vertex;
         if (t[0] != w && t[1] != w && t[2] != w) return;
@@ -132,9 +193,9 @@ class Simplifier {
         if (length == 0) return;
         n = n * (1 / length);
         Quadric q;
-        q.add_plane(n, position_[v], border_weight * dot(edge, edge));
-        quadric_[v] += q;
-        quadric_[w] += q;
+        q.add_plane(n, position_[v], (border ? border_weight : seam_weight) * dot(edge, edge));
+        quadrics[v] += q;
+        quadrics[w] += q;
       });
     }
   }
@@ -155,14 +216,18 @@ class Simplifier {
     for (uint32_t v = 0; v < vertices_; ++v) {
       const auto begin = static_cast<uint32_t>(neighbours_.size());
       for_each_face(v, [&](const uint32_t* t) {
+        const auto slot = static_cast<size_t>(t - triangles_.data());
+        const uint32_t value = value_at(slot + (t[0] == v ? 0 : t[1] == v ? 1 : 2));
         for (unsigned k = 0; k < 3; ++k) {
           const uint32_t w = t[k];
           if (w == v) continue;
           if (seen[w] == none || seen[w] < begin) {
             seen[w] = static_cast<uint32_t>(neighbours_.size());
-            neighbours_.push_back({w, 0});
+            neighbours_.push_back({w, 0, value});
           }
-          ++neighbours_[seen[w]].faces;
+          Neighbour& neighbour = neighbours_[seen[w]];
+          ++neighbour.faces;
+          neighbour.seam = neighbour.seam || neighbour.value != value;
         }
       });
       first_neighbour_.push_back(static_cast<uint32_t>(neighbours_.size()));
@@ -178,16 +243,18 @@ class Simplifier {
 
   Kind kind_of(uint32_t v) const {
     if (input_.locked[v]) return Kind::fixed;
-    unsigned odd = 0;
-    for (const Neighbour& other : ring(v)) odd += other.faces % 2;
-    return odd == 0 ? Kind::interior : odd == 2 ? Kind::border : Kind::fixed;
+    unsigned features = 0;
+    for (const Neighbour& other : ring(v)) features += other.is_feature();
+    return features == 0 ? Kind::interior : features == 2 ? Kind::border : Kind::fixed;
   }
 
   double cost(uint32_t from, uint32_t to) const {
     const Quadric &a = quadric_[from], &b = quadric_[to];
     const Vector3 step = position_[to] - position_[from];
     const double weight = a.weight + b.weight;
-    const double error = std::max(0.0, a.at(position_[to]) + b.at(position_[to]));
+    double error = std::max(0.0, a.at(position_[to]) + b.at(position_[to]));
+    if (with_seams_)
+      error += std::max(0.0, seam_quadric_[from].at(position_[to]) + seam_quadric_[to].at(position_[to]));
     // Among equal ones the shortest; without area, the distance is all there is.
     return (weight > 0 ? error / weight : dot(step, step)) + 1e-9 * dot(step, step);
   }
@@ -200,7 +267,7 @@ class Simplifier {
       if (kind == Kind::fixed) continue;
       Candidate best{std::numeric_limits<float>::infinity(), v, none};
       for (const Neighbour& other : ring(v)) {
-        if (kind == Kind::border && other.faces % 2 == 0) continue;
+        if (kind == Kind::border && !other.is_feature()) continue;
         const auto c = static_cast<float>(cost(v, other.vertex));
         if (c < best.cost || (c == best.cost && other.vertex < best.to)) best = {c, v, other.vertex};
       }
@@ -260,6 +327,8 @@ class Simplifier {
     to_.resize(vertices_);
     std::iota(to_.begin(), to_.end(), 0u);
     gone_.assign(vertices_, 0);
+    replacements_.clear();
+    if (!corners_.empty()) replaced_.assign(vertices_, {0, 0});
     uint32_t removed = 0;
     for (const Candidate& candidate : candidates_) {
       if (removed >= goal) break;
@@ -300,11 +369,52 @@ class Simplifier {
     });
     // A vertex whose faces all vanish would take a component with it at the price of a collapse.
     if (turned || surviving == 0) return 0;
+    if (!corners_.empty() && !replace_corners(u, v)) return 0;
     to_[u] = v;
     touched_[u] = touched_[v] = 1;
     quadric_[v] += quadric_[u];
+    if (with_seams_) seam_quadric_[v] += seam_quadric_[u];
     faces_of_component_[parent_[u]] -= vanishing;
     return vanishing;
+  }
+  /// Corners of u take the values that v has in the faces between both. False: some have no such face, or
+  /// two that differ: the collapse would cross a seam.
+  bool replace_corners(uint32_t u, uint32_t v) {
+    const auto begin = static_cast<uint32_t>(replacements_.size());
+    bool fits = true;
+    const auto find = [&](uint32_t value) {
+      return std::find_if(replacements_.begin() + begin, replacements_.end(),
+                          [value](const Replacement& r) { return r.value == value; });
+    };
+    const auto for_each_corner = [&](auto f) {
+      for_each_face(u, [&](const uint32_t* t) {
+        const auto slot = static_cast<size_t>(t - triangles_.data());
+        size_t at_u = slot, at_v = none;
+        for (unsigned k = 0; k < 3; ++k) {
+          if (t[k] == u) at_u = slot + k;
+          if (t[k] == v) at_v = slot + k;
+        }
+        f(input_.values[corners_[at_u]], at_v);
+      });
+    };
+    for_each_corner([&](uint32_t value, size_t at_v) {
+      if (at_v == none) return;
+      const auto known = find(value);
+      if (known == replacements_.end()) {
+        replacements_.push_back({value, corners_[at_v]});
+      } else {
+        fits = fits && input_.values[known->corner] == input_.values[corners_[at_v]];
+      }
+    });
+    for_each_corner([&](uint32_t value, size_t at_v) {
+      fits = fits && (at_v != none || find(value) != replacements_.end());
+    });
+    if (with_seams_ && !fits) {
+      replacements_.resize(begin);
+      return false;
+    }
+    replaced_[u] = {begin, static_cast<uint32_t>(replacements_.size())};
+    return true;
   }
   bool turns(const uint32_t* before, const uint32_t* after) const {
     const Vector3 a = normal(before[0], before[1], before[2]), b = normal(after[0], after[1], after[2]);
@@ -319,19 +429,23 @@ class Simplifier {
       uint32_t after[3];
       for (unsigned k = 0; k < 3; ++k) after[k] = to_[triangles_[t + k]];
       if (gone_[parent_[triangles_[t]]] || is_degenerate(after)) continue;
-      std::copy_n(after, 3, &triangles_[kept]);
+      keep_triangle(t, after, kept);
       kept += 3;
     }
-    triangles_.resize(kept);
+    resize_triangles(kept);
     for (uint32_t& r : root_) r = to_[r];
   }
 
   const SimplifierInput& input_;
   Simplified result_;
   std::vector<uint32_t> triangles_;
+  std::vector<uint32_t> corners_;  ///< by corner of these: that of the input whose values it has
+  std::vector<uint32_t> face_of_;  ///< by triangle: that of the input
+  bool with_seams_ = false;
   uint32_t vertices_;
   std::vector<Vector3> position_;
   std::vector<Quadric> quadric_;
+  std::vector<Quadric> seam_quadric_;  ///< planes on seams, as long as these are kept
   std::vector<uint32_t> root_;
   double cap_ = 0, worst_ = 0;
 
@@ -342,6 +456,8 @@ class Simplifier {
   std::vector<Vector3> low_, high_;
   std::vector<uint8_t> is_locked_, touched_, gone_;
   std::vector<uint32_t> to_;
+  std::vector<Replacement> replacements_;
+  std::vector<std::pair<uint32_t, uint32_t>> replaced_;  ///< by vertex of a pass: from, to in these
 };
 
 }  // namespace

@@ -26,7 +26,12 @@ class TriangleTree {
   static constexpr uint32_t leaf_size = 4;
 
   Vector3 position(uint32_t vertex) const { return finite_position(positions_, vertex); }
-  uint32_t build(uint32_t begin, uint32_t end);
+  struct Placed {
+    Box box;
+    Vector3 corners;  ///< their sum
+    uint32_t triangle;
+  };
+  uint32_t build(std::vector<Placed>& placed, uint32_t begin, uint32_t end);
   double to_triangle(const Vector3& from, uint32_t triangle) const;
 
   std::span<const uint32_t> triangles_;

@@ -4,8 +4,10 @@
 #include <cctype>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "io/cell_store.h"
+#include "io/exodus.h"
 #include "io/format.h"
 #include "io/netcdf_classic.h"
 #include "io/reading.h"
@@ -97,11 +99,14 @@ const std::vector<std::vector<uint8_t>>* sides_of(CellType type) {
 
 class ExodusReader {
  public:
-  ExodusReader(NetcdfFile file, std::string name, uint64_t bytes, const ReadOptions& options)
+  /// `step`: whose variables are read; without one, the last.
+  ExodusReader(NetcdfFile file, std::string name, uint64_t bytes, const ReadOptions& options,
+               std::optional<uint64_t> step)
       : file_(std::move(file)),
         name_(std::move(name)),
         budget_(name_, bytes, options.limits),
-        most_sets_(bytes / 16) {}
+        most_sets_(bytes / 16),
+        wanted_(step) {}
 
   Result<ReadResult> read();
 
@@ -126,7 +131,9 @@ class ExodusReader {
   Budget budget_;
   uint64_t most_sets_;  ///< each needs a variable with a name
   Mesh mesh_;
+  std::optional<uint64_t> wanted_;
   uint64_t points_ = 0, elements_ = 0, steps_ = 0;
+  uint64_t step_ = 0;  ///< that is read, if there are any
   CellStore cells_;
   std::vector<NamedRun> shapes_;
   /// Of each element: its nodes in Exodus's order begin here in `nodes_`.
@@ -331,7 +338,7 @@ Result<> ExodusReader::read_point_variables() {
       continue;
     }
     Array array = MAILLE_TRY(
-        file_.read(*variable, steps_ - 1, make_array(names[v], Domain::point, variable->type, 1), budget_));
+        file_.read(*variable, step_, make_array(names[v], Domain::point, variable->type, 1), budget_));
     if (array.count() != points_)
       return malformed("variable \"" + names[v] + "\" has not as many values as there are nodes");
     mesh_.arrays.push_back(std::move(array));
@@ -365,7 +372,7 @@ Result<> ExodusReader::read_cell_variables() {
       if (array.bytes.empty()) array = MAILLE_TRY(nowhere(names[v], variable->type));
       if (variable->type != array.type) return malformed("variable \"" + names[v] + "\" has several types");
       const Array values = MAILLE_TRY(
-          file_.read(*variable, steps_ - 1, make_array(names[v], Domain::cell, variable->type, 1), budget_));
+          file_.read(*variable, step_, make_array(names[v], Domain::cell, variable->type, 1), budget_));
       if (values.count() != block_cells_[b]) {
         return malformed("variable \"" + names[v] + "\" has not as many values as its block has elements");
       }
@@ -382,14 +389,14 @@ Result<> ExodusReader::read_globals() {
   if (steps_ == 0) return {};
   if (const NetcdfFile::Variable* const time = file_.find("time_whole");
       time != nullptr && time->has_records) {
-    mesh_.arrays.push_back(MAILLE_TRY(
-        file_.read(*time, steps_ - 1, make_array("TimeValue", Domain::mesh, time->type, 1), budget_)));
+    mesh_.arrays.push_back(
+        MAILLE_TRY(file_.read(*time, step_, make_array("TimeValue", Domain::mesh, time->type, 1), budget_)));
   }
   const std::vector<std::string> names = MAILLE_TRY(file_.strings("name_glo_var", budget_));
   const NetcdfFile::Variable* const variable = file_.find("vals_glo_var");
   if (variable != nullptr && variable->has_records && variable->count() == names.size()) {
-    const Array all = MAILLE_TRY(
-        file_.read(*variable, steps_ - 1, make_array("", Domain::mesh, variable->type, 1), budget_));
+    const Array all =
+        MAILLE_TRY(file_.read(*variable, step_, make_array("", Domain::mesh, variable->type, 1), budget_));
     for (size_t i = 0; i < names.size(); ++i) {
       Array one = make_array(names[i], Domain::mesh, all.type, 1);
       const auto at = all.bytes.begin() + static_cast<ptrdiff_t>(i * all.tuple_size());
@@ -397,13 +404,16 @@ Result<> ExodusReader::read_globals() {
       mesh_.arrays.push_back(std::move(one));
     }
   }
-  if (steps_ > 1)
+  if (steps_ > 1 && !wanted_)
     notes_.push_back("variables are those of the last of " + std::to_string(steps_) + " time steps");
   return {};
 }
 
 Result<ReadResult> ExodusReader::read() {
   steps_ = file_.dimension("time_step");
+  if (wanted_ && *wanted_ >= steps_)
+    return failure(ErrorCode::usage, name_ + ": there are " + std::to_string(steps_) + " time steps");
+  step_ = wanted_.value_or(steps_ == 0 ? 0 : steps_ - 1);
   MAILLE_CHECK(read_points());
   MAILLE_CHECK(read_blocks());
   MAILLE_CHECK(read_side_sets());
@@ -421,16 +431,25 @@ bool is_netcdf(Bytes bytes) {
   return bytes.size() >= 4 && std::memcmp(bytes.data(), "CDF", 3) == 0 && std::to_integer<int>(bytes[3]) <= 5;
 }
 
-Result<ReadResult> read_exodus(const Source& source, const ReadOptions& options) {
-  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
+Result<NetcdfFile> open_exodus(const InputBytes& input, const std::string& name) {
   if (input.text().starts_with("\x89HDF")) {
     return failure(
         ErrorCode::unsupported,
-        source.name() +
+        name +
             ": it is a netCDF-4 (HDF5) file; only the classic formats can be read: nccopy -k cdf5 makes one");
   }
-  NetcdfFile file = MAILLE_TRY(NetcdfFile::open(input.bytes(), source.name()));
-  return ExodusReader(std::move(file), source.name(), input.bytes().size(), options).read();
+  return NetcdfFile::open(input.bytes(), name);
+}
+
+Result<ReadResult> read_with_step(const Source& source, const ReadOptions& options,
+                                  std::optional<uint64_t> step) {
+  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
+  NetcdfFile file = MAILLE_TRY(open_exodus(input, source.name()));
+  return ExodusReader(std::move(file), source.name(), input.bytes().size(), options, step).read();
+}
+
+Result<ReadResult> read_exodus(const Source& source, const ReadOptions& options) {
+  return read_with_step(source, options, std::nullopt);
 }
 
 Result<std::vector<std::string>> write_exodus(const Mesh&, Sink& sink, const WriteOptions&) {
@@ -438,6 +457,28 @@ Result<std::vector<std::string>> write_exodus(const Mesh&, Sink& sink, const Wri
 }
 
 }  // namespace
+
+Result<ReadResult> read_exodus_step(const Source& source, const ReadOptions& options, uint64_t step) {
+  return read_with_step(source, options, step);
+}
+
+Result<std::vector<double>> exodus_times(const Source& source) {
+  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
+  const NetcdfFile file = MAILLE_TRY(open_exodus(input, source.name()));
+  const NetcdfFile::Variable* const variable = file.find("time_whole");
+  // Each step has a time at least, so the file has bytes for all of them.
+  const uint64_t steps = variable != nullptr && variable->has_records ? file.dimension("time_step") : 0;
+  Budget budget(source.name(), input.bytes().size(), {});
+  std::vector<double> times;
+  for (uint64_t step = 0; step < steps; ++step) {
+    const Array time =
+        MAILLE_TRY(file.read(*variable, step, make_array("time", Domain::mesh, variable->type, 1), budget));
+    if (time.count() != 1 || !is_float(time.type))
+      return failure(ErrorCode::malformed_input, source.name() + ": its times are no numbers");
+    times.push_back(time.type == Scalar::f32 ? double{time.values<float>()[0]} : time.values<double>()[0]);
+  }
+  return times;
+}
 
 const Format& exodus_format() {
   static const Format format{

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/io.h>
+#include <maille/mesh_source.h>
 #include <span>
 
 namespace maille {
@@ -8,6 +9,10 @@ namespace maille {
 Result<ReadResult> read_gmsh(const Source& source, const ReadOptions& options);
 /// Version 2.2 where the mesh came from a file of version 2, otherwise 4.1.
 Result<std::vector<std::string>> write_gmsh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+
+/// The same of a mesh that is read in parts. Memory: numbers of nodes and elements where they are not 1 to n,
+/// and some bytes for each time the type or the group changes.
+Result<std::vector<std::string>> write_gmsh(MeshSource& mesh, Sink& sink, const WriteOptions& options);
 
 /// An element type of Gmsh: node i of the cell is node order[i] of the element; the same where `order` is
 /// empty.

@@ -148,7 +148,13 @@ Result<> GmshSink::check() const {
   };
   if (has(gmsh_node_name) || has(gmsh_element_name) || !description_.mesh_arrays.empty())
     return unsupported("numbers of nodes and elements, and arrays of the mesh, cannot be written in parts");
+  // Mixed blocks: where it is known what all cells are, and Gmsh has them all.
+  const auto& types = description_.types;
+  const bool known = !types.empty() && std::all_of(types.begin(), types.end(), [](const auto& each) {
+    return type_of(each.first, nodes_of(each.first)) != nullptr;
+  });
   for (const MeshDescription::Block& block : description_.blocks) {
+    if (known || block.cells == 0) continue;
     if (type_of(block.type, nodes_of(block.type)) == nullptr)
       return unsupported("blocks of type " + std::string(name_of(block.type)) +
                          " cannot be written in parts");

@@ -7,6 +7,8 @@
 #include <filesystem>
 
 #include "io/format.h"
+#include "io/mesh_as_source.h"
+#include "io/mesh_sources.h"
 #include "io/same_mesh.h"
 #include "support/random.h"
 #include "support/random_volume.h"
@@ -268,7 +270,8 @@ TEST(MeshSink, WritesInPartsWhatIsReadWhole) {
     const CellBlock all = joined(mesh).blocks[0];
     for (uint64_t i = 0; i < all.size(); ++i) {
       const auto nodes = all.cell(i);
-      ASSERT_TRUE(sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}}));
+      ASSERT_TRUE(
+          sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}, {}, {}}));
     }
     halves(mesh.points, [&](uint64_t first, Bytes bytes) { return sink.write_points(first, bytes); });
     EXPECT_FALSE(std::filesystem::exists(path));
@@ -303,7 +306,8 @@ TEST(MeshSink, WritesGmshFilesInParts) {
             sink.write_array(k, i, Bytes(array.bytes).subspan(i * array.tuple_size(), array.tuple_size())));
       }
       const auto nodes = all.cell(i);
-      ASSERT_TRUE(sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}}));
+      ASSERT_TRUE(
+          sink.write_cells({{all.types[i]}, {0, nodes.size()}, {nodes.begin(), nodes.end()}, {}, {}}));
     }
     for (size_t k = 0; k < whole->arrays.size(); ++k) {
       if (whole->arrays[k].domain == Domain::point) {
@@ -318,6 +322,50 @@ TEST(MeshSink, WritesGmshFilesInParts) {
     std::filesystem::remove(path);
   }
   EXPECT_GT(written, 10u);
+}
+
+/// Cells `step` at a time, values before their cells.
+void pour(MeshSource& from, MeshSink& sink, uint64_t step) {
+  const MeshDescription& mesh = from.description();
+  std::vector<std::byte> bytes(mesh.points * 3 * size_of(mesh.point_type));
+  ASSERT_TRUE(from.read_points(0, mesh.points, bytes));
+  ASSERT_TRUE(sink.write_points(0, bytes));
+  for (size_t k = 0; k < mesh.arrays.size(); ++k) {
+    const uint64_t count = mesh.count_of(mesh.arrays[k]);
+    bytes.resize(count * mesh.arrays[k].tuple_size());
+    ASSERT_TRUE(from.read_array(k, 0, count, bytes));
+    ASSERT_TRUE(sink.write_array(k, 0, bytes));
+  }
+  CellPiece piece;
+  for (uint64_t first = 0; first < mesh.cells; first += step) {
+    ASSERT_TRUE(from.read_cells(first, std::min(step, mesh.cells - first), piece));
+    ASSERT_TRUE(sink.write_cells(piece));
+  }
+  ASSERT_TRUE(sink.commit());
+}
+
+TEST(MeshSink, SpoolsGmshFilesAsTheyAreWrittenWhole) {
+  const std::string path = temporary("spooled.msh");
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    RandomVolumeOptions some;
+    some.corner_arrays = false;
+    Mesh mesh = random_volume(seed, some);
+    if (seed % 2 == 0) mesh.metadata.emplace_back("gmsh.version", "2.2");
+    WriteOptions options;
+    options.ascii = seed % 4 < 2;
+    const Written whole = write_text(gmsh_format(), mesh, options);
+    const auto source = mesh_as_source(mesh);
+    MeshSinkOptions sink_options;
+    sink_options.ascii = options.ascii;
+    const auto sink = spooled_gmsh_sink(path, source->description(), sink_options);
+    ASSERT_TRUE(sink) << sink.error().message;
+    pour(*source, **sink, 1 + seed % 5);
+    const auto written = file_source(path);
+    ASSERT_TRUE(written);
+    const Bytes bytes = (*written)->view();
+    EXPECT_TRUE(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()) == whole.text);
+    std::filesystem::remove(path);
+  }
 }
 
 TEST(MeshSink, LeavesNothingWithoutCommit) {

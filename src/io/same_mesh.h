@@ -34,6 +34,8 @@ inline void expect_same_mesh(const Mesh& a, const Mesh& b) {
     EXPECT_EQ(a.blocks[i].types, b.blocks[i].types);
     EXPECT_EQ(a.blocks[i].offsets, b.blocks[i].offsets);
     EXPECT_EQ(a.blocks[i].connectivity, b.blocks[i].connectivity);
+    EXPECT_EQ(a.blocks[i].face_sizes, b.blocks[i].face_sizes);
+    EXPECT_EQ(a.blocks[i].cell_faces, b.blocks[i].cell_faces);
   }
   ASSERT_EQ(a.arrays.size(), b.arrays.size());
   for (size_t i = 0; i < a.arrays.size(); ++i) expect_same_array(a.arrays[i], b.arrays[i]);

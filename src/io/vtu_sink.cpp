@@ -41,6 +41,9 @@ class VtuSink final : public MeshSink {
   void add_data(Domain domain, const char* element);
   bool has_names() const;
   Result<> write_names(uint64_t cells);
+  uint64_t entries() const;
+  uint64_t face_entries() const;
+  void take_polyhedron(const CellPiece& cells, uint64_t i);
   Result<> write_sizes();
   Result<> write(const Region& region, uint64_t at, Bytes bytes);
   Result<> write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
@@ -52,11 +55,13 @@ class VtuSink final : public MeshSink {
   uint64_t next_ = 0;  ///< place of the next array in the appended data
   std::vector<Region> regions_;
   std::vector<std::pair<Region, std::vector<std::byte>>> values_;  ///< known from the beginning
-  Region points_, connectivity_, ends_, types_;
+  Region points_, connectivity_, ends_, types_, faces_, face_ends_;
   std::optional<Region> names_;  ///< number of the block by cell: what VTK's users see of it
   std::vector<Region> arrays_;
   Scalar point_number_ = Scalar::i32, end_number_ = Scalar::i32;
   uint64_t cells_ = 0, corners_ = 0;
+  uint64_t entries_ = 0, face_entries_ = 0;  ///< of the connectivity and the faces of the file
+  std::vector<uint64_t> points_of_piece_, ends_of_piece_, faces_of_piece_, face_ends_of_piece_, sorted_;
   size_t named_block_ = 0;
   uint64_t named_end_ = 0;
 };
@@ -155,10 +160,16 @@ Result<> VtuSink::open() {
   add_data(Domain::cell, "CellData");
   xml_ += "<Cells>\n";
   connectivity_ = add(tag_of(make_array("connectivity", Domain::mesh, point_number_, 1)),
-                      description_.corners * size_of(point_number_));
+                      entries() * size_of(point_number_));
   ends_ = add(tag_of(make_array("offsets", Domain::mesh, end_number_, 1)),
               description_.cells * size_of(end_number_));
   types_ = add(tag_of(make_array("types", Domain::mesh, Scalar::u8, 1)), description_.cells);
+  if (description_.polyhedra.cells > 0) {
+    faces_ = add(tag_of(make_array("faces", Domain::mesh, point_number_, 1)),
+                 face_entries() * size_of(point_number_));
+    face_ends_ = add(tag_of(make_array("faceoffsets", Domain::mesh, Scalar::i64, 1)),
+                     description_.cells * sizeof(int64_t));
+  }
   xml_ += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
   MAILLE_CHECK(file_.open());
   MAILLE_CHECK(file_.write_at(0, std::as_bytes(std::span(xml_.data(), xml_.size()))));
@@ -204,20 +215,80 @@ Result<> VtuSink::write_names(uint64_t cells) {
   return write(*names_, cells_ * sizeof(uint32_t), std::as_bytes(std::span(numbers)));
 }
 
+uint64_t VtuSink::entries() const {
+  return description_.corners - description_.polyhedra.corners + description_.polyhedra.points;
+}
+
+uint64_t VtuSink::face_entries() const {
+  return description_.polyhedra.cells + description_.polyhedra.faces + description_.polyhedra.corners;
+}
+
+/// Its points once each, in the order in which its faces name them; number of faces, then of each number of
+/// corners and corners.
+void VtuSink::take_polyhedron(const CellPiece& cells, uint64_t i) {
+  const auto corners =
+      std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
+  sorted_.assign(corners.begin(), corners.end());
+  std::sort(sorted_.begin(), sorted_.end());
+  sorted_.erase(std::unique(sorted_.begin(), sorted_.end()), sorted_.end());
+  std::vector<bool> seen(sorted_.size());
+  for (const uint64_t point : corners) {
+    const auto at =
+        static_cast<size_t>(std::lower_bound(sorted_.begin(), sorted_.end(), point) - sorted_.begin());
+    if (!seen[at]) points_of_piece_.push_back(point);
+    seen[at] = true;
+  }
+  faces_of_piece_.push_back(cells.cell_faces[i + 1] - cells.cell_faces[i]);
+  auto corner = corners.begin();
+  for (uint64_t face = cells.cell_faces[i]; face < cells.cell_faces[i + 1]; ++face) {
+    const uint32_t size = cells.face_sizes[face];
+    faces_of_piece_.push_back(size);
+    faces_of_piece_.insert(faces_of_piece_.end(), corner, corner + size);
+    corner += size;
+  }
+  face_ends_of_piece_.push_back(face_entries_ + faces_of_piece_.size());
+}
+
 Result<> VtuSink::write_cells(const CellPiece& cells) {
   if (names_) MAILLE_CHECK(write_names(cells.size()));
-  MAILLE_CHECK(write_integers(connectivity_, corners_, cells.connectivity, point_number_));
-  std::vector<uint64_t> ends;
-  for (size_t i = 1; i < cells.offsets.size(); ++i) ends.push_back(corners_ + cells.offsets[i]);
-  MAILLE_CHECK(write_integers(ends_, cells_, ends, end_number_));
+  const bool by_faces = std::find(cells.types.begin(), cells.types.end(),
+                                  static_cast<uint8_t>(CellType::polyhedron)) != cells.types.end();
+  if (by_faces && (description_.polyhedra.cells == 0 || cells.cell_faces.size() != cells.size() + 1))
+    return failure(ErrorCode::usage, file_.path() + ": polyhedra that the mesh was not described to have");
+  for (auto* list : {&points_of_piece_, &ends_of_piece_, &faces_of_piece_, &face_ends_of_piece_})
+    list->clear();
+  if (description_.polyhedra.cells == 0) {
+    for (size_t i = 1; i < cells.offsets.size(); ++i) ends_of_piece_.push_back(entries_ + cells.offsets[i]);
+  }
+  for (uint64_t i = 0; i < cells.size() && description_.polyhedra.cells > 0; ++i) {
+    const auto at = [&](uint64_t k) { return cells.connectivity.begin() + static_cast<ptrdiff_t>(k); };
+    if (static_cast<CellType>(cells.types[i]) == CellType::polyhedron) {
+      take_polyhedron(cells, i);
+    } else {
+      points_of_piece_.insert(points_of_piece_.end(), at(cells.offsets[i]), at(cells.offsets[i + 1]));
+      face_ends_of_piece_.push_back(~uint64_t{0});  // -1
+    }
+    ends_of_piece_.push_back(entries_ + points_of_piece_.size());
+  }
+  const auto& points = description_.polyhedra.cells == 0 ? cells.connectivity : points_of_piece_;
+  MAILLE_CHECK(write_integers(connectivity_, entries_, points, point_number_));
+  MAILLE_CHECK(write_integers(ends_, cells_, ends_of_piece_, end_number_));
   MAILLE_CHECK(write(types_, cells_, std::as_bytes(std::span(cells.types))));
+  if (description_.polyhedra.cells > 0) {
+    MAILLE_CHECK(write_integers(faces_, face_entries_, faces_of_piece_, point_number_));
+    MAILLE_CHECK(write_integers(face_ends_, cells_, face_ends_of_piece_, Scalar::i64));
+  }
+  entries_ += points.size();
+  face_entries_ += faces_of_piece_.size();
   corners_ += cells.connectivity.size();
   cells_ += cells.types.size();
   return {};
 }
 
 Result<> VtuSink::commit() {
-  if (cells_ != description_.cells || corners_ != description_.corners) {
+  const bool whole =
+      entries_ == entries() && (description_.polyhedra.cells == 0 || face_entries_ == face_entries());
+  if (cells_ != description_.cells || corners_ != description_.corners || !whole) {
     return failure(ErrorCode::usage, file_.path() + ": " + std::to_string(cells_) + " cells with " +
                                          std::to_string(corners_) + " corners were written, not the " +
                                          std::to_string(description_.cells) + " with " +

@@ -352,6 +352,11 @@ void FanCounts::add(std::span<const FanOperation> operations) {
   }
 }
 
+void FanCounts::spread() {
+  spread_symbols(events_, fan_symbols, true);
+  spread_symbols(numbers_, number_symbols, true);
+}
+
 FanTables FanCounts::make_tables(RansEncoder& side) const {
   StaticTables events = maille::make_tables(events_, fan_symbols, fan_slot_bits, most_event_tables, side);
   return {std::move(events),
@@ -372,6 +377,15 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
     if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
   }
   return encoder.finish();
+}
+
+bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
+  return std::all_of(operations.begin(), operations.end(), [&](const FanOperation& operation) {
+    const auto& [context, value] = operation;
+    if (context < FanOperation::is_number)
+      return tables.events.of(static_context(context)).frequency[value] != 0;
+    return tables.numbers.of(context - FanOperation::is_number).frequency[NumberSymbol(value).symbol] != 0;
+  });
 }
 
 void FanSurface::count_valences() {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <type_traits>
 
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
@@ -136,9 +137,16 @@ class PositionEncoder {
 
   /// Finds rows, selectors and classes, and writes the tables; with what stands before them, see
   /// docs/format.md.
-  void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors) {
+  /// `are_sample`: the tables are for other patches, too.
+  void write_tables(ByteWriter& out, uint8_t flags, ByteWriter& maps, bool try_selectors,
+                    bool are_sample = false) {
     train(try_selectors);
     if (sample_.size() < patches_.size()) code_all();
+    if (are_sample) {
+      spread_symbols(counts_.sizes, Points::sizes, true);
+      spread_symbols(counts_.shapes, shapes, false);
+      spread_symbols(counts_.selectors, selectors, false);
+    }
     out.put(
         static_cast<uint8_t>(flags | (with_selectors_ ? flag_selectors : 0) | (with_late_ ? flag_late : 0)));
     out.put_bytes(maps.bytes());
@@ -153,6 +161,28 @@ class PositionEncoder {
     const auto side_bytes = side.finish();
     out.put_count(side_bytes.size());
     out.put_bytes(side_bytes);
+  }
+
+  /// The tables are done with their patches, of which no more is needed than this.
+  void keep_costs() {
+    costs_ = class_costs();
+    sample_.clear();
+  }
+  /// A patch that the tables were not made with, coded with them. False: they have no place for it.
+  bool code_another(Patch& patch) const {
+    if (with_selectors_) choose_selectors(patch, costs_);
+    ClassCounts counts(Points::sizes);
+    count_classes(patch, counts);
+    const auto has_all = [](const std::vector<Histogram>& found, const StaticTables& tables) {
+      for (unsigned context = 0; context < found.size(); ++context) {
+        for (unsigned s = 0; s < tables.symbols; ++s) {
+          if (found[context][s] != 0 && tables.of(context).frequency[s] == 0) return false;
+        }
+      }
+      return true;
+    };
+    return has_all(counts.sizes, tables_.sizes) && has_all(counts.shapes, tables_.shapes) &&
+           (!with_selectors_ || has_all(counts.selectors, tables_.selectors));
   }
 
   /// `in_states`: the last raw bits stand in the states of the classes.
@@ -516,6 +546,7 @@ class PositionEncoder {
   ClassCounts counts_;
   bool have_selectors_ = false;
   ClassTables tables_;
+  ClassCosts costs_;
   static constexpr double floor_ = 0.5;
 };
 
@@ -605,6 +636,86 @@ std::vector<std::byte> encode_fan_positions(const FanSurface& fans, const Array&
   return out.take();
 }
 
+namespace {
+
+/// The bias of a patch, as a step from that of all.
+void write_bias(const std::array<int32_t, 3>& bias, const std::array<int32_t, 3>& middle, ByteWriter& out) {
+  for (unsigned k = 0; k < 3; ++k) {
+    const uint32_t step = static_cast<uint32_t>(bias[k]) - static_cast<uint32_t>(middle[k]);
+    out.put_count(step << 1 ^ (0 - (step >> 31)));
+  }
+}
+
+template <class Points>
+class SampledPositionsOf final : public SampledPositions {
+ public:
+  static constexpr bool narrow = std::is_same_v<Points, NarrowPoints>;
+
+  SampledPositionsOf(std::span<const PatchOfPositions> sample, const Array& array, const ArrayMaps& maps,
+                     bool small, const std::array<int32_t, 3>& middle, Executor& executor)
+      : maps_(maps), small_(small), middle_(middle) {
+    ByteWriter out, header;
+    for (const NumberMap& map : maps_.maps) write_map(header, map);
+    if (narrow) {
+      for (const int32_t bias : middle) header.put(bias);
+    }
+    for (const PatchOfPositions& patch : sample) patches_.push_back(*patch_to_code(patch, array));
+    encoder_.emplace(patches_, small, executor);
+    encoder_->write_tables(out, narrow ? 0 : flag_wide, header, small, true);
+    encoder_->keep_costs();
+    std::vector<CodedPatch<Points>>().swap(patches_);
+    tables_ = out.take();
+  }
+  const std::vector<std::byte>& tables() const override { return tables_; }
+  std::optional<std::vector<std::byte>> encode(const PatchOfPositions& patch,
+                                               const Array& array) const override {
+    std::optional<CodedPatch<Points>> coded = patch_to_code(patch, array);
+    if (!coded || !encoder_->code_another(*coded)) return std::nullopt;
+    ByteWriter out;
+    if constexpr (narrow) write_bias(coded->points.bias, middle_, out);
+    encoder_->write_patch(*coded, true, out);
+    return out.take();
+  }
+
+ private:
+  /// None where its codes span too much.
+  std::optional<CodedPatch<Points>> patch_to_code(const PatchOfPositions& patch, const Array& array) const {
+    const auto codes = codes_of(array, maps_, patch.source);
+    const Vertices vertices{*patch.fans, static_cast<uint32_t>(codes.size()), small_};
+    if constexpr (narrow) {
+      const Range range(codes);
+      if (!range.is_narrow()) return std::nullopt;
+      return patch_of(vertices, narrow_points(codes.size(), range.middle()), codes);
+    } else {
+      return patch_of(vertices, wide_points(codes.size(), maps_), codes);
+    }
+  }
+
+  ArrayMaps maps_;
+  bool small_;
+  std::array<int32_t, 3> middle_;
+  std::vector<CodedPatch<Points>> patches_;  ///< while tables are made
+  std::optional<PositionEncoder<Points>> encoder_;
+  std::vector<std::byte> tables_;
+};
+
+}  // namespace
+
+std::unique_ptr<SampledPositions> sample_positions(std::span<const PatchOfPositions> sample,
+                                                   const Array& array, const ArrayMaps& maps, bool small,
+                                                   uint64_t most_range, Executor& executor) {
+  bool narrow = !any_curved(maps) && most_range <= 65535;
+  std::array<int32_t, 3> middle{};
+  for (size_t i = 0; i < sample.size() && narrow; ++i) {
+    const Range range(codes_of(array, maps, sample[i].source));
+    narrow = range.is_narrow();
+    if (i == 0) middle = range.middle();
+  }
+  if (narrow)
+    return std::make_unique<SampledPositionsOf<NarrowPoints>>(sample, array, maps, small, middle, executor);
+  return std::make_unique<SampledPositionsOf<WidePoints>>(sample, array, maps, small, middle, executor);
+}
+
 SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> patches, const Array& array,
                                             const ArrayMaps& maps, bool small, Executor& executor) {
   std::vector<std::vector<std::array<int32_t, 3>>> codes(patches.size());
@@ -653,13 +764,7 @@ SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> pa
   for (const int32_t bias : middle) header.put(bias);
   const auto bias_of = [&](size_t i) { return all.is_narrow() ? middle : ranges[i]->middle(); };
   write([&](size_t i) { return narrow_points(codes[i].size(), bias_of(i)); },
-        [&](size_t i, ByteWriter& bytes) {
-          for (unsigned k = 0; k < 3; ++k) {
-            const uint32_t step = static_cast<uint32_t>(bias_of(i)[k]) - static_cast<uint32_t>(middle[k]);
-            bytes.put_count(step << 1 ^ (0 - (step >> 31)));
-          }
-        },
-        0);
+        [&](size_t i, ByteWriter& bytes) { write_bias(bias_of(i), middle, bytes); }, 0);
   result.tables = out.take();
   return result;
 }

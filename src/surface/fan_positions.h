@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,22 @@ struct SharedPositionBytes {
 /// The same for any executor. There is a patch.
 SharedPositionBytes encode_shared_positions(std::span<const PatchOfPositions> patches, const Array& array,
                                             const ArrayMaps& maps, bool small, Executor& executor);
+
+/// Tables of some patches, with which any other is coded by itself: for patches that are not all there at
+/// once.
+class SampledPositions {
+ public:
+  virtual ~SampledPositions() = default;
+  virtual const std::vector<std::byte>& tables() const = 0;
+  /// None where the patch has what no patch of the sample had.
+  virtual std::optional<std::vector<std::byte>> encode(const PatchOfPositions& patch,
+                                                       const Array& array) const = 0;
+};
+/// `most_range`: codes of patches to come span at most so much, which in the narrow form must be below 65536;
+/// there is a patch in the sample.
+std::unique_ptr<SampledPositions> sample_positions(std::span<const PatchOfPositions> sample,
+                                                   const Array& array, const ArrayMaps& maps, bool small,
+                                                   uint64_t most_range, Executor& executor);
 
 /// Ready for decoders; several may use it at once.
 struct PositionTables;

@@ -22,6 +22,8 @@ class FanCounts {
  public:
   FanCounts();
   void add(std::span<const FanOperation> operations);
+  /// What was added was a sample of what the tables are for.
+  void spread();
   /// Writes them to `side`.
   FanTables make_tables(RansEncoder& side) const;
 
@@ -33,6 +35,9 @@ FanTables read_fan_tables(RansDecoder& side);
 
 /// The operations alone. `tables` have been made with all of them.
 std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables);
+
+/// Do the tables have all that the operations need? Those made with other operations may not.
+bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables);
 
 /// The tables laid out for a decoder; several may use them at once.
 class FanSlots {

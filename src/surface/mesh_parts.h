@@ -14,6 +14,7 @@ struct PartNumbers {
   std::vector<uint32_t> points;        ///< by point
   std::vector<uint32_t> cells;         ///< by cell, counted over all blocks
   std::vector<uint32_t> first_corner;  ///< by cell: its first corner
+  std::vector<uint32_t> corners;       ///< by corner; empty: those of a cell follow its first one
 };
 
 /// A part of a mesh that is coded by itself: its cells in the order of the whole, its points numbered anew in

@@ -89,8 +89,9 @@ PatchSources in_whole(PatchSources sources, const Mesh& part, const PartNumbers&
   for (uint32_t& point : sources.points) point = numbers.points[point];
   if (sources.corners.empty()) return sources;
   const auto corners = static_cast<uint32_t>(part.corner_count());
-  std::vector<uint32_t> whole(corners);
-  for (size_t cell = 0; cell < corner_of.size(); ++cell) {
+  std::vector<uint32_t> whole = numbers.corners;
+  whole.resize(corners);
+  for (size_t cell = 0; numbers.corners.empty() && cell < corner_of.size(); ++cell) {
     const uint32_t end = cell + 1 < corner_of.size() ? corner_of[cell + 1] : corners;
     for (uint32_t c = corner_of[cell]; c < end; ++c)
       whole[c] = numbers.first_corner[cell] + c - corner_of[cell];

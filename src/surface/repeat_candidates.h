@@ -72,11 +72,15 @@ class RepeatCandidates {
     }
     return false;
   }
-  void end_number(Wide code) {
+  /// Was it one of them?
+  bool end_number(Wide code) {
+    bool repeated = false;
     for (unsigned i = 0; i < first_level; ++i) {
       const bool right = (present_ >> i & 1) != 0 && code_[i] == code;
       hits_[i] = (hits_[i] << 1 | static_cast<unsigned>(right)) & 7;
+      repeated = repeated || right;
     }
+    return repeated;
   }
 
  private:

@@ -73,6 +73,59 @@ std::vector<std::byte> SharedFanEncoder::finish(Executor& executor) {
   return out.take();
 }
 
+Result<> SampledFanEncoder::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
+  if (!coded) return {};
+  if (sample_.empty()) positions_ = make_array(array.name, array.domain, array.type, array.components);
+  const size_t size = array.tuple_size();
+  std::vector<uint32_t>& sources = sources_.emplace_back();
+  for (const uint32_t point : coded->sources.points) {
+    sources.push_back(static_cast<uint32_t>(positions_.count()));
+    const std::byte* const tuple = array.bytes.data() + points[point] * size;
+    positions_.bytes.insert(positions_.bytes.end(), tuple, tuple + size);
+  }
+  sample_.push_back(std::move(*coded));
+  return {};
+}
+
+std::vector<std::byte> SampledFanEncoder::finish(const ArrayMaps& maps, int effort, uint64_t most_range,
+                                                 Executor& executor) {
+  if (sample_.empty()) return {};
+  FanCounts counts;
+  std::vector<PatchOfPositions> to_code;
+  for (size_t i = 0; i < sample_.size(); ++i) {
+    counts.add(sample_[i].operations);
+    to_code.push_back({&sample_[i].patch.fans, sources_[i]});
+  }
+  coder_ = sample_positions(to_code, positions_, maps, effort > 1, most_range, executor);
+  RansEncoder side;
+  counts.spread();
+  tables_ = counts.make_tables(side);
+  sample_.clear();
+  sources_.clear();
+  positions_.bytes = {};
+  ByteWriter out;
+  put_section(out, side.finish());
+  out.put_bytes(coder_->tables());
+  return out.take();
+}
+
+Result<std::optional<SharedFanPatch>> SampledFanEncoder::encode(const Mesh& mesh,
+                                                                const std::vector<uint32_t>& points,
+                                                                const Array& array) const {
+  using Found = std::optional<SharedFanPatch>;
+  if (!coder_) return Found();
+  auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
+  if (!coded || !can_write_fans(coded->operations, tables_)) return Found();
+  std::vector<uint32_t> source = coded->sources.points;
+  for (uint32_t& point : source) point = points[point];
+  auto positions = coder_->encode({&coded->patch.fans, source}, array);
+  if (!positions) return Found();
+  coded->bytes = write_shared_fan_patch(*coded, tables_);
+  std::vector<FanOperation>().swap(coded->operations);
+  return Found(SharedFanPatch{std::move(*coded), *std::move(positions)});
+}
+
 Result<SharedFanTables> SharedFanTables::read(Bytes bytes, Scalar type) {
   ByteReader in(bytes);
   const Bytes of_fans = in.get_bytes(in.get_count());

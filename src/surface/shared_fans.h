@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
+#include "surface/fan_tables.h"
 #include "surface/patch_streams.h"
 
 namespace maille {
@@ -32,6 +34,27 @@ class SharedFanEncoder {
   const EncodeOptions& options_;
   std::vector<std::optional<SharedFanPatch>> patches_;
   std::vector<std::vector<uint32_t>> points_;  ///< by patch and coded point: the point in the whole mesh
+};
+
+/// The same for patches that are not all there at once: tables of a sample, with which any patch is coded by
+/// itself.
+class SampledFanEncoder {
+ public:
+  /// One of the sample; `array`: its positions, `points`: by point of the mesh, the tuple. Patches of other
+  /// faces than triangles are left out.
+  Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
+  /// The tables; none where no patch had fans. `most_range`: see sample_positions().
+  std::vector<std::byte> finish(const ArrayMaps& maps, int effort, uint64_t most_range, Executor& executor);
+  /// After that: a patch for encode_patch(); several at once. None where it needs tables of its own.
+  Result<std::optional<SharedFanPatch>> encode(const Mesh& mesh, const std::vector<uint32_t>& points,
+                                               const Array& array) const;
+
+ private:
+  Array positions_;  ///< of the sample
+  std::vector<EncodedFanPatch> sample_;
+  std::vector<std::vector<uint32_t>> sources_;
+  FanTables tables_;
+  std::unique_ptr<SampledPositions> coder_;
 };
 
 /// The tables ready for decoders; several may use them at once.

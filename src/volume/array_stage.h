@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "volume/cell_stencil.h"
+#include "volume/mixed_values.h"
 #include "volume/tuple_values.h"
 
 namespace maille {
@@ -23,7 +24,7 @@ class ArrayStage {
   /// A coder begins with each batch; models go on.
   void begin_batch(Coder coder) { coder_.emplace(std::move(coder)); }
   Coder& coder() { return *coder_; }
-  unsigned lanes() const { return array_.components < 3 ? array_.components : 3; }
+  unsigned lanes() const { return array_.mixed ? 1 : array_.components < 3 ? array_.components : 3; }
 
   /// The tuples of the points that came up, or of the cells. False: the stream is damaged.
   bool code(const CodedCells& cells, std::byte* tuples) {
@@ -32,9 +33,12 @@ class ArrayStage {
 
  private:
   using TupleCoder = std::variant<TupleValueCoder<Coder, 32, 1>, TupleValueCoder<Coder, 32, 4>,
-                                  TupleValueCoder<Coder, 64, 1>, TupleValueCoder<Coder, 64, 4>>;
+                                  TupleValueCoder<Coder, 64, 1>, TupleValueCoder<Coder, 64, 4>,
+                                  MixedValueCoder<Coder, 32>, MixedValueCoder<Coder, 64>>;
   static TupleCoder coder_for(const StreamedArray& array) {
     const bool wide = size_of(array.type) == 8;
+    if (array.mixed && wide) return TupleCoder(std::in_place_index<5>, array);
+    if (array.mixed) return TupleCoder(std::in_place_index<4>, array);
     if (array.components > 1) {
       if (wide) return TupleCoder(std::in_place_index<3>, array);
       return TupleCoder(std::in_place_index<1>, array);

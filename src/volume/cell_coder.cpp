@@ -22,6 +22,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   if (encoding && faces_) prefer_faces(cell);
   wanted_ = &cell;
   repeated_ = 0;
+  if (indices_) return code_by_indices(topology, numbers, cell, out);
   find_sources();
   const bool fast = code_by_pattern(topology, cell);
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
@@ -32,10 +33,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
     signature_ = 0;
     code_slowly(topology, cell);
     if (damaged_) return false;
-    if (cell_.kind == isolated_point) return code_isolated(numbers, cell, out);
-    if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
-    if (cell_.kind == ended_point) return code_end(topology, cell, out);
-    if (cell_.kind == face_cell) return code_by_faces(topology, numbers, cell, out);
+    if (cell_.kind >= shape_count) return code_without_shape(topology, numbers, cell, out);
     described = repeated_ == 0 && Patterns::describe(cell_, hull_, sources_, pattern);
   } else if (Patterns::is_nearer(patterns_[pattern_], sources_, cell_)) {
     // Made at a seam of blocks, where there was no source: cells behind the seam shall not search for ever.
@@ -66,6 +64,15 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   if (!fast) follow_group(cell);
   remove_final(cell, out);
   return true;
+}
+
+template <class Coder>
+bool CellCoder<Coder>::code_without_shape(Coder& topology, Coder& numbers, StreamedCell& cell,
+                                          CodedCells& out) {
+  if (cell_.kind == isolated_point) return code_isolated(numbers, cell, out);
+  if (cell_.kind == loose_cell) return code_loose(topology, numbers, cell, out);
+  if (cell_.kind == ended_point) return code_end(topology, cell, out);
+  return code_by_faces(topology, numbers, cell, out);
 }
 
 template <class Coder>
@@ -165,7 +172,9 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
                                         unsigned context, unsigned corner) {
   const uint64_t input = number;
   const auto others = [&](auto suggest) { suggest_as_last(corner, suggest); };
-  number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
+  if (!number_is_known_) {
+    number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
+  }
   ++counted_;
   if constexpr (!encoding) {
     // No point is there twice; an encoder looked before.
@@ -336,10 +345,22 @@ bool CellCoder<Coder>::code_isolated(Coder& numbers, StreamedCell& cell, CodedCe
 
 // Not the whole class: GCC 12 with -flto then drops the members that the other files define.
 template bool CellCoder<RangeEncoder>::code(RangeEncoder&, RangeEncoder&, StreamedCell&, CodedCells&);
+template bool CellCoder<RangeEncoder>::code_without_shape(RangeEncoder&, RangeEncoder&, StreamedCell&,
+                                                          CodedCells&);
+template void CellCoder<RangeEncoder>::find_sources();
+template void CellCoder<RangeEncoder>::create_corners(RangeEncoder&, StreamedCell&, CodedCells&);
+template void CellCoder<RangeEncoder>::enter(const StreamedCell&, CodedCells&);
+template void CellCoder<RangeEncoder>::remove_final(const StreamedCell&, CodedCells&);
 template uint32_t CellCoder<RangeEncoder>::create_point(RangeEncoder&, uint64_t, bool, uint64_t, unsigned,
                                                         unsigned);
 template void CellCoder<RangeEncoder>::end_point(uint32_t, CodedCells&);
 template bool CellCoder<RangeDecoder>::code(RangeDecoder&, RangeDecoder&, StreamedCell&, CodedCells&);
+template bool CellCoder<RangeDecoder>::code_without_shape(RangeDecoder&, RangeDecoder&, StreamedCell&,
+                                                          CodedCells&);
+template void CellCoder<RangeDecoder>::find_sources();
+template void CellCoder<RangeDecoder>::create_corners(RangeDecoder&, StreamedCell&, CodedCells&);
+template void CellCoder<RangeDecoder>::enter(const StreamedCell&, CodedCells&);
+template void CellCoder<RangeDecoder>::remove_final(const StreamedCell&, CodedCells&);
 template uint32_t CellCoder<RangeDecoder>::create_point(RangeDecoder&, uint64_t, bool, uint64_t, unsigned,
                                                         unsigned);
 template void CellCoder<RangeDecoder>::end_point(uint32_t, CodedCells&);

@@ -8,6 +8,7 @@
 #include "volume/assembly.h"
 #include "volume/decisions.h"
 #include "volume/face_coder.h"
+#include "volume/index_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
 
@@ -65,7 +66,12 @@ class CellCoder {
   static constexpr bool encoding = Coder::encoding;
 
   /// `mixed`: slow decisions with four contexts instead of one. `numbered`: numbers of points are kept.
-  CellCoder(bool mixed, bool numbered) : numbered_(numbered), decisions_(mixed), mixed_(mixed) {}
+  /// `indexed`: cells come as numbers of points, predicted from numbers alone, and what they share follows
+  /// from these; only if numbered.
+  CellCoder(bool mixed, bool numbered, bool indexed = false)
+      : numbered_(numbered), decisions_(mixed), mixed_(mixed) {
+    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixed);
+  }
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -112,9 +118,20 @@ class CellCoder {
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
   bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
 
+  bool code_by_indices(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  void join_by_numbers(const StreamedCell& cell);
+  void join_extra_nodes(Coder& numbers, const StreamedCell& cell, CodedCells& out);
+  void drop_repeated_ends(StreamedCell& cell) const;
+  std::array<uint32_t, 3> likely_steps() const;
+  void code_ends(Coder& coder, StreamedCell& cell);
+  bool has_open_face(uint32_t slot) const;
+
   void code_slowly(Coder& coder, StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
   void find_targets(const StreamedCell& cell);
+  void find_partners();
+  void add_partner(uint32_t cell, unsigned faces);
+  bool is_partner(uint32_t cell) const;
   void collect_anchors();
   void add_anchor(uint32_t cell, unsigned origin);
   void add_anchors_around(uint64_t number, unsigned origin);
@@ -124,7 +141,6 @@ class CellCoder {
   void code_turn(Coder& coder, FaceRef anchor);
   Turn match(const Hull::Cell& other, unsigned face, Turn preferred) const;
   bool matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const;
-  bool matches_any_face(uint32_t cell) const;
   void place(FaceRef anchor, Turn turn);
   void code_edges(Coder& coder, FaceRef anchor, unsigned own_face);
   unsigned faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b);
@@ -152,6 +168,7 @@ class CellCoder {
   void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
   void remove_final(const StreamedCell& cell, CodedCells& out);
   void follow_group(const StreamedCell& cell);
+  bool code_without_shape(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
   bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
   void prefer_faces(StreamedCell& cell);
@@ -185,7 +202,9 @@ class CellCoder {
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
   bool mixed_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
-  unsigned outcomes_ = 0;                    ///< of the last two pattern flags
+  std::unique_ptr<IndexCoder<Coder>> indices_;
+  bool number_is_known_ = false;  ///< of the points that are created
+  unsigned outcomes_ = 0;         ///< of the last two pattern flags
 
   CellRef last_;
   CellRef last_anchor_;
@@ -208,10 +227,13 @@ class CellCoder {
   uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
   std::array<uint32_t, most_nodes> node_{};
   std::array<Candidate, 48> anchors_{};
-  unsigned anchor_count_ = 0, last_choice_ = 0, last_face_ = 0;
+  std::array<uint8_t, 8> origin_ranks_{};
+  std::array<uint32_t, 32> partners_{};
+  unsigned anchor_count_ = 0, partner_count_ = 0, last_choice_ = 0, last_face_ = 0;
   std::array<EdgeFace, 8> edge_faces_{};
   unsigned edge_face_count_ = 0;
   std::array<std::pair<uint32_t, uint8_t>, 24> joined_{};
+  std::vector<uint8_t> joined_places_;  ///< by point: 1 + its place in joined_; all 0 in between
   std::array<std::array<std::array<uint8_t, kind_count>, most_faces>, kind_count> last_turn_{};
   std::vector<std::array<uint32_t, most_nodes - 8 + 4>> extra_;  ///< by cell slot, once there are such nodes
 };

@@ -14,8 +14,8 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
   for (unsigned i = 0; i < shape.corners && !damaged_; ++i) {
     if (cell_.has(i)) continue;
     if (code_repeat(coder, i)) continue;
-    const auto joined = static_cast<uint32_t>(__builtin_popcount(shape.neighbours[i] & cell_.known));
-    const auto glued = static_cast<uint32_t>(__builtin_popcount(cell_.glued));
+    const auto joined = bits_in(shape.neighbours[i] & cell_.known);
+    const auto glued = bits_in(cell_.glued);
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
@@ -70,16 +70,23 @@ bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
 template <class Coder>
 unsigned CellCoder<Coder>::joined_points(unsigned corner) {
   unsigned count = 0;
+  constexpr uint8_t own = 255;
+  if (joined_places_.size() < hull_.point_capacity()) joined_places_.resize(hull_.point_capacity());
+  const auto mark_own = [&](uint8_t mark) {
+    for (unsigned known = cell_.known; known != 0; known &= known - 1)
+      joined_places_[cell_.corner[static_cast<unsigned>(__builtin_ctz(known))]] = mark;
+  };
+  mark_own(own);
   const auto add = [&](uint32_t slot) {
-    for (unsigned i = 0; i < cell_.shape().corners; ++i) {
-      if (cell_.has(i) && cell_.corner[i] == slot) return;
+    const uint8_t place = joined_places_[slot];
+    if (place == own) return;
+    if (place != 0) {
+      uint8_t& times = joined_[place - 1u].second;
+      times = static_cast<uint8_t>(times + (times < 255));
+    } else if (count < joined_.size()) {
+      joined_[count++] = {slot, uint8_t{1}};
+      joined_places_[slot] = static_cast<uint8_t>(count);
     }
-    for (unsigned i = 0; i < count; ++i) {
-      if (joined_[i].first != slot) continue;
-      joined_[i].second = static_cast<uint8_t>(joined_[i].second + (joined_[i].second < 255));
-      return;
-    }
-    if (count < joined_.size()) joined_[count++] = {slot, uint8_t{1}};
   };
   for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0; n &= n - 1) {
     unsigned left = 48;
@@ -103,8 +110,15 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
       });
     }
   }
-  std::stable_sort(joined_.begin(), joined_.begin() + count,
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  mark_own(0);
+  for (unsigned i = 0; i < count; ++i) joined_places_[joined_[i].first] = 0;
+  // By insertion: stable, and there are few.
+  for (unsigned i = 1; i < count; ++i) {
+    const auto moving = joined_[i];
+    unsigned to = i;
+    for (; to > 0 && joined_[to - 1].second < moving.second; --to) joined_[to] = joined_[to - 1];
+    joined_[to] = moving;
+  }
   return std::min<uint32_t>(count, 12);
 }
 
@@ -217,14 +231,8 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
     for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
     if (before) continue;
     const Hull::Point& point = hull_.point(node_[i]);
-    uint32_t open = 0;
-    hull_.around(node_[i], [&](uint32_t slot, uint32_t corner) {
-      const Hull::Cell& other = hull_.cell(slot);
-      open += static_cast<uint32_t>(__builtin_popcount(other.open & Hull::shape_of(other).faces_at[corner]));
-      return open > 30;
-    });
     uint32_t local =
-        std::min<uint32_t>(point.valence, 63) | std::min<uint32_t>(open, 31) << 6 | cell_.kind << 11;
+        std::min<uint32_t>(point.valence, 63) | std::min<uint32_t>(point.open, 31) << 6 | cell_.kind << 11;
     if (i >= shape.corners) {
       const bool with_corners = (shape.lies_on[i] & ~final) == 0;
       local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;

@@ -32,7 +32,10 @@ void CellCoder<Coder>::code_slowly(Coder& coder, StreamedCell& cell) {
   cell_.kind = kind;
   cell_.known = cell_.fresh = cell_.glued = 0;
   if (damaged_ || kind >= shape_count) return;
-  if constexpr (encoding) find_targets(cell);
+  if constexpr (encoding) {
+    find_targets(cell);
+    find_partners();
+  }
   const FaceRef anchor = code_anchor(coder);
   if (damaged_) return;
   if (anchor.cell != no_slot) code_turn(coder, anchor);
@@ -57,18 +60,69 @@ void CellCoder<Coder>::find_targets(const StreamedCell& cell) {
   for (unsigned i = 0; i < cell_.shape().corners; ++i) target_[i] = slot_of_input(cell.number[i], i);
 }
 
+/// Encoder: the cells that have an open face which is a face of this one. They are sought around as few
+/// corners as have all faces.
+template <class Coder>
+void CellCoder<Coder>::find_partners() {
+  partner_count_ = 0;
+  const CellShape& shape = cell_.shape();
+  unsigned left = (1u << shape.faces) - 1;
+  for (unsigned f = 0; f < shape.faces; ++f) {
+    if ((left >> f & 1) == 0) continue;
+    unsigned from = most_corners;
+    bool all_there = true;
+    for (unsigned i = 0; i < shape.face[f].size; ++i) {
+      const unsigned corner = shape.face[f].corner[i];
+      all_there = all_there && target_[corner] != no_slot;
+      if (!all_there) break;
+      if (from == most_corners || hull_.point(target_[corner]).valence < hull_.point(target_[from]).valence)
+        from = corner;
+    }
+    left &= ~(1u << f);
+    if (!all_there) continue;
+    left &= ~static_cast<unsigned>(shape.faces_at[from]);
+    if (hull_.point(target_[from]).open == 0) continue;
+    // More than there is room for are no mesh, and any of them will do.
+    hull_.around(target_[from], [&](uint32_t slot, uint32_t corner) {
+      add_partner(slot, hull_.cell(slot).open & Hull::shape_of(hull_.cell(slot)).faces_at[corner]);
+      return false;
+    });
+  }
+}
+
+template <class Coder>
+void CellCoder<Coder>::add_partner(uint32_t slot, unsigned faces) {
+  const Hull::Cell& other = hull_.cell(slot);
+  const CellShape& shape = cell_.shape();
+  for (; faces != 0 && partner_count_ < partners_.size(); faces &= faces - 1) {
+    const auto face = static_cast<unsigned>(__builtin_ctz(faces));
+    const CellFace& there = Hull::shape_of(other).face[face];
+    bool has_all = true;
+    for (unsigned i = 0; i < there.size && has_all; ++i) {
+      const auto end = target_.begin() + shape.corners;
+      has_all = std::find(target_.begin(), end, other.corner[there.corner[i]]) != end;
+    }
+    if (!has_all || is_partner(slot) || match(other, face, no_turn) == no_turn) continue;
+    partners_[partner_count_++] = slot;
+    return;
+  }
+}
+
+template <class Coder>
+bool CellCoder<Coder>::is_partner(uint32_t slot) const {
+  const auto end = partners_.begin() + partner_count_;
+  return std::find(partners_.begin(), end, slot) != end;
+}
+
 // Anchor: a cell in memory with an open face that is a face of this one.
 
 template <class Coder>
 void CellCoder<Coder>::add_anchor(uint32_t cell, unsigned origin) {
-  if (anchor_count_ == anchors_.size() || hull_.cell(cell).open == 0) return;
-  if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension) return;
-  unsigned rank = 0;
-  for (unsigned i = 0; i < anchor_count_; ++i) {
-    if (anchors_[i].cell == cell) return;
-    rank += anchors_[i].origin == origin;
-  }
-  anchors_[anchor_count_++] = {cell, static_cast<uint8_t>(origin), static_cast<uint8_t>(rank)};
+  Hull::Cell& candidate = hull_.cell(cell);
+  if (candidate.mark != 0 || candidate.open == 0 || anchor_count_ == anchors_.size()) return;
+  if (Hull::shape_of(candidate).dimension != cell_.shape().dimension) return;
+  candidate.mark = 1;
+  anchors_[anchor_count_++] = {cell, static_cast<uint8_t>(origin), origin_ranks_[origin]++};
 }
 
 template <class Coder>
@@ -87,17 +141,19 @@ void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
 template <class Coder>
 void CellCoder<Coder>::collect_anchors() {
   anchor_count_ = 0;
-  const auto newer = [&](uint32_t a, uint32_t b) {
-    return hull_.cell(a).ordinal - hull_.cell(b).ordinal - 1 < 0x7fffffff;
-  };
+  origin_ranks_ = {};
   if (sources_.cell[0] != no_slot) add_anchor(sources_.cell[0], 0);
-  std::array<uint32_t, 96> found{};
+  // By age, then slot: in one number.
+  std::array<uint64_t, 96> found;
   unsigned count = 0;
+  const auto add_found = [&](uint32_t slot) {
+    found[count++] = uint64_t{ordinal_ - hull_.cell(slot).ordinal} << 32 | slot;
+  };
   for (unsigned f = 1; f < source_count; ++f) {
-    if (sources_.cell[f] != no_slot) found[count++] = sources_.cell[f];
+    if (sources_.cell[f] != no_slot) add_found(sources_.cell[f]);
   }
-  std::sort(found.begin(), found.begin() + count, newer);
-  for (unsigned i = 0; i < count; ++i) add_anchor(found[i], 1);
+  std::sort(found.begin(), found.begin() + count);
+  for (unsigned i = 0; i < count; ++i) add_anchor(static_cast<uint32_t>(found[i]), 1);
   // Breadth first: the last anchor again, then those coded after it.
   uint32_t next = hull_.valid(last_anchor_) ? last_anchor_.slot : no_slot;
   for (unsigned i = 0; i < 12 && next != no_slot; ++i) {
@@ -113,20 +169,24 @@ void CellCoder<Coder>::collect_anchors() {
     const uint32_t point = hull_.cell(sources_.cell[0]).corner[i];
     if (point == no_slot) continue;
     unsigned left = 24;
-    hull_.around(point, [&](uint32_t cell, uint32_t) {
-      const auto end = found.begin() + count;
-      if (hull_.cell(cell).open != 0 && count < found.size() && std::find(found.begin(), end, cell) == end) {
-        found[count++] = cell;
+    hull_.around(point, [&](uint32_t slot, uint32_t) {
+      Hull::Cell& cell = hull_.cell(slot);
+      if (cell.open != 0 && (cell.mark & 2) == 0 && count < found.size()) {
+        cell.mark |= 2;
+        add_found(slot);
       }
       return --left == 0;
     });
   }
-  std::sort(found.begin(), found.begin() + count, newer);
-  for (unsigned i = 0; i < count && i < 24; ++i) add_anchor(found[i], 4);
+  for (unsigned i = 0; i < count; ++i) hull_.cell(static_cast<uint32_t>(found[i])).mark &= 1;
+  const unsigned newest = std::min(count, 24u);
+  std::partial_sort(found.begin(), found.begin() + newest, found.begin() + count);
+  for (unsigned i = 0; i < newest; ++i) add_anchor(static_cast<uint32_t>(found[i]), 4);
   for (unsigned i = 0; i < recent_cells_.size(); ++i) {
     const CellRef& ref = recent_cells_[(ordinal_ - 1 - i) % recent_cells_.size()];
     if (hull_.valid(ref)) add_anchor(ref.slot, 5);
   }
+  for (unsigned i = 0; i < anchor_count_; ++i) hull_.cell(anchors_[i].cell).mark = 0;
 }
 
 template <class Coder>
@@ -160,32 +220,28 @@ typename CellCoder<Coder>::Turn CellCoder<Coder>::match(const Hull::Cell& other,
 }
 
 template <class Coder>
-bool CellCoder<Coder>::matches_any_face(uint32_t slot) const {
-  const Hull::Cell& other = hull_.cell(slot);
-  for (unsigned faces = other.open; faces != 0; faces &= faces - 1) {
-    if (match(other, static_cast<unsigned>(__builtin_ctz(faces)), no_turn) != no_turn) return true;
-  }
-  return false;
-}
-
-template <class Coder>
 FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   if (cell_.shape().dimension == 0) return {};
-  collect_anchors();
   unsigned chosen = 0;
-  if constexpr (encoding) {
-    while (chosen < anchor_count_ && !matches_any_face(anchors_[chosen].cell)) ++chosen;
+  bool listed = encoding && partner_count_ > 0;
+  if (listed) {
+    collect_anchors();
+    while (chosen < anchor_count_ && !is_partner(anchors_[chosen].cell)) ++chosen;
+    listed = chosen < anchor_count_;
   }
-  // Asked first, so that a mesh in no order does not take fifty decisions a cell.
-  const bool listed =
-      anchor_count_ > 0 && decide(coder, chosen < anchor_count_, anchor_listed, cell_.kind << 1, last_choice_,
-                                  std::min<uint32_t>(anchor_count_, 31));
+  // Asked first: a mesh in no order does not take fifty decisions a cell then, nor are candidates collected.
+  const uint32_t beside = sources_.cell[0] == no_slot ? 0 : hull_.cell(sources_.cell[0]).open + 1u;
+  listed = decide(coder, listed, anchor_listed, cell_.kind << 1, last_choice_, beside);
+  if (!encoding && listed) {
+    collect_anchors();
+    damaged_ = anchor_count_ == 0;
+  }
   for (unsigned i = 0; listed && i < anchor_count_; ++i) {
     const Candidate& candidate = anchors_[i];
     const Hull::Cell& other = hull_.cell(candidate.cell);
     bool here = i == chosen;
     const uint32_t local = candidate.origin | std::min<uint32_t>(candidate.rank, 7) << 3 |
-                           static_cast<uint32_t>(__builtin_popcount(other.open)) << 6 | cell_.kind << 9;
+                           bits_in(other.open) << 6 | cell_.kind << 9;
     const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
     here = i + 1 == anchor_count_ ||
            decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
@@ -198,7 +254,7 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   }
   last_choice_ = 63;
   anchor_signature_ = 0;
-  return code_distant_anchor(coder);
+  return damaged_ ? FaceRef{} : code_distant_anchor(coder);
 }
 
 /// An anchor that is not among the candidates: the number of one of its points, then which of the cells
@@ -207,11 +263,10 @@ template <class Coder>
 FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
   uint32_t point = no_slot, anchor = no_slot;
   if constexpr (encoding) {
-    for (unsigned i = 0; i < cell_.shape().corners && anchor == no_slot; ++i) {
+    for (unsigned i = 0; i < cell_.shape().corners && anchor == no_slot && partner_count_ > 0; ++i) {
       if (target_[i] == no_slot) continue;
       hull_.around(target_[i], [&](uint32_t cell, uint32_t) {
-        if (Hull::shape_of(hull_.cell(cell)).dimension != cell_.shape().dimension || !matches_any_face(cell))
-          return false;
+        if (!is_partner(cell)) return false;
         point = target_[i];
         anchor = cell;
         return true;
@@ -437,6 +492,8 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
 }
 
 template void CellCoder<RangeEncoder>::code_slowly(RangeEncoder&, StreamedCell&);
+template unsigned CellCoder<RangeEncoder>::code_kind(RangeEncoder&, unsigned);
 template void CellCoder<RangeDecoder>::code_slowly(RangeDecoder&, StreamedCell&);
+template unsigned CellCoder<RangeDecoder>::code_kind(RangeDecoder&, unsigned);
 
 }  // namespace maille

@@ -89,6 +89,21 @@ std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& blo
   return neighbours;
 }
 
+std::vector<bool> points_on_border(const std::vector<CellBlock>& blocks, uint64_t points) {
+  std::vector<bool> on_border(points);
+  for (const CellBlock& block : blocks) {
+    const std::vector<FaceKey> faces = sorted_faces(block);
+    for (size_t i = 0; i < faces.size(); ++i) {
+      const bool shared = (i > 0 && faces[i].same_face(faces[i - 1])) ||
+                          (i + 1 < faces.size() && faces[i].same_face(faces[i + 1]));
+      for (const uint32_t point : faces[i].point) {
+        if (!shared && point != no_cell) on_border[point] = true;
+      }
+    }
+  }
+  return on_border;
+}
+
 std::vector<uint64_t> front_order(const CellBlock& block) {
   std::vector<uint64_t> order;
   if (block.size() >= no_cell) {

@@ -64,6 +64,16 @@ inline constexpr unsigned face_cell = shape_count + 3;
 inline constexpr unsigned kind_count = shape_count + 4;
 inline constexpr uint32_t most_loose_nodes = uint32_t{1} << 24;
 
+/// How many bits of a byte are set: of corners or faces. (Processors of 2003 count no bits.)
+inline constexpr auto byte_weights = [] {
+  std::array<uint8_t, 256> weights{};
+  for (unsigned i = 1; i < 256; ++i) weights[i] = static_cast<uint8_t>(weights[i / 2] + i % 2);
+  return weights;
+}();
+inline unsigned bits_in(unsigned byte) {
+  return byte_weights[byte];
+}
+
 /// The kind of a type; loose_cell for those without a shape.
 unsigned kind_of(CellType type);
 

@@ -51,23 +51,24 @@ struct Evidence {
 };
 
 /// Decisions of the slow path: a few kinds of questions, each with evidence. At low efforts the local context
-/// decides alone; else eight contexts are mixed.
+/// decides alone; else eight contexts are mixed, unless the local one is sure that the answer is no: most
+/// ends of points are so, and the others would cost seven accesses to memory to say the same.
 template <unsigned Questions>
 class Decisions {
  public:
   explicit Decisions(bool mixed)
       : mixed_(mixed),
-        cells_(size_t{1} << (mixed ? table_bits : small_table_bits)),
+        cells_(size_t{1} << small_table_bits),
         mixer_(Questions * 8, Questions * 16, Questions,
                {16384, 16384, 16384, 16384, 16384, 16384, 16384, 16384}) {}
 
   template <class Coder>
   bool code(Coder& coder, bool bit, unsigned question, const Evidence& evidence) {
     const uint32_t base = hashed(question + 1, evidence.local);
-    if (!mixed_) {
-      WideCell& cell = cells_[base >> (32 - small_table_bits)];
-      bit = coder.code(bit, bounded(cell.probability));
-      cell.update(bit);
+    WideCell& alone = mixed_ ? cell_at(base) : cells_[base >> (32 - small_table_bits)];
+    if (!mixed_ || (alone.probability < least_doubt && alone.visits >= least_visits)) {
+      bit = coder.code(bit, bounded(alone.probability));
+      alone.update(bit);
       return bit;
     }
     const uint32_t near = hashed(base, evidence.nearby + 0x20000);
@@ -83,7 +84,7 @@ class Decisions {
     Mixer<contexts>::Inputs inputs{};
     unsigned met = 0;
     for (unsigned i = 0; i < contexts; ++i) {
-      cell[i] = &cells_[(place[i] * 0x9e3779b1u) >> (32 - table_bits)];
+      cell[i] = &cell_at(place[i]);
       inputs[i / 4][i % 4] = cell[i]->logit();
       met += cell[i]->visits > 2;
     }
@@ -92,18 +93,37 @@ class Decisions {
     bit = coder.code(bit, mixer_.predict(inputs, first, second, question));
     mixer_.update(bit);
     for (WideCell* each : cell) each->update(bit);
+    if (++mixes_ * 4 > cells_.size() && bits_ < most_bits) grow();
     return bit;
   }
 
  private:
   static constexpr unsigned contexts = 8;
-  static constexpr unsigned table_bits = 20;
+  static constexpr uint16_t least_doubt = 128;  // from 256 on hexahedra in good order get larger
+  static constexpr uint8_t least_visits = 100;
+  static constexpr unsigned most_bits = 20;
   static constexpr unsigned small_table_bits = 14;
+  WideCell& cell_at(uint32_t hash) { return cells_[hash * 0x9e3779b1u >> (32 - bits_)]; }
+  /// Twice as many cells, so that a mesh with few such decisions never needs the large table. Each begins
+  /// with the probability of the one that it comes from, which may have been another context's: met once.
+  void grow() {
+    std::vector<WideCell> twice;
+    twice.reserve(2 * cells_.size());
+    for (const WideCell& cell : cells_) {
+      const WideCell half = {cell.probability, static_cast<uint8_t>(cell.visits > 0 ? 1 : 0)};
+      twice.push_back(half);
+      twice.push_back(half);
+    }
+    cells_ = std::move(twice);
+    ++bits_;
+  }
   static uint32_t bounded(uint32_t probability) {
     return probability < 32 ? 32 : probability > 65536 - 32 ? 65536 - 32 : probability;
   }
 
   bool mixed_;
+  unsigned bits_ = small_table_bits;
+  uint64_t mixes_ = 0;
   std::vector<WideCell> cells_;
   Mixer<contexts> mixer_;
 };

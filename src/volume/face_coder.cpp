@@ -182,7 +182,7 @@ void FaceCoder<Coder>::close(const OpenFace& face) {
     store_.close(face.id);
   } else {
     Hull::Cell& cell = host_->hull_.cell(face.of_hull.cell);
-    cell.open = static_cast<uint8_t>(cell.open & ~(1u << face.of_hull.face));
+    host_->hull_.close(cell, 1u << face.of_hull.face);
   }
 }
 

@@ -34,7 +34,8 @@ class Hull {
   struct Point {
     uint64_t number = 0;
     uint32_t head = no_slot;  ///< cell slot * 8 + corner
-    uint16_t valence = 0;     ///< cells in the list, not above 65535
+    uint16_t open = 0;        ///< open faces of these cells at the point
+    uint8_t valence = 0;      ///< cells in the list, not above 255
     bool alive = false;
   };
   /// One line of a cache: the cells around it change whenever a point comes or leaves.
@@ -47,6 +48,7 @@ class Hull {
     uint8_t open = 0;  ///< a bit for each face that no second cell has met
     uint8_t live = 0;  ///< corners whose point is alive
     uint8_t kind = 0;
+    uint8_t mark = 0;  ///< for those who collect cells, to take each once
   };
 
   bool valid(const CellRef& ref) const {
@@ -60,11 +62,12 @@ class Hull {
   uint32_t add_point(uint64_t number) {
     const uint32_t slot = point_slots_.take();
     if (slot >= points_.size()) points_.resize(point_slots_.capacity());
-    points_[slot] = {number, no_slot, 0, true};
+    points_[slot] = {number, no_slot, 0, 0, true};
     return slot;
   }
 
-  /// Enters a cell into the lists of its corners. `glued` has a bit for each face that met another.
+  /// Enters a cell into the lists of its corners. `glued` has a bit for each face that met another, which the
+  /// caller closes there; what both take from the open faces of their points is counted here.
   uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
     if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
@@ -77,7 +80,9 @@ class Hull {
       cell.corner[i] = corners[i];
       next[i] = point.head;
       point.head = slot * most_corners + i;
-      point.valence = static_cast<uint16_t>(point.valence + (point.valence < 0xffff));
+      point.valence = static_cast<uint8_t>(point.valence + (point.valence < 0xff));
+      const unsigned at = shape.faces_at[i];
+      point.open = static_cast<uint16_t>(point.open + bits_in(at) - 2 * bits_in(at & glued));
     }
     for (unsigned i = shape.corners; i < most_corners; ++i) cell.corner[i] = no_slot;
     cell.successor = no_slot;
@@ -97,13 +102,25 @@ class Hull {
       Cell& cell = cells_[at / most_corners];
       const unsigned corner = at % most_corners;
       at = next_[at];
-      cell.open = static_cast<uint8_t>(cell.open & ~shape_of(cell).faces_at[corner]);
       cell.corner[corner] = no_slot;
+      const unsigned closing = cell.open & shape_of(cell).faces_at[corner];
+      if (closing != 0) close(cell, closing);
       if (--cell.live == 0) cell_slots_.give_back(static_cast<uint32_t>(&cell - cells_.data()));
     }
     point.head = no_slot;
     point.alive = false;
     removed_.push_back(slot);
+  }
+  /// Faces of a cell, a bit for each, that no other can meet any more.
+  void close(Cell& cell, unsigned faces) {
+    cell.open = static_cast<uint8_t>(cell.open & ~faces);
+    for (unsigned left = faces; left != 0; left &= left - 1) {
+      const CellFace& face = shape_of(cell).face[static_cast<unsigned>(__builtin_ctz(left))];
+      for (unsigned i = 0; i < face.size; ++i) {
+        const uint32_t slot = cell.corner[face.corner[i]];
+        if (slot != no_slot) --points_[slot].open;
+      }
+    }
   }
   void free_points() {
     for (const uint32_t slot : removed_) point_slots_.give_back(slot);

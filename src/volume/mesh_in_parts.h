@@ -48,6 +48,11 @@ class MeshInParts final : public MeshSource {
         out.types.push_back(static_cast<uint8_t>(block.type_of(first)));
         out.connectivity.insert(out.connectivity.end(), nodes.begin(), nodes.end());
         out.offsets.push_back(out.connectivity.size());
+        if (block.type_of(first) != CellType::polyhedron && out.cell_faces.empty()) continue;
+        out.cell_faces.resize(out.types.size(), out.face_sizes.size());
+        if (block.type_of(first) == CellType::polyhedron)
+          out.face_sizes.insert(out.face_sizes.end(), block.faces(first).begin(), block.faces(first).end());
+        out.cell_faces.push_back(out.face_sizes.size());
       }
       first -= std::min(first, block.size());
     }
@@ -96,6 +101,8 @@ class MeshFromParts final : public MeshSink {
         block.connectivity.push_back(static_cast<uint32_t>(cells.connectivity[k]));
       if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
       if (block.type == CellType::mixed) block.types.push_back(cells.types[i]);
+      const bool polyhedron = static_cast<CellType>(cells.types[i]) == CellType::polyhedron;
+      if (polyhedron || !block.cell_faces.empty()) add_faces(cells, i, block);
       ++cells_;
     }
     return {};
@@ -111,6 +118,14 @@ class MeshFromParts final : public MeshSink {
   bool committed = false;
 
  private:
+  static void add_faces(const CellPiece& cells, size_t i, CellBlock& block) {
+    block.cell_faces.resize(block.size(), block.face_sizes.size());
+    if (!cells.cell_faces.empty()) {
+      const auto at = [&](uint64_t k) { return cells.face_sizes.begin() + static_cast<ptrdiff_t>(k); };
+      block.face_sizes.insert(block.face_sizes.end(), at(cells.cell_faces[i]), at(cells.cell_faces[i + 1]));
+    }
+    block.cell_faces.push_back(block.face_sizes.size());
+  }
   void next_block() {
     ++block_;
     cells_ = 0;

@@ -80,15 +80,21 @@ uint32_t size_class(uint64_t value) {
   return value < 4 ? static_cast<uint32_t>(value) : 2 + bit_length(value);
 }
 
-/// Points in the order of the input: mostly one next to the last, else any of those left.
+/// Points in the order of the input: mostly one next to the last, else any of those left. Mesh generators
+/// often write all points on the surface behind (or before) all others: those left are of two kinds, and
+/// which one comes is told first.
 template <class Coder>
 class PointOrder {
  public:
-  PointOrder(const std::vector<CellBlock>& blocks, uint64_t points) : around_(blocks, points), left_(points) {
+  PointOrder(const std::vector<CellBlock>& blocks, uint64_t points)
+      : around_(blocks, points),
+        on_border_(points_on_border(blocks, points)),
+        left_{Remaining(points), Remaining(points)} {
     for (uint64_t i = 0; i < points; ++i) {
+      left_[on_border_[i] ? 0 : 1].remove(i);
       if (!around_.of(i).empty()) continue;
       alone_.push_back(static_cast<uint32_t>(i));
-      left_.remove(i);
+      left_[on_border_[i] ? 1 : 0].remove(i);
     }
     for (const CellBlock& block : blocks) {
       for (uint64_t i = 0; i < block.size(); ++i) cells_.push_back(&block), places_.push_back(i);
@@ -104,38 +110,47 @@ class PointOrder {
         sequence.push_back(point);
       }
       if (!around_.of(point).empty()) {
-        left_.remove(point);
+        left_of(point).remove(point);
+        before_ = {last_, before_[0], before_[1]};
         last_ = point;
+        kinds_ = kinds_ << 1 | (on_border_[point] ? 1 : 0);
       }
     }
     return true;
   }
 
  private:
-  enum Question : unsigned { near_by, this_one, without_cell, question_count };
+  enum Question : unsigned { near_by, this_one, without_cell, border, question_count };
   struct Candidate {
     uint32_t point;
     uint32_t met;
   };
+  Remaining& left_of(uint64_t point) { return left_[on_border_[point] ? 1 : 0]; }
+  uint32_t count_left() const { return left_[0].count() + left_[1].count(); }
 
-  static constexpr size_t most_candidates = 32;
+  static constexpr size_t most_candidates = 48;
 
   void find_candidates() {
     candidates_.clear();
     if (last_ == nothing) return;
     add(last_ + 1);
-    add_around(true);
+    add_around(last_, true);
     joined_ = static_cast<uint32_t>(candidates_.size());
-    add_around(false);
+    add_around(last_, false);
+    later_ = static_cast<uint32_t>(candidates_.size());
+    for (const uint32_t point : before_) {
+      if (point != nothing) add_around(point, true);
+    }
   }
-  /// The points that an edge joins to the last one, or else share a cell with it.
-  void add_around(bool joined) {
-    for (const uint32_t cell : around_.of(last_).first(std::min<size_t>(around_.of(last_).size(), 48))) {
+  /// The points that an edge joins to one, or else share a cell with it.
+  void add_around(uint32_t point, bool joined) {
+    const std::span<const uint32_t> cells = around_.of(point);
+    for (const uint32_t cell : cells.first(std::min<size_t>(cells.size(), 48))) {
       const CellBlock& block = *cells_[cell];
       const CellShape& shape = cell_shapes[kind_of(block.type_of(places_[cell]))];
       const auto points = block.cell(places_[cell]);
       for (unsigned i = 0; i < shape.corners; ++i) {
-        if (points[shape.place[i]] != last_) continue;
+        if (points[shape.place[i]] != point) continue;
         for (unsigned j = 0; j < shape.corners; ++j) {
           if ((shape.neighbours[i] >> j & 1) == (joined ? 1 : 0)) add(points[shape.place[j]]);
         }
@@ -143,7 +158,8 @@ class PointOrder {
     }
   }
   void add(uint64_t point) {
-    if (!left_.has(point) || candidates_.size() == most_candidates) return;
+    if (point >= on_border_.size() || !left_of(point).has(point) || candidates_.size() == most_candidates)
+      return;
     for (Candidate& candidate : candidates_) {
       if (candidate.point != point) continue;
       ++candidate.met;
@@ -155,7 +171,7 @@ class PointOrder {
   /// Points without cells come up in the order of the input, so that it is always the next one.
   bool code_alone(Coder& coder, uint32_t point) {
     if (next_alone_ == alone_.size()) return false;
-    const bool alone = left_.count() == 0 ||
+    const bool alone = count_left() == 0 ||
                        decisions_.code(coder, Coder::encoding && around_.of(point).empty(), without_cell,
                                        {alone_history_ & 1, alone_history_ & 255, history_ & 15,
                                         alone_history_ & 15, history_ & 1, 0});
@@ -165,21 +181,22 @@ class PointOrder {
 
   uint32_t code_one(Coder& coder, uint32_t point) {
     if (code_alone(coder, point)) return alone_[next_alone_++];
-    if (left_.count() == 0) return nothing;
+    if (count_left() == 0) return nothing;
     find_candidates();
     const auto count = static_cast<uint32_t>(candidates_.size());
     uint32_t chosen = 0;
     while (Coder::encoding && chosen < count && candidates_[chosen].point != point) ++chosen;
     const Evidence how{std::min<uint32_t>(count, 15), history_ & 255, history_ & 3,
-                       size_class(left_.count()),     last_rank_,     0};
+                       size_class(count_left()),      last_rank_,     kinds_ & 15};
     const bool near = count > 0 && decisions_.code(coder, chosen < count, near_by, how);
     history_ = history_ << 1 | (near ? 1 : 0);
-    if (!near) return static_cast<uint32_t>(left_.code(coder, point));
+    if (!near) return code_left_over(coder, point);
     for (uint32_t i = 0; i < count; ++i) {
       const Candidate& candidate = candidates_[i];
       const uint64_t apart = candidate.point > last_ ? candidate.point - last_ : last_ - candidate.point;
-      const uint32_t local = i + (i >= joined_ ? 128 : 0) + (candidate.point > last_ ? 32 : 0) +
-                             (last_ + 1 == candidate.point ? 64 : 0);
+      const uint32_t local = std::min<uint32_t>(i, 31) + (i >= joined_ ? 128 : 0) + (i >= later_ ? 512 : 0) +
+                             (candidate.point > last_ ? 32 : 0) + (last_ + 1 == candidate.point ? 64 : 0) +
+                             (on_border_[candidate.point] == on_border_[last_] ? 256 : 0);
       const Evidence which{local, last_rank_,    std::min<uint32_t>(candidate.met, 15),
                            count, history_ & 15, size_class(apart)};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
@@ -189,12 +206,25 @@ class PointOrder {
     return nothing;
   }
 
+  uint32_t code_left_over(Coder& coder, uint32_t point) {
+    bool on_border = left_[0].count() == 0;
+    if (!on_border && left_[1].count() != 0) {
+      on_border = decisions_.code(coder, Coder::encoding && on_border_[point], border,
+                                  {kinds_ & 3, kinds_ & 255, history_ & 7, kinds_ & 15, 0, 0});
+    }
+    return static_cast<uint32_t>(left_[on_border ? 1 : 0].code(coder, point));
+  }
+
   Around around_;
-  Remaining left_;
+  std::vector<bool> on_border_;
+  std::array<Remaining, 2> left_;  ///< not on the border, and on it
+  uint32_t kinds_ = 0;             ///< of the last points: on the border?
   std::vector<const CellBlock*> cells_;
   std::vector<uint64_t> places_;
   std::vector<Candidate> candidates_;
   uint32_t joined_ = 0;  ///< candidates before those that only share a cell
+  uint32_t later_ = 0;   ///< candidates before those around earlier points
+  std::array<uint32_t, 3> before_{nothing, nothing, nothing};
   std::vector<uint32_t> alone_;
   size_t next_alone_ = 0;
   uint32_t alone_history_ = 0;

@@ -14,6 +14,8 @@ struct ArrayMapsList {
   std::vector<double> bounds;
   /// Not empty: the stream of the input's order, where cells are given in another one (mesh_order.h).
   std::vector<std::byte> order_apart;
+  /// Better models of values take no long time here, as far as that is known (mixes_values()).
+  bool mixing_pays = false;
 };
 
 /// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:

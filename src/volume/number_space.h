@@ -4,6 +4,7 @@
 #include "mesh/float_bits.h"
 #include "mesh/number_map.h"
 #include "mesh/scaled_digits.h"
+#include "volume/decimal_floats.h"
 
 namespace maille {
 
@@ -83,6 +84,7 @@ class NumberSpace {
   NumberSpace(Scalar type, const NumberMap& map)
       : type_(type), map_(map), ordered_(map.kind == NumberMap::Kind::ordered && map.exponent == 0) {
     if (map.kind == NumberMap::Kind::ordered && map.exponent > 0) digits_ = SignificantDigits(map.exponent);
+    if (map.kind == NumberMap::Kind::ordered && map.exponent < 0) decimals_ = DecimalFloats(-map.exponent);
   }
 
   /// A float that keeps its bits.
@@ -91,6 +93,7 @@ class NumberSpace {
   int64_t code_of(const std::byte* number) const {
     if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));
     if (digits_) return digits_.code_of(number_as_double(type_, number));
+    if (decimals_) return decimals_.code_of(number_as_double(type_, number));
     return map_.code_of(type_, number);
   }
   void store_number(int64_t code, std::byte* out) const {
@@ -99,10 +102,12 @@ class NumberSpace {
       const double value = digits_.number_of(code);
       return type_ == Scalar::f32 ? store(out, static_cast<float>(value)) : store(out, value);
     }
+    if (decimals_) return store(out, static_cast<float>(decimals_.number_of(code)));
     map_.store_number(type_, code, out);
   }
   double place_of(int64_t code) const {
     if (digits_) return digits_.number_of(code);
+    if (decimals_) return decimals_.number_of(code);
     if (!ordered_) return static_cast<double>(code);
     if (type_ != Scalar::f32) return map_.value_of(type_, code);
     const float value = from_ordered(static_cast<int32_t>(code));
@@ -118,6 +123,7 @@ class NumberSpace {
                                                                : place));
     }
     if (digits_) return digits_.code_of(place);
+    if (decimals_) return decimals_.code_of(place);
     constexpr double most = 9.0e18;
     if (!(place == place)) return 0;
     if (place > most || place < -most)
@@ -129,6 +135,7 @@ class NumberSpace {
   /// Half octaves of the distance between neighbouring codes there.
   int unit_at(double place) const {
     if (digits_) return digits_.unit_at(place);
+    if (decimals_) return decimals_.unit_at(place);
     if (!ordered_) return 0;
     const int bits = type_ == Scalar::f32 ? 23 : 52;
     const int least = type_ == Scalar::f32 ? -126 : -1022;
@@ -141,6 +148,7 @@ class NumberSpace {
   NumberMap map_;
   bool ordered_;
   SignificantDigits digits_;
+  DecimalFloats decimals_;
 };
 
 }  // namespace maille

@@ -100,10 +100,11 @@ class CellPlaces {
   double scale_ = 0;
 };
 
-/// A cell on its way to its part: this, its points, its values.
+/// A cell on its way to its part: this, its points, sizes of its faces if it is a polyhedron, its values.
 struct RecordHead {
   uint64_t block, key, cell;
   uint64_t type_and_nodes;  ///< nodes * 256 + type
+  uint64_t faces;           ///< of a polyhedron
 
   uint64_t nodes() const { return type_and_nodes >> 8; }
 };
@@ -143,17 +144,18 @@ class ReorderedSource final : public MeshSource {
   Result<> visit_cells(const Progress& progress, const char* stage, uint64_t stride, Visit visit);
   Result<> cut(CellPlaces& places, const Progress& progress);
   Result<> distribute(CellPlaces& places, const Progress& progress);
-  Result<> put(Part& part, const RecordHead& head, std::span<const uint64_t> nodes, uint64_t row);
+  Result<> put(Part& part, const RecordHead& head, const CellPiece& piece, uint64_t row);
   Result<> flush(Part& part);
   Result<std::vector<std::byte>> load(Part& part);
   Result<> order_part(Part& part);
   Result<> order_run(std::span<const RecordHead* const> run);
   Result<> append(const RecordHead& head);
+  Result<> read_faces(uint64_t first, uint64_t count, CellPiece& out);
   static const uint64_t* nodes_of_record(const RecordHead& head) {
     return reinterpret_cast<const uint64_t*>(&head + 1);
   }
   size_t record_bytes(const RecordHead& head) const {
-    return sizeof(RecordHead) + (head.nodes() * 8 + values_size_ + 7) / 8 * 8;
+    return sizeof(RecordHead) + ((head.nodes() + head.faces) * 8 + values_size_ + 7) / 8 * 8;
   }
   uint64_t part_cells() const { return std::max<uint64_t>(space_.memory / 2 / bytes_per_cell, 64); }
 
@@ -167,10 +169,11 @@ class ReorderedSource final : public MeshSource {
   size_t waiting_bytes_ = 0;  ///< of one part, at most
   std::optional<ScratchFile> records_;
   // What comes out: column by column.
-  std::optional<ScratchFile> types_, sizes_, nodes_;
+  std::optional<ScratchFile> types_, sizes_, nodes_, face_counts_, face_sizes_;
   std::vector<ScratchFile> values_;
-  std::vector<uint64_t> begins_;  ///< in nodes_, of every cell that is a multiple of cells_at_once
-  uint64_t cells_ = 0, corners_ = 0;
+  /// In nodes_ and in face_sizes_, of every cell that is a multiple of cells_at_once.
+  std::vector<uint64_t> begins_, face_begins_;
+  uint64_t cells_ = 0, corners_ = 0, faces_ = 0;
 };
 
 template <class Visit>
@@ -223,14 +226,15 @@ Result<> ReorderedSource::flush(Part& part) {
   return {};
 }
 
-Result<> ReorderedSource::put(Part& part, const RecordHead& head, std::span<const uint64_t> nodes,
-                              uint64_t row) {
+Result<> ReorderedSource::put(Part& part, const RecordHead& head, const CellPiece& piece, uint64_t row) {
   const size_t at = part.waiting.size();
   part.waiting.resize(at + record_bytes(head));
   std::byte* out = part.waiting.data() + at;
   out = std::copy_n(reinterpret_cast<const std::byte*>(&head), sizeof head, out);
-  const Bytes of_nodes = std::as_bytes(nodes);
-  out = std::copy(of_nodes.begin(), of_nodes.end(), out);
+  const Bytes nodes = std::as_bytes(std::span(piece.connectivity).subspan(piece.offsets[row], head.nodes()));
+  out = std::copy(nodes.begin(), nodes.end(), out);
+  for (uint64_t i = 0; i < head.faces; ++i, out += sizeof(uint64_t))
+    store(out, uint64_t{piece.face_sizes[piece.cell_faces[row] + i]});
   for (size_t k = 0; k < columns_.size(); ++k)
     out = std::copy_n(block_values_[k].data() + row * columns_[k].size, columns_[k].size, out);
   ++part.cells;
@@ -249,8 +253,9 @@ Result<> ReorderedSource::distribute(CellPlaces& places, const Progress& progres
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
       const Place place = MAILLE_TRY(places.of(first + i, nodes));
       const auto part = std::upper_bound(cuts_.begin(), cuts_.end(), place) - cuts_.begin();
-      const RecordHead head = {place.block, place.key, first + i, nodes.size() << 8 | piece.types[i]};
-      MAILLE_CHECK(put(parts_[static_cast<size_t>(part)], head, nodes, i));
+      const RecordHead head = {place.block, place.key, first + i, nodes.size() << 8 | piece.types[i],
+                               piece.cell_faces.empty() ? 0 : piece.cell_faces[i + 1] - piece.cell_faces[i]};
+      MAILLE_CHECK(put(parts_[static_cast<size_t>(part)], head, piece, i));
     }
     return {};
   });
@@ -272,20 +277,28 @@ Result<std::vector<std::byte>> ReorderedSource::load(Part& part) {
 }
 
 Result<> ReorderedSource::append(const RecordHead& head) {
-  if (cells_ % cells_at_once == 0) begins_.push_back(corners_);
+  if (cells_ % cells_at_once == 0) {
+    begins_.push_back(corners_);
+    face_begins_.push_back(faces_);
+  }
   const auto type = static_cast<uint8_t>(head.type_and_nodes & 255);
   const auto size = static_cast<uint32_t>(head.nodes());
   MAILLE_CHECK(types_->append(std::as_bytes(std::span(&type, 1))));
   MAILLE_CHECK(sizes_->append(std::as_bytes(std::span(&size, 1))));
   const uint64_t* const nodes = nodes_of_record(head);
   MAILLE_CHECK(nodes_->append(std::as_bytes(std::span(nodes, head.nodes()))));
-  const auto* from = reinterpret_cast<const std::byte*>(nodes + head.nodes());
+  const std::vector<uint32_t> faces(nodes + head.nodes(), nodes + head.nodes() + head.faces);
+  const auto count = static_cast<uint32_t>(faces.size());
+  MAILLE_CHECK(face_counts_->append(std::as_bytes(std::span(&count, 1))));
+  MAILLE_CHECK(face_sizes_->append(std::as_bytes(std::span(faces))));
+  const auto* from = reinterpret_cast<const std::byte*>(nodes + head.nodes() + head.faces);
   for (size_t k = 0; k < columns_.size(); ++k) {
     MAILLE_CHECK(values_[k].append({from, columns_[k].size}));
     from += columns_[k].size;
   }
   ++cells_;
   corners_ += head.nodes();
+  faces_ += count;
   return {};
 }
 
@@ -349,6 +362,8 @@ Result<> ReorderedSource::sort(const Progress& progress) {
   types_ = MAILLE_TRY(ScratchFile::create(space_.folder));
   sizes_ = MAILLE_TRY(ScratchFile::create(space_.folder));
   nodes_ = MAILLE_TRY(ScratchFile::create(space_.folder));
+  face_counts_ = MAILLE_TRY(ScratchFile::create(space_.folder));
+  face_sizes_ = MAILLE_TRY(ScratchFile::create(space_.folder));
   for (size_t k = 0; k < columns_.size(); ++k)
     values_.push_back(MAILLE_TRY(ScratchFile::create(space_.folder)));
   for (size_t i = 0; i < parts_.size(); ++i) {
@@ -374,7 +389,22 @@ Result<> ReorderedSource::read_cells(uint64_t first, uint64_t count, CellPiece& 
   out.types.resize(count);
   out.connectivity.resize(out.offsets.back());
   MAILLE_CHECK(types_->read_at(first, std::as_writable_bytes(std::span(out.types))));
-  return nodes_->read_at(begin * 8, std::as_writable_bytes(std::span(out.connectivity)));
+  MAILLE_CHECK(nodes_->read_at(begin * 8, std::as_writable_bytes(std::span(out.connectivity))));
+  return faces_ == 0 ? Result<>() : read_faces(first, count, out);
+}
+
+Result<> ReorderedSource::read_faces(uint64_t first, uint64_t count, CellPiece& out) {
+  const uint64_t from = first / cells_at_once * cells_at_once;
+  std::vector<uint32_t> counts(first + count - from);
+  MAILLE_CHECK(face_counts_->read_at(from * 4, std::as_writable_bytes(std::span(counts))));
+  const uint64_t begin =
+      (count == 0 ? 0 : face_begins_[from / cells_at_once]) +
+      std::accumulate(counts.begin(), counts.begin() + static_cast<ptrdiff_t>(first - from), uint64_t{0});
+  out.cell_faces.assign(1, 0);
+  for (size_t i = first - from; i < counts.size(); ++i)
+    out.cell_faces.push_back(out.cell_faces.back() + counts[i]);
+  out.face_sizes.resize(out.cell_faces.back());
+  return face_sizes_->read_at(begin * 4, std::as_writable_bytes(std::span(out.face_sizes)));
 }
 
 Result<> ReorderedSource::read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) {
@@ -408,7 +438,7 @@ Result<double> incoherence(MeshSource& mesh) {
     MAILLE_CHECK(mesh.read_cells(first, std::min(cells_at_once, cells - first), piece));
     for (uint64_t i = 0; i < piece.size(); ++i) {
       cell.kind = kind_of(static_cast<CellType>(piece.types[i]));
-      if (cell.kind == loose_cell) continue;
+      if (cell.kind >= shape_count) continue;  // given by faces, or as a list of points
       const uint64_t* const nodes = piece.connectivity.data() + piece.offsets[i];
       cell.final = 0;
       for (size_t k = 0; k < piece.offsets[i + 1] - piece.offsets[i]; ++k)

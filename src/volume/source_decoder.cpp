@@ -92,6 +92,8 @@ class SinkFeeder {
     for (const CellType type : piece.types) cells_.types.push_back(static_cast<uint8_t>(type));
     cells_.offsets = piece.offsets;
     cells_.connectivity = piece.connectivity;
+    cells_.face_sizes = piece.face_sizes;
+    cells_.cell_faces = piece.cell_faces;
     return sink_.write_cells(cells_);
   }
 
@@ -156,6 +158,8 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
   mesh.cells = ends.tail.cells;
   mesh.corners = ends.tail.corners;
   mesh.point_type = stream.positions.type;
+  mesh.types = ends.tail.types;
+  mesh.polyhedra = ends.tail.polyhedra;
   for (const StreamTail::Block& block : ends.tail.blocks)
     mesh.blocks.push_back({block.name, block.type, block.cells});
   for (const StreamArray& array : stream.arrays) {

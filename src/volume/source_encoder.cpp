@@ -1,4 +1,4 @@
-// encode() of a mesh that is read in parts.
+// encode() of a mesh that is read in parts, mode `stream`.
 #include <maille/out_of_core.h>
 #include <maille/stream.h>
 
@@ -10,6 +10,7 @@
 #include "volume/last_uses.h"
 #include "volume/source_points.h"
 #include "volume/source_sample.h"
+#include "volume/stream_file.h"
 #include "volume/stream_layout.h"
 
 namespace maille {
@@ -21,9 +22,6 @@ Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
 }
 
 Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
-  if (options.mode != Mode::stream) {
-    return failure(ErrorCode::usage, "only mode \"stream\" compresses a mesh that is read in parts");
-  }
   StreamOptions stream;
   stream.positions.type = mesh.point_type;
   stream.positions.tolerance = options.positions;
@@ -100,7 +98,8 @@ class SourceFeeder {
   /// Cells of one type and size within one block; returns how many.
   Result<uint64_t> feed_run(uint64_t first, uint64_t i) {
     const uint64_t nodes = piece_.offsets[i + 1] - piece_.offsets[i];
-    const uint64_t end = nodes == 0 ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
+    const bool single = nodes == 0 || piece_.types[i] == static_cast<uint8_t>(CellType::polyhedron);
+    const uint64_t end = single ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
     uint64_t next = i + 1;
     while (next < end && piece_.types[next] == piece_.types[i] &&
            piece_.offsets[next + 1] - piece_.offsets[next] == nodes) {
@@ -111,10 +110,20 @@ class SourceFeeder {
       const size_t size = mesh_.description().arrays[columns_[k]].tuple_size();
       tuples_[k] = Bytes(values_[k]).subspan(i * size, (next - i) * size);
     }
-    MAILLE_CHECK(writer_.add_cells(static_cast<CellType>(piece_.types[i]),
-                                   std::span(piece_.connectivity).subspan(begin, corners),
-                                   std::span(flags_).subspan(begin, corners), tuples_, nodes));
+    const auto points = std::span(piece_.connectivity).subspan(begin, corners);
+    const auto flags = std::span(flags_).subspan(begin, corners);
+    const auto type = static_cast<CellType>(piece_.types[i]);
+    if (type == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(faces_of(i), points, flags, tuples_));
+    } else {
+      MAILLE_CHECK(writer_.add_cells(type, points, flags, tuples_, nodes));
+    }
     return next - i;
+  }
+
+  std::span<const uint32_t> faces_of(uint64_t i) const {
+    return std::span(piece_.face_sizes)
+        .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
   }
 
   MeshSource& mesh_;
@@ -171,14 +180,21 @@ EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, 
 }
 
 /// What a point in use takes, with the cell it belongs to: entries of the hull, and the values that predict.
-uint64_t bytes_in_use(const MeshDescription& mesh) {
-  uint64_t bytes = 240 + 3 * 16;
-  for (const Array& array : mesh.arrays) bytes += 16 * array.components;
+uint64_t bytes_in_use(const MeshDescription& mesh, int effort) {
+  const uint64_t number = mixes_values(effort, false) ? 40 : 16;
+  uint64_t bytes = 240 + 3 * number;
+  for (const Array& array : mesh.arrays) bytes += number * array.components;
   return bytes;
 }
 
-Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space) {
-  const uint64_t each = bytes_in_use(mesh.description()), allowed = space.in_use / each;
+bool has_few_numbers(const MeshDescription& mesh) {
+  uint64_t numbers = mesh.points * 3;
+  for (const Array& array : mesh.arrays) numbers += mesh.count_of(array) * array.components;
+  return numbers <= few_numbers;
+}
+
+Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space, int effort) {
+  const uint64_t each = bytes_in_use(mesh.description(), effort), allowed = space.in_use / each;
   if (mesh.description().points <= allowed) return {};
   const uint64_t most = MAILLE_TRY(uses.most_in_use(mesh, space));
   if (most <= allowed) return {};
@@ -190,12 +206,14 @@ Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& spac
 
 }  // namespace
 
-Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
-                            const WorkingSpace& space) {
+Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                   const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
+  stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
-  MAILLE_CHECK(check_in_use(mesh, uses, space));
-  const ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
+  ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  maps.mixing_pays = has_few_numbers(mesh.description());
   SourcePoints points(mesh, space.memory / 4, true);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

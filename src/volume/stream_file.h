@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/file.h>
+#include <maille/out_of_core.h>
 
 #include <optional>
 
@@ -15,6 +16,8 @@ namespace maille {
 // StreamReader.
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
+Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                   const WorkingSpace& space);
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
 Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
 /// Where the input's points and cells stand in the stream; none where the stream has them in the input's

@@ -10,6 +10,7 @@
 #include "volume/cell_order.h"
 #include "volume/mesh_order.h"
 #include "volume/mesh_stream.h"
+#include "volume/space_curve.h"
 
 namespace maille {
 namespace {
@@ -85,77 +86,153 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   return last;
 }
 
-/// What the connectivity of the first cells takes in these orders, in bytes; with the numbers of points if
-/// they are kept.
-size_t trial(const Mesh& mesh, const CellOrders& orders, const std::vector<uint64_t>& last, bool mixed,
-             uint64_t most_cells, bool numbered = false) {
-  RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> coder(mixed, numbered);
-  CodedCells out;
-  StreamedCell cell;
-  uint64_t time = 0;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    const CellBlock& block = mesh.blocks[b];
-    for (uint64_t i = 0; i < block.size() && time < most_cells; ++i, ++time) {
-      const uint64_t number = orders[b].empty() ? i : orders[b][i];
-      cell.kind =
-          kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[number]) : block.type);
-      if (cell.kind >= shape_count) continue;
-      const auto points = block.cell(number);
-      cell.final = 0;
-      for (size_t k = 0; k < points.size(); ++k) {
-        cell.number[k] = points[cell_shapes[cell.kind].place[k]];
-        cell.final |= (last[cell.number[k]] == time ? 1u : 0u) << k;
-      }
-      coder.code(topology, numbers, cell, out);
-      if (out.size() < cells_per_block) continue;
-      out.clear();
-      coder.end_block();
+/// What the connectivity of the first cells takes in these orders; with the numbers of points if they are
+/// kept.
+class Trial {
+ public:
+  Trial(const Mesh& mesh, const CellOrders& orders, bool mixed, bool numbered = false, bool indexed = false)
+      : mesh_(mesh),
+        orders_(orders),
+        last_(last_cells(mesh, orders)),
+        numbered_(numbered),
+        coder_(mixed, numbered, indexed) {}
+
+  /// Goes on until so many cells are done, or all.
+  void run(uint64_t most_cells) {
+    for (; block_ < mesh_.blocks.size(); ++block_, in_block_ = 0) {
+      const CellBlock& block = mesh_.blocks[block_];
+      const uint64_t size = block.size();
+      for (; in_block_ < size && done_ < most_cells; ++done_) code(block, orders_[block_]);
+      if (in_block_ < size) return;
     }
   }
-  return topology.finish().size() + (numbered ? numbers.finish().size() : 0);
-}
+  uint64_t cells() const { return done_; }
+  /// So far, to some bytes.
+  uint64_t bytes() const { return topology_.size() + (numbered_ ? numbers_.size() : 0); }
+
+ private:
+  void code(const CellBlock& block, const std::vector<uint64_t>& order) {
+    const uint64_t number = order.empty() ? in_block_ : order[in_block_];
+    ++in_block_;
+    cell_.kind = kind_of(block.type_of(number));
+    if (cell_.kind >= shape_count) return;
+    const auto points = block.cell(number);
+    cell_.final = 0;
+    for (size_t k = 0; k < points.size(); ++k) {
+      cell_.number[k] = points[cell_shapes[cell_.kind].place[k]];
+      cell_.final |= (last_[cell_.number[k]] == done_ ? 1u : 0u) << k;
+    }
+    coder_.code(topology_, numbers_, cell_, out_);
+    if (out_.size() < cells_per_block) return;
+    out_.clear();
+    coder_.end_block();
+  }
+
+  const Mesh& mesh_;
+  const CellOrders& orders_;
+  std::vector<uint64_t> last_;
+  bool numbered_;
+  CellCoder<RangeEncoder> coder_;
+  RangeEncoder topology_, numbers_;
+  CodedCells out_;
+  StreamedCell cell_;
+  size_t block_ = 0;
+  uint64_t in_block_ = 0, done_ = 0;
+};
 
 /// In which order cells are written, and the bytes that give the input's order back if that is to be kept.
 struct Ordering {
   CellOrders orders;
   std::optional<CodedOrder> apart;
+  bool by_front = false;  ///< not as they are in the input: few cells are found on the fast path
 };
 
+bool has_few_numbers(const Mesh& mesh) {
+  uint64_t numbers = mesh.point_count() * 3;
+  for (const Array& array : mesh.arrays)
+    numbers += array.domain == Domain::mesh ? 0 : array.count() * array.components;
+  return numbers <= few_numbers;
+}
+
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
-/// smaller with the input's order beside it.
+/// smaller with the input's order beside it. Scattered cells take long to try, so that it is done with as few
+/// as tell.
 Ordering keep_order(const Mesh& mesh, bool mixed) {
-  constexpr uint64_t sample = 20'000;
+  constexpr uint64_t few = 4'000, sample = 20'000;
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
-  const CellOrders as_they_are(mesh.blocks.size());
-  const uint64_t cells = mesh.cell_count(), tried = std::min(cells, sample);
+  CellOrders as_they_are(mesh.blocks.size());
+  const uint64_t cells = mesh.cell_count();
   if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
-  const size_t natural = trial(mesh, as_they_are, last_cells(mesh, as_they_are), mixed, sample, true);
-  if (natural <= tried * scattered) return {as_they_are, {}};
+  Trial natural(mesh, as_they_are, mixed, true);
+  natural.run(few);
+  // Where all cells are of one type, some thousand in very good order stand for all: not so where a mesh
+  // begins with the cells of its boundary.
+  const bool alike = mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
+  if (alike && 2 * natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
+  if (natural.bytes() <= 2 * scattered * natural.cells()) {
+    natural.run(sample);
+    if (natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
+  }
+  // Numbers that follow one another are an order, too, whatever the cells do.
+  Trial indexed(mesh, as_they_are, mixed, true, true);
+  indexed.run(alike ? few : sample);
+  if (indexed.bytes() <= scattered * indexed.cells()) return {as_they_are, {}};
   CellOrders by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  const size_t front = trial(mesh, by_front, last_cells(mesh, by_front), mixed, sample);
+  Trial front(mesh, by_front, mixed);
+  front.run(2 * few);
   CodedOrder order = encode_order(mesh, by_front);
-  const uint64_t apart = order.points.size() + order.cells.size();
-  if (natural * cells <= front * cells + apart * tried) return {as_they_are, {}};
-  return {std::move(by_front), std::move(order)};
+  const uint64_t apart = order.points.size() + order.cells.size() + front.bytes() * cells / front.cells();
+  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
+  // so.
+  while (natural.cells() < std::min(cells, sample) &&
+         (natural.cells() < 2 * few || 4 * natural.bytes() * cells <= 5 * apart * natural.cells())) {
+    natural.run(natural.cells() + few);
+  }
+  if (natural.bytes() * cells <= apart * natural.cells()) return {std::move(as_they_are), {}};
+  return {std::move(by_front), std::move(order), true};
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
-CellOrders choose_orders(const Mesh& mesh, bool mixed) {
-  CellOrders as_they_are(mesh.blocks.size());
-  CellOrders by_front;
+Ordering choose_orders(const Mesh& mesh, bool mixed) {
+  CellOrders as_they_are(mesh.blocks.size()), by_front;
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  const std::vector<uint64_t> last = last_cells(mesh, as_they_are),
-                              last_by_front = last_cells(mesh, by_front);
+  Trial natural(mesh, as_they_are, mixed), front(mesh, by_front, mixed);
   // Some thousand cells mostly decide: cells in no order at all take long to try.
   for (const uint64_t cells : {uint64_t{5'000}, uint64_t{400'000}}) {
-    const size_t natural = trial(mesh, as_they_are, last, mixed, cells);
-    const size_t front = trial(mesh, by_front, last_by_front, mixed, cells);
-    if (cells == 400'000 || natural > 2 * front || front > 2 * natural)
-      return front < natural ? by_front : as_they_are;
+    natural.run(cells);
+    front.run(cells);
+    if (natural.bytes() > 2 * front.bytes() || front.bytes() > 2 * natural.bytes()) break;
   }
-  return as_they_are;
+  const bool front_is_less = front.bytes() < natural.bytes();
+  return {front_is_less ? std::move(by_front) : std::move(as_they_are), {}, front_is_less};
+}
+
+/// Points of no cell, in any order: along a curve, so that each is near the one before.
+void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
+  const size_t size = size_of(points.type);
+  const auto coordinate = [&](uint64_t number, unsigned axis) {
+    const double x = number_as_double(points.type, points.bytes.data() + (number * 3 + axis) * size);
+    return x > -1e300 && x < 1e300 ? x : 0;
+  };
+  std::array<double, 3> low{}, factor{};
+  for (unsigned k = 0; k < 3; ++k) {
+    double high = low[k] = numbers.empty() ? 0 : coordinate(numbers[0], k);
+    for (const uint64_t number : numbers) {
+      low[k] = std::min(low[k], coordinate(number, k));
+      high = std::max(high, coordinate(number, k));
+    }
+    factor[k] = high > low[k] ? 1048575.0 / (high - low[k]) : 0;
+  }
+  std::vector<std::pair<uint64_t, uint64_t>> places;
+  for (const uint64_t number : numbers) {
+    std::array<uint32_t, 3> point;
+    for (unsigned k = 0; k < 3; ++k)
+      point[k] = static_cast<uint32_t>((coordinate(number, k) - low[k]) * factor[k]);
+    places.emplace_back(place_on_curve(point), number);
+  }
+  std::sort(places.begin(), places.end());
+  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = places[i].second;
 }
 
 /// Hands the cells of a mesh to a writer, one by one.
@@ -167,7 +244,8 @@ class MeshFeeder {
         orders_(orders),
         last_(last_cells(mesh, orders_)),
         pace_(options.progress, "cells", mesh.cell_count()),
-        executor_(options.executor ? *options.executor : serial_executor()) {
+        executor_(options.executor ? *options.executor : serial_executor()),
+        any_order_(options.order == Order::canonical) {
     for (const Array& array : mesh.arrays) {
       if (array.domain == Domain::cell) columns_.push_back(&array);
     }
@@ -186,6 +264,7 @@ class MeshFeeder {
     for (uint64_t point = 0; point < last_.size(); ++point) {
       if (last_[point] == ~uint64_t{0}) unused.push_back(point);
     }
+    if (any_order_) sort_along_curve(mesh_.points, unused);
     return writer_.end_points(unused);
   }
 
@@ -276,6 +355,7 @@ class MeshFeeder {
   std::vector<uint64_t> last_;
   Pace pace_;
   Executor& executor_;
+  bool any_order_;
   std::vector<const Array*> columns_;
   uint64_t first_ = 0;  ///< cells of the blocks before
   std::vector<uint64_t> numbers_;
@@ -325,7 +405,8 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   const bool mixed = mixes(options.effort);
   const Ordering ordering =
-      options.order == Order::keep ? keep_order(mesh, mixed) : Ordering{choose_orders(mesh, mixed), {}};
+      options.order == Order::keep ? keep_order(mesh, mixed) : choose_orders(mesh, mixed);
+  maps.mixing_pays = ordering.by_front || has_few_numbers(mesh);
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);

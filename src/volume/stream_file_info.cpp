@@ -1,6 +1,7 @@
 #include "volume/stream_file.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/result.h"
 #include "container/file_reader.h"
@@ -23,6 +24,15 @@ ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, 
   info.bound = bound;
   info.step = bound > 0 ? map.step : 0;
   return info;
+}
+
+void add_range(const StreamTail& tail, size_t number, ArrayInfo& info) {
+  if (number >= tail.ranges.size()) return;
+  for (const ValueRange::Component& each : tail.ranges[number].components) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    info.ranges.emplace_back(each.any ? each.low : none, each.any ? each.high : -none);
+  }
+  info.nans = tail.ranges[number].nans;
 }
 
 /// Models and buffers; slots of points, cells and values; a bit for each point that is written. Measured: a
@@ -70,15 +80,18 @@ Result<FileInfo> inspect_stream(const Source& source) {
     const std::string type = std::string("(") + name_of(block.type) + ")";
     info.blocks.emplace_back(block.name.empty() ? type : block.name + " " + type, block.cells);
   }
+  info.types = tail.types;
   info.connectivity.name = "connectivity";
   info.connectivity.domain = Domain::corner;
   info.connectivity.type = Scalar::u64;
   info.connectivity.count = tail.corners;
   info.positions = info_of(header.description.positions, header.bounds[0], header.maps[0][0], tail.points);
+  add_range(tail, 0, info.positions);
   for (size_t i = 0; i < header.description.arrays.size(); ++i) {
     const StreamArray& array = header.description.arrays[i];
     info.arrays.push_back(info_of(array, header.bounds[i + 1], header.maps[i + 1][0],
                                   array.domain == Domain::point ? tail.points : tail.cells));
+    add_range(tail, i + 1, info.arrays.back());
   }
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);

@@ -27,6 +27,7 @@ struct Intake {
   std::vector<std::vector<std::byte>> cell_arrays;
   std::vector<BlockStart> blocks;
   std::unordered_set<uint64_t> ended;  ///< points told to be used no more; only looked up
+  std::vector<uint64_t> told;          ///< the same as they were told
 
   void clear() {
     records.clear();
@@ -36,6 +37,7 @@ struct Intake {
     for (auto& array : cell_arrays) array.clear();
     blocks.clear();
     ended.clear();
+    told.clear();
   }
 };
 

@@ -4,6 +4,7 @@
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "surface/number_maps.h"
+#include "volume/mixed_values.h"
 
 namespace maille {
 namespace {
@@ -17,7 +18,8 @@ class Writer : public PlainWriter {
  public:
   void map(const NumberMap& value, Scalar) {
     write_map(out(), value);
-    if (value.kind == NumberMap::Kind::ordered) out().put(static_cast<uint8_t>(value.exponent));
+    if (value.kind == NumberMap::Kind::ordered)
+      out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
   }
 };
 
@@ -30,8 +32,10 @@ class Reader : public PlainReader {
     if (!found) return;
     value = *found;
     if (value.kind != NumberMap::Kind::ordered) return;
-    value.exponent = in().get<uint8_t>();  // significant digits
+    const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
+    value.exponent = byte > 128 ? 128 - byte : byte;
     demand(value.exponent <= most_digits(type));
+    demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
   }
 };
 
@@ -64,6 +68,8 @@ void visit_header(Visitor& v, Header& header) {
   v.flag(description.any_order);
   v.flag(description.order_apart);
   v.flag(header.mixed);
+  v.flag(header.mixed_values);
+  v.flag(header.indexed);
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
   v.list(description.mesh_arrays, [&](auto& array) { visit_mesh_array(v, array); });
@@ -110,6 +116,22 @@ void visit_tail(Visitor& v, Tail& tail) {
     v.choice(block.type, 256);
     v.count(block.cells, ~uint64_t{0});
   });
+  v.list(tail.types, [&](auto& count) {
+    v.choice(count.first, 256);
+    v.count(count.second, ~uint64_t{0});
+  });
+  v.count(tail.polyhedra.cells, ~uint64_t{0});
+  v.count(tail.polyhedra.faces, ~uint64_t{0});
+  v.count(tail.polyhedra.corners, ~uint64_t{0});
+  v.count(tail.polyhedra.points, ~uint64_t{0});
+  v.list(tail.ranges, [&](auto& range) {
+    v.list(range.components, [&](auto& component) {
+      v.flag(component.any);
+      v.real(component.low);
+      v.real(component.high);
+    });
+    v.count(range.nans, ~uint64_t{0});
+  });
 }
 
 template <class Visitor, class Header>
@@ -145,7 +167,7 @@ bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& array
 
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
-  bool sensible = description.positions.components == 3 &&
+  bool sensible = description.positions.components == 3 && !(header.indexed && description.any_order) &&
                   header.maps.size() == description.arrays.size() + 1 &&
                   header.bounds.size() == header.maps.size() && header.maps[0].size() == 3;
   for (size_t i = 0; sensible && i < description.arrays.size(); ++i) {
@@ -162,11 +184,17 @@ bool is_sensible(const StreamHeader& header) {
 }  // namespace
 
 StreamedArray StreamHeader::positions() const {
-  return {description.positions.type, 3, maps[0], bounds[0]};
+  return with_models({description.positions.type, 3, maps[0], bounds[0]});
 }
 
 StreamedArray StreamHeader::array(size_t i) const {
-  return {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]};
+  return with_models(
+      {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]});
+}
+
+StreamedArray StreamHeader::with_models(StreamedArray array) const {
+  array.mixed = mixed_values && array.components <= most_mixed_components;
+  return array;
 }
 
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
@@ -253,7 +281,9 @@ Result<StreamTail> decode_tail(Bytes bytes) {
   StreamTail tail;
   Reader reader(bytes);
   visit_tail(reader, tail);
-  if (!reader.ok() || !reader.at_end())
+  const MeshDescription::Polyhedra& polyhedra = tail.polyhedra;
+  const bool sensible = polyhedra.corners <= tail.corners && polyhedra.points <= polyhedra.corners;
+  if (!reader.ok() || !reader.at_end() || !sensible)
     return failure(ErrorCode::corrupt, "the end of the stream is damaged");
   return tail;
 }

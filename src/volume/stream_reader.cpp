@@ -113,7 +113,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": the models of the arrays take more memory than allowed");
   }
-  coder_.emplace(header_.mixed, !header_.description.any_order);
+  coder_.emplace(header_.mixed, !header_.description.any_order, header_.indexed);
   stages_.emplace_back(header_.positions(), Domain::point);
   for (size_t i = 0; i < header_.description.arrays.size(); ++i) {
     stages_.emplace_back(header_.array(i), header_.description.arrays[i].domain);
@@ -186,6 +186,11 @@ void StreamReader::Implementation::take_step(StepValues step) {
     if (same != 0) stage_of_array_[same - 1] = static_cast<uint32_t>(i + 1);
     header_.maps.push_back(same != 0 ? mesh.maps[same] : from.maps[i]);
     header_.bounds.push_back(same != 0 ? mesh.bounds[same] : from.bounds[i]);
+  }
+  // What VTK and Exodus call the time of all that a file holds.
+  for (Array& array : header_.description.mesh_arrays) {
+    if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
+      store(array.bytes.data(), from.time);
   }
   step_.emplace(std::move(step));
 }

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "container/file_writer.h"
 #include "volume/array_stage.h"
+#include "volume/delay_buffer.h"
 #include "volume/mesh_stream.h"
 #include "volume/stream_intake.h"
 #include "volume/stream_layout.h"
@@ -27,13 +28,14 @@ struct Block {
 
 class StreamWriter::Implementation {
  public:
-  Implementation(Sink& sink, StreamOptions options, StreamHeader header, FileWriter file)
+  Implementation(Sink& sink, StreamOptions options, StreamHeader header, std::vector<std::byte> order_apart,
+                 FileWriter file)
       : sink_(sink),
         options_(std::move(options)),
         executor_(options_.executor ? *options_.executor : serial_executor()),
         header_(std::move(header)),
+        order_apart_(std::move(order_apart)),
         file_(std::move(file)),
-        coder_(header_.mixed, !options_.any_order),
         waiting_(stride_of(options_)) {
     stages_.emplace_back(header_.positions(), Domain::point);
     for (size_t i = 0; i < options_.arrays.size(); ++i)
@@ -43,8 +45,10 @@ class StreamWriter::Implementation {
       if (array.domain == Domain::cell) intake_.cell_arrays.emplace_back();
     }
     report_.array_bytes.resize(options_.arrays.size());
+    tail_.ranges.resize(stages_.size());
     point_buffer_.resize(stride_of(options_));
     for (Block& block : blocks_) block.tuples.resize(stages_.size());
+    if (options_.delay > 0) delay_.emplace(options_.delay);
   }
 
   template <class NumberAt>
@@ -71,28 +75,39 @@ class StreamWriter::Implementation {
   unsigned kind_in_block(CellType type, size_t nodes) const;
   Result<> check_cells(CellType type, size_t count, size_t nodes, std::span<const uint8_t> last_use,
                        std::span<const Bytes> arrays) const;
-  Result<> add_values(size_t i, size_t count, std::span<const Bytes> arrays, size_t nodes);
+  Result<> add_cell(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                    std::span<const uint8_t> last_use, std::span<const uint32_t> face_sizes, size_t i,
+                    size_t count, std::span<const Bytes> arrays);
+  Result<> add_values(size_t i, size_t count, std::span<const Bytes> arrays);
+  Result<> add_delayed();
+  Result<> add_all_delayed();
   void add_record(unsigned kind, CellType type, std::span<const uint64_t> numbers,
                   std::span<const uint8_t> last_use);
   void resolve_ends(std::vector<uint64_t>& late);
   Result<> run_records();
   Result<> run_block();
   Result<> code_cells(Block& block);
-  void code_records(Block& block);
+  Result<> begin_stream();
+  size_t trial(bool indexed);
+  void code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells, RangeEncoder& numbers,
+                    CodedCells& out);
   Result<> take_values(Block& block);
   void code_values(Block& block, size_t stage);
+  void count_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> points);
   Result<> end_batch();
 
   Sink& sink_;
   StreamOptions options_;
   Executor& executor_;
   StreamHeader header_;
+  std::vector<std::byte> order_apart_;
   FileWriter file_;
-  CellCoder<RangeEncoder> coder_;
+  std::optional<CellCoder<RangeEncoder>> coder_;  ///< from begin_stream() on
   RangeEncoder cells_, numbers_;
   std::vector<ArrayStage<RansEncoder>> stages_;
   WaitingPoints waiting_;
   std::vector<std::byte> point_buffer_;
+  std::optional<DelayBuffer> delay_;
   Intake intake_;
   std::array<Block, 2> blocks_;
   unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values
@@ -100,6 +115,8 @@ class StreamWriter::Implementation {
   BatchHeader batch_;
   StreamedCell cell_;
   StreamTail tail_;
+  std::array<uint64_t, 256> cells_of_type_{};
+  std::vector<uint64_t> sorted_;
   StreamReport report_;
   uint64_t records_taken_ = 0;  ///< into the intake, in this batch
   uint64_t cells_given_ = 0;
@@ -145,6 +162,7 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
 Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
   if (std::string_view(name_of(type)) == "unknown")
     return failure(ErrorCode::usage, "a block of an unknown cell type");
+  MAILLE_CHECK(add_all_delayed());
   intake_.blocks.push_back({records_taken_ + intake_.records.size(), name, type});
   tail_.blocks.push_back({std::move(name), type, 0});
   return {};
@@ -202,25 +220,75 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
   const size_t count = nodes == 0 ? 1 : connectivity.size() / nodes;
   MAILLE_CHECK(check_cells(type, count, nodes, last_use, arrays));
   const unsigned kind = kind_in_block(type, nodes);
+  cells_of_type_[static_cast<uint8_t>(type)] += count;
   for (size_t i = 0; i < count; ++i) {
-    add_record(kind, type, connectivity.subspan(i * nodes, nodes),
-               last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes));
-    MAILLE_CHECK(add_values(i, count, arrays, nodes));
+    MAILLE_CHECK(add_cell(kind, type, connectivity.subspan(i * nodes, nodes),
+                          last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes), {}, i, count,
+                          arrays));
   }
   return {};
 }
 
+/// Cell i of `count`, whose tuples are in `arrays`: held back, or given to the coder.
+Result<> StreamWriter::Implementation::add_cell(unsigned kind, CellType type,
+                                                std::span<const uint64_t> numbers,
+                                                std::span<const uint8_t> last_use,
+                                                std::span<const uint32_t> face_sizes, size_t i, size_t count,
+                                                std::span<const Bytes> arrays) {
+  ++tail_.blocks.back().cells;
+  ++cells_given_;
+  tail_.corners += numbers.size();
+  if (!delay_) {
+    add_record(kind, type, numbers, last_use);
+    intake_.records.back().faces = static_cast<uint32_t>(face_sizes.size());
+    intake_.face_sizes.insert(intake_.face_sizes.end(), face_sizes.begin(), face_sizes.end());
+    return add_values(i, count, arrays);
+  }
+  if (delay_->is_full()) MAILLE_CHECK(add_delayed());
+  DelayedCell& cell = delay_->next();
+  cell.kind = kind;
+  cell.type = type;
+  cell.numbers.assign(numbers.begin(), numbers.end());
+  cell.last_use.assign(last_use.begin(), last_use.end());
+  cell.last_use.resize(numbers.size());
+  cell.face_sizes.assign(face_sizes.begin(), face_sizes.end());
+  cell.values.clear();
+  for (const Bytes array : arrays) {
+    const Bytes tuple = array.subspan(i * (array.size() / count), array.size() / count);
+    cell.values.insert(cell.values.end(), tuple.begin(), tuple.end());
+  }
+  delay_->enter();
+  return {};
+}
+
+/// The best of the cells that are held back.
+Result<> StreamWriter::Implementation::add_delayed() {
+  const DelayedCell& cell = delay_->take();
+  add_record(cell.kind, cell.type, cell.numbers, cell.last_use);
+  intake_.records.back().faces = static_cast<uint32_t>(cell.face_sizes.size());
+  intake_.face_sizes.insert(intake_.face_sizes.end(), cell.face_sizes.begin(), cell.face_sizes.end());
+  std::vector<Bytes> tuples;
+  size_t at = 0;
+  for (const StreamArray& array : options_.arrays) {
+    if (array.domain != Domain::cell) continue;
+    tuples.push_back(Bytes(cell.values).subspan(at, array.tuple_size()));
+    at += array.tuple_size();
+  }
+  return add_values(0, 1, tuples);
+}
+
+Result<> StreamWriter::Implementation::add_all_delayed() {
+  while (delay_ && !delay_->is_empty()) MAILLE_CHECK(add_delayed());
+  return {};
+}
+
 /// The tuples of cell i of `count` behind its record.
-Result<> StreamWriter::Implementation::add_values(size_t i, size_t count, std::span<const Bytes> arrays,
-                                                  size_t nodes) {
+Result<> StreamWriter::Implementation::add_values(size_t i, size_t count, std::span<const Bytes> arrays) {
   for (size_t k = 0; k < arrays.size(); ++k) {
     const size_t size = arrays[k].size() / count;
     const auto from = arrays[k].begin() + static_cast<ptrdiff_t>(i * size);
     intake_.cell_arrays[k].insert(intake_.cell_arrays[k].end(), from, from + static_cast<ptrdiff_t>(size));
   }
-  ++tail_.blocks.back().cells;
-  ++cells_given_;
-  tail_.corners += nodes;
   return is_full() ? run_block() : Result<>{};
 }
 
@@ -239,15 +307,26 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
                        std::to_string(face_sizes.size()) + " faces of " + std::to_string(corners) +
                        " corners, and " + std::to_string(connectivity.size()) + " points for them");
   }
-  add_record(face_cell, CellType::polyhedron, connectivity, last_use);
-  intake_.records.back().faces = static_cast<uint32_t>(face_sizes.size());
-  intake_.face_sizes.insert(intake_.face_sizes.end(), face_sizes.begin(), face_sizes.end());
-  return add_values(0, 1, arrays, connectivity.size());
+  count_polyhedron(face_sizes, connectivity);
+  return add_cell(face_cell, CellType::polyhedron, connectivity, last_use, face_sizes, 0, 1, arrays);
+}
+
+void StreamWriter::Implementation::count_polyhedron(std::span<const uint32_t> face_sizes,
+                                                    std::span<const uint64_t> points) {
+  ++cells_of_type_[static_cast<uint8_t>(CellType::polyhedron)];
+  ++tail_.polyhedra.cells;
+  tail_.polyhedra.faces += face_sizes.size();
+  tail_.polyhedra.corners += points.size();
+  sorted_.assign(points.begin(), points.end());
+  std::sort(sorted_.begin(), sorted_.end());
+  tail_.polyhedra.points +=
+      static_cast<uint64_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
   for (const uint64_t number : numbers) {
-    intake_.ended.insert(number);
+    if (delay_ && delay_->end(number)) continue;
+    if (intake_.ended.insert(number).second) intake_.told.push_back(number);
     if (intake_.ended.size() == most_ended) MAILLE_CHECK(run_block());
   }
   return {};
@@ -258,12 +337,38 @@ void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
   for (size_t i = intake_.numbers.size(); i-- > 0 && !intake_.ended.empty();) {
     if (intake_.ended.erase(intake_.numbers[i]) > 0) intake_.last_use[i] = 1;
   }
-  late.assign(intake_.ended.begin(), intake_.ended.end());
-  std::sort(late.begin(), late.end());
+  for (const uint64_t number : intake_.told) {
+    if (intake_.ended.contains(number)) late.push_back(number);
+  }
+  // Numbers that are kept cost least when they rise; any order is the caller's.
+  if (!options_.any_order) std::sort(late.begin(), late.end());
   intake_.ended.clear();
+  intake_.told.clear();
 }
 
-void StreamWriter::Implementation::code_records(Block& block) {
+/// What the cells that wait take with their numbers, in bytes.
+size_t StreamWriter::Implementation::trial(bool indexed) {
+  CellCoder<RangeEncoder> coder(header_.mixed, true, indexed);
+  RangeEncoder cells, numbers;
+  CodedCells out;
+  code_records(coder, cells, numbers, out);
+  return cells.finish().size() + numbers.finish().size();
+}
+
+/// The description, which tells how cells are coded: the first ones that wait decide. A few bytes of some
+/// cells say little about those that follow, so indices have to be smaller by a third.
+Result<> StreamWriter::Implementation::begin_stream() {
+  if (coder_) return {};
+  if (!options_.any_order && !intake_.records.empty())
+    header_.indexed = 3 * trial(true) + 100 < 2 * trial(false);
+  coder_.emplace(header_.mixed, !options_.any_order, header_.indexed);
+  MAILLE_CHECK(file_.write_stream({"DESC", 0, 0}, MAILLE_TRY(encode_header(header_))));
+  if (order_apart_.empty()) return {};
+  return file_.write_stream({"ordr", 0, 0}, order_apart_);
+}
+
+void StreamWriter::Implementation::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells,
+                                                RangeEncoder& numbers_out, CodedCells& out) {
   size_t at = 0, faces_at = 0;
   for (const Intake::Record& record : intake_.records) {
     const auto numbers = std::span(intake_.numbers).subspan(at, record.nodes);
@@ -285,7 +390,7 @@ void StreamWriter::Implementation::code_records(Block& block) {
         cell_.final |= (last_use[place] != 0 ? 1u : 0u) << i;
       }
     }
-    coder_.code(cells_, numbers_, cell_, block.cells);
+    coder.code(cells, numbers_out, cell_, out);
   }
 }
 
@@ -326,8 +431,8 @@ Result<> StreamWriter::Implementation::take_values(Block& block) {
 
 Result<> StreamWriter::Implementation::code_cells(Block& block) {
   block.cells.clear();
-  coder_.end_block();
-  code_records(block);
+  coder_->end_block();
+  code_records(*coder_, cells_, numbers_, block.cells);
   MAILLE_CHECK(take_values(block));
   report_.cells += block.cells.size();
   report_.points += block.cells.points.size();
@@ -335,14 +440,16 @@ Result<> StreamWriter::Implementation::code_cells(Block& block) {
   batch_.cells += block.cells.size();
   batch_.points += block.cells.points.size();
   batch_.blocks.insert(batch_.blocks.end(), intake_.blocks.begin(), intake_.blocks.end());
-  report_.most_live_points = std::max(report_.most_live_points, coder_.hull().live_points());
-  report_.most_live_cells = std::max(report_.most_live_cells, coder_.hull().live_cells());
+  report_.most_live_points = std::max(report_.most_live_points, coder_->hull().live_points());
+  report_.most_live_cells = std::max(report_.most_live_cells, coder_->hull().live_cells());
   records_taken_ += intake_.records.size();
   intake_.clear();
   return {};
 }
 
 void StreamWriter::Implementation::code_values(Block& block, size_t stage) {
+  const StreamArray& array = stage == 0 ? options_.positions : options_.arrays[stage - 1];
+  widen(tail_.ranges[stage], array.type, array.components, block.tuples[stage]);
   stages_[stage].code(block.cells, block.tuples[stage].data());
 }
 
@@ -350,9 +457,10 @@ void StreamWriter::Implementation::code_values(Block& block, size_t stage) {
 Result<> StreamWriter::Implementation::run_block() {
   std::vector<uint64_t> late;
   if (!intake_.ended.empty()) resolve_ends(late);
+  MAILLE_CHECK(begin_stream());
   MAILLE_CHECK(run_records());
   for (const uint64_t number : late) {
-    add_record(coder_.is_alive(number) ? ended_point : isolated_point, CellType::vertex, {&number, 1}, {});
+    add_record(coder_->is_alive(number) ? ended_point : isolated_point, CellType::vertex, {&number, 1}, {});
     if (is_full()) MAILLE_CHECK(run_records());
   }
   return {};
@@ -416,6 +524,7 @@ Result<> StreamWriter::Implementation::end_batch() {
 }
 
 Result<> StreamWriter::Implementation::flush() {
+  MAILLE_CHECK(add_all_delayed());
   MAILLE_CHECK(run_block());
   MAILLE_CHECK(run_records());
   return end_batch();
@@ -439,6 +548,9 @@ Result<StreamReport> StreamWriter::Implementation::finish() {
   report_.corners = tail_.corners;
   tail_.most_live_points = report_.most_live_points;
   tail_.most_live_cells = report_.most_live_cells;
+  for (unsigned type = 0; type < cells_of_type_.size(); ++type) {
+    if (cells_of_type_[type] > 0) tail_.types.emplace_back(static_cast<CellType>(type), cells_of_type_[type]);
+  }
   MAILLE_CHECK(file_.write_stream({"TAIL", 0, 0}, encode_tail(tail_)));
   report_.file_bytes = MAILLE_TRY(file_.finish());
   MAILLE_CHECK(sink_.commit());
@@ -457,6 +569,8 @@ Result<> check_options(const StreamOptions& options) {
     return failure(ErrorCode::usage, "positions must have three components");
   if (options.effort < 1 || options.effort > 9)
     return failure(ErrorCode::usage, "the effort must be from 1 to 9");
+  if (options.delay > 0 && !options.any_order)
+    return failure(ErrorCode::usage, "cells can be delayed only if any order will do");
   for (const StreamArray& array : options.arrays) {
     if (array.components == 0 || array.components > 0xffff) {
       return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
@@ -495,15 +609,14 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
                         options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
   header.mixed = mixes(options.effort);
+  header.mixed_values = mixes_values(options.effort, maps.mixing_pays);
   header.maps = maps.maps;
   header.bounds = maps.bounds;
-  const std::vector<std::byte> description = MAILLE_TRY(encode_header(header));
+  MAILLE_TRY(encode_header(header));  // it is written with the first cells: what is wrong is told here
   FileWriter file = MAILLE_TRY(
       FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
-  MAILLE_CHECK(file.write_stream({"DESC", 0, 0}, description));
-  if (!maps.order_apart.empty()) MAILLE_CHECK(file.write_stream({"ordr", 0, 0}, maps.order_apart));
-  return StreamWriter(
-      std::make_unique<Implementation>(sink, std::move(options), std::move(header), std::move(file)));
+  return StreamWriter(std::make_unique<Implementation>(sink, std::move(options), std::move(header),
+                                                       maps.order_apart, std::move(file)));
 }
 
 Result<> StreamWriter::add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays) {

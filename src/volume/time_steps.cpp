@@ -115,7 +115,7 @@ class StepWriter {
         replay_(file, mesh, options.limits),
         writer_(std::move(writer)) {
     for (size_t i = 0; i < step.arrays.size(); ++i)
-      stages_.emplace_back(step.array(i), step.arrays[i].domain);
+      stages_.emplace_back(step.array(i, mesh), step.arrays[i].domain);
     tuples_.resize(stages_.size());
     report_.array_bytes.resize(stages_.size());
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "volume/mixed_values.h"
+
 namespace maille {
 namespace {
 
@@ -19,6 +21,7 @@ constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 }  // namespace
 
 uint64_t tuple_coder_bytes(const StreamedArray& array) {
+  if (array.mixed) return mixed_coder_bytes(array);
   const uint64_t lanes = array.components == 1 ? 1 : 4;
   const uint64_t groups = array.components == 1 ? 1 : (array.components + 2) / 3;
   const uint64_t records = PointStencil::situations * 3 * uint64_t{4};

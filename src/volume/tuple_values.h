@@ -23,6 +23,7 @@ struct StreamedArray {
   uint32_t components = 1;
   std::vector<NumberMap> maps;  ///< one per component
   double bound = 0;             ///< largest error allowed; 0: the same bits
+  bool mixed = false;           ///< coded by MixedValueCoder
 
   size_t tuple_size() const { return size_of(type) * components; }
 };

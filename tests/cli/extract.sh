@@ -10,6 +10,10 @@ maille extract -q fine.maille ball.ply --sphere 0,0,0,0.3 --chart-numbers
 maille extract --json -q fine.maille small.ply --triangles 6000 | json '0 < j["cells"] <= 6000'
 maille extract -q fine.maille seen.ply --eye 0,0,9 --pixel-error 20
 maille extract --json -q fine.maille rough.ply --error 0.1 | json 'j["faces_read"] < 20000, j["damaged_charts"]'
+maille extract --json -q fine.maille near.ply --nearest 0,0,9 --count 5 | json 'j["points"], j["cells"], j["faces_read"] < 20000'
+maille extract --json -q fine.maille part.ply --component 0,0,9 | json 'j["cells"]'
+maille diff part.ply whole.ply
+try maille extract -q fine.maille none.ply --nearest 0,0,9 --level 1
 try maille extract -q fine.maille none.ply --box 7,7,7,8,8,8
 try maille extract -q fine.maille none.ply --level 99
 maille compress -q cube.ply

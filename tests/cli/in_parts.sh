@@ -19,3 +19,8 @@ maille compress -q - shape.maille < cube.vtu
 try maille diff --same-order shape.maille cube.vtu
 files_like 'tmp/*'
 files_like '.*part'
+# Cells held back: their order changes, the mesh does not.
+try maille compress -q --any-order --delay 1000 cube.vtu delayed.maille
+try maille diff delayed.maille cube.vtu
+maille generate -q blockMeshDict - | maille compress -q --any-order --delay 50 - - | maille verify -
+files_like 'tmp/*'

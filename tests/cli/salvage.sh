@@ -7,7 +7,7 @@ head -c $((size - 5)) whole.maille > cut.maille
 maille decompress -q --salvage cut.maille cut.vtu
 echo "cut: $?"
 maille diff cut.vtu whole.vtu
-head -c 300 whole.maille > short.maille
+head -c 250 whole.maille > short.maille
 maille decompress -q --salvage short.maille short.vtu
 echo "short: $?"
 try maille decompress -q cut.maille out.vtu

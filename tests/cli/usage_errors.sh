@@ -36,3 +36,6 @@ try maille convert cube.ply folder.d/no_extension
 try maille diff - -
 try maille verify - --against -
 files_like '*.maille'
+try maille compress --delay 100 cube.ply
+try maille compress --any-order --delay 0 cube.ply
+try maille compress --any-order --delay 100 --mode single cube.ply

@@ -1,0 +1,458 @@
+#include "io/http/ranges.h"
+
+#include <curl/curl.h>
+#include <maille/version.h>
+
+#include <algorithm>
+
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+constexpr size_t front_bytes = size_t{64} << 10;
+/// Of a head, with those of redirections before it: more is no head.
+constexpr uint64_t most_head_bytes = uint64_t{256} << 10;
+/// What a transfer must bring in HttpOptions::stall_seconds.
+constexpr uint64_t stall_bytes = uint64_t{16} << 10;
+constexpr long connect_seconds = 15;
+constexpr long most_redirections = 5;
+constexpr double longest_pause = 8;
+
+bool is_again_later(int status) {
+  return status == 408 || status == 429 || status == 500 || (status >= 502 && status <= 504);
+}
+
+std::string reason_of(int status) {
+  switch (status) {
+    case 401:
+      return " (it wants a password)";
+    case 403:
+      return " (access is not allowed)";
+    case 404:
+      return " (there is no such file)";
+    case 410:
+      return " (the file is gone)";
+    case 429:
+      return " (too many requests)";
+    case 503:
+      return " (service unavailable)";
+    default:
+      return "";
+  }
+}
+
+std::string readable(uint64_t bytes) {
+  const bool many = bytes >= uint64_t{1} << 20;
+  return std::to_string(bytes >> (many ? 20 : 10)) + (many ? " MiB" : " KiB");
+}
+
+}  // namespace
+
+struct HttpRanges::Connections {
+  CURLM* multi = nullptr;
+  ~Connections() { curl_multi_cleanup(multi); }
+};
+
+/// One request under way.
+class HttpRanges::Transfer {
+ public:
+  Transfer(HttpRanges& ranges, HttpPiece& to) : piece(&to), owner_(&ranges), easy_(curl_easy_init()) {}
+  Transfer(const Transfer&) = delete;
+  Transfer& operator=(const Transfer&) = delete;
+  ~Transfer() {
+    if (easy_ != nullptr) {
+      curl_multi_remove_handle(owner_->connections_->multi, easy_);
+      curl_easy_cleanup(easy_);
+    }
+    curl_slist_free_all(headers_);
+  }
+
+  bool start() {
+    if (easy_ == nullptr) return false;
+    set_address();
+    set_headers();
+    window_begin_ = owner_->now();
+    return curl_multi_add_handle(owner_->connections_->multi, easy_) == CURLM_OK;
+  }
+
+  CURL* easy() const { return easy_; }
+  /// In the words of libcurl.
+  std::string problem(int code) const {
+    return *problem_ != 0 ? problem_ : curl_easy_strerror(static_cast<CURLcode>(code));
+  }
+  const HttpAnswer& answer() const { return answer_; }
+  /// Nothing before the answer was judged.
+  const std::optional<Verdict>& verdict() const { return verdict_; }
+  void judge() {
+    if (!verdict_) verdict_ = owner_->judge(answer_, *piece);
+  }
+  /// Less than stall_bytes came since the last look that far back.
+  bool is_stalled() {
+    if (owner_->now() - window_begin_ < owner_->options_.stall_seconds) return false;
+    const bool stalled = window_bytes_ < stall_bytes;
+    window_begin_ = owner_->now();
+    window_bytes_ = 0;
+    return stalled;
+  }
+  /// What is still to come of the range that was answered.
+  bool is_whole() const { return announced_ == taken_; }
+  uint64_t taken() const { return taken_; }
+
+  HttpPiece* piece;
+
+ private:
+  void set_address() {
+    curl_easy_setopt(easy_, CURLOPT_URL, owner_->url_.c_str());
+    curl_easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "http,https");
+    const bool safe = owner_->original_.compare(0, 6, "https:") == 0;
+    curl_easy_setopt(easy_, CURLOPT_REDIR_PROTOCOLS_STR, safe ? "https" : "http,https");
+    curl_easy_setopt(easy_, CURLOPT_FOLLOWLOCATION, 1L);
+    curl_easy_setopt(easy_, CURLOPT_MAXREDIRS, most_redirections);
+    curl_easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT, connect_seconds);
+    curl_easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(easy_, CURLOPT_PIPEWAIT, 1L);
+    curl_easy_setopt(easy_, CURLOPT_PRIVATE, this);
+    curl_easy_setopt(easy_, CURLOPT_ERRORBUFFER, problem_);
+    curl_easy_setopt(easy_, CURLOPT_HEADERFUNCTION, take_head);
+    curl_easy_setopt(easy_, CURLOPT_HEADERDATA, this);
+    curl_easy_setopt(easy_, CURLOPT_WRITEFUNCTION, take_body);
+    curl_easy_setopt(easy_, CURLOPT_WRITEDATA, this);
+    curl_easy_setopt(easy_, CURLOPT_USERAGENT, (std::string("maille/") + library_version()).c_str());
+  }
+
+  void set_headers() {
+    const uint64_t first = piece->offset + piece->received, last = piece->offset + piece->out.size() - 1;
+    curl_easy_setopt(easy_, CURLOPT_RANGE, (std::to_string(first) + "-" + std::to_string(last)).c_str());
+    // Ranges are of what is sent; packed, they would be of something else.
+    headers_ = curl_slist_append(headers_, "Accept-Encoding: identity");
+    if (owner_->fresh_) headers_ = curl_slist_append(headers_, "Cache-Control: no-cache");
+    // Weak ones must not be asked for like this, and dates are compared with what comes.
+    const std::string& etag = owner_->etag_;
+    if (!etag.empty() && etag.compare(0, 2, "W/") != 0)
+      headers_ = curl_slist_append(headers_, ("If-Range: " + etag).c_str());
+    curl_easy_setopt(easy_, CURLOPT_HTTPHEADER, headers_);
+  }
+
+  static size_t take_head(char* data, size_t, size_t size, void* user) {
+    Transfer& transfer = *static_cast<Transfer*>(user);
+    transfer.head_bytes_ += size;
+    transfer.window_bytes_ += size;
+    if (transfer.head_bytes_ > most_head_bytes) return 0;
+    transfer.answer_.take({data, size});
+    return size;
+  }
+
+  static size_t take_body(char* data, size_t, size_t size, void* user) {
+    Transfer& transfer = *static_cast<Transfer*>(user);
+    return transfer.take({reinterpret_cast<const std::byte*>(data), size}) ? size : 0;
+  }
+
+  bool take(Bytes bytes) {
+    if (!verdict_) {
+      judge();
+      if (verdict_->kind == Verdict::good && answer_.range)
+        announced_ = answer_.range->last - answer_.range->first + 1;
+    }
+    if (verdict_->kind != Verdict::good) return false;
+    owner_->statistics_.bytes += bytes.size();
+    window_bytes_ += bytes.size();
+    if (owner_->whole_) return take_whole(bytes);
+    if (bytes.size() > announced_ - taken_) {
+      verdict_ = {Verdict::again, "the server sent more than it said"};
+      return false;
+    }
+    std::copy(bytes.begin(), bytes.end(), piece->out.begin() + static_cast<ptrdiff_t>(piece->received));
+    piece->received += bytes.size();
+    taken_ += bytes.size();
+    return true;
+  }
+
+  bool take_whole(Bytes bytes) {
+    ScratchFile& whole = *owner_->whole_;
+    if (bytes.size() > owner_->options_.whole_bytes - whole.size()) {
+      verdict_ = {Verdict::fatal, "the server gives no ranges, and the whole file is more than the " +
+                                      readable(owner_->options_.whole_bytes) +
+                                      " allowed; download it, and open that"};
+      return false;
+    }
+    if (auto written = whole.write_at(whole.size(), bytes); !written) {
+      verdict_ = {Verdict::fatal, written.error().message};
+      return false;
+    }
+    return true;
+  }
+
+  HttpRanges* owner_;
+  CURL* easy_;
+  curl_slist* headers_ = nullptr;
+  char problem_[CURL_ERROR_SIZE] = {};
+  HttpAnswer answer_;
+  std::optional<Verdict> verdict_;
+  uint64_t head_bytes_ = 0;
+  uint64_t announced_ = 0;
+  uint64_t taken_ = 0;
+  double window_begin_ = 0;
+  uint64_t window_bytes_ = 0;
+};
+
+HttpRanges::HttpRanges(std::string url, const HttpOptions& options)
+    : original_(std::move(url)), url_(original_), options_(options) {
+  static const CURLcode ready = curl_global_init(CURL_GLOBAL_DEFAULT);
+  connections_ = std::make_unique<Connections>();
+  if (ready == CURLE_OK) connections_->multi = curl_multi_init();
+  options_.connections = std::max(options_.connections, 1u);
+  options_.attempts = std::max(options_.attempts, 1u);
+}
+
+HttpRanges::~HttpRanges() = default;
+
+double HttpRanges::now() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+// ---- what answers mean ------------------------------------------------------------------------------------
+
+bool HttpRanges::is_changed(const HttpAnswer& answer) const {
+  const auto other = [](const std::string& a, const std::string& b) {
+    return !a.empty() && !b.empty() && a != b;
+  };
+  if (answer.range && answer.range->total && *answer.range->total != size_) return true;
+  if (!etag_.empty() && !answer.etag.empty()) return etag_ != answer.etag;
+  return other(last_modified_, answer.last_modified);
+}
+
+HttpRanges::Verdict HttpRanges::judge_status(int status, const HttpPiece& piece) {
+  const std::string what = "the server answered " + std::to_string(status) + reason_of(status);
+  if (is_again_later(status)) return {Verdict::again, what};
+  // An address that a redirection gave may hold for a while only.
+  if (piece.moved && status >= 400) {
+    url_ = original_;
+    return {Verdict::again, what};
+  }
+  return {Verdict::fatal, what};
+}
+
+HttpRanges::Verdict HttpRanges::judge(const HttpAnswer& answer, HttpPiece& piece) {
+  const bool content = answer.status == 200 || answer.status == 206;
+  if (content && !answer.encoding.empty() && answer.encoding != "identity") {
+    return {Verdict::fatal, "the server sends it packed (Content-Encoding: " + answer.encoding +
+                                "), which has no ranges; switch that off for .maille files"};
+  }
+  if (!opened_) return judge_front(answer, piece);
+  const bool other_size = answer.status == 200 && answer.length && *answer.length != size_;
+  if ((content || answer.status == 416) && (other_size || is_changed(answer)))
+    return {Verdict::changed, "the file changed on the server while it was read; open it again"};
+  if (answer.status == 200) return {Verdict::again, "the server sent the whole file instead of a range"};
+  if (answer.status != 206) return judge_status(answer.status, piece);
+  return judge_range(answer, piece);
+}
+
+HttpRanges::Verdict HttpRanges::judge_range(const HttpAnswer& answer, const HttpPiece& piece) const {
+  if (answer.type.compare(0, 10, "multipart/") == 0)
+    return {Verdict::again, "the server sent several parts instead of one range"};
+  const uint64_t first = piece.offset + piece.received, end = piece.offset + piece.out.size();
+  const auto& range = answer.range;
+  if (!range || range->first > range->last)
+    return {Verdict::again, "the server sent a range without saying which (Content-Range)"};
+  if (range->first == first && range->last < end) return {};
+  return {Verdict::again, "the server sent other bytes, " + std::to_string(range->first) + ".." +
+                              std::to_string(range->last + 1)};
+}
+
+HttpRanges::Verdict HttpRanges::judge_front(const HttpAnswer& answer, HttpPiece& piece) {
+  // An empty file has no range.
+  if (answer.status == 416 && answer.range && answer.range->total == 0) {
+    piece.out = {};
+    opened_ = true;
+    return {};
+  }
+  if (answer.status == 200) return judge_whole(answer);
+  if (answer.status != 206) return judge_status(answer.status, piece);
+  if (Verdict verdict = judge_range(answer, piece); verdict.kind != Verdict::good) return verdict;
+  if (!answer.range->total) return {Verdict::fatal, "the server does not say how large the file is"};
+  size_ = *answer.range->total;
+  piece.out = piece.out.first(static_cast<size_t>(std::min<uint64_t>(size_, piece.out.size())));
+  etag_ = answer.etag;
+  last_modified_ = answer.last_modified;
+  opened_ = true;
+  return {};
+}
+
+HttpRanges::Verdict HttpRanges::judge_whole(const HttpAnswer& answer) {
+  if (answer.length && *answer.length > options_.whole_bytes) {
+    return {Verdict::fatal, "the server gives no ranges, and the whole file is " + readable(*answer.length) +
+                                ", more than the " + readable(options_.whole_bytes) +
+                                " allowed; download it, and open that"};
+  }
+  auto whole = ScratchFile::create({});
+  if (!whole) return {Verdict::fatal, whole.error().message};
+  whole_.emplace(*std::move(whole));
+  return {};
+}
+
+HttpRanges::Verdict HttpRanges::judge_end(const Transfer& transfer, int code) const {
+  const auto& verdict = transfer.verdict();
+  if (verdict && verdict->kind != Verdict::good) return *verdict;
+  const HttpPiece& piece = *transfer.piece;
+  if (opened_ && piece.received == piece.out.size()) return {};
+  switch (code) {
+    case CURLE_OK:
+      if (whole_) return {};
+      if (!transfer.is_whole()) return {Verdict::again, "the server sent less than it said"};
+      // Servers may cut ranges short, as long as they get on.
+      return {Verdict::again, "the server sent too little", transfer.taken() < stall_bytes};
+    case CURLE_TOO_MANY_REDIRECTS:
+      return {Verdict::fatal, "more than " + std::to_string(most_redirections) + " redirections"};
+    case CURLE_UNSUPPORTED_PROTOCOL:
+    case CURLE_URL_MALFORMAT:
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_OUT_OF_MEMORY:
+      return {Verdict::fatal, transfer.problem(code)};
+    case CURLE_COULDNT_RESOLVE_PROXY:
+    case CURLE_COULDNT_RESOLVE_HOST:
+    case CURLE_COULDNT_CONNECT:
+      return {opened_ ? Verdict::again : Verdict::fatal, transfer.problem(code)};
+    case CURLE_PARTIAL_FILE:
+      return {Verdict::again, "the server sent less than it said"};
+    default:
+      return {Verdict::again, transfer.problem(code)};
+  }
+}
+
+tl::unexpected<Error> HttpRanges::give_up(const HttpPiece& piece, const std::string& what) const {
+  std::string message = shown_url(original_) + ": bytes " + std::to_string(piece.offset) + ".." +
+                        std::to_string(piece.offset + piece.out.size()) + ": " + what;
+  if (piece.faults > 1) message += "; asked " + std::to_string(piece.faults) + " times";
+  return failure(ErrorCode::network, message);
+}
+
+// ---- transfers --------------------------------------------------------------------------------------------
+
+Result<> HttpRanges::start(HttpPiece& piece) {
+  ++statistics_.requests;
+  piece.moved = url_ != original_;
+  active_.push_back(std::make_unique<Transfer>(*this, piece));
+  if (active_.back()->start()) return {};
+  return failure(ErrorCode::network, shown_url(original_) + ": libcurl cannot begin a transfer");
+}
+
+/// One transfer is over, well or not: its piece is done, is asked for again, or is given up.
+Result<> HttpRanges::end(size_t transfer, const Verdict& verdict) {
+  HttpPiece& piece = *active_[transfer]->piece;
+  curl_off_t asked_pause = 0;
+  curl_easy_getinfo(active_[transfer]->easy(), CURLINFO_RETRY_AFTER, &asked_pause);
+  active_.erase(active_.begin() + static_cast<ptrdiff_t>(transfer));
+  if (verdict.kind == Verdict::good) {
+    piece.done = true;
+    return {};
+  }
+  // A whole file begins anew.
+  whole_.reset();
+  if (verdict.kind == Verdict::again)
+    return verdict.counts ? ask_again(piece, verdict.what, static_cast<double>(asked_pause)) : Result<>();
+  piece.faults = 0;
+  if (verdict.kind == Verdict::changed)
+    changed_ = Error{ErrorCode::network, shown_url(original_) + ": " + verdict.what};
+  return changed_ ? tl::unexpected(*changed_) : give_up(piece, verdict.what);
+}
+
+Result<> HttpRanges::ask_again(HttpPiece& piece, const std::string& what, double asked_pause) {
+  ++piece.faults;
+  if (!first_fault_) first_fault_ = now();
+  if (piece.faults >= options_.attempts) return give_up(piece, what);
+  const double doubled =
+      options_.pause_seconds * static_cast<double>(uint64_t{1} << std::min(piece.faults - 1, 20u));
+  piece.not_before = now() + std::max(std::min(doubled, longest_pause), asked_pause);
+  if (piece.not_before - *first_fault_ <= options_.retry_seconds) return {};
+  if (asked_pause <= 0) return give_up(piece, what);
+  return give_up(
+      piece, what + ", and asks to wait " + std::to_string(static_cast<uint64_t>(asked_pause)) + " seconds");
+}
+
+Result<> HttpRanges::finish_transfers() {
+  int running = 0, left = 0;
+  if (curl_multi_perform(connections_->multi, &running) != CURLM_OK)
+    return failure(ErrorCode::network, shown_url(original_) + ": libcurl failed");
+  while (const CURLMsg* message = curl_multi_info_read(connections_->multi, &left)) {
+    if (message->msg != CURLMSG_DONE) continue;
+    const CURLcode code = message->data.result;
+    const auto found = std::find_if(active_.begin(), active_.end(),
+                                    [&](const auto& t) { return t->easy() == message->easy_handle; });
+    if (found == active_.end()) continue;
+    Transfer& transfer = **found;
+    // Answers without content are judged by their head.
+    if (code == CURLE_OK) transfer.judge();
+    const Verdict verdict = judge_end(transfer, code);
+    remember_redirection(transfer);
+    MAILLE_CHECK(end(static_cast<size_t>(found - active_.begin()), verdict));
+  }
+  return {};
+}
+
+/// The next request needs no second way then.
+void HttpRanges::remember_redirection(const Transfer& transfer) {
+  const char* address = nullptr;
+  long count = 0;
+  curl_easy_getinfo(transfer.easy(), CURLINFO_REDIRECT_COUNT, &count);
+  curl_easy_getinfo(transfer.easy(), CURLINFO_EFFECTIVE_URL, &address);
+  if (count > 0 && transfer.answer().status == 206 && address != nullptr) url_ = address;
+}
+
+Result<> HttpRanges::end_stalled() {
+  for (size_t i = active_.size(); i-- > 0;) {
+    if (!active_[i]->is_stalled()) continue;
+    MAILLE_CHECK(end(i, {Verdict::again, "the connection stood still"}));
+  }
+  return {};
+}
+
+void HttpRanges::wait(std::span<const HttpPiece> pieces) const {
+  double seconds = active_.empty() ? 0 : std::min(options_.stall_seconds / 4, 0.25);
+  for (const HttpPiece& piece : pieces) {
+    const double pause = piece.not_before - now();
+    if (!piece.done && pause > 0) seconds = seconds > 0 ? std::min(seconds, pause) : pause;
+  }
+  if (seconds <= 0) return;
+  curl_multi_poll(connections_->multi, nullptr, 0, std::max(static_cast<int>(seconds * 1000), 1), nullptr);
+}
+
+Result<> HttpRanges::run(std::span<HttpPiece> pieces) {
+  if (connections_->multi == nullptr)
+    return failure(ErrorCode::network, shown_url(original_) + ": libcurl cannot begin");
+  const auto is_under_way = [&](const HttpPiece& piece) {
+    return std::any_of(active_.begin(), active_.end(), [&](const auto& t) { return t->piece == &piece; });
+  };
+  for (;;) {
+    bool done = active_.empty();
+    for (HttpPiece& piece : pieces) {
+      if (piece.done || is_under_way(piece)) continue;
+      done = false;
+      if (active_.size() < options_.connections && piece.not_before <= now()) MAILLE_CHECK(start(piece));
+    }
+    if (done) return {};
+    MAILLE_CHECK(finish_transfers());
+    MAILLE_CHECK(end_stalled());
+    wait(pieces);
+  }
+}
+
+Result<> HttpRanges::open(std::vector<std::byte>& front) {
+  front.resize(front_bytes);
+  HttpPiece piece{0, front};
+  MAILLE_CHECK(fetch({&piece, 1}));
+  if (whole_) size_ = whole_->size();
+  front.resize(whole_ ? 0 : piece.out.size());
+  return {};
+}
+
+Result<> HttpRanges::fetch(std::span<HttpPiece> pieces) {
+  if (changed_) return tl::unexpected(*changed_);
+  first_fault_.reset();
+  ++statistics_.round_trips;
+  auto done = run(pieces);
+  active_.clear();
+  return done;
+}
+
+}  // namespace maille
