@@ -1,11 +1,11 @@
 #include "io/http/ranges.h"
 
-#include <curl/curl.h>
 #include <maille/version.h>
 
 #include <algorithm>
 
 #include "base/result.h"
+#include "io/http/curl.h"
 
 namespace maille {
 namespace {
@@ -50,22 +50,26 @@ std::string readable(uint64_t bytes) {
 }  // namespace
 
 struct HttpRanges::Connections {
+  const Curl* curl = nullptr;
   CURLM* multi = nullptr;
-  ~Connections() { curl_multi_cleanup(multi); }
+  ~Connections() {
+    if (multi != nullptr) curl->multi_cleanup(multi);
+  }
 };
 
 /// One request under way.
 class HttpRanges::Transfer {
  public:
-  Transfer(HttpRanges& ranges, HttpPiece& to) : piece(&to), owner_(&ranges), easy_(curl_easy_init()) {}
+  Transfer(HttpRanges& ranges, HttpPiece& to)
+      : piece(&to), owner_(&ranges), curl_(*ranges.connections_->curl), easy_(curl_.easy_init()) {}
   Transfer(const Transfer&) = delete;
   Transfer& operator=(const Transfer&) = delete;
   ~Transfer() {
     if (easy_ != nullptr) {
-      curl_multi_remove_handle(owner_->connections_->multi, easy_);
-      curl_easy_cleanup(easy_);
+      curl_.multi_remove_handle(owner_->connections_->multi, easy_);
+      curl_.easy_cleanup(easy_);
     }
-    curl_slist_free_all(headers_);
+    curl_.slist_free_all(headers_);
   }
 
   bool start() {
@@ -73,13 +77,13 @@ class HttpRanges::Transfer {
     set_address();
     set_headers();
     window_begin_ = owner_->now();
-    return curl_multi_add_handle(owner_->connections_->multi, easy_) == CURLM_OK;
+    return curl_.multi_add_handle(owner_->connections_->multi, easy_) == CURLM_OK;
   }
 
   CURL* easy() const { return easy_; }
   /// In the words of libcurl.
   std::string problem(int code) const {
-    return *problem_ != 0 ? problem_ : curl_easy_strerror(static_cast<CURLcode>(code));
+    return *problem_ != 0 ? problem_ : curl_.easy_strerror(static_cast<CURLcode>(code));
   }
   const HttpAnswer& answer() const { return answer_; }
   /// Nothing before the answer was judged.
@@ -102,36 +106,40 @@ class HttpRanges::Transfer {
   HttpPiece* piece;
 
  private:
+  template <class Value>
+  void set(CURLoption option, Value value) {
+    curl_.easy_setopt(easy_, option, value);
+  }
   void set_address() {
-    curl_easy_setopt(easy_, CURLOPT_URL, owner_->url_.c_str());
-    curl_easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "http,https");
+    set(CURLOPT_URL, owner_->url_.c_str());
+    set(CURLOPT_PROTOCOLS_STR, "http,https");
     const bool safe = owner_->original_.compare(0, 6, "https:") == 0;
-    curl_easy_setopt(easy_, CURLOPT_REDIR_PROTOCOLS_STR, safe ? "https" : "http,https");
-    curl_easy_setopt(easy_, CURLOPT_FOLLOWLOCATION, 1L);
-    curl_easy_setopt(easy_, CURLOPT_MAXREDIRS, most_redirections);
-    curl_easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT, connect_seconds);
-    curl_easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
-    curl_easy_setopt(easy_, CURLOPT_PIPEWAIT, 1L);
-    curl_easy_setopt(easy_, CURLOPT_PRIVATE, this);
-    curl_easy_setopt(easy_, CURLOPT_ERRORBUFFER, problem_);
-    curl_easy_setopt(easy_, CURLOPT_HEADERFUNCTION, take_head);
-    curl_easy_setopt(easy_, CURLOPT_HEADERDATA, this);
-    curl_easy_setopt(easy_, CURLOPT_WRITEFUNCTION, take_body);
-    curl_easy_setopt(easy_, CURLOPT_WRITEDATA, this);
-    curl_easy_setopt(easy_, CURLOPT_USERAGENT, (std::string("maille/") + library_version()).c_str());
+    set(CURLOPT_REDIR_PROTOCOLS_STR, safe ? "https" : "http,https");
+    set(CURLOPT_FOLLOWLOCATION, 1L);
+    set(CURLOPT_MAXREDIRS, most_redirections);
+    set(CURLOPT_CONNECTTIMEOUT, connect_seconds);
+    set(CURLOPT_NOSIGNAL, 1L);
+    set(CURLOPT_PIPEWAIT, 1L);
+    set(CURLOPT_PRIVATE, this);
+    set(CURLOPT_ERRORBUFFER, problem_);
+    set(CURLOPT_HEADERFUNCTION, take_head);
+    set(CURLOPT_HEADERDATA, this);
+    set(CURLOPT_WRITEFUNCTION, take_body);
+    set(CURLOPT_WRITEDATA, this);
+    set(CURLOPT_USERAGENT, (std::string("maille/") + library_version()).c_str());
   }
 
   void set_headers() {
     const uint64_t first = piece->offset + piece->received, last = piece->offset + piece->out.size() - 1;
-    curl_easy_setopt(easy_, CURLOPT_RANGE, (std::to_string(first) + "-" + std::to_string(last)).c_str());
+    set(CURLOPT_RANGE, (std::to_string(first) + "-" + std::to_string(last)).c_str());
     // Ranges are of what is sent; packed, they would be of something else.
-    headers_ = curl_slist_append(headers_, "Accept-Encoding: identity");
-    if (owner_->fresh_) headers_ = curl_slist_append(headers_, "Cache-Control: no-cache");
+    headers_ = curl_.slist_append(headers_, "Accept-Encoding: identity");
+    if (owner_->fresh_) headers_ = curl_.slist_append(headers_, "Cache-Control: no-cache");
     // Weak ones must not be asked for like this, and dates are compared with what comes.
     const std::string& etag = owner_->etag_;
     if (!etag.empty() && etag.compare(0, 2, "W/") != 0)
-      headers_ = curl_slist_append(headers_, ("If-Range: " + etag).c_str());
-    curl_easy_setopt(easy_, CURLOPT_HTTPHEADER, headers_);
+      headers_ = curl_.slist_append(headers_, ("If-Range: " + etag).c_str());
+    set(CURLOPT_HTTPHEADER, headers_);
   }
 
   static size_t take_head(char* data, size_t, size_t size, void* user) {
@@ -184,6 +192,7 @@ class HttpRanges::Transfer {
   }
 
   HttpRanges* owner_;
+  const Curl& curl_;
   CURL* easy_;
   curl_slist* headers_ = nullptr;
   char problem_[CURL_ERROR_SIZE] = {};
@@ -198,9 +207,9 @@ class HttpRanges::Transfer {
 
 HttpRanges::HttpRanges(std::string url, const HttpOptions& options)
     : original_(std::move(url)), url_(original_), options_(options) {
-  static const CURLcode ready = curl_global_init(CURL_GLOBAL_DEFAULT);
   connections_ = std::make_unique<Connections>();
-  if (ready == CURLE_OK) connections_->multi = curl_multi_init();
+  connections_->curl = loaded_curl();
+  if (connections_->curl != nullptr) connections_->multi = connections_->curl->multi_init();
   options_.connections = std::max(options_.connections, 1u);
   options_.attempts = std::max(options_.attempts, 1u);
 }
@@ -341,7 +350,7 @@ Result<> HttpRanges::start(HttpPiece& piece) {
 Result<> HttpRanges::end(size_t transfer, const Verdict& verdict) {
   HttpPiece& piece = *active_[transfer]->piece;
   curl_off_t asked_pause = 0;
-  curl_easy_getinfo(active_[transfer]->easy(), CURLINFO_RETRY_AFTER, &asked_pause);
+  connections_->curl->easy_getinfo(active_[transfer]->easy(), CURLINFO_RETRY_AFTER, &asked_pause);
   active_.erase(active_.begin() + static_cast<ptrdiff_t>(transfer));
   if (verdict.kind == Verdict::good) {
     piece.done = true;
@@ -372,9 +381,9 @@ Result<> HttpRanges::ask_again(HttpPiece& piece, const std::string& what, double
 
 Result<> HttpRanges::finish_transfers() {
   int running = 0, left = 0;
-  if (curl_multi_perform(connections_->multi, &running) != CURLM_OK)
+  if (connections_->curl->multi_perform(connections_->multi, &running) != CURLM_OK)
     return failure(ErrorCode::network, shown_url(original_) + ": libcurl failed");
-  while (const CURLMsg* message = curl_multi_info_read(connections_->multi, &left)) {
+  while (const CURLMsg* message = connections_->curl->multi_info_read(connections_->multi, &left)) {
     if (message->msg != CURLMSG_DONE) continue;
     const CURLcode code = message->data.result;
     const auto found = std::find_if(active_.begin(), active_.end(),
@@ -394,8 +403,8 @@ Result<> HttpRanges::finish_transfers() {
 void HttpRanges::remember_redirection(const Transfer& transfer) {
   const char* address = nullptr;
   long count = 0;
-  curl_easy_getinfo(transfer.easy(), CURLINFO_REDIRECT_COUNT, &count);
-  curl_easy_getinfo(transfer.easy(), CURLINFO_EFFECTIVE_URL, &address);
+  connections_->curl->easy_getinfo(transfer.easy(), CURLINFO_REDIRECT_COUNT, &count);
+  connections_->curl->easy_getinfo(transfer.easy(), CURLINFO_EFFECTIVE_URL, &address);
   if (count > 0 && transfer.answer().status == 206 && address != nullptr) url_ = address;
 }
 
@@ -414,12 +423,14 @@ void HttpRanges::wait(std::span<const HttpPiece> pieces) const {
     if (!piece.done && pause > 0) seconds = seconds > 0 ? std::min(seconds, pause) : pause;
   }
   if (seconds <= 0) return;
-  curl_multi_poll(connections_->multi, nullptr, 0, std::max(static_cast<int>(seconds * 1000), 1), nullptr);
+  connections_->curl->multi_poll(connections_->multi, nullptr, 0,
+                                 std::max(static_cast<int>(seconds * 1000), 1), nullptr);
 }
 
 Result<> HttpRanges::run(std::span<HttpPiece> pieces) {
   if (connections_->multi == nullptr)
-    return failure(ErrorCode::network, shown_url(original_) + ": libcurl cannot begin");
+    return failure(ErrorCode::network,
+                   shown_url(original_) + ": libcurl is not on this machine, or cannot begin");
   const auto is_under_way = [&](const HttpPiece& piece) {
     return std::any_of(active_.begin(), active_.end(), [&](const auto& t) { return t->piece == &piece; });
   };
