@@ -55,6 +55,9 @@ class FoamPatchType {
   bool triangles_ = true, quads_ = true;
 };
 
+/// The sink has to be a folder: polymesh_sink().
+Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+
 /// The folder with the mesh, of a file in it, of a case's ".foam" file, or of the case.
 std::string foam_folder_of(const std::string& name);
 /// Files of the folder that are not read.
