@@ -193,7 +193,7 @@ Result<> PolyMeshReader::add_patches() {
       store_.end_cell(type);
     }
     shapes_.add(patch.faces, type, patch.name);
-    mesh_.metadata.emplace_back(foam_patch_prefix + patch.name, patch.type);
+    add_foam_metadata(patch, mesh_.metadata);
   }
   return {};
 }

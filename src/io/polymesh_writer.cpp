@@ -45,6 +45,10 @@ class FoamPatches {
     for (const auto& [key, value] : mesh.metadata) {
       if (key.starts_with(foam_patch_prefix)) type(number(key.substr(sizeof foam_patch_prefix - 1)), value);
     }
+    for (const auto& [key, value] : mesh.metadata) {
+      if (!key.starts_with(foam_entries_prefix) || !is_plain_entries(value)) continue;
+      patches[number(key.substr(sizeof foam_entries_prefix - 1))].entries = value;
+    }
     for (const CellBlock& block : mesh.blocks) {
       if (is_face(block.type) && !block.name.empty()) number(block.name);
     }
@@ -85,7 +89,7 @@ class FoamPatches {
     if (!is_new) return known->second;
     std::string word = foam_word(name);
     for (int i = 2; is_taken(word); ++i) word = foam_word(name) + "_" + std::to_string(i);
-    patches.push_back({word, "patch", 0, 0});
+    patches.push_back({word, "patch", 0, 0, ""});
     return known->second;
   }
   bool is_taken(const std::string& word) const {
@@ -259,7 +263,8 @@ void PolyMeshWriter::put_boundary() {
   for (const FoamPatch& patch : patches_.patches) {
     text += "    " + patch.name + "\n    {\n        type            " + patch.type + ";\n";
     text += "        nFaces          " + std::to_string(patch.faces) + ";\n";
-    text += "        startFace       " + std::to_string(patch.first) + ";\n    }\n";
+    text += "        startFace       " + std::to_string(patch.first) + ";\n";
+    text += (patch.entries.empty() ? "" : "        " + patch.entries + "\n") + "    }\n";
   }
   out_.put(text + ")\n");
 }
@@ -270,7 +275,7 @@ void PolyMeshWriter::place_patches() {
   const auto named =
       std::find_if(list.begin(), list.end(), [](const auto& p) { return p.name == rest_name; });
   if (!table_.rest.empty() && named == list.end()) {
-    list.push_back({rest_name, "patch", 0, 0});
+    list.push_back({rest_name, "patch", 0, 0, ""});
     table_.patches.emplace_back();
   } else if (!table_.rest.empty()) {
     const auto at = named - list.begin();
@@ -302,7 +307,8 @@ void PolyMeshWriter::note() {
   say(table_.rest.size(), "face",
       std::string("at the boundary, in no block, in the patch \"") + rest_name + "\"");
   for (const FoamPatch& patch : patches_.patches) {
-    if (std::find(std::begin(plain_types), std::end(plain_types), patch.type) == std::end(plain_types))
+    if (patch.entries.empty() &&
+        std::find(std::begin(plain_types), std::end(plain_types), patch.type) == std::end(plain_types))
       notes_.push_back("patch \"" + patch.name + "\" is of type " + patch.type +
                        ", whose other entries (such as its neighbour) have to be added to the file boundary");
   }
@@ -318,7 +324,9 @@ void PolyMeshWriter::note() {
     if (array.name != patch_array || array.role != Role::label) note_array(array, notes_);
   }
   for (const auto& [key, value] : mesh_.metadata) {
-    if (!key.starts_with(foam_patch_prefix) && !key.starts_with(patch_prefix)) note_metadata(key, notes_);
+    if (!key.starts_with(foam_patch_prefix) && !key.starts_with(foam_entries_prefix) &&
+        !key.starts_with(patch_prefix))
+      note_metadata(key, notes_);
   }
   if (!binary_) note_nan_payloads(mesh_, notes_);
 }

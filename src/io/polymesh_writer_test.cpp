@@ -297,6 +297,24 @@ TEST(PolyMeshWriter, NamesWhatItCannotHold) {
   }
 }
 
+TEST(PolyMeshWriter, KeepsOtherEntriesOfPatchesButNoDirectives) {
+  Mesh mesh = two_tetrahedra();
+  mesh.metadata = {{"openfoam.patch.a", "cyclic"},
+                   {"openfoam.entries.a", "neighbourPatch b; separationVector ( 1 0 0 ); "},
+                   {"openfoam.patch.b", "cyclic"},
+                   {"openfoam.entries.b", "x #calc \"1\"; "},
+                   {"openfoam.patch.defaultFaces", "patch"}};
+  const Case written;
+  const auto notes = written.write(mesh);
+  ASSERT_TRUE(notes) << notes.error().message;
+  EXPECT_THAT(*notes, Contains(HasSubstr("patch \"b\" is of type cyclic")));
+  EXPECT_EQ(written.text("boundary").find('#'), std::string::npos);
+  const auto back = read_mesh(written.folder());
+  ASSERT_TRUE(back) << back.error().message;
+  mesh.metadata.erase(mesh.metadata.begin() + 3);
+  EXPECT_EQ(back->mesh.metadata, mesh.metadata);
+}
+
 TEST(PolyMeshWriter, RefusesWhatIsNoVolume) {
   const auto refused = [](const Mesh& mesh) {
     const Case written;
