@@ -126,9 +126,13 @@ Result<std::vector<FoamPatch>> read_foam_patches(FoamReader& file) {
       std::string entry = key;
       for (std::string_view word; !file.at_end() && (word = file.word()) != ";";)
         entry += " " + std::string(word);
-      const bool known = key == "type" || key == "nFaces" || key == "startFace" || key == "inGroups";
+      const bool known = key == "type" || key == "nFaces" || key == "startFace";
       if (!known && is_plain_entries(entry)) patch.entries += entry + "; ";
     }
+    // Which OpenFOAM adds by itself.
+    const std::string own_group = "inGroups 1 ( " + patch.type + " ); ";
+    if (const size_t at = patch.entries.find(own_group); at != std::string::npos)
+      patch.entries.erase(at, own_group.size());
     patches.push_back(std::move(patch));
   }
   return patches;
