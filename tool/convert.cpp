@@ -53,8 +53,8 @@ Result<int> run(const ConvertOptions& options) {
   }
   const std::string format = TOOL_TRY(output_format(options.output, options.output_format, ""));
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
-  const auto file =
-      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
+  const auto file = TOOL_TRY(open_output({options.output, options.input, options.force,
+                                          is_binary(format, options.ascii), is_folder_format(format)}));
 
   CountingSink sink(*file);
   LoadedMesh loaded;

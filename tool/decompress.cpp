@@ -19,6 +19,7 @@ namespace {
 // Beside the input; where no format was asked for, in one that holds everything: VTU for cells of all kinds,
 // else PLY.
 Result<std::string> name_beside(const Input& input, const std::string& format) {
+  if (is_folder_format(format)) return with_extension(input.path, "");
   if (!format.empty()) return with_extension(input.path, "." + format);
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   return with_extension(input.path, info.mode == Mode::stream ? ".vtu" : ".ply");
@@ -137,8 +138,8 @@ Result<int> run(const DecompressOptions& options) {
   if (!input.source) input = TOOL_TRY(open_maille(options.input));
   const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
-  const auto file =
-      TOOL_TRY(open_output({output, options.input, options.force, is_binary(format, options.ascii)}));
+  const auto file = TOOL_TRY(open_output(
+      {output, options.input, options.force, is_binary(format, options.ascii), is_folder_format(format)}));
 
   CountingSink sink(*file);
   Mesh mesh;

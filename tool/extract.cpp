@@ -222,8 +222,8 @@ Result<int> run(const ExtractOptions& options) {
                                        : !options.component.empty() ? extract_component(file, options)
                                                                     : extract_region(file, options, input));
   const auto& [mesh, selection, problems] = extracted;
-  const auto output =
-      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, options.ascii)}));
+  const auto output = TOOL_TRY(open_output({options.output, options.input, options.force,
+                                            is_binary(format, options.ascii), is_folder_format(format)}));
   const std::vector<std::string> notes =
       TOOL_TRY(write_mesh(mesh, *output, {.format = format, .ascii = options.ascii}));
   TOOL_CHECK(output->commit());

@@ -201,9 +201,30 @@ Result<> check_existing(const OutputRequest& request, const struct stat& status)
   return {};
 }
 
+Result<> check_folder(const OutputRequest& request) {
+  if (request.path == "-" || request.path.empty())
+    return failure(ErrorCode::usage, "a polyMesh is a folder of files; name a folder to write it to");
+  const std::string folder = polymesh_folder(request.path);
+  const auto status = status_of(folder);
+  if (!status) return {};
+  const auto input = is_folder(request.input) ? status_of(polymesh_folder(request.input)) : std::nullopt;
+  if (input && input->st_dev == status->st_dev && input->st_ino == status->st_ino) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: output and input are the same mesh; name another output", request.path));
+  }
+  for (const char* name : {"points", "faces", "owner", "neighbour", "boundary"}) {
+    const std::string file = folder + "/" + name;
+    if (!request.force && (status_of(file) || status_of(file + ".gz"))) {
+      return failure(ErrorCode::usage, fmt::format("{}: holds a mesh already; -f overwrites it", folder));
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<> check_output(const OutputRequest& request) {
+  if (request.folder) return check_folder(request);
   if (request.path == "-") {
     if (request.binary && !request.force && isatty(STDOUT_FILENO) == 1) {
       return failure(ErrorCode::usage,
@@ -217,6 +238,7 @@ Result<> check_output(const OutputRequest& request) {
 
 Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
   TOOL_CHECK(check_output(request));
+  if (request.folder) return TOOL_TRY(polymesh_sink(request.path));
   return request.path == "-" ? stdout_sink() : file_sink(request.path);
 }
 
@@ -240,11 +262,23 @@ std::optional<std::string> foreign_format(const std::string& path) {
   return std::nullopt;
 }
 
+namespace {
+
+/// Where `decompress` may put a mesh of OpenFOAM without being told the format.
+bool looks_like_case(const std::string& path) {
+  const std::string folder = path.substr(0, path.find_last_not_of('/') + 1);
+  return folder.substr(folder.rfind('/') + 1) == "polyMesh" || is_folder(folder + "/constant") ||
+         is_folder(folder + "/system");
+}
+
+}  // namespace
+
 Result<std::string> output_format(const std::string& path, const std::string& format,
                                   const std::string& fallback) {
   if (!format.empty()) return format;
   if (ends_with(lower(path), ".maille")) return std::string("maille");
   if (const auto known = foreign_format(path)) return *known;
+  if (looks_like_case(path)) return std::string("polymesh");
   if (!fallback.empty()) return fallback;
   if (const std::string extension = extension_of(path); path != "-" && !extension.empty()) {
     std::string known;
@@ -262,13 +296,22 @@ Result<std::string> output_format(const std::string& path, const std::string& fo
                                                output_name(path)));
 }
 
+bool is_folder_format(const std::string& format) {
+  return format == "polymesh" || format == "foam";
+}
+
 bool is_binary(const std::string& format, bool ascii) {
   static constexpr std::string_view text_only[] = {"obj", "off", "wrl", "mesh", "su2", "hedra"};
-  static constexpr std::string_view either[] = {"ply", "stl", "vtp", "vtu", "vtk", "msh"};
+  static constexpr std::string_view either[] = {"ply", "stl", "vtp", "vtu", "vtk", "msh", "polymesh"};
   const auto is_in = [&](const auto& list) {
     return std::find(std::begin(list), std::end(list), format) != std::end(list);
   };
   return !is_in(text_only) && !(ascii && is_in(either));
+}
+
+Result<> CountingSink::begin_file(const std::string& file) {
+  if (auto* const folder = dynamic_cast<FolderSink*>(&sink_)) return folder->begin_file(file);
+  return failure(ErrorCode::usage, sink_.name() + ": is one file, not a folder of files");
 }
 
 Result<> CountingSink::write(Bytes bytes) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/executor.h>
+#include <maille/folder.h>
 #include <maille/http.h>
 #include <maille/mesh.h>
 #include <maille/source.h>
@@ -70,9 +71,10 @@ class Threads {
 
 struct OutputRequest {
   std::string path;
-  std::string input;   ///< must not be the same file
-  bool force = false;  ///< overwrite, write binary to a terminal
-  bool binary = true;  ///< the bytes would upset a terminal
+  std::string input;    ///< must not be the same file
+  bool force = false;   ///< overwrite, write binary to a terminal
+  bool binary = true;   ///< the bytes would upset a terminal
+  bool folder = false;  ///< a mesh of OpenFOAM: polymesh_sink()
 };
 
 /// Checks that writing makes sense: errors as of open_output().
@@ -85,17 +87,21 @@ Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request);
 std::optional<std::string> foreign_format(const std::string& path);
 
 /// The format to write: `format` if given, "maille" or what the path's extension says, else `fallback`.
-/// Error: usage when nothing says it and there is no fallback.
+/// A folder called polyMesh, or with OpenFOAM's folders in it, says polymesh. Error: usage when nothing says
+/// it and there is no fallback.
 Result<std::string> output_format(const std::string& path, const std::string& format,
                                   const std::string& fallback);
+/// Whether a format is a folder of files.
+bool is_folder_format(const std::string& format);
 /// Whether files of this format are more than plain text.
 bool is_binary(const std::string& format, bool ascii);
 
 /// Counts what goes through to another sink.
-class CountingSink final : public Sink {
+class CountingSink final : public FolderSink {
  public:
   explicit CountingSink(Sink& sink) : sink_(sink) {}
   Result<> write(Bytes bytes) override;
+  Result<> begin_file(const std::string& file) override;
   Result<> commit() override { return sink_.commit(); }
   std::string name() const override { return sink_.name(); }
   uint64_t count() const { return count_; }

@@ -182,8 +182,8 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
   if (format == "maille" && options.generation.streaming_order && (many || options.output == "-"))
     return write_stream(options, description);
-  const auto file =
-      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, false)}));
+  const auto file = TOOL_TRY(open_output(
+      {options.output, options.input, options.force, is_binary(format, false), is_folder_format(format)}));
   CountingSink sink(*file);
   const Stopwatch step;
   const Mesh mesh = TOOL_TRY(generate_mesh(description, options.generation, {options.common.memory}));

@@ -144,8 +144,8 @@ Result<int> run(const SubdivideOptions& options) {
     return failure(ErrorCode::usage, fmt::format("{}: write a PLY and `maille compress` it", options.output));
   }
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
-  const auto file =
-      TOOL_TRY(open_output({options.output, options.input, options.force, is_binary(format, false)}));
+  const auto file = TOOL_TRY(open_output(
+      {options.output, options.input, options.force, is_binary(format, false), is_folder_format(format)}));
   CountingSink sink(*file);
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));

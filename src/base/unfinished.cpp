@@ -68,6 +68,11 @@ void remove_unfinished_files() noexcept {
   for (UnfinishedFile& entry : unfinished_files) {
     if (entry.ready) ::unlinkat(entry.folder, entry.name, 0);
   }
+  // Folders are registered before what is in them, the outermost first, and empty now.
+  for (size_t i = unfinished_files.size(); i-- > 0;) {
+    const UnfinishedFile& entry = unfinished_files[i];
+    if (entry.ready) ::unlinkat(entry.folder, entry.name, AT_REMOVEDIR);
+  }
   errno = saved;
 }
 

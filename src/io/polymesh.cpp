@@ -193,7 +193,7 @@ Result<> PolyMeshReader::add_patches() {
       store_.end_cell(type);
     }
     shapes_.add(patch.faces, type, patch.name);
-    mesh_.metadata.emplace_back(foam_patch_prefix + patch.name, patch.type);
+    add_foam_metadata(patch, mesh_.metadata);
   }
   return {};
 }
@@ -233,12 +233,6 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
   return PolyMeshReader(folder, options).read();
 }
 
-Result<std::vector<std::string>> write_polymesh(const Mesh&, Sink& sink, const WriteOptions&) {
-  return failure(
-      ErrorCode::usage,
-      sink.name() + ": a polyMesh is a folder of files, which cannot be written; write .vtu or .msh");
-}
-
 bool recognise_polymesh(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   return text.find("FoamFile") != std::string_view::npos ||
@@ -248,11 +242,10 @@ bool recognise_polymesh(Bytes first_bytes) {
 }  // namespace
 
 const Format& polymesh_format() {
-  static const Format format{
-      {"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder; reading only", true, false},
-      recognise_polymesh,
-      read_polymesh,
-      write_polymesh};
+  static const Format format{{"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder", true},
+                             recognise_polymesh,
+                             read_polymesh,
+                             write_polymesh};
   return format;
 }
 

@@ -15,10 +15,17 @@ namespace maille {
 struct FoamPatch {
   std::string name, type;
   uint64_t first = 0, faces = 0;
+  std::string entries = {};  ///< others, such as the neighbour of a cyclic one: "neighbourPatch left; ..."
 };
 Result<std::vector<FoamPatch>> read_foam_patches(FoamReader& boundary);
 /// In the description of a mesh, the type of a patch stands behind this and its name.
 inline constexpr char foam_patch_prefix[] = "openfoam.patch.";
+
+/// ... and behind this one its other entries, where it has any.
+inline constexpr char foam_entries_prefix[] = "openfoam.entries.";
+/// Whether text consists of words, numbers and lists, and so means nothing but itself to OpenFOAM.
+bool is_plain_entries(std::string_view text);
+void add_foam_metadata(const FoamPatch& patch, std::vector<std::pair<std::string, std::string>>& metadata);
 
 /// The faces of a cell, one after the other, each seen from outside.
 struct FoamFaces {
@@ -54,6 +61,9 @@ class FoamPatchType {
  private:
   bool triangles_ = true, quads_ = true;
 };
+
+/// The sink has to be a folder: polymesh_sink().
+Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
 /// The folder with the mesh, of a file in it, of a case's ".foam" file, or of the case.
 std::string foam_folder_of(const std::string& name);

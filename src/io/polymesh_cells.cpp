@@ -123,12 +123,31 @@ Result<std::vector<FoamPatch>> read_foam_patches(FoamReader& file) {
         (key == "nFaces" ? patch.faces : patch.first) = static_cast<uint64_t>(number);
       }
       if (key == "type") patch.type = std::string(file.word());
-      while (!file.at_end() && file.word() != ";") {
-      }
+      std::string entry = key;
+      for (std::string_view word; !file.at_end() && (word = file.word()) != ";";)
+        entry += " " + std::string(word);
+      const bool known = key == "type" || key == "nFaces" || key == "startFace";
+      if (!known && is_plain_entries(entry)) patch.entries += entry + "; ";
     }
+    // Which OpenFOAM adds by itself.
+    const std::string own_group = "inGroups 1 ( " + patch.type + " ); ";
+    if (const size_t at = patch.entries.find(own_group); at != std::string::npos)
+      patch.entries.erase(at, own_group.size());
     patches.push_back(std::move(patch));
   }
   return patches;
+}
+
+bool is_plain_entries(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_.:+-() ;").find(c) != std::string_view::npos;
+  });
+}
+
+void add_foam_metadata(const FoamPatch& patch, std::vector<std::pair<std::string, std::string>>& metadata) {
+  metadata.emplace_back(foam_patch_prefix + patch.name, patch.type);
+  if (!patch.entries.empty()) metadata.emplace_back(foam_entries_prefix + patch.name, patch.entries);
 }
 
 std::string foam_folder_of(const std::string& name) {

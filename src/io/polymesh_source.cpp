@@ -333,7 +333,7 @@ Result<> PolyMeshSource::add_patch(const FoamPatch& patch) {
   MAILLE_CHECK(visit_patch(
       patch, [&](const std::vector<uint32_t>& corners) { return cells_->add(types.type(), corners); }));
   shapes_.add(patch.faces, types.type(), patch.name);
-  description_.metadata.emplace_back(foam_patch_prefix + patch.name, patch.type);
+  add_foam_metadata(patch, description_.metadata);
   return {};
 }
 

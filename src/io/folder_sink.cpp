@@ -1,0 +1,182 @@
+#include "io/folder_sink.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <list>
+#include <optional>
+
+#include "base/posix.h"
+#include "base/result.h"
+#include "base/unfinished.h"
+
+namespace maille {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder that is removed, if empty, unless it is kept; by remove_unfinished_files(), too.
+class MadeFolder {
+ public:
+  static Result<std::unique_ptr<MadeFolder>> make(const std::string& path) {
+    const PathParts place = split_path(path);
+    auto made = std::make_unique<MadeFolder>(
+        Descriptor(::open(place.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), place.name);
+    if (!made->within_.valid() || ::mkdirat(made->within_.get(), place.name.c_str(), 0777) != 0)
+      return cannot_write("folder " + path);
+    made->kept_ = false;
+    return made;
+  }
+  MadeFolder(Descriptor within, const std::string& name)
+      : within_(std::move(within)), name_(name), registration_(within_.get(), name) {}
+  MadeFolder(const MadeFolder&) = delete;
+  MadeFolder& operator=(const MadeFolder&) = delete;
+  ~MadeFolder() {
+    if (!kept_) ::unlinkat(within_.get(), name_.c_str(), AT_REMOVEDIR);
+  }
+  void keep() { kept_ = true; }
+
+ private:
+  Descriptor within_;
+  std::string name_;
+  UnfinishedRegistration registration_;
+  bool kept_ = true;
+};
+
+struct PartFile {
+  PartFile(std::string file_name, int folder) : name(std::move(file_name)), registration(folder, name) {}
+  std::string name;
+  UnfinishedRegistration registration;
+};
+
+class WholeFolder final : public FolderSink {
+ public:
+  WholeFolder(std::string path, std::vector<std::string> replaced, std::string name)
+      : path_(std::move(path)), replaced_(std::move(replaced)), name_(std::move(name)) {}
+  WholeFolder(const WholeFolder&) = delete;
+  WholeFolder& operator=(const WholeFolder&) = delete;
+  ~WholeFolder() override {
+    if (committed_) return;
+    for (const PartFile& file : files_) ::unlinkat(folder_.get(), file.name.c_str(), 0);
+    while (!made_.empty()) made_.pop_back();  // from the inside out
+  }
+
+  Result<> open() {
+    const PathParts place = split_path(path_);
+    MAILLE_CHECK(make_parents(place.folder));
+    temporary_ = place.folder + "/" + temporary_name(place.name);
+    made_.push_back(MAILLE_TRY(MadeFolder::make(temporary_)));
+    folder_ = Descriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    return folder_.valid() ? Result<>() : Result<>(cannot_write("folder " + temporary_));
+  }
+
+  Result<> begin_file(const std::string& name) override {
+    MAILLE_CHECK(end_file());
+    files_.emplace_back(name, folder_.get());
+    file_ = Descriptor(::openat(folder_.get(), name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    return file_.valid() ? Result<>() : Result<>(broken(path_ + "/" + name));
+  }
+
+  Result<> write(Bytes bytes) override {
+    if (broken_) return tl::unexpected(*broken_);
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(file_.get(), bytes.data(), bytes.size());
+      if (written < 0 && errno != EINTR) return broken(path_);
+      if (written > 0) bytes = bytes.subspan(static_cast<size_t>(written));
+    }
+    return {};
+  }
+
+  Result<> commit() override {
+    MAILLE_CHECK(end_file());
+    // Some file systems cannot sync a folder, and need not.
+    ::fsync(folder_.get());
+    std::error_code error;
+    const bool there = fs::is_directory(path_, error);
+    const std::string older = temporary_ + ".old";
+    if (there && std::rename(path_.c_str(), older.c_str()) != 0) return cannot_write(path_);
+    if (std::rename(temporary_.c_str(), path_.c_str()) != 0) {
+      const int reason = errno;
+      if (there) std::rename(older.c_str(), path_.c_str());
+      errno = reason;
+      return cannot_write(path_);
+    }
+    committed_ = true;
+    for (const auto& folder : made_) folder->keep();
+    return there ? take_over(older) : Result<>();
+  }
+
+  std::string name() const override { return name_; }
+
+ private:
+  /// Makes what is missing of a path, the outermost first.
+  Result<> make_parents(const std::string& path) {
+    std::error_code error;
+    if (path.empty() || fs::is_directory(path, error)) return {};
+    if (const PathParts place = split_path(path); place.folder != path)
+      MAILLE_CHECK(make_parents(place.folder));
+    made_.push_back(MAILLE_TRY(MadeFolder::make(path)));
+    return {};
+  }
+  Result<> end_file() {
+    if (broken_) return tl::unexpected(*broken_);
+    if (!file_.valid()) return {};
+    if (::fsync(file_.get()) != 0 || !file_.close()) return broken(path_);
+    return {};
+  }
+  tl::unexpected<Error> broken(const std::string& what) {
+    broken_ = cannot_write(what).value();
+    return tl::unexpected(*broken_);
+  }
+  /// What the older folder has beside the mesh.
+  Result<> take_over(const std::string& older) {
+    std::error_code error;
+    std::vector<std::string> others;
+    for (const auto& entry : fs::directory_iterator(older, error))
+      others.push_back(entry.path().filename().string());
+    for (const std::string& name : others) {
+      const bool gone = std::find(replaced_.begin(), replaced_.end(), name) != replaced_.end();
+      if (gone) {
+        fs::remove_all(fs::path(older) / name, error);
+      } else {
+        fs::rename(fs::path(older) / name, fs::path(path_) / name, error);
+      }
+    }
+    if (::rmdir(older.c_str()) == 0) return {};
+    return failure(ErrorCode::write_failed,
+                   path_ + " is written, but what was in it besides stays in " + older);
+  }
+
+  std::string path_;
+  std::vector<std::string> replaced_;
+  std::string name_, temporary_;
+  std::list<std::unique_ptr<MadeFolder>> made_;
+  Descriptor folder_, file_;
+  std::list<PartFile> files_;
+  std::optional<Error> broken_;
+  bool committed_ = false;
+};
+
+/// The target of a link, without a slash behind it.
+std::string plain_path(const std::string& path) {
+  std::error_code error;
+  const fs::path real = fs::canonical(path, error);
+  if (!error) return real.string();
+  std::string plain = path;
+  while (plain.size() > 1 && plain.back() == '/') plain.pop_back();
+  return plain;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FolderSink>> folder_sink(const std::string& path, std::vector<std::string> replaced,
+                                                const std::string& name) {
+  auto sink = std::make_unique<WholeFolder>(plain_path(path), std::move(replaced), name);
+  MAILLE_CHECK(sink->open());
+  return std::unique_ptr<FolderSink>(std::move(sink));
+}
+
+}  // namespace maille
