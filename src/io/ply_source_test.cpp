@@ -140,8 +140,9 @@ TEST(PlySource, SaysWhereAFileEnds) {
 }
 
 TEST(PlySource, LeavesOtherFilesToTheReaderOfWholeOnes) {
-  const auto text = source_of(header("0", "ascii"));
-  EXPECT_EQ(open_mesh_source(*text).error().code, ErrorCode::unsupported);
+  const std::string text = header("0", "ascii");
+  const auto source = source_of(text);
+  EXPECT_EQ(open_mesh_source(*source).error().code, ErrorCode::unsupported);
 }
 
 TEST(PlySource, SurvivesDamage) {
