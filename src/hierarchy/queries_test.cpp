@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "container/testing.h"
 #include "hierarchy/keep_cells.h"
 #include "hierarchy/mesh_geometry.h"
 #include "support/cases.h"
@@ -19,24 +20,6 @@
 
 namespace maille::testing {
 namespace {
-
-/// Counts what is read.
-class CountingSource final : public Source {
- public:
-  explicit CountingSource(Bytes bytes) : bytes_(bytes) {}
-  uint64_t size() const override { return bytes_.size(); }
-  Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
-    std::copy_n(bytes_.begin() + static_cast<ptrdiff_t>(offset), out.size(), out.begin());
-    read_ += out.size();
-    return {};
-  }
-  std::string name() const override { return "<counted>"; }
-  uint64_t read() const { return read_; }
-
- private:
-  Bytes bytes_;
-  mutable uint64_t read_ = 0;
-};
 
 std::vector<double> distances_of_all(const Mesh& mesh, const Vector3& from) {
   std::vector<bool> used(mesh.point_count());
@@ -88,13 +71,13 @@ TEST(NearestPoints, AreThoseOfTheWholeMesh) {
 TEST(NearestPoints, ReadOnlyWhatIsNear) {
   const Mesh mesh = to_mesh(triangulated(shapes::sphere(120, 80)));
   const RandomFile file = random_file(mesh, {}, 128);
-  const CountingSource source(file.bytes);
+  const RemoteSource source(file.bytes);
   File open = File::open(source).value();
-  const uint64_t before = source.read();
+  const uint64_t before = source.bytes_read();
   const auto found = open.nearest_points({{8, 7, 6}}, 10);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->size(), 10u);
-  EXPECT_LE(source.read() - before, source.size() / 10);
+  EXPECT_LE(source.bytes_read() - before, source.size() / 10);
 }
 
 /// Cells by what they hang together with: the lowest point of it.
@@ -193,14 +176,14 @@ TEST(Components, ReachThroughManyChartsAndLeaveOthersAlone) {
   const Mesh mesh = to_mesh(balls);
   const RandomFile file = random_file(mesh, {}, 64);
   ASSERT_EQ(components_differ(mesh, file), "");
-  const CountingSource source(file.bytes);
+  const RemoteSource source(file.bytes);
   File open = File::open(source).value();
-  const uint64_t before = source.read();
+  const uint64_t before = source.bytes_read();
   const auto start = open.nearest({{110, 0, 0}}).value();
   const auto component = open.component(start->chart, start->corners[0]).value();
   EXPECT_EQ(component.cells, mesh.cell_count() / 4);
   EXPECT_GE(component.parts.size(), 20u);
-  EXPECT_LE(source.read() - before, source.size() / 2);
+  EXPECT_LE(source.bytes_read() - before, source.size() / 2);
 }
 
 TEST(Components, AreNotThoseOfChartsThatAreNotThere) {
