@@ -17,8 +17,12 @@ struct Drawable {
   std::vector<uint32_t> triangles;  ///< 3 vertices each
   std::vector<uint32_t> cells;      ///< by triangle: the cell of the mesh, through all blocks
   std::vector<Array> arrays;        ///< those on points and corners, a tuple per vertex
+  std::vector<Array> of_triangles;  ///< those on cells, a tuple per triangle, where they were asked for
 };
 
 Drawable draw(const Mesh& mesh);
+
+/// Values of cells where they are drawn.
+void spread_cell_arrays(const Mesh& mesh, Drawable& drawable);
 
 }  // namespace maille::wasm
