@@ -248,9 +248,11 @@ double value_at(const Array& array, uint64_t i) {
   return 0;
 }
 
-void place_vertices(const Mesh& mesh, Drawable& drawable) {
+void place_vertices(const Mesh& mesh, const std::optional<Vector3>& origin, Drawable& drawable) {
   const uint32_t components = std::min<uint32_t>(mesh.points.components, 3);
-  if (!drawable.points.empty()) {
+  if (origin) {
+    drawable.origin = *origin;
+  } else if (!drawable.points.empty()) {
     for (uint32_t k = 0; k < components; ++k) {
       const double value = value_at(mesh.points, uint64_t{drawable.points[0]} * mesh.points.components + k);
       // Not finite: then nothing is.
@@ -285,11 +287,11 @@ bool is_plain(const Mesh& mesh) {
 }
 
 /// Triangles whose corners have nothing of their own: most charts.
-Drawable draw_plain(const Mesh& mesh) {
+Drawable draw_plain(const Mesh& mesh, const std::optional<Vector3>& origin) {
   Drawable drawable;
   drawable.points.resize(mesh.point_count());
   std::iota(drawable.points.begin(), drawable.points.end(), 0u);
-  place_vertices(mesh, drawable);
+  place_vertices(mesh, origin, drawable);
   for (const CellBlock& block : mesh.blocks) {
     drawable.triangles.insert(drawable.triangles.end(), block.connectivity.begin(), block.connectivity.end());
   }
@@ -303,13 +305,13 @@ Drawable draw_plain(const Mesh& mesh) {
 
 }  // namespace
 
-Drawable draw(const Mesh& mesh) {
-  if (is_plain(mesh)) return draw_plain(mesh);
+Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
+  if (is_plain(mesh)) return draw_plain(mesh, origin);
   const Polygons polygons = polygons_of(mesh);
   const Vertices vertices(mesh, polygons);
   Drawable drawable;
   drawable.points = vertices.points;
-  place_vertices(mesh, drawable);
+  place_vertices(mesh, origin, drawable);
   for (const Polygon& polygon : polygons.list) {
     for (uint32_t k = 2; k < polygon.size; ++k) {
       for (const uint32_t corner : {0u, k - 1, k}) {

@@ -3,6 +3,7 @@
 #include <maille/geometry.h>
 #include <maille/mesh.h>
 
+#include <optional>
 #include <vector>
 
 namespace maille::wasm {
@@ -19,6 +20,8 @@ struct Drawable {
   std::vector<Array> arrays;        ///< those on points and corners, a tuple per vertex
 };
 
-Drawable draw(const Mesh& mesh);
+/// Without an origin it is the first vertex. Parts of one mesh that are to fit at their borders need the same
+/// one.
+Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin = {});
 
 }  // namespace maille::wasm

@@ -221,6 +221,37 @@ MAILLE_EXPORT int32_t maille_select(Reader* reader, const double* packed, uint32
   return done;
 }
 
+/// numbers: how many groups there are; then of each group from `first` on, `count` of them or as many as
+/// there are: level, view error, sphere (4), how many charts it replaces, number of charts; of each chart the
+/// group that refines it (-1: none), faces, bytes, sphere (4).
+MAILLE_EXPORT int32_t maille_groups(Reader* reader, uint32_t first, uint32_t count) {
+  if (!reader->file) return no_file(*reader);
+  const uint32_t all = reader->file->groups();
+  std::vector<double> numbers = {double(all)};
+  const auto add_sphere = [&](const Sphere& sphere) {
+    for (const double x : sphere.centre.x) numbers.push_back(x);
+    numbers.push_back(sphere.radius);
+  };
+  for (uint32_t g = first; g < all && g - first < count; ++g) {
+    const auto group = reader->file->group(g);
+    if (!group) return reader->outcome(group.error());
+    numbers.push_back(group->level);
+    numbers.push_back(group->view_error);
+    add_sphere(group->sphere);
+    numbers.push_back(group->replaces);
+    numbers.push_back(double(group->charts.size()));
+    for (const GroupInfo::Chart& chart : group->charts) {
+      numbers.push_back(chart.refined_by == GroupInfo::none ? -1.0 : double(chart.refined_by));
+      numbers.push_back(double(chart.faces));
+      numbers.push_back(double(chart.bytes));
+      add_sphere(chart.sphere);
+    }
+  }
+  reader->bytes.take_wanted();
+  reader->numbers = std::move(numbers);
+  return done;
+}
+
 MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
   if (!reader->file) return no_file(*reader);
   return reader->keep(reader->file->read({group, chart}), reader->mesh);
@@ -265,7 +296,10 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t drawn) {
   std::vector<Buffer>& list = reader->buffers;
   list.clear();
   if (drawn != 0) {
-    const Drawable& drawable = reader->drawable = draw(reader->mesh);
+    // Charts fit at their borders, bit for bit, where all are drawn from one origin.
+    std::optional<Vector3> origin;
+    if (reader->file) origin = reader->file->sphere().centre;
+    const Drawable& drawable = reader->drawable = draw(reader->mesh, origin);
     reader->numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
     list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
     list.push_back(numbers_of(BufferKind::drawn_points, Scalar::u32, drawable.points));

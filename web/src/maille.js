@@ -87,6 +87,11 @@ export class MeshFile {
     return null;
   }
 
+  /** Groups of charts from `first` on, for renderers that choose themselves what they show: see cut.js. */
+  groups(first, count = 256, {signal} = {}) {
+    return this.#until(() => this.decoder.groups(first, count), this.decoder, signal);
+  }
+
   /** A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. */
   decodeNode({group, chart}, {signal} = {}) {
     return this.pool.run({call: 'chart', arguments: [group, chart]}, signal);
