@@ -12,7 +12,8 @@ export class Session {
   }
 
   async run({call, arguments: given}) {
-    await (this.opened ??= this.#open());
+    // What failed once may go well later: the network comes back.
+    await (this.opened ??= this.#open().catch(error => { this.opened = null; throw error; }));
     try {
       return call === 'extractAll' ? await this.#extract(...given) : await this.#until(() => this.file[call](...given), call === 'decode');
     } finally {
