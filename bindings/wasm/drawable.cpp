@@ -168,11 +168,11 @@ bool is_plain(const Mesh& mesh) {
 }
 
 /// Triangles whose corners have nothing of their own: most charts.
-Drawable draw_plain(const Mesh& mesh) {
+Drawable draw_plain(const Mesh& mesh, const std::optional<Vector3>& origin) {
   Drawable drawable;
   drawable.points.resize(mesh.point_count());
   std::iota(drawable.points.begin(), drawable.points.end(), 0u);
-  place(mesh.points, {}, drawable);
+  place(mesh.points, {}, origin, drawable);
   for (const CellBlock& block : mesh.blocks) {
     drawable.triangles.insert(drawable.triangles.end(), block.connectivity.begin(), block.connectivity.end());
   }
@@ -186,13 +186,13 @@ Drawable draw_plain(const Mesh& mesh) {
 
 }  // namespace
 
-Drawable draw(const Mesh& mesh) {
-  if (is_plain(mesh)) return draw_plain(mesh);
+Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
+  if (is_plain(mesh)) return draw_plain(mesh, origin);
   const Polygons polygons = polygons_of(mesh);
   const Vertices vertices(mesh, polygons);
   Drawable drawable;
   drawable.points = vertices.points;
-  place(mesh.points, drawable.points, drawable);
+  place(mesh.points, drawable.points, origin, drawable);
   for (const Polygon& polygon : polygons.list) {
     for (uint32_t k = 2; k < polygon.size; ++k) {
       for (const uint32_t corner : {0u, k - 1, k}) {

@@ -15,14 +15,16 @@ T number_at(const std::byte* bytes) {
 
 /// Written for each type, as this is done for every vertex of a chart.
 template <class T>
-void place_as(const Array& positions, std::span<const uint32_t> tuples, Drawable& drawable) {
+void place_as(const Array& positions, std::span<const uint32_t> tuples, const std::optional<Vector3>& given,
+              Drawable& drawable) {
   const size_t tuple = positions.components * sizeof(T), vertices = drawable.positions.size() / 3;
   const uint32_t components = std::min<uint32_t>(positions.components, 3);
   const std::byte* bytes = positions.bytes.data();
   float* to = drawable.positions.data();
+  if (given) drawable.origin = *given;
   if (vertices == 0) return;
   const std::byte* first = bytes + (tuples.empty() ? 0 : tuples[0] * tuple);
-  for (uint32_t k = 0; k < components; ++k) {
+  for (uint32_t k = 0; k < components && !given; ++k) {
     const auto value = static_cast<double>(number_at<T>(first + k * sizeof(T)));
     // Not finite: then nothing is.
     drawable.origin[k] = value - value == 0 ? value : 0;
@@ -44,29 +46,30 @@ void place_as(const Array& positions, std::span<const uint32_t> tuples, Drawable
 
 }  // namespace
 
-void place(const Array& positions, std::span<const uint32_t> tuples, Drawable& drawable) {
+void place(const Array& positions, std::span<const uint32_t> tuples, const std::optional<Vector3>& origin,
+           Drawable& drawable) {
   drawable.positions.assign((tuples.empty() ? positions.count() : tuples.size()) * 3, 0.f);
   switch (positions.type) {
     case Scalar::i8:
-      return place_as<int8_t>(positions, tuples, drawable);
+      return place_as<int8_t>(positions, tuples, origin, drawable);
     case Scalar::u8:
-      return place_as<uint8_t>(positions, tuples, drawable);
+      return place_as<uint8_t>(positions, tuples, origin, drawable);
     case Scalar::i16:
-      return place_as<int16_t>(positions, tuples, drawable);
+      return place_as<int16_t>(positions, tuples, origin, drawable);
     case Scalar::u16:
-      return place_as<uint16_t>(positions, tuples, drawable);
+      return place_as<uint16_t>(positions, tuples, origin, drawable);
     case Scalar::i32:
-      return place_as<int32_t>(positions, tuples, drawable);
+      return place_as<int32_t>(positions, tuples, origin, drawable);
     case Scalar::u32:
-      return place_as<uint32_t>(positions, tuples, drawable);
+      return place_as<uint32_t>(positions, tuples, origin, drawable);
     case Scalar::i64:
-      return place_as<int64_t>(positions, tuples, drawable);
+      return place_as<int64_t>(positions, tuples, origin, drawable);
     case Scalar::u64:
-      return place_as<uint64_t>(positions, tuples, drawable);
+      return place_as<uint64_t>(positions, tuples, origin, drawable);
     case Scalar::f32:
-      return place_as<float>(positions, tuples, drawable);
+      return place_as<float>(positions, tuples, origin, drawable);
     case Scalar::f64:
-      return place_as<double>(positions, tuples, drawable);
+      return place_as<double>(positions, tuples, origin, drawable);
   }
 }
 

@@ -115,6 +115,37 @@ MAILLE_EXPORT int32_t maille_select(Reader* reader, const double* packed, uint32
   return done;
 }
 
+/// numbers: how many groups there are; then of each group from `first` on, `count` of them or as many as
+/// there are: level, view error, sphere (4), how many charts it replaces, number of charts; of each chart the
+/// group that refines it (-1: none), faces, bytes, sphere (4).
+MAILLE_EXPORT int32_t maille_groups(Reader* reader, uint32_t first, uint32_t count) {
+  if (!reader->file) return no_file(*reader);
+  const uint32_t all = reader->file->groups();
+  std::vector<double> numbers = {double(all)};
+  const auto add_sphere = [&](const Sphere& sphere) {
+    for (const double x : sphere.centre.x) numbers.push_back(x);
+    numbers.push_back(sphere.radius);
+  };
+  for (uint32_t g = first; g < all && g - first < count; ++g) {
+    const auto group = reader->file->group(g);
+    if (!group) return reader->outcome(group.error());
+    numbers.push_back(group->level);
+    numbers.push_back(group->view_error);
+    add_sphere(group->sphere);
+    numbers.push_back(group->replaces);
+    numbers.push_back(double(group->charts.size()));
+    for (const GroupInfo::Chart& chart : group->charts) {
+      numbers.push_back(chart.refined_by == GroupInfo::none ? -1.0 : double(chart.refined_by));
+      numbers.push_back(double(chart.faces));
+      numbers.push_back(double(chart.bytes));
+      add_sphere(chart.sphere);
+    }
+  }
+  reader->bytes.take_wanted();
+  reader->numbers = std::move(numbers);
+  return done;
+}
+
 MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
   if (!reader->file) return no_file(*reader);
   return reader->keep(reader->file->read({group, chart}), reader->mesh);
@@ -198,7 +229,10 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
   reader->buffers.clear();
   reader->wide.clear();
   if (wanted == Wanted::exact) list_exact(*reader);
-  if (wanted == Wanted::drawn || wanted == Wanted::surface) reader->drawable = draw(reader->mesh);
+  // Charts fit at their borders, bit for bit, where all are drawn from one origin.
+  std::optional<Vector3> origin;
+  if (reader->file) origin = reader->file->sphere().centre;
+  if (wanted == Wanted::drawn || wanted == Wanted::surface) reader->drawable = draw(reader->mesh, origin);
   if (wanted == Wanted::surface) spread_cell_arrays(reader->mesh, reader->drawable);
   if (wanted != Wanted::exact) list_drawn(*reader);
   for (const Array& array : reader->mesh.arrays) {

@@ -139,6 +139,29 @@ export class DecoderFile {
     });
   }
 
+  /**
+   * Groups from `first` on, see GroupInfo of random_access.h: {all, groups: [{level, viewError, sphere, replaces,
+   * charts: [{group, chart, level, refinedBy, faces, bytes, sphere}]}]}; refinedBy: -1 at level 0.
+   */
+  groups(first, count) {
+    return this.#outcome(this.decoder.calls.maille_groups(this.reader, first, count), () => {
+      const n = this.#numbers(), groups = [];
+      const sphereAt = i => ({centre: [n[i], n[i + 1], n[i + 2]], radius: n[i + 3]});
+      for (let i = 1; i < n.length;) {
+        const group = {level: n[i], viewError: n[i + 1], sphere: sphereAt(i + 2), replaces: n[i + 6], charts: []};
+        const end = i + 8 + 7 * n[i + 7];
+        for (i += 8; i < end; i += 7) {
+          group.charts.push({
+            group: first + groups.length, chart: group.charts.length, level: group.level,
+            refinedBy: n[i], faces: n[i + 1], bytes: n[i + 2], sphere: sphereAt(i + 3),
+          });
+        }
+        groups.push(group);
+      }
+      return {all: n[0], groups};
+    });
+  }
+
   /** One chart, for drawing. */
   chart(group, chart) {
     return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn(Wanted.drawn));

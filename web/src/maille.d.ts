@@ -63,6 +63,18 @@ export interface Chart {
   sphere: Sphere;
 }
 
+/** Charts that are shown together, instead of those of a coarser level whose `refinedBy` is the number of this group. */
+export interface Group {
+  level: number;
+  /** Of what the group replaces, in units of the mesh. */
+  viewError: number;
+  sphere: Sphere;
+  /** How many charts it replaces. */
+  replaces: number;
+  /** refinedBy: the group that replaces it; -1 at level 0. */
+  charts: (Chart & {refinedBy: number})[];
+}
+
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array |
   BigUint64Array | Float32Array | Float64Array;
 
@@ -206,6 +218,8 @@ export class MeshFile {
   select(request?: Request, options?: CallOptions): Promise<Chart[]>;
   /** The same at once, or null where the index must be fetched first, which it then is. */
   selectNow(request?: Request): Chart[] | null;
+  /** Groups of charts from `first` on, for renderers that choose themselves what they show. Mode random. */
+  groups(first: number, count?: number, options?: CallOptions): Promise<{all: number; groups: Group[]}>;
   /** A chart, for drawing. Mode random. */
   decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options?: CallOptions): Promise<DrawnMesh>;
   /** Faces of a region, bit for bit; `clip` (the default): none that only share a chart with it. Mode random. */

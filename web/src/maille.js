@@ -148,6 +148,12 @@ export class MeshFile {
     return this.session.now('select', request);
   }
 
+  /** Groups of charts from `first` on, for renderers that choose themselves what they show: see cut.js. */
+  async groups(first, count = 256, {signal} = {}) {
+    this.#expectParts();
+    return this.session.run({call: 'groups', arguments: [first, count]}, {signal});
+  }
+
   /** A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. */
   async decodeNode({group, chart}, {signal} = {}) {
     this.#expectParts();
