@@ -143,6 +143,11 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
   if (verb == "generate") return with_raw(parser.generate, raw);
   if (verb == "extract") return with_fetch_limit(parser.extract, raw);
   if (verb == "serve") return parser.serve;
+  if (verb == "view") {
+    ViewOptions options = parser.view;
+    options.browser = !raw.no_browser;
+    return options;
+  }
   if (verb == "stencil") {
     StencilOptions options = parser.stencil;
     if (!raw.covariance.empty()) options.covariance = covariance_of(raw.covariance);

@@ -49,5 +49,8 @@ Result<int> run(const BenchOptions&) {
 Result<int> run(const ServeOptions&) {
   return in_full_program();
 }
+Result<int> run(const ViewOptions&) {
+  return in_full_program();
+}
 
 }  // namespace maille::tool

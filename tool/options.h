@@ -180,6 +180,13 @@ struct ServeOptions {
   unsigned port = 8080;  ///< 0: any that is free
 };
 
+struct ViewOptions {
+  CommonOptions common;
+  std::string input;    ///< a file, or an address
+  unsigned port = 0;    ///< 0: any that is free
+  bool browser = true;  ///< open it there
+};
+
 /// Help, version, completion scripts: to be printed as it is.
 struct PrintText {
   std::string text;
@@ -187,6 +194,6 @@ struct PrintText {
 
 using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
                              VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
-                             BenchOptions, GenerateOptions, ExtractOptions, ServeOptions>;
+                             BenchOptions, GenerateOptions, ExtractOptions, ServeOptions, ViewOptions>;
 
 }  // namespace maille::tool

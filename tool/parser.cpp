@@ -542,6 +542,27 @@ void Parser::add_serve() {
   add_common(s, serve.common, false);
 }
 
+void Parser::add_view() {
+  CLI::App* v =
+      verb("view",
+           "Look at a .maille file in the browser.\n"
+           "Of a file of mode random only what is in sight is read, as fine as it is seen, so that "
+           "meshes of any size are there at once; others are shown whole, volumes by their boundary. "
+           "Serves the file and the viewer to this machine, opens the browser where there is a screen, and "
+           "prints the address; Ctrl-C ends. The server of an address must allow pages of others (CORS).",
+           "maille view scan.maille\n"
+           "maille view https://example.org/scan.maille\n"
+           "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
+  file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
+  v->add_option("-p,--port", view.port, "Port to listen at; 0: any that is free (default)")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N")
+      ->group(files_group);
+  v->add_flag("--no-browser", raw.no_browser, "Only print the address");
+  v->add_flag("-v,--verbose", view.common.verbose, "Print every request")->group(message_group);
+  add_common(v, view.common, false);
+}
+
 void Parser::add_bench() {
   CLI::App* b = verb(
       "bench",
@@ -622,6 +643,7 @@ Parser::Parser() {
   add_generate();
   add_extract();
   add_serve();
+  add_view();
   add_bench();
   add_completion();
 }

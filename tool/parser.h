@@ -23,6 +23,7 @@ struct Raw {
   bool no_arrays = false;
   bool lossless = false;
   bool no_whole_file = false;
+  bool no_browser = false;
   std::string arrays;
   std::string memory;
   std::string fetch_limit;
@@ -48,6 +49,7 @@ struct Parser {
   GenerateOptions generate;
   ExtractOptions extract;
   ServeOptions serve;
+  ViewOptions view;
   BenchOptions bench;
 
   Parser();
@@ -68,6 +70,7 @@ struct Parser {
   void add_extract();
   void add_fetch_limit(CLI::App* verb);
   void add_serve();
+  void add_view();
   void add_bench();
   void add_completion();
 };

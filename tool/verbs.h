@@ -14,6 +14,7 @@ Result<int> run(const DecompressOptions& options);
 Result<int> run(const AppendOptions& options);
 Result<int> run(const InfoOptions& options);
 Result<int> run(const ServeOptions& options);
+Result<int> run(const ViewOptions& options);
 Result<int> run(const VerifyOptions& options);
 Result<int> run(const DiffOptions& options);
 Result<int> run(const ConvertOptions& options);

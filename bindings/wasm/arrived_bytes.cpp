@@ -1,59 +1,69 @@
 #include "arrived_bytes.h"
 
 #include <algorithm>
-#include <iterator>
+#include <utility>
 
 namespace maille::wasm {
 
-const std::vector<std::byte>* ArrivedBytes::piece_with(uint64_t offset, uint64_t& begin) const {
+Bytes ArrivedBytes::here(uint64_t offset) const {
   for (auto at = pieces_.upper_bound(offset); at != pieces_.begin();) {
     --at;
-    if (offset - at->first < at->second.size()) {
-      begin = at->first;
-      return &at->second;
-    }
-  }
-  return nullptr;
-}
-
-Result<> ArrivedBytes::read_at(uint64_t offset, std::span<std::byte> out) const {
-  if (offset > size_ || out.size() > size_ - offset)
-    return failure(ErrorCode::cannot_read,
-                   name_ + ": ends before byte " + std::to_string(offset + out.size()));
-  for (size_t done = 0; done < out.size();) {
-    uint64_t begin = 0;
-    const std::vector<std::byte>* piece = piece_with(offset + done, begin);
-    if (piece == nullptr) {
-      if (!wanted_) wanted_ = {offset + done, out.size() - done};
-      return failure(ErrorCode::network,
-                     name_ + ": bytes from " + std::to_string(offset + done) + " on have not arrived yet");
-    }
-    const auto from = static_cast<size_t>(offset + done - begin);
-    const size_t count = std::min(piece->size() - from, out.size() - done);
-    std::copy_n(piece->data() + from, count, out.data() + done);
-    done += count;
+    const uint64_t within = offset - at->first;
+    if (within < at->second.size)
+      return Bytes(at->second.bytes.get(), at->second.size).subspan(static_cast<size_t>(within));
   }
   return {};
 }
 
-void ArrivedBytes::add(uint64_t offset, Bytes bytes) {
+bool ArrivedBytes::take(uint64_t offset, std::span<std::byte> out) const {
+  while (!out.empty()) {
+    const Bytes found = here(offset);
+    if (found.empty()) {
+      wanted_.push_back({offset, out.size()});
+      return false;
+    }
+    const size_t count = std::min(found.size(), out.size());
+    std::copy_n(found.data(), count, out.data());
+    out = out.subspan(count);
+    offset += count;
+  }
+  return true;
+}
+
+Error ArrivedBytes::out_of_reach(uint64_t end) const {
+  return {ErrorCode::cannot_read, name_ + ": ends before byte " + std::to_string(end)};
+}
+
+Result<> ArrivedBytes::read_at(uint64_t offset, std::span<std::byte> out) const {
+  const Part part = {offset, out};
+  return read_many({&part, 1});
+}
+
+Result<> ArrivedBytes::read_many(std::span<const Part> parts) const {
+  bool all = true;
+  for (const Part& part : parts) {
+    if (part.offset > size_ || part.out.size() > size_ - part.offset)
+      return tl::unexpected(out_of_reach(part.offset + part.out.size()));
+    all = take(part.offset, part.out) && all;
+  }
+  if (all) return {};
+  return tl::unexpected(Error{ErrorCode::network, name_ + ": bytes have not arrived yet"});
+}
+
+void ArrivedBytes::add(uint64_t offset, std::byte* bytes, size_t size) {
+  Piece piece = {std::unique_ptr<std::byte, Free>(bytes), size};
   if (offset >= size_) return;
-  bytes = bytes.first(static_cast<size_t>(std::min<uint64_t>(bytes.size(), size_ - offset)));
-  std::vector<std::byte>& piece = pieces_[offset];
-  if (piece.size() >= bytes.size()) return;
-  held_ += bytes.size() - piece.size();
-  piece.assign(bytes.begin(), bytes.end());
+  piece.size = static_cast<size_t>(std::min<uint64_t>(size, size_ - offset));
+  Piece& known = pieces_[offset];
+  if (known.size < piece.size) known = std::move(piece);
 }
 
 void ArrivedBytes::forget_behind(uint64_t kept) {
-  for (auto at = pieces_.lower_bound(kept); at != pieces_.end();) {
-    held_ -= at->second.size();
-    at = pieces_.erase(at);
-  }
+  pieces_.erase(pieces_.lower_bound(kept), pieces_.end());
 }
 
-std::optional<ByteRange> ArrivedBytes::take_wanted() {
-  return std::exchange(wanted_, std::nullopt);
+std::vector<ByteRange> ArrivedBytes::take_wanted() {
+  return std::exchange(wanted_, {});
 }
 
 }  // namespace maille::wasm

@@ -6,6 +6,9 @@
 #include <limits>
 #include <numeric>
 
+#include "cell_faces.h"
+#include "placement.h"
+
 namespace maille::wasm {
 namespace {
 
@@ -34,85 +37,16 @@ struct Polygons {
   }
 };
 
-/// Faces of a solid, by nodes in VTK's order; outwards.
-using FaceNodes = std::vector<std::vector<uint8_t>>;
-const FaceNodes& faces_of(CellType type) {
-  static const FaceNodes tetrahedron = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}};
-  static const FaceNodes pyramid = {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
-  static const FaceNodes wedge = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}};
-  static const FaceNodes hexahedron = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
-                                       {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
-  static const FaceNodes voxel = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                  {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  static const FaceNodes none;
-  switch (type) {
-    case CellType::tetrahedron:
-    case CellType::quadratic_tetrahedron:
-      return tetrahedron;
-    case CellType::pyramid:
-    case CellType::quadratic_pyramid:
-    case CellType::triquadratic_pyramid:
-      return pyramid;
-    case CellType::wedge:
-    case CellType::quadratic_wedge:
-    case CellType::quadratic_linear_wedge:
-    case CellType::biquadratic_quadratic_wedge:
-      return wedge;
-    case CellType::hexahedron:
-    case CellType::quadratic_hexahedron:
-    case CellType::triquadratic_hexahedron:
-    case CellType::biquadratic_quadratic_hexahedron:
-      return hexahedron;
-    case CellType::voxel:
-      return voxel;
-    default:
-      return none;
-  }
-}
-
-/// The corners of a face in a ring, which curved faces and pixels do not have first.
-unsigned corners_of(CellType type, size_t nodes) {
-  switch (type) {
-    case CellType::quadratic_triangle:
-    case CellType::biquadratic_triangle:
-      return 3;
-    case CellType::pixel:
-    case CellType::quadratic_quad:
-    case CellType::biquadratic_quad:
-    case CellType::quadratic_linear_quad:
-      return 4;
-    default:
-      return static_cast<unsigned>(nodes);
-  }
-}
-
 void add_faces(const CellBlock& block, uint64_t i, uint32_t cell, uint64_t corner, Polygons& surface,
                Polygons& of_solids) {
   const CellType type = block.type_of(i);
-  const std::span<const uint32_t> nodes = block.cell(i);
-  std::vector<uint32_t> face;
-  if (type == CellType::polyhedron) {
-    size_t at = 0;
-    for (const uint32_t size : block.faces(i)) {
-      of_solids.add(cell, nodes.subspan(at, size), no_corner);
-      at += size;
-    }
-  } else if (dimension_of(type) == 3) {
-    for (const auto& places : faces_of(type)) {
-      face.clear();
-      for (const uint8_t place : places) face.push_back(nodes[place]);
-      of_solids.add(cell, face, no_corner);
-    }
-  } else if (type == CellType::pixel) {
-    surface.add(cell, std::array{nodes[0], nodes[1], nodes[3], nodes[2]}, no_corner);
-  } else if (type == CellType::triangle_strip) {
-    for (size_t k = 2; k < nodes.size(); ++k) {
-      const bool turned = k % 2 == 1;
-      surface.add(cell, std::array{nodes[k - 2 + turned], nodes[k - 1 - turned], nodes[k]}, no_corner);
-    }
-  } else if (dimension_of(type) == 2) {
-    surface.add(cell, nodes.first(corners_of(type, nodes.size())), corner);
-  }
+  const auto sizes = type == CellType::polyhedron ? block.faces(i) : std::span<const uint32_t>();
+  for_each_face(
+      type, block.cell(i), sizes,
+      [&](std::span<const uint32_t> points) { of_solids.add(cell, points, no_corner); },
+      [&](std::span<const uint32_t> points, bool whole) {
+        surface.add(cell, points, whole ? corner : no_corner);
+      });
 }
 
 /// Of the faces of solids those that stand there once.
@@ -215,57 +149,6 @@ class Vertices {
   std::vector<uint64_t> corner_;
 };
 
-template <class T>
-double number_at(const Array& array, uint64_t i) {
-  T value;
-  std::memcpy(&value, array.bytes.data() + i * sizeof(T), sizeof(T));
-  return static_cast<double>(value);
-}
-
-double value_at(const Array& array, uint64_t i) {
-  switch (array.type) {
-    case Scalar::i8:
-      return number_at<int8_t>(array, i);
-    case Scalar::u8:
-      return number_at<uint8_t>(array, i);
-    case Scalar::i16:
-      return number_at<int16_t>(array, i);
-    case Scalar::u16:
-      return number_at<uint16_t>(array, i);
-    case Scalar::i32:
-      return number_at<int32_t>(array, i);
-    case Scalar::u32:
-      return number_at<uint32_t>(array, i);
-    case Scalar::i64:
-      return number_at<int64_t>(array, i);
-    case Scalar::u64:
-      return number_at<uint64_t>(array, i);
-    case Scalar::f32:
-      return number_at<float>(array, i);
-    case Scalar::f64:
-      return number_at<double>(array, i);
-  }
-  return 0;
-}
-
-void place_vertices(const Mesh& mesh, Drawable& drawable) {
-  const uint32_t components = std::min<uint32_t>(mesh.points.components, 3);
-  if (!drawable.points.empty()) {
-    for (uint32_t k = 0; k < components; ++k) {
-      const double value = value_at(mesh.points, uint64_t{drawable.points[0]} * mesh.points.components + k);
-      // Not finite: then nothing is.
-      drawable.origin[k] = value - value == 0 ? value : 0;
-    }
-  }
-  drawable.positions.assign(drawable.points.size() * 3, 0.f);
-  for (size_t i = 0; i < drawable.points.size(); ++i) {
-    for (uint32_t k = 0; k < components; ++k) {
-      const double value = value_at(mesh.points, uint64_t{drawable.points[i]} * mesh.points.components + k);
-      drawable.positions[i * 3 + k] = static_cast<float>(value - drawable.origin[k]);
-    }
-  }
-}
-
 Array array_of_vertices(const Array& array, const Vertices& vertices) {
   Array drawn = make_array(array.name, Domain::point, array.type, array.components, array.role);
   drawn.resize(vertices.points.size());
@@ -285,11 +168,11 @@ bool is_plain(const Mesh& mesh) {
 }
 
 /// Triangles whose corners have nothing of their own: most charts.
-Drawable draw_plain(const Mesh& mesh) {
+Drawable draw_plain(const Mesh& mesh, const std::optional<Vector3>& origin) {
   Drawable drawable;
   drawable.points.resize(mesh.point_count());
   std::iota(drawable.points.begin(), drawable.points.end(), 0u);
-  place_vertices(mesh, drawable);
+  place(mesh.points, {}, origin, drawable);
   for (const CellBlock& block : mesh.blocks) {
     drawable.triangles.insert(drawable.triangles.end(), block.connectivity.begin(), block.connectivity.end());
   }
@@ -303,13 +186,13 @@ Drawable draw_plain(const Mesh& mesh) {
 
 }  // namespace
 
-Drawable draw(const Mesh& mesh) {
-  if (is_plain(mesh)) return draw_plain(mesh);
+Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
+  if (is_plain(mesh)) return draw_plain(mesh, origin);
   const Polygons polygons = polygons_of(mesh);
   const Vertices vertices(mesh, polygons);
   Drawable drawable;
   drawable.points = vertices.points;
-  place_vertices(mesh, drawable);
+  place(mesh.points, drawable.points, origin, drawable);
   for (const Polygon& polygon : polygons.list) {
     for (uint32_t k = 2; k < polygon.size; ++k) {
       for (const uint32_t corner : {0u, k - 1, k}) {
@@ -323,6 +206,19 @@ Drawable draw(const Mesh& mesh) {
       drawable.arrays.push_back(array_of_vertices(array, vertices));
   }
   return drawable;
+}
+
+void spread_cell_arrays(const Mesh& mesh, Drawable& drawable) {
+  for (const Array& array : mesh.arrays) {
+    if (array.domain != Domain::cell) continue;
+    Array spread = make_array(array.name, Domain::cell, array.type, array.components, array.role);
+    spread.labels = array.labels;
+    spread.resize(drawable.cells.size());
+    const size_t size = array.tuple_size();
+    for (size_t i = 0; i < drawable.cells.size(); ++i)
+      std::memcpy(spread.bytes.data() + i * size, array.bytes.data() + drawable.cells[i] * size, size);
+    drawable.of_triangles.push_back(std::move(spread));
+  }
 }
 
 }  // namespace maille::wasm

@@ -3,6 +3,7 @@
 #include <maille/geometry.h>
 #include <maille/mesh.h>
 
+#include <optional>
 #include <vector>
 
 namespace maille::wasm {
@@ -17,8 +18,14 @@ struct Drawable {
   std::vector<uint32_t> triangles;  ///< 3 vertices each
   std::vector<uint32_t> cells;      ///< by triangle: the cell of the mesh, through all blocks
   std::vector<Array> arrays;        ///< those on points and corners, a tuple per vertex
+  std::vector<Array> of_triangles;  ///< those on cells, a tuple per triangle, where they were asked for
 };
 
-Drawable draw(const Mesh& mesh);
+/// Without an origin it is the first vertex. Parts of one mesh that are to fit at their borders need the same
+/// one.
+Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin = {});
+
+/// Values of cells where they are drawn.
+void spread_cell_arrays(const Mesh& mesh, Drawable& drawable);
 
 }  // namespace maille::wasm

@@ -1,112 +1,13 @@
-// The functions that web/maille.js calls. Each returns `done`, `wants_bytes` (then wanted_range() says which;
-// give them and call again), or an ErrorCode, whose sentence message() gives. Numbers above 32 bits pass as
-// doubles, exact up to 2^53. Pointers are valid until the next call with the same reader.
-#include <maille/decode.h>
-#include <maille/random_access.h>
-#include <maille/stream.h>
+// The functions that web/maille.js calls. Each returns `done`, `wants_bytes` (then numbers() says which: give them
+// and call again), `goes_on` (call again; numbers() says how far it is), or an ErrorCode, whose sentence message()
+// gives. Numbers above 32 bits pass as doubles, exact up to 2^53. Pointers are valid until the next call with the
+// same reader.
+#include "reader.h"
 
 #include <cstdlib>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "arrived_bytes.h"
-#include "drawable.h"
-
-// Emscripten exports what is `used`.
-#define MAILLE_EXPORT extern "C" __attribute__((used))
 
 namespace maille::wasm {
 namespace {
-
-constexpr int32_t done = 0, wants_bytes = 1000;
-
-/// What a buffer holds, as web/maille.js numbers it.
-enum class BufferKind : uint32_t {
-  drawn_positions,
-  drawn_points,
-  drawn_triangles,
-  drawn_cells,
-  drawn_array,
-  points,
-  block_types,
-  block_offsets,
-  block_connectivity,
-  array,
-};
-
-/// One entry of the list that buffers() gives.
-struct Buffer {
-  BufferKind kind;
-  uint32_t type = 0;  ///< Scalar
-  uint32_t components = 1;
-  uint32_t domain = 0;
-  uint32_t role = 0;
-  uint32_t block = 0;      ///< number of the block
-  uint32_t cell_type = 0;  ///< of the block
-  const char* name = "";
-  uint32_t name_size = 0;
-  const void* bytes = nullptr;
-  uint32_t size = 0;  ///< in bytes
-};
-
-struct Reader {
-  explicit Reader(uint64_t size, std::string name) : bytes(size, std::move(name)) {}
-
-  ArrivedBytes bytes;
-  std::optional<File> file;
-  Selection selection;
-  Mesh mesh;
-  Drawable drawable;
-  std::vector<Buffer> buffers;
-  std::vector<double> numbers;
-  std::string message;
-
-  /// What a call with this outcome returns.
-  int32_t outcome(const Error& error) {
-    message = error.message;
-    if (const auto wanted = bytes.take_wanted()) {
-      numbers = {static_cast<double>(wanted->offset), static_cast<double>(wanted->size)};
-      return wants_bytes;
-    }
-    return static_cast<int32_t>(error.code);
-  }
-  template <class T>
-  int32_t keep(Result<T>&& result, T& to) {
-    if (!result) return outcome(result.error());
-    bytes.take_wanted();
-    to = std::move(*result);
-    return done;
-  }
-  DecodeOptions options() const {
-    DecodeOptions options;
-    options.limits.mesh_bytes = uint64_t{2} << 30;  // what a page can hold
-    return options;
-  }
-};
-
-void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array& array) {
-  Buffer buffer{kind};
-  buffer.type = static_cast<uint32_t>(array.type);
-  buffer.components = array.components;
-  buffer.domain = static_cast<uint32_t>(array.domain);
-  buffer.role = static_cast<uint32_t>(array.role);
-  buffer.name = array.name.data();
-  buffer.name_size = static_cast<uint32_t>(array.name.size());
-  buffer.bytes = array.bytes.data();
-  buffer.size = static_cast<uint32_t>(array.bytes.size());
-  buffers.push_back(buffer);
-}
-
-template <class T>
-Buffer numbers_of(BufferKind kind, Scalar type, const std::vector<T>& values, uint32_t components = 1) {
-  Buffer buffer{kind};
-  buffer.type = static_cast<uint32_t>(type);
-  buffer.components = components;
-  buffer.bytes = values.data();
-  buffer.size = static_cast<uint32_t>(values.size() * sizeof(T));
-  return buffer;
-}
 
 /// A region and how fine, as web/maille.js packs them: box (low, high) or NaN, sphere (centre, radius) or
 /// NaN, bound, level (negative: any), eye, pixels per radian (0: no view), pixels; then planes of four
@@ -132,11 +33,6 @@ Request request_of(const double* n, uint32_t count) {
   return request;
 }
 
-int32_t no_file(Reader& reader) {
-  reader.message = reader.bytes.name() + ": only files of mode \"random\" are read in parts";
-  return static_cast<int32_t>(ErrorCode::usage);
-}
-
 }  // namespace
 
 MAILLE_EXPORT void* maille_allocate(uint32_t size) {
@@ -146,9 +42,11 @@ MAILLE_EXPORT void maille_release(void* bytes) {
   free(bytes);
 }
 
-/// A file of `size` bytes, of which none are here; `name` (released here) is how messages call it.
-MAILLE_EXPORT Reader* maille_new_reader(double size, char* name, uint32_t name_size) {
-  auto* reader = new Reader(static_cast<uint64_t>(size), std::string(name, name_size));
+/// A file of `size` bytes, of which none are here; `name` (released here) is how messages call it; a decoded mesh
+/// may take `mesh_bytes`.
+MAILLE_EXPORT Reader* maille_new_reader(double size, char* name, uint32_t name_size, double mesh_bytes) {
+  auto* reader =
+      new Reader(static_cast<uint64_t>(size), std::string(name, name_size), static_cast<uint64_t>(mesh_bytes));
   free(name);
   return reader;
 }
@@ -156,18 +54,14 @@ MAILLE_EXPORT void maille_delete_reader(Reader* reader) {
   delete reader;
 }
 
-/// Bytes from `offset` on; released here.
+/// Bytes from `offset` on, which are the reader's from now on.
 MAILLE_EXPORT void maille_give(Reader* reader, double offset, std::byte* bytes, uint32_t size) {
-  reader->bytes.add(static_cast<uint64_t>(offset), {bytes, size});
-  free(bytes);
+  reader->bytes.add(static_cast<uint64_t>(offset), bytes, size);
 }
 MAILLE_EXPORT void maille_forget_behind(Reader* reader, double kept) {
   reader->bytes.forget_behind(static_cast<uint64_t>(kept));
 }
-MAILLE_EXPORT double maille_held(Reader* reader) {
-  return static_cast<double>(reader->bytes.held());
-}
-/// After wants_bytes: offset and size.
+/// After wants_bytes: offset and size of each range.
 MAILLE_EXPORT const double* maille_numbers(Reader* reader) {
   return reader->numbers.data();
 }
@@ -221,6 +115,37 @@ MAILLE_EXPORT int32_t maille_select(Reader* reader, const double* packed, uint32
   return done;
 }
 
+/// numbers: how many groups there are; then of each group from `first` on, `count` of them or as many as
+/// there are: level, view error, sphere (4), how many charts it replaces, number of charts; of each chart the
+/// group that refines it (-1: none), faces, bytes, sphere (4).
+MAILLE_EXPORT int32_t maille_groups(Reader* reader, uint32_t first, uint32_t count) {
+  if (!reader->file) return no_file(*reader);
+  const uint32_t all = reader->file->groups();
+  std::vector<double> numbers = {double(all)};
+  const auto add_sphere = [&](const Sphere& sphere) {
+    for (const double x : sphere.centre.x) numbers.push_back(x);
+    numbers.push_back(sphere.radius);
+  };
+  for (uint32_t g = first; g < all && g - first < count; ++g) {
+    const auto group = reader->file->group(g);
+    if (!group) return reader->outcome(group.error());
+    numbers.push_back(group->level);
+    numbers.push_back(group->view_error);
+    add_sphere(group->sphere);
+    numbers.push_back(group->replaces);
+    numbers.push_back(double(group->charts.size()));
+    for (const GroupInfo::Chart& chart : group->charts) {
+      numbers.push_back(chart.refined_by == GroupInfo::none ? -1.0 : double(chart.refined_by));
+      numbers.push_back(double(chart.faces));
+      numbers.push_back(double(chart.bytes));
+      add_sphere(chart.sphere);
+    }
+  }
+  reader->bytes.take_wanted();
+  reader->numbers = std::move(numbers);
+  return done;
+}
+
 MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
   if (!reader->file) return no_file(*reader);
   return reader->keep(reader->file->read({group, chart}), reader->mesh);
@@ -260,28 +185,27 @@ MAILLE_EXPORT int32_t maille_decode(Reader* reader) {
   return reader->keep(maille::decode(reader->bytes, reader->options()), reader->mesh);
 }
 
-/// Lists the mesh at hand: exactly, or as it is drawn. numbers: origin of what is drawn (3).
-MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t drawn) {
-  std::vector<Buffer>& list = reader->buffers;
-  list.clear();
-  if (drawn != 0) {
-    const Drawable& drawable = reader->drawable = draw(reader->mesh);
-    reader->numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
-    list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
-    list.push_back(numbers_of(BufferKind::drawn_points, Scalar::u32, drawable.points));
-    list.push_back(numbers_of(BufferKind::drawn_triangles, Scalar::u32, drawable.triangles, 3));
-    list.push_back(numbers_of(BufferKind::drawn_cells, Scalar::u32, drawable.cells));
-    for (const Array& array : drawable.arrays) add_array(list, BufferKind::drawn_array, array);
-    for (const Array& array : reader->mesh.arrays) {
-      if (array.domain == Domain::cell) add_array(list, BufferKind::array, array);
-    }
-    return list.data();
-  }
-  add_array(list, BufferKind::points, reader->mesh.points);
-  for (uint32_t b = 0; b < reader->mesh.blocks.size(); ++b) {
-    const CellBlock& block = reader->mesh.blocks[b];
+namespace {
+
+void list_drawn(Reader& reader) {
+  std::vector<Buffer>& list = reader.buffers;
+  const Drawable& drawable = reader.drawable;
+  reader.numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
+  list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
+  list.push_back(numbers_of(BufferKind::drawn_points, Scalar::u32, drawable.points));
+  list.push_back(numbers_of(BufferKind::drawn_triangles, Scalar::u32, drawable.triangles, 3));
+  list.push_back(numbers_of(BufferKind::drawn_cells, Scalar::u32, drawable.cells));
+  for (const Array& array : drawable.arrays) add_array(list, BufferKind::drawn_array, array);
+  for (const Array& array : drawable.of_triangles) add_array(list, BufferKind::triangle_array, array);
+}
+
+void list_exact(Reader& reader) {
+  std::vector<Buffer>& list = reader.buffers;
+  add_array(list, BufferKind::points, reader.mesh.points);
+  for (uint32_t b = 0; b < reader.mesh.blocks.size(); ++b) {
+    const CellBlock& block = reader.mesh.blocks[b];
     for (Buffer buffer : {numbers_of(BufferKind::block_types, Scalar::u8, block.types),
-                          numbers_of(BufferKind::block_offsets, Scalar::u64, block.offsets),
+                          wide_numbers(reader, BufferKind::block_offsets, block.offsets),
                           numbers_of(BufferKind::block_connectivity, Scalar::u32, block.connectivity)}) {
       buffer.block = b;
       buffer.cell_type = static_cast<uint32_t>(block.type);
@@ -290,8 +214,32 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t drawn) {
       list.push_back(buffer);
     }
   }
-  for (const Array& array : reader->mesh.arrays) add_array(list, BufferKind::array, array);
-  return list.data();
+  for (const Array& array : reader.mesh.arrays) add_array(list, BufferKind::array, array);
+}
+
+/// What maille_buffers() lists.
+enum class Wanted : uint32_t { exact, drawn, surface, surface_of_pieces };
+
+}  // namespace
+
+/// Lists the mesh at hand: exactly, as it is drawn (numbers: origin, 3), the same with values of cells on
+/// triangles, or the surface that maille_surface_of_pieces() has made.
+MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
+  const auto wanted = static_cast<Wanted>(number);
+  reader->buffers.clear();
+  reader->wide.clear();
+  if (wanted == Wanted::exact) list_exact(*reader);
+  // Charts fit at their borders, bit for bit, where all are drawn from one origin.
+  std::optional<Vector3> origin;
+  if (reader->file) origin = reader->file->sphere().centre;
+  if (wanted == Wanted::drawn || wanted == Wanted::surface) reader->drawable = draw(reader->mesh, origin);
+  if (wanted == Wanted::surface) spread_cell_arrays(reader->mesh, reader->drawable);
+  if (wanted != Wanted::exact) list_drawn(*reader);
+  for (const Array& array : reader->mesh.arrays) {
+    if (wanted == Wanted::drawn && array.domain == Domain::cell)
+      add_array(reader->buffers, BufferKind::array, array);
+  }
+  return reader->buffers.data();
 }
 MAILLE_EXPORT uint32_t maille_buffer_count(Reader* reader) {
   return static_cast<uint32_t>(reader->buffers.size());
@@ -301,6 +249,7 @@ MAILLE_EXPORT void maille_clear(Reader* reader) {
   reader->mesh = {};
   reader->drawable = {};
   reader->buffers.clear();
+  reader->wide.clear();
 }
 
 }  // namespace maille::wasm

@@ -81,6 +81,26 @@ struct ChartInfo {
   Box box;
 };
 
+/// What is known of a group: for renderers that choose charts themselves, by what they have in memory. Group
+/// 0 has the coarsest charts. Group g may be shown in the place of the charts that have `refined_by == g`
+/// where these may be shown, all of them or none; that is the whole rule for having no cracks. Its errors and
+/// its sphere enclose those of the groups that refine it.
+struct GroupInfo {
+  static constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
+  struct Chart {
+    uint32_t refined_by = none;  ///< a group of a higher number; none at level 0
+    uint64_t faces = 0;
+    uint64_t bytes = 0;  ///< in the file
+    Sphere sphere;
+  };
+  uint32_t level = 0;     ///< of its charts
+  double view_error = 0;  ///< of the charts that it refines; infinite for group 0, and so is `bound`
+  double bound = 0;
+  Sphere sphere;
+  uint32_t replaces = 0;  ///< how many charts have this group as `refined_by`; 0 for group 0
+  std::vector<Chart> charts;
+};
+
 /// What is hit by a ray, or near a point. The face is one of the mesh itself, never of a coarser level.
 struct SurfacePoint {
   ChartPlace chart;
@@ -132,6 +152,10 @@ class File {
 
   /// Error: usage, for a chart that is not there.
   Result<ChartInfo> info(const ChartPlace& place);
+  /// How many groups there are.
+  uint32_t groups() const;
+  /// Error: usage, for a group that is not there.
+  Result<GroupInfo> group(uint32_t number);
   /// One chart as a mesh of its own.
   Result<Mesh> read(const ChartPlace& place);
   /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.

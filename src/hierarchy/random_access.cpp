@@ -181,6 +181,18 @@ Result<ChartInfo> File::info(const ChartPlace& place) {
   return ChartInfo{group.level, chart.faces, chart.bytes, chart.sphere, chart.box};
 }
 
+uint32_t File::groups() const {
+  return state_->reader.index().size();
+}
+Result<GroupInfo> File::group(uint32_t number) {
+  MAILLE_CHECK(state_->reader.find({{number, 0}}));
+  const IndexedGroup& group = state_->reader.index().group(number);
+  GroupInfo info{group.level, group.view_error, group.bound, group.sphere, group.replaces, {}};
+  for (const IndexedChart& chart : group.charts)
+    info.charts.push_back({chart.producer, chart.faces, chart.bytes, chart.sphere});
+  return info;
+}
+
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
   return MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show))[0].mesh;

@@ -455,6 +455,44 @@ TEST(RandomFile, KeepsWithinTheBoundAsked) {
   }
 }
 
+/// By nothing but the rule that GroupInfo states.
+std::vector<ChartPlace> cut_by_groups(File& open, double view_error) {
+  std::vector<GroupInfo> groups;
+  for (uint32_t g = 0; g < open.groups(); ++g) groups.push_back(open.group(g).value());
+  std::vector<uint32_t> replaced(groups.size());
+  std::vector<bool> refined(groups.size());
+  for (uint32_t g = 0; g < groups.size(); ++g) {
+    refined[g] = g == 0 || (groups[g].view_error > view_error && replaced[g] == groups[g].replaces);
+    for (const GroupInfo::Chart& chart : groups[g].charts) {
+      if (refined[g] && chart.refined_by != GroupInfo::none) ++replaced[chart.refined_by];
+    }
+  }
+  std::vector<ChartPlace> cut;
+  for (uint32_t g = 0; g < groups.size(); ++g) {
+    for (uint32_t c = 0; refined[g] && c < groups[g].charts.size(); ++c) {
+      const uint32_t finer = groups[g].charts[c].refined_by;
+      if (finer == GroupInfo::none || !refined[finer]) cut.push_back({g, c});
+    }
+  }
+  return cut;
+}
+
+TEST(RandomFile, HasGroupsThatAloneSayWhatMayBeShown) {
+  const RandomFile file = random_file(landscape(60), {}, 64);
+  const auto source = memory_source(Bytes(file.bytes));
+  File open = File::open(*source).value();
+  size_t sizes = 0;
+  for (const double view_error : {1e9, 0.3, 0.1, 0.03, 0.01, 0.0}) {
+    Detail detail;
+    detail.view_error = view_error;
+    const auto cut = open.select({}, detail).value().charts;
+    EXPECT_EQ(cut_by_groups(open, view_error), cut) << view_error;
+    sizes += cut.size();
+  }
+  EXPECT_GT(sizes, 6u);
+  EXPECT_EQ(open.group(open.groups()).error().code, ErrorCode::usage);
+}
+
 TEST(RandomFile, HasNoChartsThatAreNotThere) {
   const RandomFile file = random_file(landscape(10), {}, 32);
   const auto source = memory_source(Bytes(file.bytes));

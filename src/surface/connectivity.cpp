@@ -15,6 +15,7 @@
 #include "entropy/rans.h"
 #include "surface/connectivity_models.h"
 #include "surface/front.h"
+#include "surface/left_out.h"
 
 namespace maille {
 namespace {
@@ -595,8 +596,12 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
   result.header = describe(surface, real_half_edges, point_count);
   result.header.pivot_window = pivot_window;
   result.header.mixed = mixed;
+#ifdef MAILLE_SMALL_DECODER
+  const auto encode = encode_components<RansEncoder, PlainConnectivityModels>;
+#else
   const auto encode = mixed ? encode_components<RangeEncoder, MixedConnectivityModels>
                             : encode_components<RansEncoder, PlainConnectivityModels>;
+#endif
   encode(surface, real_half_edges, point_count, result);
   for (uint32_t& origin : surface.origin) origin &= ~numbered;
   return result;
@@ -610,8 +615,13 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   reserve_pages(result.surface.origin, room);
   reserve_pages(result.surface.opposite, room);
   result.vertices.corner.reserve(room / 6);
+#ifdef MAILLE_SMALL_DECODER
+  if (header.mixed) return left_out();
+  const auto decode = decode_components<RansDecoder, PlainConnectivityModels>;
+#else
   const auto decode = header.mixed ? decode_components<RangeDecoder, MixedConnectivityModels>
                                    : decode_components<RansDecoder, PlainConnectivityModels>;
+#endif
   MAILLE_CHECK(decode(header, bytes, max_half_edges, result));
   return result;
 }

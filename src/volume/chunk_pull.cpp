@@ -11,27 +11,38 @@
 namespace maille {
 
 Result<Bytes> ChunkPull::window(size_t size) {
-  if (end_ - begin_ < size) {
-    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(begin_),
-              buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
-    end_ -= begin_;
-    begin_ = 0;
-    if (buffer_.size() < size) buffer_.resize(std::max<size_t>(size, size_t{64} << 10));
-    while (end_ < size) {
+  if (end_ - at_.begin < size) {
+    const size_t kept = mark_.begin;
+    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(kept), buffer_.begin() + static_cast<ptrdiff_t>(end_),
+              buffer_.begin());
+    end_ -= kept;
+    at_.begin -= kept;
+    mark_.begin = 0;
+    const size_t wanted = at_.begin + size;
+    if (buffer_.size() < wanted) buffer_.resize(std::max<size_t>(wanted, size_t{64} << 10));
+    while (end_ < wanted) {
       const size_t count = MAILLE_TRY(bytes_->read(std::span(buffer_).subspan(end_)));
       if (count == 0) break;
       end_ += count;
     }
   }
-  return Bytes(buffer_).subspan(begin_, std::min(size, end_ - begin_));
+  return Bytes(buffer_).subspan(at_.begin, std::min(size, end_ - at_.begin));
+}
+
+void ChunkPull::mark() {
+  mark_ = at_;
+}
+
+void ChunkPull::rewind() {
+  at_ = mark_;
 }
 
 Result<FileHeader> ChunkPull::begin() {
   const Bytes bytes = MAILLE_TRY(window(file_header_bytes));
   const FileHeader header = MAILLE_TRY(read_file_header(bytes, name()));
-  digest_.emplace(bytes);
-  begin_ += file_header_bytes;
-  offset_ = file_header_bytes;
+  at_.digest.emplace(bytes);
+  at_.begin += file_header_bytes;
+  at_.offset = file_header_bytes;
   return header;
 }
 
@@ -48,20 +59,20 @@ Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
     }
     const auto total = static_cast<size_t>(parsed->total_bytes());
     const Bytes chunk = MAILLE_TRY(window(total));
-    ChunkRecord record = {parsed->header, offset_, 0};
+    ChunkRecord record = {parsed->header, at_.offset, 0};
     if (chunk.size() == total) record.checksum = load<uint64_t>(chunk.data() + total - chunk_checksum_bytes);
     const auto found = chunk.size() == total ? chunk_content(chunk, record) : std::nullopt;
     if (!found) {
       const std::string what = chunk.size() < total ? "is cut off" : "is damaged";
       return failure(ErrorCode::corrupt, name() + ": " + describe(parsed->header) + " at byte " +
-                                             std::to_string(offset_) + " " + what);
+                                             std::to_string(at_.offset) + " " + what);
     }
     const bool of_index = parsed->header.type == index_type;
-    if (of_index && index_offset_ == 0) index_offset_ = offset_;
-    offset_ += total;
-    begin_ += total;
+    if (of_index && at_.index_offset == 0) at_.index_offset = at_.offset;
+    at_.offset += total;
+    at_.begin += total;
     if (of_index) continue;
-    digest_->add_chunk(parsed->header, record.checksum);
+    at_.digest->add_chunk(parsed->header, record.checksum);
     header = parsed->header;
     content = *found;
     return true;
@@ -75,9 +86,9 @@ Result<> ChunkPull::check_end() {
       rest.size() == footer_bytes ||
       (rest.size() > footer_bytes && static_cast<uint8_t>(rest[footer_bytes]) == chunk_marker[0]);
   const auto footer = ends ? read_footer(rest.first(footer_bytes)) : std::nullopt;
-  if (!footer || !checksum_matches(footer->digest, digest_->finish(footer->index_offset)) ||
-      footer->index_offset != index_offset_) {
-    return failure(ErrorCode::corrupt, name() + ": damaged or cut off at byte " + std::to_string(offset_));
+  if (!footer || !checksum_matches(footer->digest, at_.digest->finish(footer->index_offset)) ||
+      footer->index_offset != at_.index_offset) {
+    return failure(ErrorCode::corrupt, name() + ": damaged or cut off at byte " + std::to_string(at_.offset));
   }
   return {};
 }

@@ -20,6 +20,11 @@ class ChunkPull {
   /// The next chunk, in `header` and `content` (valid until the next call). False: the file has ended, and
   /// whole. Error: corrupt (cut off, damaged), cannot_read.
   Result<bool> next(ChunkHeader& header, Bytes& content);
+  /// From here on chunks can be had again.
+  void mark();
+  /// Back to the mark, for bytes that have not arrived yet: the stream gave an error of kind `network`, and may
+  /// be asked once more.
+  void rewind();
   std::string name() const { return bytes_->name(); }
 
  private:
@@ -27,12 +32,17 @@ class ChunkPull {
   Result<Bytes> window(size_t size);
   Result<> check_end();
 
+  struct Place {
+    size_t begin = 0;  ///< in the buffer: of what was not used
+    uint64_t offset = 0;
+    uint64_t index_offset = 0;
+    std::optional<Digest> digest;
+  };
+
   std::unique_ptr<ByteStream> bytes_;
   std::vector<std::byte> buffer_;
-  size_t begin_ = 0, end_ = 0;  ///< of what was read and not used
-  uint64_t offset_ = 0;
-  uint64_t index_offset_ = 0;
-  std::optional<Digest> digest_;
+  size_t end_ = 0;  ///< of what was read
+  Place at_, mark_;
 };
 
 }  // namespace maille

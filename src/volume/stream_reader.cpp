@@ -49,6 +49,7 @@ class StreamReader::Implementation {
   Result<bool> next_chunk(ChunkHeader& header, Bytes& content);
   Result<std::vector<std::byte>> rest_of_stream(const ChunkHeader& first, Bytes content);
   Result<bool> begin_batch();
+  Result<bool> read_batch();
   void take_step(StepValues step);
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
@@ -147,8 +148,16 @@ Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(cons
   }
 }
 
-/// False: there is no batch more.
+/// False: there is no batch more. All of it is read before anything is decoded, so that a stream whose bytes
+/// have not arrived yet can be asked again.
 Result<bool> StreamReader::Implementation::begin_batch() {
+  pull_.mark();
+  auto begun = read_batch();
+  if (!begun && begun.error().code == ErrorCode::network) pull_.rewind();
+  return begun;
+}
+
+Result<bool> StreamReader::Implementation::read_batch() {
   ChunkHeader header;
   Bytes content;
   if (!MAILLE_TRY(next_chunk(header, content))) return damaged("the end of the stream is missing");

@@ -10,4 +10,9 @@ Result<int> run(const ServeOptions&) {
                  "web server that gives ranges does, see docs/random-access.md");
 }
 
+Result<int> run(const ViewOptions&) {
+  return failure(ErrorCode::unsupported,
+                 "this maille was built without `maille view` (Debian: libcpp-httplib-dev was missing)");
+}
+
 }  // namespace maille::tool

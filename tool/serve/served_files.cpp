@@ -168,11 +168,15 @@ std::vector<std::string> ServedFiles::names_in(const std::string& path) const {
   return names;
 }
 
-std::string ServedFiles::page(const std::string& path) const {
+std::string ServedFiles::page(const std::string& path, const std::string& viewer) const {
   std::string text = fmt::format(
       "<!doctype html>\n<meta charset=utf-8>\n<title>{0}</title>\n<h1>{0}</h1>\n<ul>\n", html(path));
-  for (const std::string& name : names_in(path))
-    text += fmt::format("<li><a href=\"{}\">{}</a>\n", "./" + url_encoded(name), html(name));
+  for (const std::string& name : names_in(path)) {
+    text += fmt::format("<li><a href=\"{}\">{}</a>", "./" + url_encoded(name), html(name));
+    if (!viewer.empty() && type_of(name) == "model/vnd.maille")
+      text += fmt::format(" <a href=\"{}/?file={}\">view</a>", viewer, url_encoded(path + name));
+    text += "\n";
+  }
   return text + "</ul>\n";
 }
 

@@ -37,8 +37,8 @@ class ServedFiles {
   /// that begins with a dot, or lies elsewhere: links that lead out of the folder are not followed.
   std::shared_ptr<ServedFile> file(const std::string& path) const;
   bool is_folder(const std::string& path) const { return only_.empty() && find(path, true); }
-  /// A page with links to what a folder holds.
-  std::string page(const std::string& path) const;
+  /// A page with links to what a folder holds; `viewer`: where .maille files can be looked at, or nothing.
+  std::string page(const std::string& path, const std::string& viewer) const;
   /// The name of the only file; empty where it is a folder.
   const std::string& only() const { return only_; }
 

@@ -8,7 +8,9 @@
 #include <thread>
 
 #include "result.h"
+#include "serve/browser.h"
 #include "serve/served_files.h"
+#include "serve/viewer_files.h"
 #include "summary.h"
 #include "text.h"
 #include "verbs.h"
@@ -22,6 +24,11 @@ constexpr size_t server_threads = 32;
 
 struct ByteRange {
   uint64_t first = 0, size = 0;
+};
+
+/// What is served: files, and the viewer below viewer_path, where it was built.
+struct Site {
+  std::optional<ServedFiles> files, viewer;
 };
 
 /// What of a file is asked for; nothing: a range that is not there.
@@ -73,31 +80,64 @@ void send(const httplib::Request& request, httplib::Response& response, std::sha
       });
 }
 
-void answer_request(const ServedFiles& files, const httplib::Request& request, httplib::Response& response) {
-  if (request.method == "OPTIONS") {
-    response.status = 204;
-  } else if (request.method != "GET" && request.method != "HEAD") {
-    response.status = 405;
-    response.set_header("Allow", "GET, HEAD, OPTIONS");
-  } else if (auto file = files.file(request.path)) {
+void redirect(httplib::Response& response, const std::string& path) {
+  response.status = 301;
+  // With one slash: two are the name of a server.
+  response.set_header("Location", "/" + url_encoded(path.substr(path.find_first_not_of('/'))) + "/");
+}
+
+void say_missing(httplib::Response& response, const std::string& what) {
+  response.status = 404;
+  response.set_content(what + "\n", "text/plain; charset=utf-8");
+}
+
+void answer_viewer(const Site& site, const httplib::Request& request, httplib::Response& response) {
+  if (!site.viewer) return say_missing(response, viewer_is_missing);
+  const std::string path = request.path.substr(std::strlen(viewer_path));
+  if (path.empty()) return redirect(response, request.path);
+  auto file = site.viewer->file(path == "/" ? "/index.html" : path);
+  if (!file) return say_missing(response, "there is no such file");
+  send(request, response, std::move(file));
+}
+
+bool is_of_viewer(const std::string& path) {
+  const std::string_view name = viewer_path;
+  return path == name || (path.compare(0, name.size(), name) == 0 && path[name.size()] == '/');
+}
+
+void answer_files(const Site& site, const httplib::Request& request, httplib::Response& response) {
+  const ServedFiles& files = *site.files;
+  if (auto file = files.file(request.path)) {
     send(request, response, std::move(file));
   } else if (request.path == "/" || (request.path.back() == '/' && files.is_folder(request.path))) {
     if (auto index = files.file(request.path + "index.html"))
       return send(request, response, std::move(index));
     response.status = 200;
-    response.set_content(files.page(request.path), "text/html; charset=utf-8");
+    response.set_content(files.page(request.path, site.viewer ? viewer_path : ""),
+                         "text/html; charset=utf-8");
   } else if (files.is_folder(request.path)) {
-    response.status = 301;
-    // With one slash: two are the name of a server.
-    response.set_header("Location",
-                        "/" + url_encoded(request.path.substr(request.path.find_first_not_of('/'))) + "/");
+    redirect(response, request.path);
   } else {
-    response.status = 404;
-    response.set_content("there is no such file\n", "text/plain; charset=utf-8");
+    say_missing(response, "there is no such file");
   }
 }
 
-void set_up(httplib::Server& server, const ServedFiles& files, const ServeOptions& options) {
+void answer_request(const Site& site, const httplib::Request& request, httplib::Response& response) {
+  if (request.method == "OPTIONS") {
+    response.status = 204;
+  } else if (request.method != "GET" && request.method != "HEAD") {
+    response.status = 405;
+    response.set_header("Allow", "GET, HEAD, OPTIONS");
+  } else if (is_of_viewer(request.path)) {
+    answer_viewer(site, request, response);
+  } else if (site.files) {
+    answer_files(site, request, response);
+  } else {
+    say_missing(response, "there is no such file");
+  }
+}
+
+void set_up(httplib::Server& server, const Site& site, bool verbose) {
   server.new_task_queue = [] { return new httplib::ThreadPool(server_threads); };
   server.set_keep_alive_max_count(1000);
   server.set_tcp_nodelay(true);
@@ -121,13 +161,13 @@ void set_up(httplib::Server& server, const ServedFiles& files, const ServeOption
       {"X-Content-Type-Options", "nosniff"},
   });
   server.set_pre_routing_handler([&](const httplib::Request& request, httplib::Response& response) {
-    answer_request(files, request, response);
+    answer_request(site, request, response);
     // Else the library cuts the answer by them again, whatever it is; the request is not const where it is
     // made.
     const_cast<httplib::Request&>(request).ranges.clear();
     return httplib::Server::HandlerResponse::Handled;
   });
-  if (!options.common.verbose) return;
+  if (!verbose) return;
   server.set_logger([](const httplib::Request& request, const httplib::Response& response) {
     const std::string range = request.get_header_value("Range");
     say(fmt::format("{} {} {}{}{}", response.status, request.method, request.path, range.empty() ? "" : " ",
@@ -159,39 +199,98 @@ class StopOnSignal {
   std::thread waiting_;
 };
 
-Result<int> bind(httplib::Server& server, const ServeOptions& options) {
+Result<int> bind(httplib::Server& server, const std::string& host, int wanted) {
   errno = 0;
-  const auto port = static_cast<int>(options.port);
-  if (port == 0) {
-    if (const int found = server.bind_to_any_port(options.host); found > 0) return found;
-  } else if (server.bind_to_port(options.host, port)) {
-    return port;
+  if (wanted == 0) {
+    if (const int found = server.bind_to_any_port(host); found > 0) return found;
+  } else if (server.bind_to_port(host, wanted)) {
+    return wanted;
   }
   const std::string reason = errno != 0 ? std::strerror(errno) : "no such address";
-  return failure(ErrorCode::network,
-                 fmt::format("cannot listen at {}, port {}: {}{}", options.host, port, reason,
-                             port == 0 ? "" : "; --port 0 takes any that is free"));
+  return failure(ErrorCode::network, fmt::format("cannot listen at {}, port {}: {}{}", host, wanted, reason,
+                                                 wanted == 0 ? "" : "; --port 0 takes any that is free"));
 }
 
-}  // namespace
+std::string address_of(const std::string& host, int port) {
+  const bool six = host.find(':') != std::string::npos;
+  return fmt::format("http://{}{}{}:{}/", six ? "[" : "", host, six ? "]" : "", port);
+}
 
-Result<int> run(const ServeOptions& options) {
-  const ServedFiles files = TOOL_TRY(ServedFiles::open(options.path));
+/// Answers until a signal ends it. `ready(address, port)` is called when it does.
+template <class Ready>
+Result<int> serve(const Site& site, const ServeOptions& options, Ready ready) {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   httplib::Server server;
-  set_up(server, files, options);
-  const int port = TOOL_TRY(bind(server, options));
-  const bool six = options.host.find(':') != std::string::npos;
-  const std::string address = fmt::format("http://{}{}{}:{}/{}", six ? "[" : "", options.host, six ? "]" : "",
-                                          port, url_encoded(files.only()));
-  TOOL_CHECK(answer(options.common.json ? dump({{"address", address}, {"port", port}}) : address + "\n"));
-  if (!options.common.quiet) say(fmt::format("serving {}; Ctrl-C ends", options.path));
+  set_up(server, site, options.common.verbose);
+  const int port = TOOL_TRY(bind(server, options.host, static_cast<int>(options.port)));
+  const std::string address = address_of(options.host, port);
+  TOOL_CHECK(ready(address, port));
   const StopOnSignal stop(server, signals);
   if (server.listen_after_bind()) return 0;
   return failure(ErrorCode::network, fmt::format("{}: the server ended", address));
+}
+
+Result<> tell_address(const CommonOptions& common, const std::string& address, int port) {
+  return answer(common.json ? dump({{"address", address}, {"port", port}}) : address + "\n");
+}
+
+bool is_address(const std::string& input) {
+  return input.compare(0, 7, "http://") == 0 || input.compare(0, 8, "https://") == 0;
+}
+
+/// What a browser would tell only later.
+Result<> check_magic(const ServedFiles& files, const std::string& name) {
+  constexpr unsigned char magic[] = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
+  char front[sizeof magic] = {};
+  const auto file = files.file("/" + files.only());
+  if (!file) return failure(ErrorCode::cannot_read, fmt::format("cannot read {}", name));
+  if (file->read(0, front, sizeof front) == sizeof front && std::memcmp(front, magic, sizeof magic) == 0)
+    return {};
+  return failure(ErrorCode::corrupt,
+                 fmt::format("{}: is no .maille file; make one of a mesh: maille compress MESH", name));
+}
+
+}  // namespace
+
+Result<int> run(const ServeOptions& options) {
+  Site site;
+  site.files = TOOL_TRY(ServedFiles::open(options.path));
+  site.viewer = viewer_files();
+  return serve(site, options, [&](const std::string& address, int port) -> Result<> {
+    TOOL_CHECK(tell_address(options.common, address + url_encoded(site.files->only()), port));
+    if (options.common.quiet) return {};
+    say(fmt::format("serving {}; Ctrl-C ends", options.path));
+    if (site.viewer) say(fmt::format("viewer: {}{}/", address, viewer_path + 1));
+    return {};
+  });
+}
+
+Result<int> run(const ViewOptions& options) {
+  Site site;
+  site.viewer = viewer_files();
+  if (!site.viewer) return failure(ErrorCode::unsupported, viewer_is_missing);
+  std::string shown = options.input;
+  if (!is_address(options.input)) {
+    site.files = TOOL_TRY(ServedFiles::open(options.input));
+    if (site.files->only().empty())
+      return failure(ErrorCode::usage, fmt::format("{}: is a folder; see 'maille serve'", options.input));
+    TOOL_CHECK(check_magic(*site.files, options.input));
+    shown = "/" + site.files->only();
+  }
+  ServeOptions server;
+  server.common = options.common;
+  server.port = options.port;
+  return serve(site, server, [&](const std::string& address, int port) -> Result<> {
+    const std::string page = fmt::format("{}{}/?file={}", address, viewer_path + 1, url_encoded(shown));
+    TOOL_CHECK(tell_address(options.common, page, port));
+    const bool opened = options.browser && open_in_browser(page);
+    if (!options.common.quiet)
+      say(opened ? "opened in the browser; Ctrl-C ends" : "open this address in a browser; Ctrl-C ends");
+    return {};
+  });
 }
 
 }  // namespace maille::tool

@@ -3,7 +3,7 @@
 import {ErrorCode, MailleError} from './decoder.js';
 
 /** What one more request costs, in bytes that could be read along instead. */
-const GAP = 32 * 1024;
+const GAP = 16 * 1024;
 const FRONT = 64 * 1024;
 const REQUESTS_AT_ONCE = 6;
 const TRIES = 4;
@@ -16,13 +16,13 @@ export async function bytesOf(input, options = {}) {
   if (typeof input === 'string' || input instanceof URL) return HttpBytes.open(String(input), options);
   if (typeof Blob !== 'undefined' && input instanceof Blob) {
     return {
-      size: input.size, name: input.name ?? '<blob>',
+      size: input.size, name: input.name ?? '<blob>', isLocal: true,
       read: async (offset, size) => new Uint8Array(await input.slice(offset, offset + size).arrayBuffer()),
     };
   }
   if (input instanceof ArrayBuffer || ArrayBuffer.isView(input)) {
     const bytes = ArrayBuffer.isView(input) ? new Uint8Array(input.buffer, input.byteOffset, input.byteLength) : new Uint8Array(input);
-    return {size: bytes.length, name: '<memory>', read: async (offset, size) => bytes.subarray(offset, offset + size)};
+    return {size: bytes.length, name: '<memory>', isLocal: true, read: async (offset, size) => bytes.subarray(offset, offset + size)};
   }
   if (typeof input?.readAt === 'function' && typeof input.size === 'number') {
     return {
@@ -40,7 +40,7 @@ export async function bytesOf(input, options = {}) {
 class HttpBytes {
   static async open(url, options) {
     const bytes = new HttpBytes(url, options);
-    await bytes.#begin();
+    await bytes.#begin(options.signal);
     return bytes;
   }
 
@@ -50,6 +50,12 @@ class HttpBytes {
     this.running = 0;
     this.waiting = [];  // of wanted ranges, to be joined into requests
     this.queued = [];   // requests
+    this.closing = new AbortController();
+  }
+
+  /** Whatever is on its way is no longer wanted. */
+  close() {
+    this.closing.abort(new MailleError(ErrorCode.usage, `${this.url}: was closed`));
   }
 
   async read(offset, size, signal) {
@@ -58,14 +64,18 @@ class HttpBytes {
     if (offset + size <= this.front.length) return this.front.subarray(offset, offset + size);
     return new Promise((resolve, reject) => {
       const wanted = {offset, size, resolve, reject, aborted: false};
-      signal?.addEventListener('abort', () => { wanted.aborted = true; reject(signal.reason); }, {once: true});
+      signal?.addEventListener('abort', () => {
+        wanted.aborted = true;
+        reject(signal.reason);
+        if (wanted.run?.wanted.every(w => w.aborted)) wanted.run.controller.abort(signal.reason);
+      }, {once: true});
       this.waiting.push(wanted);
       if (this.waiting.length === 1) setTimeout(() => this.#join(), 0);
     });
   }
 
-  async #begin() {
-    const response = await this.#request(`bytes=0-${FRONT - 1}`);
+  async #begin(signal) {
+    const response = await this.#request(`bytes=0-${FRONT - 1}`, signal);
     this.tag = response.headers.get('etag');
     if (this.tag?.startsWith('W/')) this.tag = null;
     this.modified = response.headers.get('last-modified');
@@ -96,9 +106,10 @@ class HttpBytes {
         run.end = Math.max(run.end, w.offset + w.size);
         run.wanted.push(w);
       } else {
-        run = {begin: w.offset, end: w.offset + w.size, wanted: [w]};
+        run = {begin: w.offset, end: w.offset + w.size, wanted: [w], controller: new AbortController()};
         this.queued.push(run);
       }
+      w.run = run;
     }
     this.#start();
   }
@@ -112,7 +123,7 @@ class HttpBytes {
   }
   async #fetchRun(run) {
     try {
-      const response = await this.#request(`bytes=${run.begin}-${run.end - 1}`);
+      const response = await this.#request(`bytes=${run.begin}-${run.end - 1}`, run.controller.signal);
       if (response.status !== 206) {
         response.body?.cancel();
         throw this.#failure(response.status === 200 ? 'the file changed on the server, or the server stopped giving parts: open it again'
@@ -129,31 +140,42 @@ class HttpBytes {
   }
 
   /** Tries again where that may help: lost connections, servers that are busy. */
-  async #request(range) {
+  async #request(range, given) {
     const {fetch, headers, credentials} = this.options;
     const condition = this.tag ?? this.modified;
+    const signal = eitherOf(given, this.closing.signal);
     for (let attempt = 1; ; ++attempt) {
       let problem;
       try {
         ++this.requests;
-        const response = await fetch(this.url, {headers: {...headers, Range: range, ...(condition ? {'If-Range': condition} : {})}, credentials, cache: 'no-store'});
+        const response = await fetch(this.url, {headers: {...headers, Range: range, ...(condition ? {'If-Range': condition} : {})}, credentials, cache: 'no-store', signal});
         if (response.ok) return response;
         problem = `the server answered ${response.status} ${response.statusText}`.trim();
         response.body?.cancel();
         if (response.status < 500 && response.status !== 429 && response.status !== 408) throw this.#failure(problem);
       } catch (error) {
         if (error instanceof MailleError) throw error;
-        problem ??= error.message;
+        signal.throwIfAborted();
+        problem ??= error.cause?.message ?? error.message;
       }
       if (attempt === TRIES) throw this.#failure(`${problem} (tried ${TRIES} times)`);
       await new Promise(resolve => setTimeout(resolve, 100 * 4 ** (attempt - 1)));
     }
   }
   async #body(response, size) {
-    const bytes = new Uint8Array(await response.arrayBuffer().catch(error => { throw this.#failure(error.message); }));
-    this.count(bytes.length);
-    if (bytes.length !== size) throw this.#failure(`${size} bytes were asked for, ${bytes.length} came`);
-    return bytes;
+    const bytes = new Uint8Array(size), reader = response.body.getReader();
+    for (let arrived = 0; ;) {
+      const {done, value} = await reader.read().catch(error => { throw this.#failure(error.message); });
+      if (done && arrived === size) return bytes;
+      const end = arrived + (value?.length ?? 0);
+      if (done || end > size) {
+        reader.cancel().catch(() => {});
+        throw this.#failure(`${size} bytes were asked for, ${end > size ? 'more' : arrived} came`);
+      }
+      bytes.set(value, arrived);
+      arrived = end;
+      this.count(value.length);
+    }
   }
   count(bytes) {
     this.fetched += bytes;
@@ -162,6 +184,18 @@ class HttpBytes {
   #failure(what) {
     return new MailleError(ErrorCode.network, `${this.url}: ${what}`);
   }
+}
+
+/** Aborts as soon as one of them does. */
+function eitherOf(a, b) {
+  if (!a) return b;
+  if (typeof AbortSignal.any === 'function') return AbortSignal.any([a, b]);
+  const controller = new AbortController();
+  for (const signal of [a, b]) {
+    if (signal.aborted) controller.abort(signal.reason);
+    signal.addEventListener('abort', () => controller.abort(signal.reason), {once: true});
+  }
+  return controller.signal;
 }
 
 function contentRange(response) {
@@ -221,8 +255,20 @@ class WholeBody {
 /** What was read lately, up to a budget of bytes: blocks of ranges as they were asked for. */
 export class CachedBytes {
   constructor(bytes, budget) {
-    Object.assign(this, {bytes, budget, size: bytes.size, name: bytes.name, held: 0});
+    // What is on this machine needs no copy.
+    Object.assign(this, {bytes, budget: bytes.isLocal ? 0 : budget, size: bytes.size, name: bytes.name, held: 0});
     this.ranges = new Map();  // by "offset size", the oldest first
+  }
+  get fetched() {
+    return this.bytes.fetched;
+  }
+  get requests() {
+    return this.bytes.requests;
+  }
+  close() {
+    this.bytes.close?.();
+    this.ranges.clear();
+    this.held = 0;
   }
   async read(offset, size, signal) {
     const key = `${offset} ${size}`, known = this.ranges.get(key);
@@ -232,7 +278,8 @@ export class CachedBytes {
       return known;
     }
     const bytes = await this.bytes.read(offset, size, signal);
-    if (this.ranges.has(key)) return bytes;
+    // What takes much of the budget is a whole file, which nobody reads twice.
+    if (this.ranges.has(key) || bytes.length > this.budget / 4) return bytes;
     this.ranges.set(key, bytes.slice());
     this.held += bytes.length;
     for (const [oldest, old] of this.ranges) {

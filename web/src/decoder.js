@@ -2,6 +2,9 @@
 
 const DONE = 0;
 const WANTS_BYTES = 1000;
+const GOES_ON = 1001;
+/** The small decoder does not know what the file has; the other one does. */
+export const NEEDS_FULL = 1002;
 
 /** Kinds of failure, as the command's exit codes name them. */
 export const ErrorCode = {
@@ -17,11 +20,17 @@ export class MailleError extends Error {
   }
 }
 
-/** What a call gives that needs bytes which are not here: fetch them, give() them, call again. */
+/** What a call gives that needs bytes which are not here: fetch all `ranges`, give() them, call again. */
 export class WantsBytes {
-  constructor(offset, size) {
-    this.offset = offset;
-    this.size = size;
+  constructor(numbers) {
+    this.ranges = [];
+    for (let i = 0; i < numbers.length; i += 2) this.ranges.push({offset: numbers[i], size: numbers[i + 1]});
+  }
+}
+/** What a long call gives now and then: call again. */
+export class GoesOn {
+  constructor(cells) {
+    this.cells = cells;
   }
 }
 
@@ -31,7 +40,11 @@ const scalarNames = ['i8', 'u8', 'i16', 'u16', 'i32', 'u32', 'i64', 'u64', 'f32'
 const domains = ['point', 'corner', 'cell', 'mesh'];
 const roles = ['none', 'normal', 'colour', 'texture_coordinate', 'tangent', 'label'];
 const kinds = ['positions', 'points', 'triangles', 'cells', 'drawnArray', 'exactPositions', 'types', 'offsets',
-  'connectivity', 'array'];
+  'connectivity', 'array', 'triangleArray', 'types', 'offsets', 'connectivity', 'slots', 'faceSizes', 'cellFaces', 'points',
+  'pointSlots', 'endedSlots'];
+/** What maille_buffers() lists. */
+const Wanted = {exact: 0, drawn: 1, surface: 2, surfaceOfPieces: 3};
+const texts = new TextDecoder();
 const BUFFER_WORDS = 11;  // struct Buffer of reader.cpp
 
 /** Compiles the decoder once; `source`: bytes, a Response or promise of one, or a compiled module. */
@@ -72,16 +85,20 @@ export class Decoder {
     return address;
   }
   text(address, size) {
-    return new TextDecoder().decode(new Uint8Array(this.memory.buffer, address, size));
+    return texts.decode(new Uint8Array(this.memory.buffer, address, size));
+  }
+  get memoryBytes() {
+    return this.memory.buffer.byteLength;
   }
 }
 
 /** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. */
 export class DecoderFile {
-  constructor(decoder, size, name) {
+  /** @param meshBytes what a decoded mesh may take in memory */
+  constructor(decoder, size, name, meshBytes = 2 ** 31) {
     this.decoder = decoder;
     const bytes = new TextEncoder().encode(name);
-    this.reader = decoder.calls.maille_new_reader(size, decoder.put(bytes), bytes.byteLength);
+    this.reader = decoder.calls.maille_new_reader(size, decoder.put(bytes), bytes.byteLength, meshBytes);
   }
 
   give(offset, bytes) {
@@ -90,9 +107,6 @@ export class DecoderFile {
   /** Forgets all but the first `kept` bytes. */
   forgetBehind(kept) {
     this.decoder.calls.maille_forget_behind(this.reader, kept);
-  }
-  get held() {
-    return this.decoder.calls.maille_held(this.reader);
   }
   close() {
     if (this.reader !== 0) this.decoder.calls.maille_delete_reader(this.reader);
@@ -125,9 +139,32 @@ export class DecoderFile {
     });
   }
 
+  /**
+   * Groups from `first` on, see GroupInfo of random_access.h: {all, groups: [{level, viewError, sphere, replaces,
+   * charts: [{group, chart, level, refinedBy, faces, bytes, sphere}]}]}; refinedBy: -1 at level 0.
+   */
+  groups(first, count) {
+    return this.#outcome(this.decoder.calls.maille_groups(this.reader, first, count), () => {
+      const n = this.#numbers(), groups = [];
+      const sphereAt = i => ({centre: [n[i], n[i + 1], n[i + 2]], radius: n[i + 3]});
+      for (let i = 1; i < n.length;) {
+        const group = {level: n[i], viewError: n[i + 1], sphere: sphereAt(i + 2), replaces: n[i + 6], charts: []};
+        const end = i + 8 + 7 * n[i + 7];
+        for (i += 8; i < end; i += 7) {
+          group.charts.push({
+            group: first + groups.length, chart: group.charts.length, level: group.level,
+            refinedBy: n[i], faces: n[i + 1], bytes: n[i + 2], sphere: sphereAt(i + 3),
+          });
+        }
+        groups.push(group);
+      }
+      return {all: n[0], groups};
+    });
+  }
+
   /** One chart, for drawing. */
   chart(group, chart) {
-    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn());
+    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn(Wanted.drawn));
   }
   /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
   extract(request) {
@@ -140,7 +177,26 @@ export class DecoderFile {
   }
   /** The whole mesh of a file of any mode. */
   decode(drawn) {
-    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.#drawn() : this.#exact());
+    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.#drawn(Wanted.drawn) : this.#exact());
+  }
+  /** What can be seen of a file of mode single or random, as decode(true), with values of cells on triangles. */
+  surface() {
+    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => this.#drawn(Wanted.surface));
+  }
+  /** A file of mode stream is to be given in pieces, with the arrays of a step. */
+  beginPieces(step = 0) {
+    return this.#outcome(this.decoder.calls.maille_begin_pieces(this.reader, step), () => true);
+  }
+  /** The next of them; null: there is none. */
+  nextPiece() {
+    return this.#outcome(this.decoder.calls.maille_next_piece(this.reader), () => {
+      const [there, firstCell, slotCount] = this.#numbers();
+      return there ? {firstCell, slotCount, ...this.#piece()} : null;
+    });
+  }
+  /** The surface of all of them. */
+  surfaceOfPieces() {
+    return this.#outcome(this.decoder.calls.maille_surface_of_pieces(this.reader), () => this.#drawn(Wanted.surfaceOfPieces));
   }
   /** What a ray meets first, exactly; null: nothing. */
   hit(origin, direction) {
@@ -159,7 +215,8 @@ export class DecoderFile {
 
   #outcome(outcome, value) {
     if (outcome === DONE) return value();
-    if (outcome === WANTS_BYTES) return new WantsBytes(...this.#numbers());
+    if (outcome === WANTS_BYTES) return new WantsBytes(this.#numbers());
+    if (outcome === GOES_ON) return new GoesOn(this.#numbers()[0]);
     const {calls} = this.decoder;
     throw new MailleError(outcome, this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader)));
   }
@@ -181,39 +238,57 @@ export class DecoderFile {
     return {address: this.decoder.put(new Uint8Array(numbers.buffer)), count: numbers.length};
   }
 
-  #buffers(drawn) {
+  /** @param wanted nothing: the piece at hand */
+  #buffers(wanted) {
     const {calls, memory} = this.decoder;
-    const address = calls.maille_buffers(this.reader, drawn ? 1 : 0), count = calls.maille_buffer_count(this.reader);
-    const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS).slice(), list = [];
+    const address = wanted === undefined ? calls.maille_piece_buffers(this.reader) : calls.maille_buffers(this.reader, wanted);
+    const count = calls.maille_buffer_count(this.reader);
+    const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS), list = [];
     for (let i = 0; i < words.length; i += BUFFER_WORDS) {
-      const [kind, type, components, domain, role, block, cellType, name, nameSize, bytes, size] = words.subarray(i, i + BUFFER_WORDS);
+      const type = words[i + 1], nameSize = words[i + 8], bytes = words[i + 9], size = words[i + 10];
       // A copy that can be handed to other threads. Empty vectors may have any address.
       const values = new scalarArrays[type](size === 0 ? 0 : memory.buffer.slice(bytes, bytes + size));
       list.push({
-        kind: kinds[kind], type: scalarNames[type], components, domain: domains[domain], role: roles[role], block, cellType,
-        name: nameSize === 0 ? '' : this.decoder.text(name, nameSize), values,
+        kind: kinds[words[i]], type: scalarNames[type], components: words[i + 2], domain: domains[words[i + 3]], role: roles[words[i + 4]],
+        block: words[i + 5], cellType: words[i + 6], name: nameSize === 0 ? '' : this.decoder.text(words[i + 7], nameSize), values,
       });
     }
     return list;
   }
 
-  #drawn() {
-    const list = this.#buffers(true), origin = [...this.#numbers()], of = kind => list.find(b => b.kind === kind).values;
+  #drawn(wanted) {
+    const list = this.#buffers(wanted), drawn = {origin: [...this.#numbers()], arrays: []};
     this.decoder.calls.maille_clear(this.reader);
-    const arrays = list.filter(b => b.kind === 'drawnArray' || b.kind === 'array').map(describeArray);
-    return {origin, positions: of('positions'), points: of('points'), triangles: of('triangles'), cells: of('cells'), arrays};
+    for (const buffer of list) {
+      const {kind, values} = buffer;
+      if (kind === 'drawnArray' || kind === 'array') drawn.arrays.push(describeArray(buffer));
+      else if (kind === 'triangleArray') drawn.arrays.push({...describeArray(buffer), domain: 'triangle'});
+      else drawn[kind] = values;
+    }
+    return drawn;
   }
 
   #exact() {
-    const list = this.#buffers(false), blocks = [];
+    const list = this.#buffers(Wanted.exact), exact = {positions: null, blocks: [], arrays: []};
     this.decoder.calls.maille_clear(this.reader);
     for (const buffer of list) {
-      if (!['types', 'offsets', 'connectivity'].includes(buffer.kind)) continue;
-      const block = blocks[buffer.block] ??= {name: buffer.name, cellType: buffer.cellType};
-      block[buffer.kind] = buffer.kind === 'offsets' ? Float64Array.from(buffer.values, Number) : buffer.values;
+      const {kind, values} = buffer;
+      if (kind === 'exactPositions') exact.positions = values;
+      else if (kind === 'array') exact.arrays.push(describeArray(buffer));
+      else (exact.blocks[buffer.block] ??= {name: buffer.name, cellType: buffer.cellType})[kind] = values;
     }
-    const positions = list.find(b => b.kind === 'exactPositions');
-    return {positions: positions.values, blocks, arrays: list.filter(b => b.kind === 'array').map(describeArray)};
+    return exact;
+  }
+
+  #piece() {
+    const piece = {arrays: []};
+    for (const buffer of this.#buffers()) {
+      const {kind, values} = buffer;
+      if (kind === 'exactPositions') piece.positions = values;
+      else if (kind === 'array') piece.arrays.push(describeArray(buffer));
+      else piece[kind] = values;
+    }
+    return piece;
   }
 }
 

@@ -1,45 +1,81 @@
 // Reads .maille files in browsers and node: any part at any level of detail, decoded where it is looked at.
 
 import {bytesOf, CachedBytes} from './bytes.js';
-import {compileDecoder, Decoder, DecoderFile, ErrorCode, MailleError, WantsBytes} from './decoder.js';
+import {compileDecoder, ErrorCode, MailleError} from './decoder.js';
 import {DecoderPool} from './pool.js';
+import {Session} from './session.js';
 
 export {ErrorCode, MailleError};
 
 const MAGIC = [0x89, 0x4d, 0x41, 0x49, 0x0d, 0x0a, 0x1a, 0x0a];
 const MODES = ['single', 'stream', 'random'];
 const HEADER = 25;
-/** Charts are forgotten by the decoder that chooses among them; its index is not. */
-const KEPT_FRONT = 64 * 1024;
 
-let decoderModule = null;
-/** Where the decoder is, if not beside this file: a URL, bytes, or a compiled module. */
-export function setDecoder(source) {
-  decoderModule = compileDecoder(typeof source === 'string' || source instanceof URL ? fetch(source) : source);
-  return decoderModule;
+// Charts and the usual levels; and all modes, four times as large, which few files need.
+const SMALL = 'maille.wasm', FULL = 'maille-full.wasm';
+let given = null;
+const compiled = new Map();
+
+/**
+ * Where the decoder is, if not beside this file: the URL of maille.wasm, beside which maille-full.wasm stands; or bytes or a
+ * compiled module of either: of the full one if there is to be one only. `full`: of the other one.
+ */
+export function setDecoder(source, full) {
+  given = {source, full};
+  compiled.clear();
+  return ready();
 }
-async function defaultDecoder() {
-  const url = new URL('../dist/maille.wasm', import.meta.url);
+function isAddress(source) {
+  return typeof source === 'string' || source instanceof URL;
+}
+async function load(name) {
+  if (given && name === SMALL && !isAddress(given.source)) return compileDecoder(given.source);
+  if (given && name === FULL && given.full && !isAddress(given.full)) return compileDecoder(given.full);
+  // With given bytes of one decoder alone that is what there is.
+  if (given && name === FULL && !given.full && !isAddress(given.source)) return compileDecoder(given.source);
+  const url = given ? addressOf(name) : new URL(`../dist/${name}`, import.meta.url);
   if (url.protocol !== 'file:') return compileDecoder(fetch(url));
   const {readFile} = await import('node:fs/promises');
   return compileDecoder(readFile(url));
 }
-/** The compiled decoder. */
-export function ready() {
-  return decoderModule ??= defaultDecoder();
+function addressOf(name) {
+  const base = globalThis.document?.baseURI ?? globalThis.location?.href ?? import.meta.url;
+  if (name === FULL && given.full) return new URL(given.full, base);
+  const small = new URL(given.source, base);
+  return name === SMALL ? small : new URL(FULL, small);
+}
+function decoder(name) {
+  if (!compiled.has(name)) {
+    const loading = load(name);
+    loading.catch(() => compiled.delete(name));  // the next one tries again
+    compiled.set(name, loading);
+  }
+  return compiled.get(name);
+}
+/** The compiled decoder; `full`: of all modes. */
+export function ready({full = false} = {}) {
+  return decoder(full ? FULL : SMALL);
 }
 
 /** An open file. */
 export class MeshFile {
+  #needsFull = false;
+
   /**
    * @param input URL, Blob, ArrayBuffer, typed array, or {size, readAt(offset, size, signal)}
    * @param {object} options fetch, headers, credentials; maxWhole: bytes that may be read where the server gives no
-   *   ranges; cacheBytes: of what was fetched, kept; workers: number of threads (0: none); onBytes(fetched); signal
+   *   ranges; cacheBytes: of what was fetched, kept; meshBytes: what one decoded mesh may take; workers: number of threads
+   *   (0: none); onBytes(fetched); signal
    */
   static async open(input, options = {}) {
-    const bytes = new CachedBytes(await bytesOf(input, options), options.cacheBytes ?? 64 * 2 ** 20);
+    const bytes = new CachedBytes(await bytesOf(input, options), options.cacheBytes ?? 32 * 2 ** 20);
     const file = new MeshFile(bytes, options);
-    await file.#begin(options.signal);
+    try {
+      await file.#begin(options.signal);
+    } catch (error) {
+      file.close();
+      throw error;
+    }
     return file;
   }
 
@@ -51,21 +87,49 @@ export class MeshFile {
   }
 
   async #begin(signal) {
-    if (this.size < HEADER) throw new MailleError(ErrorCode.corrupt, `${this.name}: is no .maille file, it has ${this.size} bytes`);
+    if (!(this.size >= HEADER)) throw new MailleError(ErrorCode.corrupt, `${this.name}: is no .maille file, it has ${this.size} bytes`);
     const header = await this.bytes.read(0, HEADER, signal);
     if (!MAGIC.every((byte, i) => header[i] === byte)) throw new MailleError(ErrorCode.corrupt, `${this.name}: is no .maille file`);
-    this.module = await ready();
-    this.decoder = new DecoderFile(await Decoder.create(this.module), this.size, this.name);
     this.mode = MODES[header[20]];
+    // What is no known mode is refused by the decoder, with a sentence.
+    this.#needsFull = this.mode === 'stream' || this.mode === undefined;
+    this.module = await ready({full: this.#needsFull});
+    const about = {size: this.size, name: this.name, mode: this.mode, meshBytes: this.options.meshBytes};
+    const file = {about, modules: () => this.#modules(), read: (ranges, signal) => this.#read(ranges, signal)};
     if (this.mode === 'random') {
-      Object.assign(this, await this.#until(() => this.decoder.open(), this.decoder, signal));
+      this.session = new Session(file.modules(), about, file.read);
+      Object.assign(this, await this.session.run({call: 'open'}, {signal}));
     }
-    this.pool = new DecoderPool(this.module, this, this.options.workers);
+    this.pool = new DecoderPool(file, this.options.workers);
+  }
+  #modules() {
+    const full = async () => {
+      this.module = await ready({full: true});
+      this.#needsFull = true;
+      return this.module;
+    };
+    return {module: this.module, isFull: this.#needsFull, full};
+  }
+  #read(ranges, signal) {
+    return Promise.all(ranges.map(({offset, size}) => this.bytes.read(offset, size, signal)));
   }
 
   close() {
-    this.decoder?.close();
+    this.session?.close();
     this.pool?.close();
+    this.bytes.close();
+  }
+
+  /** {name, size, mode}, and of a file of mode random levels [{faces, charts}] and sphere {centre, radius}. */
+  get info() {
+    const {name, size, mode, levels, sphere} = this;
+    return {name, size, mode, levels, sphere};
+  }
+  /** What is held: {cacheBytes, decoderBytes}; and what was fetched so far: {fetchedBytes, requests}. */
+  get usage() {
+    const {bytes} = this;
+    const decoderBytes = (this.session?.memoryBytes ?? 0) + (this.pool?.memoryBytes ?? 0);
+    return {cacheBytes: bytes.held, decoderBytes, fetchedBytes: bytes.fetched, requests: bytes.requests};
   }
 
   /**
@@ -74,48 +138,78 @@ export class MeshFile {
    *   view {eye, pixelsPerRadian, pixels}, maxFaces: how fine. Nothing: the coarsest.
    * @returns [{group, chart, level, faces, bytes, sphere}]
    */
-  select(request = {}, {signal} = {}) {
-    return this.#until(() => this.decoder.select(request), this.decoder, signal);
+  async select(request = {}, {signal} = {}) {
+    this.#expectParts();
+    return this.session.run({call: 'select', arguments: [request]}, {signal});
   }
   /** The same at once, or null where the index must be fetched first, which it then is. */
   selectNow(request) {
-    const found = this.decoder.select(request);
-    if (!(found instanceof WantsBytes)) return found;
-    this.pending ??= this.bytes.read(found.offset, found.size)
-      .then(bytes => this.decoder.give(found.offset, bytes)).finally(() => { this.pending = null; });
-    this.pending.catch(() => {});
-    return null;
+    this.#expectParts();
+    return this.session.now('select', request);
+  }
+
+  /** Groups of charts from `first` on, for renderers that choose themselves what they show: see cut.js. */
+  async groups(first, count = 256, {signal} = {}) {
+    this.#expectParts();
+    return this.session.run({call: 'groups', arguments: [first, count]}, {signal});
   }
 
   /** A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. */
-  decodeNode({group, chart}, {signal} = {}) {
-    return this.pool.run({call: 'chart', arguments: [group, chart]}, signal);
+  async decodeNode({group, chart}, {signal} = {}) {
+    this.#expectParts();
+    return this.pool.run({call: 'chart', arguments: [group, chart]}, {signal});
   }
 
   /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. */
-  async extract(request = {}, {signal} = {}) {
+  async extract(request = {}, {signal, onProgress} = {}) {
+    this.#expectParts();
     const full = {level: 0, clip: true, ...request};
-    return this.pool.run({call: 'extractAll', arguments: [full]}, signal);
+    return this.pool.run({call: 'extractAll', arguments: [full]}, {signal, onProgress});
   }
 
   /** The whole mesh of a file of any mode; `drawn`: as decodeNode() gives it. */
-  decode({signal, drawn = false} = {}) {
-    return this.pool.run({call: 'decode', arguments: [drawn]}, signal);
+  async decode({signal, drawn = false, onProgress} = {}) {
+    return this.pool.run({call: 'decode', arguments: [drawn]}, {signal, onProgress});
+  }
+
+  /**
+   * What can be seen of the whole mesh, also of volumes: faces, and the faces of solids that no other solid has. As
+   * decodeNode() gives it, with arrays on cells (domain 'triangle') as one tuple for each triangle. A file of mode stream is
+   * read front to back, in memory for the surface alone; `step`: of time. onProgress({loaded, total, cells}).
+   */
+  async surface({signal, step = 0, onProgress} = {}) {
+    return this.pool.run({call: 'surface', arguments: this.mode === 'stream' ? [step] : []}, {signal, onProgress});
+  }
+
+  /**
+   * A file of mode stream, some thousand cells after another, whatever its size: {firstCell, types, offsets, connectivity,
+   * slots, faceSizes, cellFaces, points, pointSlots, positions, endedSlots, slotCount, arrays}. Numbers of cells and points
+   * are those of the whole mesh; slots are small numbers for points in use.
+   */
+  async *pieces({signal, step = 0, onProgress} = {}) {
+    if (this.mode !== 'stream') throw new MailleError(ErrorCode.usage, `${this.name}: only files of mode "stream" come in pieces; decode() reads it`);
+    const worker = this.pool.own();
+    try {
+      await worker.run({call: 'beginPieces', arguments: [step]}, {signal});
+      for (;;) {
+        const piece = await worker.run({call: 'nextPiece'}, {signal, onProgress});
+        if (!piece) return;
+        yield piece;
+      }
+    } finally {
+      worker.end();
+    }
   }
 
   /** What a ray meets first, on the original: {position, distance, face, corners, weights, group, chart}, or null. */
-  pick(origin, direction, {signal} = {}) {
-    return this.pool.run({call: 'hit', arguments: [origin, direction]}, signal);
+  async pick(origin, direction, {signal} = {}) {
+    this.#expectParts();
+    return this.pool.run({call: 'hit', arguments: [origin, direction]}, {signal});
   }
 
-  async #until(attempt, decoder, signal) {
-    for (;;) {
-      signal?.throwIfAborted();
-      const result = attempt();
-      if (!(result instanceof WantsBytes)) return result;
-      const size = Math.min(Math.max(result.size, KEPT_FRONT), this.size - result.offset);
-      decoder.give(result.offset, await this.bytes.read(result.offset, size, signal));
-    }
+  #expectParts() {
+    if (this.mode === 'random') return;
+    throw new MailleError(ErrorCode.usage, `${this.name}: only files of mode "random" are read in parts; decode() and surface() read this one whole`);
   }
 }
 

@@ -4,29 +4,46 @@ import {ErrorCode, MailleError} from './decoder.js';
 import {Session} from './session.js';
 
 export class DecoderPool {
-  /** @param count number of threads; 0: none. Default: one less than cores, at most four, in browsers. */
-  constructor(module, file, count) {
-    Object.assign(this, {module, file, idle: [], busy: new Set(), queue: []});
+  /**
+   * @param file {modules(): {module, isFull, full}, about, read(ranges, signal)}
+   * @param count number of threads; 0: none. Default: one less than cores, at most four, in browsers.
+   */
+  constructor(file, count) {
+    Object.assign(this, {file, idle: [], busy: new Set(), queue: []});
     const cores = globalThis.navigator?.hardwareConcurrency ?? 2;
     this.count = typeof Worker === 'undefined' ? 0 : count ?? Math.max(1, Math.min(4, cores - 1));
     this.started = 0;
-    this.next = 0;
   }
 
-  async run(task, signal) {
+  /** Bytes that the decoders hold. */
+  get memoryBytes() {
+    return [...this.idle, ...this.busy].reduce((sum, worker) => sum + worker.memoryBytes, 0);
+  }
+
+  run(task, {signal, onProgress} = {}) {
     signal?.throwIfAborted();
     return new Promise((resolve, reject) => {
-      const job = {id: this.next++, task, signal, resolve, reject, over: false};
+      const job = {task, signal, onProgress, resolve, reject, over: false};
       signal?.addEventListener('abort', () => this.#finish(job, () => reject(signal.reason)), {once: true});
       this.queue.push(job);
       this.#start();
     });
   }
 
+  /** A decoder that nobody else uses, for calls that belong together: {run(task, {signal}), end()}. */
+  own() {
+    const worker = this.#create();
+    this.busy.add(worker);
+    return {
+      run: (task, options = {}) => worker.run(task, options),
+      end: () => { this.busy.delete(worker); worker.end(); },
+    };
+  }
+
   close() {
     this.closed = true;
     for (const worker of [...this.idle, ...this.busy]) worker.end();
-    for (const job of this.queue.splice(0)) job.reject(new MailleError(ErrorCode.usage, `${this.file.name}: was closed`));
+    for (const job of this.queue.splice(0)) job.reject(new MailleError(ErrorCode.usage, `${this.file.about.name}: was closed`));
   }
 
   #finish(job, settle) {
@@ -37,15 +54,19 @@ export class DecoderPool {
 
   #start() {
     while (this.queue.length > 0 && !this.closed) {
-      const worker = this.idle.pop() ?? (this.started < Math.max(1, this.count) ? this.#create() : null);
-      if (!worker) return;
-      const job = this.queue.shift();
-      if (job.over) {
-        this.idle.push(worker);
+      if (this.queue[0].over) {
+        this.queue.shift();
         continue;
       }
+      if (this.idle.length === 0) {
+        if (this.started === Math.max(1, this.count)) return;
+        this.idle.push(this.#create());
+        ++this.started;
+      }
+      const worker = this.idle.pop();
+      const job = this.queue.shift();
       this.busy.add(worker);
-      worker.run(job.task, (offset, size) => this.file.bytes.read(offset, size, job.signal)).then(
+      worker.run(job.task, job).then(
         result => this.#finish(job, () => job.resolve(result)),
         error => this.#finish(job, () => job.reject(error)),
       ).finally(() => {
@@ -57,48 +78,68 @@ export class DecoderPool {
   }
 
   #create() {
-    ++this.started;
-    const about = {size: this.file.size, name: this.file.name, mode: this.file.mode};
-    return this.count === 0 ? new SameThread(this.module, about) : new OwnThread(this.module, about);
+    return this.count === 0 ? new SameThread(this.file) : new OwnThread(this.file);
   }
 }
 
 class SameThread {
-  constructor(module, about) {
-    this.session = new Session(module, about, (offset, size) => this.read(offset, size));
+  constructor({modules, about, read}) {
+    this.session = new Session(modules(), about, read);
   }
-  run(task, read) {
-    this.read = read;
-    return this.session.run(task);
+  get memoryBytes() {
+    return this.session.memoryBytes;
+  }
+  run(task, {signal, onProgress}) {
+    return this.session.run(task, {signal, onProgress});
   }
   end() {
     this.session.close();
   }
 }
 
-/** Talks with worker.js: a task, bytes it asks for, its result. */
+/** Talks with worker.js: a task, questions that come up, its result. */
 class OwnThread {
-  constructor(module, about) {
+  constructor({modules, about, read}) {
+    const {module, isFull, full} = modules();
+    Object.assign(this, {read, full, memoryBytes: 0});
     this.worker = new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
-    this.worker.postMessage({open: {module, about}});
+    this.worker.postMessage({open: {module, isFull, about}});
   }
-  run(task, read) {
+
+  run(task, {signal, onProgress}) {
+    const abort = () => this.worker.postMessage({abort: true});
+    signal?.addEventListener('abort', abort, {once: true});
     return new Promise((resolve, reject) => {
+      this.reject = reject;
       this.worker.onerror = event => reject(new MailleError(ErrorCode.usage, `the decoder's thread failed: ${event.message ?? 'it could not be loaded'}`));
-      this.worker.onmessage = async ({data}) => {
-        if ('result' in data) return resolve(data.result);
-        if (data.error) return reject(new MailleError(data.error.code, data.error.message));
-        try {
-          const bytes = (await read(data.offset, data.size)).slice();
-          this.worker.postMessage({bytes}, [bytes.buffer]);
-        } catch (error) {
-          this.worker.postMessage({failed: {code: error.code ?? ErrorCode.network, message: error.message}});
+      this.worker.onmessage = ({data}) => {
+        if ('result' in data) {
+          this.memoryBytes = data.memoryBytes;
+          resolve(data.result);
+        } else if (data.error) {
+          reject(new MailleError(data.error.code, data.error.message));
+        } else if (data.progress) {
+          onProgress?.(data.progress);
+        } else {
+          this.#answer(data, signal);
         }
       };
-      this.worker.postMessage({task});
-    });
+      this.worker.postMessage({task, progress: onProgress !== undefined});
+    }).finally(() => signal?.removeEventListener('abort', abort));
   }
+
+  async #answer({ranges}, signal) {
+    try {
+      if (!ranges) return this.worker.postMessage({answer: await this.full()});
+      const parts = (await this.read(ranges, signal)).map(bytes => bytes.slice());
+      this.worker.postMessage({answer: parts}, parts.map(bytes => bytes.buffer));
+    } catch (error) {
+      this.worker.postMessage({failed: {code: error.code ?? ErrorCode.network, message: error.message}});
+    }
+  }
+
   end() {
     this.worker.terminate();
+    this.reject?.(new MailleError(ErrorCode.usage, 'the file was closed'));
   }
 }

@@ -1,43 +1,135 @@
-// Work on one file in one decoder, wherever that runs: asks for bytes until a call has all it needs.
+// Work on one file in one decoder, wherever that runs: asks for bytes until a call has all it needs. Threads have
+// one each (worker.js), and so has MeshFile, for the index.
 
-import {Decoder, DecoderFile, WantsBytes} from './decoder.js';
+import {Decoder, DecoderFile, ErrorCode, GoesOn, NEEDS_FULL, WantsBytes} from './decoder.js';
 
 /** Of what is not the front nothing is kept from one call to the next: other charts are next. */
 const KEPT_FRONT = 256 * 1024;
 const LEAST_READ = 64 * 1024;
+/** How much is read at once where a file is read front to back. */
+const AHEAD = 1024 * 1024;
+/** Larger files are not read as one, whatever of them is decoded. */
+const MOST_WHOLE = 2 ** 30;
+/** A decoder that has grown beyond this is given up after its call: memory of WebAssembly never shrinks. */
+const KEPT_MEMORY = 64 * 2 ** 20;
 
 export class Session {
-  constructor(module, {size, name, mode}, read) {
-    Object.assign(this, {module, size, name, mode, read});
+  /**
+   * @param modules {module, isFull, full}: the decoder to begin with, and a function that gives the one that has all modes
+   * @param about {size, name, mode, meshBytes} of the file
+   * @param read (ranges, signal) => Promise of their bytes
+   */
+  constructor({module, isFull, full}, about, read) {
+    Object.assign(this, {module, isFull, full, about, read});
   }
 
-  async run({call, arguments: given}) {
-    await (this.opened ??= this.#open());
-    try {
-      return call === 'extractAll' ? await this.#extract(...given) : await this.#until(() => this.file[call](...given), call === 'decode');
-    } finally {
-      this.file.forgetBehind(KEPT_FRONT);
+  get memoryBytes() {
+    return this.decoder?.memoryBytes ?? 0;
+  }
+
+  /** @param task {call, arguments}: a method of DecoderFile, or one of those below */
+  async run({call, arguments: given = []}, {signal, onProgress} = {}) {
+    for (;;) {
+      try {
+        await (this.opened ??= this.#open());
+        return await this.#call(call, given, signal, onProgress);
+      } catch (error) {
+        if (error.code !== NEEDS_FULL || this.isFull) throw error;
+        this.close();
+        Object.assign(this, {module: await this.full(), isFull: true});
+      } finally {
+        this.#tidy(call);
+      }
     }
   }
+
+  /** What a call gives at once; null: bytes are wanted first, and are on their way. */
+  now(call, ...given) {
+    if (!this.file) return null;
+    const result = this.file[call](...given);
+    if (!(result instanceof WantsBytes)) return result;
+    this.pending ??= this.#fetch(result, call).catch(() => {}).finally(() => { this.pending = null; });
+    return null;
+  }
+
   close() {
     this.file?.close();
+    this.file = this.decoder = this.opened = null;
   }
 
   async #open() {
-    this.file = new DecoderFile(await Decoder.create(this.module), this.size, this.name);
-    if (this.mode === 'random') await this.#until(() => this.file.open());
-  }
-  async #extract(request) {
-    await this.#until(() => this.file.select(request));
-    return this.#until(() => this.file.extract(request));
-  }
-  async #until(attempt, whole = false) {
-    for (;;) {
-      const result = attempt();
-      if (!(result instanceof WantsBytes)) return result;
-      const {offset} = result;
-      const size = whole ? this.size - offset : Math.min(Math.max(result.size, offset === 0 ? LEAST_READ : 0), this.size - offset);
-      this.file.give(offset, await this.read(offset, size));
+    try {
+      const {size, name, mode, meshBytes} = this.about;
+      this.decoder = await Decoder.create(this.module);
+      this.file = new DecoderFile(this.decoder, size, name, meshBytes);
+      if (mode === 'random') return await this.#until('open', () => this.file.open());
+    } catch (error) {
+      this.close();
+      throw error;
     }
   }
+
+  async #call(call, given, signal, onProgress) {
+    if (call === 'open') return this.opened;
+    if (call === 'extractAll') {
+      await this.#until('select', () => this.file.select(...given), signal);
+      return this.#until('extract', () => this.file.extract(...given), signal, onProgress);
+    }
+    if (call === 'surface' && this.about.mode === 'stream') {
+      const [step] = given;
+      await this.#until('beginPieces', () => this.file.beginPieces(step), signal);
+      return this.#until('surface', () => this.file.surfaceOfPieces(), signal, onProgress);
+    }
+    return this.#until(call, () => this.file[call](...given), signal, onProgress);
+  }
+
+  async #until(call, attempt, signal, onProgress) {
+    for (;;) {
+      signal?.throwIfAborted();
+      const result = attempt();
+      if (result instanceof WantsBytes) {
+        await this.#fetch(result, call, signal);
+        onProgress?.({loaded: this.loaded, total: this.about.size, cells: this.cells});
+      } else if (result instanceof GoesOn) {
+        this.cells = result.cells;
+        onProgress?.({loaded: this.loaded, total: this.about.size, cells: this.cells});
+        await new Promise(resolve => setTimeout(resolve, 0));  // so that an abort can come in
+      } else {
+        return result;
+      }
+    }
+  }
+
+  async #fetch({ranges}, call, signal) {
+    const {size, mode} = this.about;
+    const inOrder = mode === 'stream' && call !== 'decode';
+    let wanted = ranges;
+    // All of the rest at once, if memory holds it; of what is read in order, what was read is used up.
+    const whole = (call === 'decode' || (call === 'surface' && !inOrder)) && size <= MOST_WHOLE;
+    if (whole) wanted = [{offset: Math.min(...ranges.map(r => r.offset)), size}];
+    if (inOrder) this.file.forgetBehind(KEPT_FRONT);
+    const least = inOrder ? AHEAD : 0;
+    wanted = wanted.map(range => {
+      const atLeast = Math.max(range.size, range.offset === 0 ? LEAST_READ : least);
+      return {offset: range.offset, size: Math.min(atLeast, size - range.offset)};
+    });
+    const parts = await this.read(wanted, signal);
+    if (!this.file) throw closed(this.about.name);
+    for (const [i, {offset}] of wanted.entries()) this.file.give(offset, parts[i]);
+    this.loaded = Math.max(...wanted.map(range => range.offset + range.size));
+  }
+
+  #tidy(call) {
+    if (!this.file) return;
+    if (call !== 'beginPieces' && call !== 'nextPiece') {
+      this.file.forgetBehind(KEPT_FRONT);
+      if (this.memoryBytes > KEPT_MEMORY) this.close();
+    }
+  }
+}
+
+function closed(name) {
+  const error = new Error(`${name}: was closed`);
+  error.code = ErrorCode.usage;
+  return error;
 }

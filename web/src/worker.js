@@ -4,23 +4,30 @@ import {buffersOf, MailleError} from './decoder.js';
 import {Session} from './session.js';
 
 let session = null;
-let arrived = null;  // whoever waits for bytes
+let waiting = null;     // whoever waits for an answer
+let controller = null;  // of the task at hand
 
-function read(offset, size) {
+function ask(question) {
   return new Promise((resolve, reject) => {
-    arrived = {resolve, reject};
-    postMessage({offset, size});
+    waiting = {resolve, reject};
+    postMessage(question);
   });
 }
 
 addEventListener('message', async ({data}) => {
-  if (data.open) session = new Session(data.open.module, data.open.about, read);
-  if (data.bytes) arrived.resolve(data.bytes);
-  if (data.failed) arrived.reject(new MailleError(data.failed.code, data.failed.message));
+  if (data.open) {
+    const {module, isFull, about} = data.open;
+    session = new Session({module, isFull, full: () => ask({full: true})}, about, ranges => ask({ranges}));
+  }
+  if ('answer' in data) waiting.resolve(data.answer);
+  if (data.failed) waiting.reject(new MailleError(data.failed.code, data.failed.message));
+  if (data.abort) controller?.abort();
   if (!data.task) return;
+  controller = new AbortController();
   try {
-    const result = await session.run(data.task);
-    postMessage({result}, buffersOf(result));
+    const onProgress = data.progress ? progress => postMessage({progress}) : undefined;
+    const result = await session.run(data.task, {signal: controller.signal, onProgress});
+    postMessage({result, memoryBytes: session.memoryBytes}, buffersOf(result));
   } catch (error) {
     postMessage({error: {code: error.code ?? 6, message: error.message}});
   }

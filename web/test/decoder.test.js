@@ -129,3 +129,161 @@ test('an aborted call is rejected, and the file stays usable', async () => {
   assert.ok((await file.decodeNode(chart)).triangles.length > 0);
   file.close();
 });
+
+/** Faces {points, cell} that one solid has, and flat cells that are none of these. */
+function boundaryOf({blocks}) {
+  const nodesOfFaces = {
+    10: [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]],
+    12: [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]],
+    14: [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+  };
+  const faces = new Map(), flat = [];
+  let cell = 0;
+  for (const {cellType, types, offsets, connectivity} of blocks) {
+    const size = nodesOfType[cellType], count = size ? connectivity.length / size : types.length;
+    for (let i = 0; i < count; ++i, ++cell) {
+      const type = cellType === 255 ? types[i] : cellType, first = size ? i * size : offsets[i];
+      const points = [...connectivity.subarray(first, first + nodesOfType[type])];
+      const keyOf = some => [...some].sort((a, b) => a - b).join(' ');
+      if (!nodesOfFaces[type]) flat.push({points, cell, key: keyOf(points)});
+      for (const nodes of nodesOfFaces[type] ?? []) {
+        const face = nodes.map(node => points[node]), key = keyOf(face);
+        if (!faces.delete(key)) faces.set(key, {points: face, cell});
+      }
+    }
+  }
+  return [...faces.values(), ...flat.filter(({key}) => !faces.has(key))];
+}
+const nodesOfType = {5: 3, 9: 4, 10: 4, 12: 8, 14: 5};
+
+const volumes = ['hex/2017_spring.mesh', 'hex/can.vtu', 'tet/hand.mesh', 'tet/post.vtk', 'mixed/mesh_brick_pyra_ffd.su2', 'mixed/AngularSector.vtk'];
+const rising = numbers => [...numbers].sort((a, b) => a - b);
+
+test('the surface of a volume is the faces that one solid has, with the values of points and cells', async () => {
+  for (const volume of volumes) {
+    const file = await MeshFile.open(readFileSync(compressed(volume)));
+    const whole = await file.decode(), surface = await file.surface(), boundary = boundaryOf(whole);
+    const cells = boundary.flatMap(({points, cell}) => Array(points.length - 2).fill(cell));
+    assert.deepEqual(rising(surface.cells), rising(cells), volume);
+    assert.deepEqual(rising(surface.points), rising(new Set(boundary.flatMap(({points}) => points))), volume);
+    assert.equal(surface.triangles.length, 3 * surface.cells.length);
+    const corners = surface.triangles.reduce((sum, vertex) => sum + surface.points[vertex], 0);
+    const expected = boundary.flatMap(({points}) => points.slice(2).flatMap((_, i) => [points[0], points[i + 1], points[i + 2]]));
+    assert.equal(corners, expected.reduce((sum, point) => sum + point, 0), volume);
+    for (const [i, point] of surface.points.entries()) {
+      for (let k = 0; k < 3; ++k)
+        assert.equal(surface.positions[3 * i + k], Math.fround(whole.positions[3 * point + k] - surface.origin[k]), volume);
+    }
+    for (const {name, domain, components, values} of whole.arrays) {
+      if (domain !== 'point' && domain !== 'cell') continue;
+      const drawn = surface.arrays.find(array => array.name === name && array.domain === (domain === 'cell' ? 'triangle' : 'point'));
+      const from = domain === 'cell' ? surface.cells : surface.points;
+      assert.equal(drawn.values.length, from.length * components, `${volume} ${name}`);
+      assert.deepEqual(drawn.values, drawn.values.map((_, i) => values[from[Math.floor(i / components)] * components + i % components]), `${volume} ${name}`);
+    }
+    file.close();
+  }
+});
+
+test('pieces of a volume are the volume', async () => {
+  for (const volume of volumes) {
+    const file = await MeshFile.open(readFileSync(compressed(volume)));
+    const whole = await file.decode(), positions = new whole.positions.constructor(whole.positions.length);
+    const types = [], connectivity = [];
+    let points = 0;
+    for await (const piece of file.pieces()) {
+      assert.equal(piece.firstCell, types.length);
+      for (const type of piece.types) types.push(type);
+      for (const point of piece.connectivity) connectivity.push(point);
+      for (const [i, point] of piece.points.entries()) positions.set(piece.positions.subarray(3 * i, 3 * i + 3), 3 * point);
+      assert.ok(piece.slots.every(slot => slot < piece.slotCount));
+      for (const {domain, components, values} of piece.arrays)
+        assert.equal(values.length, components * (domain === 'cell' ? piece.types.length : piece.points.length));
+      points += piece.points.length;
+    }
+    assert.deepEqual(connectivity, whole.blocks.flatMap(block => [...block.connectivity]), volume);
+    const typesOf = ({cellType, types, connectivity}) => cellType === 255 ? [...types] : Array(connectivity.length / nodesOfType[cellType]).fill(cellType);
+    assert.deepEqual(types, whole.blocks.flatMap(typesOf), volume);
+    assert.deepEqual(positions, whole.positions, volume);
+    assert.equal(points, whole.positions.length / 3);
+    file.close();
+  }
+});
+
+/** A file of which every read takes a turn; `rounds` counts turns with reads. */
+function slowFile(bytes, size = bytes.length) {
+  const reads = [];
+  let turn = null;
+  const source = {
+    size, reads, rounds: 0,
+    async readAt(offset, count) {
+      reads.push([offset, count]);
+      turn ??= new Promise(resolve => setTimeout(() => { turn = null; ++source.rounds; resolve(); }, 1));
+      await turn;
+      const part = new Uint8Array(count);
+      if (offset < bytes.length) part.set(bytes.subarray(offset, Math.min(bytes.length, offset + count)));
+      return part;
+    },
+  };
+  return source;
+}
+
+test('all charts of a region are asked for at once', async () => {
+  const source = slowFile(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const file = await MeshFile.open(source), {centre, radius} = file.sphere;
+  const before = source.rounds, reads = source.reads.length;
+  await file.extract({box: {low: centre.map(x => x - radius), high: centre}});
+  assert.ok(source.reads.length - reads > 2);
+  // The front for the decoder of the pool, then all the charts.
+  assert.ok(source.rounds - before <= 2, `${source.rounds - before} rounds`);
+  file.close();
+});
+
+test('a volume is read a part at a time, each part once', async () => {
+  const bytes = readFileSync(compressed(volumes.find(name => name.startsWith('hex'))));
+  const source = slowFile(bytes), file = await MeshFile.open(source, {cacheBytes: 0});
+  await file.surface();
+  const sorted = source.reads.slice(2).sort((a, b) => a[0] - b[0]);
+  for (let i = 1; i < sorted.length; ++i) assert.ok(sorted[i][0] >= sorted[i - 1][0] + sorted[i - 1][1], `${sorted}`);
+  assert.ok(sorted.every(([, count]) => count <= 1 << 20));
+  file.close();
+});
+
+test('a file far above 4 GB opens, and places in it are exact', async () => {
+  const size = 6 * 2 ** 40 + 12345;
+  const random = slowFile(readFileSync(compressed('tri/bear.off', '--mode', 'random')), size);
+  const file = await MeshFile.open(random), [chart] = await file.select();
+  assert.ok((await file.decodeNode(chart)).triangles.length > 0);
+  file.close();
+  // Of a file of mode single the end is read first.
+  const single = slowFile(readFileSync(compressed('tri/bear.off')), size), controller = new AbortController();
+  const whole = await MeshFile.open(single);
+  const asked = new Promise(resolve => {
+    const {readAt} = single;
+    single.readAt = (offset, count) => {
+      if (offset < 2 ** 32) return readAt(offset, count);
+      resolve([offset, count]);
+      return new Promise((_, reject) => controller.signal.addEventListener('abort', () => reject(controller.signal.reason)));
+    };
+  });
+  const decoding = assert.rejects(whole.decode({signal: controller.signal}), {name: 'AbortError'});
+  const [offset, count] = await asked;
+  assert.equal(offset + count, size);
+  controller.abort();
+  await decoding;
+  whole.close();
+});
+
+test('what takes more memory than allowed is refused', async () => {
+  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off')), {meshBytes: 1000});
+  await assert.rejects(file.decode(), {code: ErrorCode.memory});
+  file.close();
+});
+
+test('the small decoder hands over to the other one where a file needs it', async () => {
+  for (const options of [['-9'], ['-9', '--mode', 'random']]) {
+    const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', ...options)));
+    assert.ok((await file.decode()).blocks[0].connectivity.length > 0);
+    file.close();
+  }
+});

@@ -1,0 +1,38 @@
+// What the benchmarks share: files made by the native command, CPU time, a throttled server, tables.
+import {execFileSync} from 'node:child_process';
+import {existsSync, mkdirSync, readFileSync} from 'node:fs';
+import path from 'node:path';
+import {fileURLToPath} from 'node:url';
+
+export const root = fileURLToPath(new URL('../..', import.meta.url));
+export const build = process.env.MAILLE_BUILD ?? path.join(root, 'build/release');
+const cache = process.env.MAILLE_BENCH_FILES ?? path.join(root, 'build/web-bench');
+
+/** A mesh of build/data, compressed; made once. */
+export function compressed(mesh, ...options) {
+  mkdirSync(cache, {recursive: true});
+  const file = path.join(cache, `${path.basename(mesh)}${options.join('')}.maille`);
+  const input = path.isAbsolute(mesh) ? mesh : path.join(root, 'build/data', mesh);
+  if (!existsSync(file)) execFileSync(path.join(build, 'tool/maille'), ['compress', '-q', ...options, input, file]);
+  return file;
+}
+
+export const read = file => readFileSync(file);
+
+/** Runs `work` until `least` ms of CPU time are over, at least `rounds` times; the least ms that one run took. Machines are busy. */
+export function best(work, {rounds = 5, least = 1000} = {}) {
+  let best = Infinity, spent = 0;
+  for (let i = 0; i < rounds || spent < least; ++i) {
+    const begin = process.cpuUsage();
+    work();
+    const {user, system} = process.cpuUsage(begin), ms = (user + system) / 1000;
+    best = Math.min(best, ms);
+    spent += ms;
+  }
+  return best;
+}
+
+export function table(title, head, rows) {
+  console.log(`\n${title}\n\n| ${head.join(' | ')} |\n|${head.map((_, i) => i === 0 ? '---' : '--:').join('|')}|`);
+  for (const row of rows) console.log(`| ${row.join(' | ')} |`);
+}

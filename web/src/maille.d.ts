@@ -1,0 +1,254 @@
+/** Reads .maille files in browsers and node. docs/web.md has it in sentences. */
+
+/** Kinds of failure, as the command's exit codes name them. */
+export const ErrorCode: {
+  readonly usage: 2;
+  readonly cannotRead: 3;
+  readonly malformed: 4;
+  readonly unsupported: 5;
+  readonly corrupt: 6;
+  readonly memory: 7;
+  readonly network: 10;
+};
+
+/** What could not be done: `message` is a sentence for people. Calls that were aborted throw the signal's reason instead. */
+export class MailleError extends Error {
+  constructor(code: number, message: string);
+  readonly code: number;
+}
+
+export type Vector = [number, number, number];
+export interface Sphere {
+  centre: Vector;
+  radius: number;
+}
+export interface Box {
+  low: Vector;
+  high: Vector;
+}
+/** normal . x + offset >= 0 inside; the normal has length 1. */
+export interface Plane {
+  normal: Vector;
+  offset: number;
+}
+/** A perspective view: pixelsPerRadian is height / (2 tan(vertical field of view / 2)); pixels: error that may be seen. */
+export interface View {
+  eye: Vector;
+  pixelsPerRadian: number;
+  pixels?: number;
+}
+
+/** Where and how fine. Of everything that is said all holds; nothing said: everywhere, the coarsest. */
+export interface Request {
+  box?: Box;
+  sphere?: Sphere;
+  planes?: Plane[];
+  /** No charts coarser than this level; 0 is the mesh itself. */
+  level?: number;
+  /** No point of the mesh is farther than this from what is chosen, in units of the mesh. */
+  bound?: number;
+  view?: View;
+  /** As fine as so many faces allow; the worst error, as seen by `view`, is refined first. */
+  maxFaces?: number;
+}
+
+/** A piece of the surface at one level of detail. */
+export interface Chart {
+  group: number;
+  chart: number;
+  level: number;
+  faces: number;
+  /** In the file. */
+  bytes: number;
+  sphere: Sphere;
+}
+
+/** Charts that are shown together, instead of those of a coarser level whose `refinedBy` is the number of this group. */
+export interface Group {
+  level: number;
+  /** Of what the group replaces, in units of the mesh. */
+  viewError: number;
+  sphere: Sphere;
+  /** How many charts it replaces. */
+  replaces: number;
+  /** refinedBy: the group that replaces it; -1 at level 0. */
+  charts: (Chart & {refinedBy: number})[];
+}
+
+export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array |
+  BigUint64Array | Float32Array | Float64Array;
+
+export interface MeshArray {
+  name: string;
+  /** What its tuples belong to; 'triangle': to what is drawn of cells, see MeshFile.surface(). */
+  domain: 'point' | 'corner' | 'cell' | 'mesh' | 'triangle';
+  role: 'none' | 'normal' | 'colour' | 'texture_coordinate' | 'tangent' | 'label';
+  type: 'i8' | 'u8' | 'i16' | 'u16' | 'i32' | 'u32' | 'i64' | 'u64' | 'f32' | 'f64';
+  components: number;
+  values: Values;
+}
+
+/** Triangles over vertices in single precision. A point is a vertex once for each tuple that its corners have. */
+export interface DrawnMesh {
+  /** To be added to positions: far from zero floats are too coarse. */
+  origin: number[];
+  /** Three per vertex. */
+  positions: Float32Array;
+  /** Three vertices each. */
+  triangles: Uint32Array;
+  /** By vertex: the point of the mesh. */
+  points: Uint32Array;
+  /** By triangle: the cell of the mesh. */
+  cells: Uint32Array;
+  /** On points and corners: domain 'point', a tuple for each vertex. */
+  arrays: MeshArray[];
+}
+
+export interface Block {
+  name: string;
+  /** A number of VTK; 255: each cell has its own, in `types`. */
+  cellType: number;
+  types: Uint8Array;
+  /** Where cells begin in `connectivity`; empty where all have the same number of points. */
+  offsets: Float64Array;
+  connectivity: Uint32Array;
+}
+
+/** The mesh itself, bit for bit. */
+export interface Mesh {
+  positions: Values;
+  blocks: Block[];
+  arrays: MeshArray[];
+}
+
+/** Some thousand cells of a file of mode stream, and the points that come up with them. */
+export interface Piece {
+  /** Numbers of cells and points are those of the whole mesh. */
+  firstCell: number;
+  /** By cell: a number of VTK. */
+  types: Uint8Array;
+  /** Where cells begin in `connectivity`, and where the last one ends. */
+  offsets: Float64Array;
+  /** Numbers of points. */
+  connectivity: Float64Array;
+  /** The same as slots: small numbers, below slotCount, that no other point in use has. */
+  slots: Uint32Array;
+  /** Polyhedra: corners of each face, and by cell where its faces begin; empty where there are none. */
+  faceSizes: Uint32Array;
+  cellFaces: Float64Array;
+  /** Points that come up here, their slots and positions. */
+  points: Float64Array;
+  pointSlots: Uint32Array;
+  positions: Values;
+  /** Points that no later piece uses. */
+  endedSlots: Uint32Array;
+  slotCount: number;
+  /** On `points` (domain 'point') and on the cells of the piece. */
+  arrays: MeshArray[];
+}
+
+/** What a ray meets first, on the mesh itself. */
+export interface Hit {
+  group: number;
+  chart: number;
+  /** In the chart. */
+  face: number;
+  /** Points of the chart, and their weights at the place that was hit. */
+  corners: Vector;
+  weights: Vector;
+  position: Vector;
+  /** In lengths of the direction. */
+  distance: number;
+}
+
+export interface Progress {
+  /** Bytes of the file that were read, of `total`. */
+  loaded?: number;
+  total: number;
+  /** Cells that were decoded, where the file comes in pieces. */
+  cells?: number;
+}
+
+/** Any storage with ranges. */
+export interface ByteSource {
+  size: number;
+  name?: string;
+  readAt(offset: number, size: number, signal?: AbortSignal): Promise<ArrayBuffer | Uint8Array> | ArrayBuffer | Uint8Array;
+}
+export type Input = string | URL | Blob | ArrayBuffer | ArrayBufferView | ByteSource;
+
+export interface OpenOptions {
+  fetch?: typeof fetch;
+  headers?: Record<string, string>;
+  credentials?: RequestCredentials;
+  /** Bytes that may be read where a server gives no ranges. Default 256 MiB. */
+  maxWhole?: number;
+  /** Of what was fetched, kept. Default 32 MiB. */
+  cacheBytes?: number;
+  /** What one decoded mesh may take. Default 2 GiB; a call that would take more is refused before it is decoded. */
+  meshBytes?: number;
+  /** Threads; 0: none. Default: one less than cores, at most four, in browsers. */
+  workers?: number;
+  /** Called with the bytes fetched so far. */
+  onBytes?(fetched: number): void;
+  signal?: AbortSignal;
+}
+export interface CallOptions {
+  signal?: AbortSignal;
+}
+export interface LongCallOptions extends CallOptions {
+  onProgress?(progress: Progress): void;
+}
+
+export class MeshFile {
+  static open(input: Input, options?: OpenOptions): Promise<MeshFile>;
+  close(): void;
+
+  readonly name: string;
+  readonly size: number;
+  readonly mode: 'single' | 'stream' | 'random';
+  /** Mode random: the mesh itself first. */
+  readonly levels?: {faces: number; charts: number}[];
+  readonly sphere?: Sphere;
+  readonly info: Pick<MeshFile, 'name' | 'size' | 'mode' | 'levels' | 'sphere'>;
+  /** Bytes held in caches and by decoders, and what was fetched so far. */
+  readonly usage: {cacheBytes: number; decoderBytes: number; fetchedBytes?: number; requests?: number};
+
+  /** Charts that together show a region without cracks. Mode random. */
+  select(request?: Request, options?: CallOptions): Promise<Chart[]>;
+  /** The same at once, or null where the index must be fetched first, which it then is. */
+  selectNow(request?: Request): Chart[] | null;
+  /** Groups of charts from `first` on, for renderers that choose themselves what they show. Mode random. */
+  groups(first: number, count?: number, options?: CallOptions): Promise<{all: number; groups: Group[]}>;
+  /** A chart, for drawing. Mode random. */
+  decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options?: CallOptions): Promise<DrawnMesh>;
+  /** Faces of a region, bit for bit; `clip` (the default): none that only share a chart with it. Mode random. */
+  extract(request?: Request & {clip?: boolean}, options?: LongCallOptions): Promise<Mesh>;
+  /** What a ray meets first, on the original; null: nothing. Mode random. */
+  pick(origin: ArrayLike<number> & Iterable<number>, direction: ArrayLike<number> & Iterable<number>, options?: CallOptions): Promise<Hit | null>;
+
+  /** The whole mesh of a file of any mode. */
+  decode(options?: LongCallOptions & {drawn?: false}): Promise<Mesh>;
+  decode(options: LongCallOptions & {drawn: true}): Promise<DrawnMesh>;
+  /**
+   * What can be seen of the whole mesh: faces, and the faces of solids that no other solid has. Arrays on cells come with
+   * domain 'triangle', a tuple for each triangle. Files of mode stream are read front to back with memory for the surface
+   * alone; `step`: of time.
+   */
+  surface(options?: LongCallOptions & {step?: number}): Promise<DrawnMesh>;
+  /** A file of mode stream, of any size, piece by piece. */
+  pieces(options?: LongCallOptions & {step?: number}): AsyncGenerator<Piece, void, void>;
+}
+
+/** Decodes a whole file. */
+export function decode(input: Input, options?: OpenOptions & LongCallOptions & {drawn?: false}): Promise<Mesh>;
+export function decode(input: Input, options: OpenOptions & LongCallOptions & {drawn: true}): Promise<DrawnMesh>;
+
+/**
+ * Where the decoder is, if not beside this file: the URL of maille.wasm, with maille-full.wasm beside it; or bytes or a
+ * compiled module. `full`: the other one, by itself.
+ */
+export function setDecoder(source: DecoderSource, full?: DecoderSource): Promise<WebAssembly.Module>;
+export type DecoderSource = string | URL | BufferSource | WebAssembly.Module | Response | Promise<Response | BufferSource>;
+/** Loads and compiles the decoder before it is needed; `full`: the one that has all modes. */
+export function ready(options?: {full?: boolean}): Promise<WebAssembly.Module>;

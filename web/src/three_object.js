@@ -1,0 +1,200 @@
+// A file of mode random in a three.js scene: refines itself as it is looked at.
+
+import * as THREE from 'three';
+
+import {cutOf, Hierarchy} from './cut.js';
+import {MeshFile} from './maille.js';
+import {geometryBytes, toGeometry} from './three_geometry.js';
+
+/** Charts asked for at once: enough for all threads and the network, few enough to turn round soon. */
+const LOADING_AT_ONCE = 12;
+
+/**
+ * Events: 'progress' {shown, wanted, triangles, error: pixels} with every update that changed something; 'chart' {mesh, chart}
+ * for each that arrives, before it is shown; 'error' {error, chart}: a chart that could not be read. Its place stays coarse.
+ */
+export class MailleObject extends THREE.Object3D {
+  /**
+   * @param {MeshFile} file of mode random, kept open until dispose()
+   * @param {object} options errorTarget: pixels; maxBytes: of charts kept; material; uploadsPerFrame: charts that are
+   *   made ready for the GPU in one frame
+   */
+  constructor(file, {errorTarget = 1.5, maxBytes = 256e6, material, uploadsPerFrame = 4} = {}) {
+    super();
+    if (file.mode !== 'random') throw new Error(`${file.name}: only files of mode "random" refine themselves; use MailleLoader`);
+    Object.assign(this, {file, errorTarget, maxBytes, uploadsPerFrame, heldBytes: 0, triangles: 0, error: Infinity, failed: 0});
+    this.material = material ?? new THREE.MeshStandardMaterial({color: 0xc8c4bc, roughness: 0.8, side: THREE.DoubleSide});
+    this.hierarchy = new Hierarchy(file);
+    this.charts = new Map();   // by key: {mesh, chart, bytes, used}
+    this.loading = new Map();  // by key: AbortController
+    this.arrived = [];
+    this.shown = new Set();    // keys
+    this.broken = new Set();   // keys: not asked for again
+    this.frame = 0;
+    this.pressure = 1;         // by how much the target is missed for the budget's sake
+    // All charts are drawn from one origin: then points at their borders come out of the GPU the same, bit for bit.
+    this.inner = new THREE.Group();
+    this.inner.position.fromArray(file.sphere.centre);
+    this.add(this.inner);
+  }
+
+  static async open(input, options = {}) {
+    return new MailleObject(await MeshFile.open(input, options), options);
+  }
+
+  dispose() {
+    this.disposed = true;
+    for (const controller of this.loading.values()) controller.abort();
+    for (const {mesh} of this.charts.values()) mesh.geometry.dispose();
+    this.charts.clear();
+    this.shown.clear();
+    this.arrived = [];
+    this.file.close();
+    this.removeFromParent();
+  }
+
+  /** The sphere around all of it, in the file's own coordinates. */
+  get boundingSphere() {
+    return new THREE.Sphere(new THREE.Vector3(...this.file.sphere.centre), this.file.sphere.radius);
+  }
+  get meshes() {
+    return this.inner.children;
+  }
+
+  /** Once a frame, before render(). Returns whether all that the view needs is shown. */
+  update(camera, renderer) {
+    if (this.disposed) return true;
+    ++this.frame;
+    const uploaded = this.#upload();
+    const view = this.#viewOf(camera, renderer);
+    const cut = cutOf(this.hierarchy, view, chart => this.charts.has(keyOf(chart)));
+    if (this.hierarchy.error) this.#fail(this.hierarchy.error);
+    for (const chart of cut.needed) this.charts.get(keyOf(chart)).used = this.frame;
+    const changed = this.#show(cut.shown);
+    this.#forget();
+    this.#fetch(cut.wanted);
+    this.error = cut.error;
+    const wanted = cut.wanted.filter(({chart, inSight}) => inSight && !this.broken.has(keyOf(chart))).length;
+    if (changed || uploaded > 0 || wanted !== this.lastWanted)
+      this.dispatchEvent({type: 'progress', shown: this.shown.size, wanted, triangles: this.triangles, error: cut.error});
+    this.lastWanted = wanted;
+    return wanted === 0 && !cut.waits;
+  }
+
+  #viewOf(camera, renderer) {
+    camera.updateMatrixWorld();
+    this.updateWorldMatrix(true, false);
+    const inverse = this.matrixWorld.clone().invert();
+    const toClip = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).multiply(this.matrixWorld);
+    const planes = new THREE.Frustum().setFromProjectionMatrix(toClip, camera.coordinateSystem).planes
+      // The far plane is no reason to leave something out.
+      .filter((_, i) => i !== 4)
+      .map(({normal, constant}) => ({normal: normal.toArray(), offset: constant}));
+    const eye = new THREE.Vector3().setFromMatrixPosition(camera.matrixWorld).applyMatrix4(inverse).toArray();
+    const height = renderer.getDrawingBufferSize(new THREE.Vector2()).y;
+    const pixelsPerRadian = height * (camera.zoom ?? 1) / (2 * Math.tan(THREE.MathUtils.degToRad(camera.fov ?? 50) / 2));
+    return {planes, eye, pixelsPerRadian, pixels: this.errorTarget * this.pressure};
+  }
+
+  #show(charts) {
+    const before = this.shown;
+    this.shown = new Set(charts.map(keyOf));
+    this.triangles = 0;
+    for (const key of before) {
+      if (!this.shown.has(key) && this.charts.has(key)) this.charts.get(key).mesh.visible = false;
+    }
+    for (const key of this.shown) {
+      const {mesh} = this.charts.get(key);
+      mesh.visible = true;
+      this.triangles += mesh.userData.triangles;
+    }
+    return before.size !== this.shown.size || [...this.shown].some(key => !before.has(key));
+  }
+
+  #fetch(wanted) {
+    const first = wanted.filter(({chart}) => !this.broken.has(keyOf(chart))).slice(0, LOADING_AT_ONCE * 2);
+    const keys = new Set(first.map(({chart}) => keyOf(chart)));
+    for (const [key, controller] of this.loading) {
+      if (!keys.has(key)) controller.abort();
+    }
+    const waiting = new Set(this.arrived.map(({key}) => key));
+    for (const {chart} of first) {
+      if (this.loading.size >= LOADING_AT_ONCE || this.heldBytes > this.maxBytes) return;
+      const key = keyOf(chart);
+      if (!this.loading.has(key) && !waiting.has(key)) this.#load(key, chart);
+    }
+  }
+
+  #load(key, chart) {
+    const controller = new AbortController();
+    this.loading.set(key, controller);
+    this.file.decodeNode(chart, {signal: controller.signal}).then(
+      drawn => { if (!this.disposed) this.arrived.push({key, chart, drawn}); },
+      error => {
+        if (controller.signal.aborted || this.disposed) return;
+        this.broken.add(key);
+        this.#fail(error, chart);
+      },
+    ).finally(() => this.loading.delete(key));
+  }
+
+  /** Asks again for what could not be read: after the network is back. */
+  retry() {
+    this.broken.clear();
+    this.failed = 0;
+    this.hierarchy.asked.clear();
+  }
+
+  #fail(error, chart = null) {
+    this.hierarchy.error = null;
+    ++this.failed;
+    this.dispatchEvent({type: 'error', error, chart});
+  }
+
+  #upload() {
+    const batch = this.arrived.splice(0, this.uploadsPerFrame);
+    for (const {key, chart, drawn} of batch) {
+      if (this.charts.has(key)) continue;
+      const geometry = toGeometry(drawn);
+      const {centre, radius} = chart.sphere;
+      geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(...centre).sub(this.inner.position), radius);
+      const mesh = new THREE.Mesh(geometry, this.material);
+      mesh.visible = false;
+      mesh.userData = {chart, triangles: drawn.triangles.length / 3};
+      this.inner.add(mesh);
+      this.dispatchEvent({type: 'chart', mesh, chart});
+      const bytes = geometryBytes(mesh.geometry);
+      this.charts.set(key, {mesh, chart, bytes, used: this.frame});
+      this.heldBytes += bytes;
+    }
+    return batch.length;
+  }
+
+  /** What was not needed for longest goes first. Where all of it is needed the view has to do with less. */
+  #forget() {
+    if (this.heldBytes > this.maxBytes) {
+      const unused = [...this.charts].filter(([, chart]) => chart.used < this.frame).sort(([, a], [, b]) => a.used - b.used);
+      for (const [key, {mesh, bytes}] of unused) {
+        if (this.heldBytes <= this.maxBytes) break;
+        this.inner.remove(mesh);
+        mesh.geometry.dispose();
+        this.charts.delete(key);
+        this.heldBytes -= bytes;
+      }
+    }
+    if (this.heldBytes > this.maxBytes) this.pressure *= 1.1;
+    else if (this.heldBytes < 0.6 * this.maxBytes) this.pressure = Math.max(1, this.pressure / 1.02);
+  }
+
+  /** What a ray of the world meets first, on the exact original: see MeshFile.pick(). null: nothing. */
+  async pick(raycaster, options) {
+    const inverse = this.matrixWorld.clone().invert();
+    const origin = raycaster.ray.origin.clone().applyMatrix4(inverse);
+    const direction = raycaster.ray.direction.clone().transformDirection(inverse);
+    return this.file.pick(origin.toArray(), direction.toArray(), options);
+  }
+}
+
+function keyOf({group, chart}) {
+  return `${group}/${chart}`;
+}

@@ -1,0 +1,143 @@
+// The viewer with servers that fail: no ranges, busy, slow, cut off, changed.
+import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
+import {existsSync, mkdirSync, readFileSync} from 'node:fs';
+import {createServer} from 'node:http';
+import path from 'node:path';
+import {after, before, test} from 'node:test';
+
+import {chromium, launch, maille, newPage, PATIENCE, root, screenshot, settle} from './browser.js';
+
+const viewer = path.join(root, 'web/dist/viewer');
+const skip = !chromium ? 'chromium is missing: scripts/setup web' : !existsSync(viewer) ? 'the viewer was not built: scripts/build-viewer' : false;
+const types = {'.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.wasm': 'application/wasm', '.svg': 'image/svg+xml'};
+let browser, server, address, mesh, behave;
+
+before(async () => {
+  if (skip) return;
+  mkdirSync(path.join(root, 'build/web'), {recursive: true});
+  const file = path.join(root, 'build/web/faults.maille');
+  execFileSync(maille, ['compress', '-q', '-f', '--mode', 'random', '--bits', '16', path.join(root, 'build/data/tri/armadillo.obj'), file]);
+  mesh = readFileSync(file);
+  server = createServer((request, response) => {
+    const name = new URL(request.url, 'http://here').pathname;
+    if (name !== '/mesh.maille') return giveFile(path.join(viewer, name === '/' ? 'index.html' : name), response);
+    if (!behave?.(request, response)) giveRange(request, response);
+  });
+  await new Promise(resolve => server.listen(0, '127.0.0.1', resolve));
+  address = `http://127.0.0.1:${server.address().port}`;
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.close();
+  server?.closeAllConnections();
+});
+
+function giveFile(file, response) {
+  if (!existsSync(file)) return response.writeHead(404).end();
+  response.writeHead(200, {'Content-Type': types[path.extname(file)] ?? 'application/octet-stream'}).end(readFileSync(file));
+}
+function rangeOf(request) {
+  const [, first, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range).map(Number);
+  return [first, Math.min(last + 1, mesh.length)];
+}
+function giveRange(request, response, etag = '"one"') {
+  const [begin, end] = rangeOf(request);
+  response.writeHead(206, {'Content-Range': `bytes ${begin}-${end - 1}/${mesh.length}`, 'Content-Length': end - begin, ETag: etag});
+  response.end(mesh.subarray(begin, end));
+}
+const isFront = request => request.headers.range?.startsWith('bytes=0-');
+
+async function openWith(behaviour) {
+  behave = behaviour;
+  const page = await newPage(browser);
+  await page.goto(`${address}/?file=/mesh.maille`);
+  return page;
+}
+const trianglesOf = page => page.evaluate(() => viewer.model?.triangles ?? 0);
+
+test('without ranges the whole file is read, and shown while it comes', {skip}, async () => {
+  let release, sent;
+  const halfSent = new Promise(resolve => { sent = resolve; });
+  const page = await openWith((request, response) => {
+    response.writeHead(200, {'Content-Length': mesh.length});
+    response.write(mesh.subarray(0, 70_000), sent);
+    release = () => response.end(mesh.subarray(70_000));
+    return true;
+  });
+  await halfSent;
+  await page.waitForFunction(() => window.viewer?.model?.triangles > 0);
+  const early = await trianglesOf(page);
+  release();
+  await settle(page);
+  assert.ok(await trianglesOf(page) >= early && early > 0);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a server that is busy is asked again', {skip}, async () => {
+  let refused = 0;
+  const page = await openWith((request, response) => {
+    if (refused++ > 1) return false;
+    response.writeHead(500).end();
+    return true;
+  });
+  await settle(page);
+  assert.ok(await trianglesOf(page) > 0 && refused > 2);
+  await page.close();
+});
+
+test('while a server stands still the page shows what it has, and goes on afterwards', {skip}, async () => {
+  const waiting = [];
+  const page = await openWith((request, response) => !isFront(request) && waiting.push([request, response]) > 0);
+  await page.waitForFunction(() => window.viewer?.model?.triangles > 0);
+  await page.waitForFunction(() => !viewer.done);
+  const early = await trianglesOf(page);
+  await page.mouse.move(300, 300);
+  await page.mouse.down();
+  await page.mouse.move(340, 320, {steps: 3});
+  await page.mouse.up();
+  assert.ok(await trianglesOf(page) > 0);
+  behave = null;
+  for (const [request, response] of waiting) giveRange(request, response);
+  await settle(page);
+  assert.ok(await trianglesOf(page) > early);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('bodies that are cut off, and a network that is lost, are a sentence; trying again helps', {skip}, async () => {
+  for (const fail of [
+    (request, response) => {
+      const [begin, end] = rangeOf(request);
+      response.writeHead(206, {'Content-Range': `bytes ${begin}-${end - 1}/${mesh.length}`, 'Content-Length': end - begin, ETag: '"one"'});
+      response.write(mesh.subarray(begin, begin + 10), () => response.destroy());
+    },
+    (request, response) => response.destroy(),
+  ]) {
+    const page = await openWith((request, response) => {
+      if (isFront(request)) return false;
+      fail(request, response);
+      return true;
+    });
+    await page.waitForSelector('.message.bad', {timeout: PATIENCE});
+    assert.ok(await trianglesOf(page) > 0);
+    await screenshot(page, 'network-lost');
+    behave = null;
+    await page.click('.message.bad button:not([title])');
+    await settle(page);
+    await page.waitForFunction(() => viewer.model.object.error <= viewer.target);
+    await page.close();
+  }
+});
+
+test('a file that changed on the server is noticed', {skip}, async () => {
+  const page = await openWith((request, response) => {
+    giveRange(request, response, isFront(request) ? '"one"' : '"two"');
+    return true;
+  });
+  await page.waitForSelector('.message.bad');
+  assert.match(await page.textContent('.message.bad'), /changed/);
+  await page.close();
+});

@@ -1,0 +1,188 @@
+// MailleLoader and MailleObject in a real browser: what they show is without cracks at every moment, as fine as asked for,
+// within their memory, and what they tell of is exact.
+import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
+import {mkdtempSync, rmSync} from 'node:fs';
+import path from 'node:path';
+import {after, before, test} from 'node:test';
+
+import {chromium, launch, maille, newPage, root, screenshot, serve} from './browser.js';
+
+const skip = chromium ? false : 'chromium is missing: scripts/setup web';
+const folder = path.join(root, 'build/web');
+let browser, server, page;
+
+before(async () => {
+  if (skip) return;
+  execFileSync('mkdir', ['-p', folder]);
+  for (const [mesh, name, ...options] of [['tri/armadillo.obj', 'armadillo', '--mode', 'random', '--bits', '14'], ['tri/bear.off', 'bear'],
+    ['poly/fertility_quad.off', 'quads', '--mode', 'random'], ['textured/bunny10k_textured.ply', 'textured'], ['hex/can.vtu', 'can']])
+    execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
+  browser = await launch();
+  server = await serve('serve', '--quiet', '--port', '0', root);
+  page = await newPage(browser, {width: 640, height: 480});
+  await page.goto(`${server.address}web/test/browser/page.html`);
+  await page.waitForFunction(() => window.maille);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+function complaints() {
+  return page.complaints.splice(0);
+}
+
+test('the loader gives geometry of every mode, with progress', {skip}, async () => {
+  const loaded = await page.evaluate(async () => {
+    const loader = new maille.MailleLoader().setPath('/build/web/').setWorkerLimit(1).preload(), found = {};
+    for (const name of ['bear', 'armadillo', 'can', 'textured']) {
+      const events = [];
+      const geometry = await loader.loadAsync(`${name}.maille`, event => events.push(event));
+      found[name] = {
+        triangles: geometry.index.count / 3, attributes: Object.keys(geometry.attributes).sort(), size: events.at(-1).total,
+        loaded: events.at(-1).loaded, inside: geometry.index.array.every(i => i < geometry.getAttribute('position').count),
+      };
+    }
+    return found;
+  });
+  assert.equal(loaded.bear.triangles, 20188);
+  for (const {triangles, inside, size} of Object.values(loaded)) assert.ok(triangles > 0 && inside && size > 1000);
+  assert.ok(loaded.textured.attributes.includes('uv'), String(loaded.textured.attributes));
+  assert.deepEqual(complaints(), []);
+});
+
+test('what cannot be loaded is one error with a sentence', {skip}, async () => {
+  const messages = await page.evaluate(async () => {
+    const loader = new maille.MailleLoader(), said = [];
+    for (const address of ['/build/web/none.maille', '/README.md']) await loader.loadAsync(address).catch(error => said.push(error.message));
+    await new Promise(resolve => loader.parse(new Uint8Array(10).buffer, resolve, error => resolve(said.push(error.message))));
+    return said;
+  });
+  assert.equal(messages.length, 3);
+  assert.match(messages[0], /404/);
+  assert.match(messages[1], /no \.maille file/);
+  assert.match(messages[2], /no \.maille file/);
+  complaints();  // the browser's own, of the 404
+});
+
+test('a closed mesh has no cracks in any frame while it refines along a path', {skip}, async () => {
+  const result = await page.evaluate(async () => {
+    const {object, lookFrom, settle, cracks} = await maille.open('/build/web/armadillo.maille', {errorTarget: 0.7});
+    const frames = [], triangles = new Set(), errors = [];
+    for (let i = 0; i <= 12; ++i) {
+      const away = i < 7 ? 4 - 0.5 * i : 1 + 0.5 * (i - 7);
+      lookFrom(away * Math.sin(0.6 * i), 0.3 * away, away * Math.cos(0.6 * i));
+      await settle(() => {
+        frames.push(cracks());
+        triangles.add(object.triangles);
+      });
+      errors.push(object.error);
+    }
+    const levels = new Set(object.meshes.filter(m => m.visible).map(m => m.userData.chart.level));
+    object.dispose();
+    return {cracked: frames.filter(f => f.found > 0).length, worst: Math.max(...frames.map(f => f.found)), frames: frames.length,
+      covered: Math.min(...frames.slice(-5).map(f => f.covered)), cuts: triangles.size, errors, levels: levels.size};
+  });
+  assert.equal(result.worst, 0, JSON.stringify(result));
+  assert.ok(result.covered > 1000 && result.cuts > 5, JSON.stringify(result));
+  for (const error of result.errors) assert.ok(error <= 0.7, JSON.stringify(result));
+  assert.deepEqual(complaints(), []);
+});
+
+test('the inspection finds a chart that is missing', {skip}, async () => {
+  const found = await page.evaluate(async () => {
+    const {object, lookFrom, settle, cracks} = await maille.open('/build/web/armadillo.maille', {errorTarget: 0.7});
+    lookFrom(0, 0, 2.5);
+    await settle();
+    const nearest = object.meshes.filter(m => m.visible).sort((a, b) => b.userData.chart.sphere.centre[2] - a.userData.chart.sphere.centre[2])[0];
+    nearest.geometry.setDrawRange(0, nearest.geometry.index.count - 60);
+    const {found} = cracks();
+    object.dispose();
+    return found;
+  });
+  assert.ok(found > 0);
+});
+
+test('coarser targets take fewer triangles, and the finest is the mesh itself', {skip}, async () => {
+  const counts = await page.evaluate(async () => {
+    const {object, lookFrom, settle} = await maille.open('/build/web/armadillo.maille'), counts = [];
+    lookFrom(0, 0, 3);
+    for (const target of [16, 4, 1, 1e-6]) {
+      object.errorTarget = target;
+      await settle();
+      counts.push(object.triangles);
+    }
+    const all = object.file.levels[0].faces;
+    object.dispose();
+    return {counts, all};
+  });
+  for (let i = 1; i < counts.counts.length; ++i) assert.ok(counts.counts[i] >= counts.counts[i - 1], JSON.stringify(counts));
+  assert.equal(counts.counts.at(-1), counts.all);
+});
+
+test('memory stays within the budget, and the view does with less', {skip}, async () => {
+  const result = await page.evaluate(async () => {
+    const {object, camera, lookFrom} = await maille.open('/build/web/armadillo.maille', {errorTarget: 1e-6, maxBytes: 1_000_000});
+    let most = 0;
+    for (let i = 0; i < 6; ++i) {
+      lookFrom(3 * Math.sin(i), 0, 3 * Math.cos(i));
+      for (let frame = 0; frame < 40; ++frame) {
+        object.update(camera, maille.renderer);
+        await maille.nextFrame();
+        most = Math.max(most, object.heldBytes);
+      }
+    }
+    const largest = Math.max(...[...object.charts.values()].map(chart => chart.bytes)), {triangles} = object;
+    object.dispose();
+    return {most, largest, triangles};
+  });
+  assert.ok(result.triangles > 0, JSON.stringify(result));
+  // What was asked for before the budget was reached still comes.
+  assert.ok(result.most <= 1_000_000 + 16 * result.largest, JSON.stringify(result));
+});
+
+test('a ray meets the face of the original that the whole mesh has there', {skip}, async () => {
+  const result = await page.evaluate(async () => {
+    const {THREE} = maille, {object, camera, lookFrom, settle} = await maille.open('/build/web/armadillo.maille', {errorTarget: 8});
+    lookFrom(0.5, 0.4, 2.5);
+    await settle();
+    const whole = await object.file.decode({drawn: true}), found = [];
+    const geometry = new THREE.BufferGeometry().setAttribute('position', new THREE.BufferAttribute(whole.positions, 3));
+    geometry.setIndex(new THREE.BufferAttribute(whole.triangles, 1));
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({side: THREE.DoubleSide}));
+    mesh.position.fromArray(whole.origin);
+    mesh.updateMatrixWorld();
+    const charts = await object.file.select({level: 0});
+    for (const [x, y] of [[0, 0], [0.05, 0.1], [-0.1, 0.05], [0.1, -0.05]]) {
+      const raycaster = new THREE.Raycaster();
+      raycaster.setFromCamera(new THREE.Vector2(x, y), camera);
+      const hit = await object.pick(raycaster), [wanted] = raycaster.intersectObject(mesh);
+      let number = hit?.face ?? null;
+      for (const chart of charts) {
+        if (hit === null || (chart.group === hit.group && chart.chart === hit.chart)) break;
+        number += chart.faces;
+      }
+      found.push([number, wanted ? whole.cells[wanted.faceIndex] : null]);
+    }
+    object.dispose();
+    return found;
+  });
+  assert.ok(result.some(([number]) => number !== null), JSON.stringify(result));
+  for (const [number, wanted] of result) assert.equal(number, wanted, JSON.stringify(result));
+});
+
+test('the example page shows a mesh', {skip}, async () => {
+  const example = await newPage(browser, {width: 640, height: 480});
+  // The import map names a server of the world; here its files come from this folder.
+  await example.route('https://cdn.jsdelivr.net/npm/three@*/**', route => {
+    const name = new URL(route.request().url()).pathname.replace(/^\/npm\/three@[^/]+\//, '');
+    route.fulfill({path: path.join(root, 'web/viewer/node_modules/three', name), contentType: 'text/javascript',
+      headers: {'Access-Control-Allow-Origin': '*', 'Cross-Origin-Resource-Policy': 'cross-origin'}});
+  });
+  await example.goto(`${server.address}examples/web/?file=/build/web/quads.maille`);
+  await example.waitForFunction(() => document.title === 'maille: all there');
+  await screenshot(example, 'example');
+  assert.deepEqual(example.complaints, []);
+  await example.close();
+});

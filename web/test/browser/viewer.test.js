@@ -1,0 +1,201 @@
+// The page of `maille view` and `maille serve`, as people use it.
+import assert from 'node:assert/strict';
+import {execFileSync, spawnSync} from 'node:child_process';
+import {existsSync, mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
+import path from 'node:path';
+import {after, before, test} from 'node:test';
+
+import {chromium, launch, maille, newPage, root, screenshot, serve, settle} from './browser.js';
+
+const built = path.join(root, 'web/dist/viewer/index.html');
+const skip = !chromium ? 'chromium is missing: scripts/setup web' : !existsSync(built) ? 'the viewer was not built: scripts/build-viewer' : false;
+const folder = path.join(root, 'build/web/files');
+const meshes = {
+  armadillo: ['tri/armadillo.obj', '--mode', 'random', '--bits', '14'], bear: ['tri/bear.off'], can: ['hex/can.vtu'],
+  combustor: ['hex/combustor_plot3d.vtu'], coloured: ['textured/bunny10k_textured.ply', '--mode', 'random'],
+  quads: ['poly/fertility_quad.off', '--mode', 'random'],
+};
+let browser, server;
+
+before(async () => {
+  if (skip) return;
+  mkdirSync(folder, {recursive: true});
+  for (const [name, [mesh, ...options]] of Object.entries(meshes))
+    execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
+  browser = await launch();
+  server = await serve('serve', '--quiet', '--port', '0', folder);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+async function openViewer(file, more = {}) {
+  const page = await newPage(browser, more);
+  await page.goto(`${server.address}.viewer/${file ? `?file=/${file}` : ''}`);
+  await page.waitForFunction(() => window.viewer);
+  if (file) await settle(page);
+  return page;
+}
+const statistics = page => page.evaluate(() => ({triangles: viewer.model.triangles, error: viewer.model.object.error, fetched: viewer.model.count.fetched}));
+
+for (const name of Object.keys(meshes)) {
+  test(`${name} is shown, without complaints`, {skip}, async () => {
+    const page = await openViewer(`${name}.maille`);
+    const {triangles} = await statistics(page);
+    assert.ok(triangles > 0);
+    await screenshot(page, name);
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+  });
+}
+
+test('a path that is flown is as fine as asked for at its end, and reads more only where it goes', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  const before = await statistics(page);
+  await page.click('[data-tool="fly"]');
+  await page.keyboard.down('w');
+  await page.waitForFunction(distance => viewer.stage.camera.position.distanceTo(viewer.stage.sphere.center) < distance * viewer.stage.sphere.radius, 1.3, {timeout: 180_000});
+  await page.keyboard.up('w');
+  await settle(page);
+  const near = await statistics(page);
+  assert.ok(near.error <= 1.5 && before.error <= 1.5, JSON.stringify({before, near}));
+  assert.ok(near.fetched >= before.fetched && near.triangles > 0);
+  await screenshot(page, 'flown');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a click tells the exact face, its corners and values', {skip}, async () => {
+  const page = await openViewer('coloured.maille');
+  await page.click('[data-tool="pick"]');
+  await page.mouse.click(480, 330);
+  await page.waitForSelector('#picked:not([hidden])');
+  const hit = await page.evaluate(() => viewer.picking.last);
+  const whole = await page.evaluate(async ({number}) => {
+    const mesh = await viewer.model.file.decode(), [block] = mesh.blocks;
+    const corners = [...block.connectivity.subarray(3 * number, 3 * number + 3)];
+    return corners.map(corner => [...mesh.positions.subarray(3 * corner, 3 * corner + 3)]);
+  }, hit);
+  const sorted = corners => corners.map(corner => corner.map(x => Math.fround(x).toPrecision(5)).join()).sort();
+  assert.deepEqual(sorted(hit.corners), sorted(whole));
+  assert.ok((await page.textContent('#picked')).includes('Face'));
+  await screenshot(page, 'picked');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a region is what `maille extract` gives', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  await page.click('[data-tool="box"]');
+  await page.mouse.move(420, 180);
+  await page.mouse.down();
+  await page.mouse.move(560, 300, {steps: 4});
+  await page.mouse.up();
+  await page.waitForSelector('#region:not([hidden])');
+  await screenshot(page, 'region');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#region .main')]);
+  const own = path.join(folder, 'region.ply'), native = path.join(folder, 'native.ply');
+  await download.saveAs(own);
+  const box = (await page.textContent('#region pre')).match(/--box=(\S+)/)[1];
+  execFileSync(maille, ['extract', '-q', '-f', path.join(folder, 'armadillo.maille'), native, `--box=${box}`]);
+  assert.ok(statSync(own).size > 1000);
+  const {status, stdout} = spawnSync(maille, ['diff', native, own], {encoding: 'utf8'});
+  assert.equal(status, 0, stdout);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('colours, levels, spheres, wireframe and cuts change the picture', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  const seen = new Set();
+  const look = async name => {
+    await settle(page);
+    await page.waitForTimeout(500);
+    seen.add((await page.locator('#canvas').screenshot({timeout: 180_000})).toString('base64'));
+    await screenshot(page, name);
+  };
+  await look('plain');
+  await page.selectOption('#colour', 'level');
+  await look('levels');
+  assert.ok((await page.textContent('#legend')).includes('level'));
+  await page.selectOption('#colour', 'chart');
+  await page.check('#spheres');
+  await look('spheres');
+  await page.uncheck('#spheres');
+  await page.selectOption('#colour', 'plain');
+  await page.keyboard.press('m');
+  await look('wireframe');
+  await page.keyboard.press('m');
+  await page.keyboard.press('z');
+  await look('cut');
+  await page.check('#light');
+  await look('light');
+  assert.equal(seen.size, 6);
+  await page.keyboard.press('?');
+  await page.waitForSelector('#help[open]');
+  await screenshot(page, 'help');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('fields of points and cells of a volume are coloured, with a legend', {skip}, async () => {
+  const page = await openViewer('combustor.maille');
+  await page.selectOption('#colour', 'point Density');
+  await page.waitForFunction(() => document.querySelector('#legend:not([hidden]) h3')?.textContent.includes('Density'));
+  await page.waitForTimeout(500);
+  await screenshot(page, 'field');
+  const fields = await page.evaluate(() => [...viewer.model.fields.keys()]);
+  assert.ok(fields.includes('point Momentum'), fields.join());
+  await page.selectOption('#colour', 'point Momentum');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a small screen with touch', {skip}, async () => {
+  const page = await openViewer('armadillo.maille', {width: 390, height: 780, hasTouch: true, isMobile: true});
+  await screenshot(page, 'phone');
+  await page.tap('#panel-button');
+  await screenshot(page, 'phone-panel');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('what is wrong with a file is a sentence in the page, which stays usable', {skip}, async () => {
+  const good = readFileSync(path.join(folder, 'bear.maille')), newer = Buffer.from(good);
+  newer.writeUInt16LE(99, 8);
+  writeFileSync(path.join(folder, 'newer.maille'), newer);
+  writeFileSync(path.join(folder, 'text.maille'), 'this is a text and no mesh at all');
+  writeFileSync(path.join(folder, 'damaged.maille'), Buffer.concat([good.subarray(0, 2000), Buffer.alloc(500, 255), good.subarray(2500)]));
+  for (const [name, sentence] of [['none', /404/], ['text', /no \.maille file/], ['newer', /newer|version|needs/i], ['damaged', /damaged|checksum|corrupt/i]]) {
+    const page = await newPage(browser);
+    await page.goto(`${server.address}.viewer/?file=/${name}.maille`);
+    await page.waitForSelector('.message.bad');
+    assert.match(await page.textContent('.message.bad'), sentence, name);
+    await screenshot(page, `error-${name}`);
+    await page.evaluate(() => viewer.open('/bear.maille'));
+    await settle(page);
+    assert.ok((await statistics(page)).triangles > 0);
+    await page.close();
+  }
+});
+
+test('without WebGL the page says so', {skip}, async () => {
+  const page = await newPage(browser);
+  await page.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
+  await page.goto(`${server.address}.viewer/?file=/bear.maille`);
+  await page.waitForSelector('.message.bad');
+  assert.match(await page.textContent('.message.bad'), /WebGL/);
+  await page.close();
+});
+
+test('`maille view` gives the page of one file', {skip}, async () => {
+  const view = await serve('view', '--quiet', '--no-browser', path.join(folder, 'bear.maille'));
+  const page = await newPage(browser);
+  await page.goto(view.address);
+  await settle(page);
+  assert.equal(await page.textContent('#file-name'), 'bear.maille');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+  await view.stop();
+});

@@ -1,0 +1,164 @@
+// Colours: of the mesh's own, of one field with a colour map, of levels or charts.
+
+import * as THREE from 'three';
+
+import {number} from './text.js';
+
+/** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
+export const maps = {
+  viridis: ['440154', '46327e', '365c8d', '277f8e', '1fa187', '4ac16d', 'a0da39', 'fde725'],
+  magma: ['000004', '221150', '5f187f', '982d80', 'd3436e', 'f8765c', 'febb81', 'fcfdbf'],
+  'cool to warm': ['3b4cc0', '6788ee', '9abbff', 'c9d7f0', 'edd1c2', 'f7a889', 'e26952', 'b40426'],
+  turbo: ['30123b', '4662d7', '36aaf9', '1ae4b6', '72fe5e', 'c7ef34', 'faba39', 'f66b19', 'ca2a04', '7a0403'],
+  grey: ['101010', 'f4f4f4'],
+};
+/** For levels, charts and labels: told apart by eyes of all kinds. */
+const distinct = ['4e79a7', 'f28e2b', '59a14f', 'e15759', '76b7b2', 'edc948', 'b07aa1', 'ff9da7', '9c755f', 'bab0ac', '86bcb6', 'd37295'];
+
+export class Colouring {
+  constructor() {
+    this.mode = 'plain';
+    this.map = 'viridis';
+    this.uniforms = {colourMap: {value: null}, valueRange: {value: new THREE.Vector2(0, 1)}};
+    this.plain = material({color: 0xcdc8bf});
+    this.own = material({vertexColors: true});
+    this.ofField = material({color: 0xffffff});
+    this.ofField.onBeforeCompile = shader => colourByScalar(shader, this.uniforms);
+    this.distinct = distinct.map(colour => material({color: new THREE.Color(`#${colour}`)}));
+    this.all = [this.plain, this.own, this.ofField, ...this.distinct];
+    this.setMap(this.map);
+  }
+
+  setMap(name) {
+    this.map = name;
+    this.uniforms.colourMap.value?.dispose();
+    this.uniforms.colourMap.value = textureOf(maps[name]);
+  }
+  setWireframe(on) {
+    for (const each of this.all) each.wireframe = on;
+  }
+  setFlat(on) {
+    for (const each of this.all) {
+      each.flatShading = on;
+      each.needsUpdate = true;
+    }
+  }
+
+  /** @param {string} mode 'plain', 'own', 'level', 'chart', or the key of a field; with its component, -1: magnitude */
+  set(model, mode, component = -1) {
+    Object.assign(this, {mode, component, field: model.fields.get(mode) ?? null});
+    this.range = [Infinity, -Infinity];
+    for (const mesh of model.meshes) this.apply(mesh);
+  }
+
+  /** Colours one mesh; returns whether the range of values grew. */
+  apply(mesh) {
+    const {level, group, chart} = mesh.userData.chart;
+    const perCell = this.field?.domain === 'cell';
+    showPerCell(mesh, perCell);
+    if (this.field) {
+      mesh.material = this.ofField;
+      return this.#setScalars(mesh);
+    }
+    if (this.mode === 'level') mesh.material = this.distinct[level % this.distinct.length];
+    else if (this.mode === 'chart') mesh.material = this.distinct[(group * 7 + chart) % this.distinct.length];
+    else mesh.material = this.mode === 'own' && mesh.geometry.hasAttribute('color') ? this.own : this.plain;
+    return false;
+  }
+
+  #setScalars(mesh) {
+    const {geometry} = mesh, {arrays, cells} = (mesh.userData.whole ?? geometry).userData;
+    const array = arrays.find(a => a.name === this.field.name && (a.domain === 'cell') === (this.field.domain === 'cell'));
+    const vertices = geometry.getAttribute('position').count, scalars = new Float32Array(vertices).fill(NaN);
+    const range = [Infinity, -Infinity];
+    for (let i = 0; array && i < vertices; ++i) {
+      const value = scalarOf(array, this.field.domain === 'cell' ? cells[Math.floor(i / 3)] : i, this.component);
+      scalars[i] = value;
+      if (value < range[0] && value > -Infinity) range[0] = value;
+      if (value > range[1] && value < Infinity) range[1] = value;
+    }
+    geometry.setAttribute('scalar', new THREE.BufferAttribute(scalars, 1));
+    return this.#widen(range);
+  }
+  #widen([low, high]) {
+    const grown = low < this.range[0] || high > this.range[1];
+    this.range = [Math.min(this.range[0], low), Math.max(this.range[1], high)];
+    if (this.range[0] <= this.range[1]) this.uniforms.valueRange.value.set(...this.range);
+    return grown;
+  }
+}
+
+function scalarOf({values, components}, index, component) {
+  if (components === 1) return Number(values[index]);
+  if (component >= 0) return Number(values[index * components + component]);
+  let sum = 0;
+  for (let c = 0; c < components; ++c) sum += Number(values[index * components + c]) ** 2;
+  return Math.sqrt(sum);
+}
+
+function material(options) {
+  return new THREE.MeshStandardMaterial({roughness: 0.72, metalness: 0, side: THREE.DoubleSide, ...options});
+}
+
+/** Values that are no numbers are drawn grey. */
+function colourByScalar(shader, uniforms) {
+  Object.assign(shader.uniforms, uniforms);
+  shader.vertexShader = shader.vertexShader
+    .replace('#include <common>', '#include <common>\nattribute float scalar;\nvarying float vScalar;')
+    .replace('#include <begin_vertex>', '#include <begin_vertex>\nvScalar = scalar;');
+  shader.fragmentShader = shader.fragmentShader
+    .replace('#include <common>', '#include <common>\nuniform sampler2D colourMap;\nuniform vec2 valueRange;\nvarying float vScalar;')
+    .replace('#include <color_fragment>', `#include <color_fragment>
+      float place = (vScalar - valueRange.x) / max(valueRange.y - valueRange.x, 1e-30);
+      diffuseColor.rgb = isnan(vScalar) ? vec3(0.25) : texture2D(colourMap, vec2(clamp(place, 0.0, 1.0), 0.5)).rgb;`);
+}
+
+function textureOf(colours) {
+  const size = 256, bytes = new Uint8Array(4 * size), all = colours.map(c => [0, 2, 4].map(i => parseInt(c.slice(i, i + 2), 16)));
+  for (let i = 0; i < size; ++i) {
+    const at = i / (size - 1) * (all.length - 1), k = Math.min(all.length - 2, Math.floor(at));
+    for (let c = 0; c < 3; ++c) bytes[4 * i + c] = all[k][c] + (at - k) * (all[k + 1][c] - all[k][c]);
+    bytes[4 * i + 3] = 255;
+  }
+  const texture = new THREE.DataTexture(bytes, size, 1);
+  Object.assign(texture, {colorSpace: THREE.SRGBColorSpace, magFilter: THREE.LinearFilter, minFilter: THREE.LinearFilter, needsUpdate: true});
+  return texture;
+}
+
+/** A value of a cell needs corners of its own. */
+function showPerCell(mesh, perCell) {
+  if (perCell === Boolean(mesh.userData.whole)) return;
+  if (!perCell) {
+    mesh.geometry.dispose();
+    mesh.geometry = mesh.userData.whole;
+    delete mesh.userData.whole;
+    return;
+  }
+  const whole = mesh.geometry, own = whole.toNonIndexed();
+  own.boundingSphere = whole.boundingSphere;
+  own.userData = whole.userData;
+  whole.dispose();  // of the GPU
+  mesh.userData.whole = whole;
+  mesh.geometry = own;
+}
+
+/** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text}]}, or null. */
+export function legendOf(colouring, model) {
+  const {mode, field, component, range} = colouring;
+  if (field) {
+    if (!(range[0] <= range[1])) return null;
+    const part = field.components === 1 ? '' : component < 0 ? ' (magnitude)' : ` [${component}]`;
+    const ticks = [1, 0.75, 0.5, 0.25, 0].map(t => number(range[0] + t * (range[1] - range[0])));
+    return {title: field.name + part, about: field.domain === 'cell' ? 'of cells' : 'of points', colours: maps[colouring.map], ticks};
+  }
+  if (mode !== 'level' || !model.refines) return null;
+  const shown = new Map();
+  for (const mesh of model.shown) {
+    const {level} = mesh.userData.chart;
+    shown.set(level, (shown.get(level) ?? 0) + mesh.userData.triangles);
+  }
+  const entries = model.file.levels.map((_, level) => ({
+    colour: distinct[level % distinct.length], text: `level ${level}${level === 0 ? ', the original' : ''}`, here: shown.has(level),
+  }));
+  return {title: 'Level of detail', entries: entries.filter(entry => entry.here)};
+}

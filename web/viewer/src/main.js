@@ -1,0 +1,264 @@
+// The page: opens files, and lets parts of it know of each other. `window.viewer` is there for programs and tests.
+
+import * as THREE from 'three';
+
+import {Colouring, legendOf} from './colouring.js';
+import {openModel} from './models.js';
+import {Navigation} from './navigation.js';
+import {clearMessages, showLegend, showProgress, showStatistics, tell} from './page.js';
+import {Picking} from './picking.js';
+import {Region} from './region.js';
+import {Settings} from './settings.js';
+import {Spheres} from './spheres.js';
+import {Stage} from './stage.js';
+import {bytesText, count} from './text.js';
+
+const find = id => document.getElementById(id);
+
+class Viewer {
+  constructor() {
+    const canvas = find('canvas');
+    this.stage = new Stage(canvas);
+    this.navigation = new Navigation(this.stage);
+    this.colouring = new Colouring();
+    this.picking = new Picking(this.stage, find('picked'));
+    this.region = new Region(this.stage, find('region'), find('rectangle'), tell);
+    this.spheres = new Spheres(this.stage.scene);
+    this.model = null;
+    this.done = false;
+    this.settings = new Settings(this);
+    this.stage.addEventListener('frame', () => this.#frame());
+    setInterval(() => this.#tellState(), 250);
+    this.#pointers(canvas);
+    this.#files();
+    canvas.addEventListener('webglcontextlost', event => {
+      event.preventDefault();
+      tell('The graphics card took back its memory; the picture comes again when it can.', true);
+    });
+    canvas.addEventListener('webglcontextrestored', () => this.stage.touch());
+  }
+
+  /** @param input an address, File or ArrayBuffer; resolves to whether it could be opened */
+  async open(input) {
+    this.opening?.abort();
+    const opening = this.opening = new AbortController(), name = nameOf(input);
+    clearMessages();
+    find('start').hidden = true;
+    showProgress(NaN, `Opening ${name}`);
+    const bytes = (fetched, size) => {
+      if (opening.signal.aborted || size === 0) return;
+      showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${bytesText(fetched)} of ${bytesText(size)}` : 'Decoding');
+    };
+    try {
+      const model = await openModel(input, {bytes: (fetched, size) => { if (!this.opened) bytes(fetched, size); }}, opening.signal);
+      if (opening.signal.aborted) return model.dispose();
+      this.#show(model, name);
+      return true;
+    } catch (error) {
+      if (opening.signal.aborted) return false;
+      tell(sentence(error), true, {text: 'Try again', run: () => this.open(input)});
+      if (!this.model) this.showStart();
+      return false;
+    } finally {
+      if (this.opening === opening) showProgress(null);
+    }
+  }
+
+  #show(model, name) {
+    this.model?.dispose();
+    this.picking.show(null);
+    this.region.setBox(null, null);
+    this.model = model;
+    this.failures = 0;
+    this.lastShown = '';
+    document.title = `${name} · maille`;
+    document.body.classList.toggle('is-random', model.refines);
+    find('file-name').textContent = name;
+    find('file-about').textContent = model.about;
+    find('file-about').title = model.about;
+    this.stage.scene.add(model.object);
+    this.stage.setSphere(model.sphere);
+    this.settings.setAxis('');
+    this.settings.offer(model);
+    this.settings.setColour(find('colour').value);
+    this.setTarget(this.target);
+    this.setSpheres(find('spheres').checked);
+    this.fit(this.navigation.firstDirection);
+    model.object.addEventListener('chart', ({mesh}) => this.#arrived(mesh));
+    model.object.addEventListener('error', ({error}) => this.#failed(error));
+  }
+
+  #arrived(mesh) {
+    if (find('colour').options.length < 4 + this.model.fields.size && this.knownFields !== this.model.fields.size) {
+      this.knownFields = this.model.fields.size;
+      this.settings.offer(this.model);
+      this.settings.setColour(find('colour').value);
+    }
+    this.colouring.apply(mesh);
+  }
+  #failed(error) {
+    ++this.failures;
+    const place = this.failures > 1 ? ` (${this.failures} parts are missing)` : '';
+    tell(`${sentence(error)}${place} This place stays coarse.`, true, {text: 'Try again', run: () => {
+      this.failures = 0;
+      this.model.object.retry();
+    }});
+  }
+
+  fit(direction = null) {
+    if (this.model) this.navigation.fit(this.model.sphere, direction);
+  }
+  setTarget(pixels) {
+    this.target = Math.min(32, Math.max(0.25, pixels));
+    if (this.model?.refines) this.model.object.errorTarget = this.target;
+  }
+  setUp(axis) {
+    this.navigation.setUp(axis);
+    this.stage.sky.position.copy(this.stage.camera.up);
+    this.fit(this.navigation.firstDirection);
+  }
+  setFrozen(on) {
+    this.frozen = on;
+  }
+  setSpheres(on) {
+    this.spheres.show(on && this.model?.refines ? this.model : null);
+    this.showsSpheres = on;
+  }
+  setColour(key, component) {
+    if (this.model) this.colouring.set(this.model, key, component);
+    this.stage.touch();
+  }
+  setMap(name) {
+    this.colouring.setMap(name);
+    this.stage.touch();
+  }
+  escape() {
+    if (!find('start').hidden) find('start').hidden = this.model !== null;
+    this.picking.show(null);
+    this.region.setBox(null, null);
+    this.settings.setTool('orbit');
+  }
+  showStart() {
+    find('start').hidden = false;
+    find('start-close').hidden = this.model === null;
+    find('address').focus();
+  }
+
+  #frame() {
+    const {model, stage} = this;
+    if (!model) return;
+    if (!(this.frozen && model.refines)) this.done = model.update(stage.camera, stage.renderer);
+    if (!model.refines) return;
+    const shown = model.object.shown;
+    if (shown === this.lastShownSet) return;
+    this.lastShownSet = shown;
+    const key = [...shown].join();
+    if (key === this.lastShown) return;
+    this.lastShown = key;
+    if (this.showsSpheres) this.spheres.show(model);
+    stage.touch();
+  }
+
+  #tellState() {
+    const {model} = this;
+    if (!model) return;
+    showLegend(legendOf(this.colouring, model));
+    const rows = [['Triangles', count(model.triangles)]];
+    if (model.refines) {
+      const {object} = model;
+      rows.push(['Charts shown', `${object.shown.size} of ${object.charts.size} here`],
+        ['Error seen', Number.isFinite(object.error) ? `${object.error.toFixed(2)} px` : '…'],
+        ['In memory', bytesText(object.heldBytes)]);
+    }
+    const {fetched} = model.count, share = Math.min(100, Math.round(100 * fetched / model.file.size));
+    rows.push(['Fetched', fetched > 0 ? `${bytesText(fetched)}, ${share} %` : 'from this device']);
+    if (model.decodeRate) this.lastRate = model.decodeRate;
+    rows.push(['Decoded', this.lastRate ? `${(this.lastRate / 1e6).toFixed(2)} M/s` : '…']);
+    rows.push(['Frames', `${this.stage.frames.length} /s`]);
+    showStatistics(rows);
+  }
+
+  #pointers(canvas) {
+    let down = null;
+    canvas.addEventListener('pointerdown', event => {
+      canvas.focus({preventScroll: true});
+      down = event;
+      if (this.settings.tool === 'box' && this.model && event.button === 0) this.region.begin(this.model, event);
+    });
+    canvas.addEventListener('pointerup', event => {
+      const moved = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
+      if (this.settings.tool === 'pick' && down && moved < 5 && event.button === 0) this.pick(event);
+    });
+    canvas.addEventListener('dblclick', async event => {
+      const hit = await this.#hit(event);
+      if (hit) this.navigation.turnAround(new THREE.Vector3(...hit.position));
+    });
+  }
+
+  /** @returns the exact face there, which is shown, or null */
+  async pick(event) {
+    const hit = await this.#hit(event);
+    this.picking.show(hit);
+    return hit;
+  }
+  async #hit(event) {
+    const {model} = this;
+    if (!model) return null;
+    try {
+      return await this.picking.at(model, event);
+    } catch (error) {
+      tell(sentence(error), true);
+      return null;
+    }
+  }
+
+  #files() {
+    find('open').onclick = () => this.showStart();
+    find('start-close').onclick = () => { find('start').hidden = true; };
+    find('choose').onchange = () => find('choose').files[0] && this.open(find('choose').files[0]);
+    find('start-form').onsubmit = event => {
+      event.preventDefault();
+      const address = find('address').value.trim();
+      if (address !== '') this.open(address);
+    };
+    addEventListener('dragover', event => {
+      event.preventDefault();
+      document.body.classList.add('dropping');
+    });
+    addEventListener('dragleave', event => {
+      if (event.relatedTarget === null) document.body.classList.remove('dropping');
+    });
+    addEventListener('drop', event => {
+      event.preventDefault();
+      document.body.classList.remove('dropping');
+      const file = event.dataTransfer.files[0], address = event.dataTransfer.getData('text/uri-list');
+      if (file || address) this.open(file ?? address);
+    });
+  }
+}
+
+function nameOf(input) {
+  if (typeof input !== 'string') return input.name ?? 'mesh';
+  const last = new URL(input, location.href).pathname.split('/').filter(Boolean).pop() ?? input;
+  try {
+    return decodeURIComponent(last);
+  } catch {
+    return last;  // not everything with a % is an escape
+  }
+}
+
+function sentence({message}) {
+  const text = String(message).trim();
+  return text.charAt(0).toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.');
+}
+
+try {
+  const viewer = window.viewer = new Viewer();
+  const file = new URLSearchParams(location.search).get('file');
+  if (file) viewer.open(file);
+  else viewer.showStart();
+} catch (error) {
+  tell(/webgl/i.test(error.message)
+    ? 'This browser has no WebGL 2, which drawing needs: allow hardware acceleration in its settings, or take another browser.'
+    : sentence(error), true);
+}

@@ -1,0 +1,179 @@
+// What is shown: a file of mode random, which refines itself, or a mesh that is here as a whole. Both have
+// {object, sphere, meshes, triangles, fields, update(), pick(), dispose()}.
+
+import * as THREE from 'three';
+
+import {MeshFile} from '../../src/maille.js';
+import {MailleObject, toGeometry} from '../../src/three.js';
+import {bytesText, count} from './text.js';
+
+/** Servers without ranges give all of a file: as much as a page can hold. */
+const MOST_BYTES = 2 ** 31;
+
+/**
+ * @param input address, File or ArrayBuffer
+ * @param {object} on bytes(fetched, size): how far it is; size 0: not known yet
+ */
+export async function openModel(input, on = {}, signal = undefined) {
+  let file = null;
+  const count = {fetched: 0};
+  const onBytes = bytes => {
+    count.fetched += bytes;
+    on.bytes?.(count.fetched, file?.size ?? 0);
+  };
+  file = await MeshFile.open(input, {maxWhole: MOST_BYTES, fetch: countingFetch(onBytes), signal});
+  try {
+    if (file.mode === 'random') return new RefinedModel(file, count);
+    const begin = performance.now(), drawn = await file.decode({drawn: true, signal});
+    return new WholeModel(file, count, drawn, performance.now() - begin);
+  } catch (error) {
+    file.close();
+    throw error;
+  }
+}
+
+/** fetch() that tells of bytes as they arrive, not only of answers that are complete. */
+function countingFetch(onBytes) {
+  return async (...given) => {
+    const response = await fetch(...given);
+    if (!response.ok || !response.body) return response;
+    const counter = new TransformStream({
+      transform(bytes, controller) {
+        onBytes(bytes.byteLength);
+        controller.enqueue(bytes);
+      },
+    });
+    const {status, statusText, headers} = response;
+    return new Response(response.body.pipeThrough(counter), {status, statusText, headers});
+  };
+}
+
+class RefinedModel {
+  constructor(file, count) {
+    Object.assign(this, {file, count, refines: true, decoded: []});
+    this.object = new MailleObject(file, {maxBytes: budget()});
+    this.fields = new Map();
+    this.object.addEventListener('chart', ({mesh}) => {
+      noteFields(this.fields, mesh.geometry.userData.arrays);
+      this.decoded.push([performance.now(), mesh.userData.triangles]);
+    });
+  }
+  get sphere() { return this.object.boundingSphere; }
+  get meshes() { return this.object.meshes; }
+  get shown() { return this.meshes.filter(mesh => mesh.visible); }
+  get triangles() { return this.object.triangles; }
+  get about() {
+    const {levels} = this.file;
+    return `${count(levels[0]?.faces ?? 0)} faces · ${levels.length} levels · ${bytesText(this.file.size)}`;
+  }
+  /** Triangles a second, of the last seconds in which there were any. */
+  get decodeRate() {
+    const now = performance.now();
+    while (this.decoded.length > 0 && now - this.decoded[0][0] > 3000) this.decoded.shift();
+    if (this.decoded.length < 2) return null;
+    const time = this.decoded.at(-1)[0] - this.decoded[0][0];
+    return time > 0 ? this.decoded.slice(1).reduce((sum, [, n]) => sum + n, 0) / time * 1000 : null;
+  }
+  update(camera, renderer) { return this.object.update(camera, renderer); }
+  dispose() { this.object.dispose(); }
+
+  /** The exact face that a ray meets: {position, distance, face, number, chart, values}. */
+  async pick(raycaster) {
+    const hit = await this.object.pick(raycaster);
+    if (!hit) return null;
+    const [drawn, finest] = await Promise.all([this.file.decodeNode(hit), this.file.select({level: 0})]);
+    let number = hit.face;
+    for (const chart of finest) {
+      if (chart.group === hit.group && chart.chart === hit.chart) break;
+      number += chart.faces;
+    }
+    const triangle = triangleOf(drawn, hit);
+    return {
+      ...hit, number, position: hit.position, values: triangle === null ? [] : valuesAt(drawn, triangle, weightsOf(drawn, triangle, hit)),
+      corners: triangle === null ? [] : cornersOf(drawn, triangle, drawn.origin),
+    };
+  }
+}
+
+class WholeModel {
+  constructor(file, count, drawn, milliseconds) {
+    Object.assign(this, {file, count, drawn, refines: false});
+    const geometry = toGeometry(drawn);
+    geometry.computeBoundingSphere();
+    const mesh = new THREE.Mesh(geometry);
+    mesh.position.fromArray(drawn.origin);
+    mesh.userData = {chart: {level: 0, group: 0, chart: 0}, triangles: drawn.triangles.length / 3};
+    this.meshes = [mesh];
+    this.object = new THREE.Group().add(mesh);
+    this.fields = new Map();
+    noteFields(this.fields, drawn.arrays);
+    this.decodeRate = milliseconds > 0 ? mesh.userData.triangles / milliseconds * 1000 : null;
+    this.triangles = mesh.userData.triangles;
+    const {center, radius} = geometry.boundingSphere;
+    this.sphere = new THREE.Sphere(center.clone().add(mesh.position), Number.isFinite(radius) ? radius : 1);
+  }
+  get shown() { return this.meshes; }
+  get about() {
+    return `${count(this.triangles)} triangles shown · mode ${this.file.mode} · ${bytesText(this.file.size)}`;
+  }
+  update() { return true; }
+  dispose() {
+    for (const mesh of this.meshes) mesh.geometry.dispose();
+    this.object.removeFromParent();
+    this.file.close();
+  }
+
+  async pick(raycaster) {
+    const [hit] = raycaster.intersectObjects(this.meshes, false);
+    if (!hit) return null;
+    const triangle = hit.faceIndex, corners = cornersOf(this.drawn, triangle, this.drawn.origin);
+    const barycentric = THREE.Triangle.getBarycoord(hit.point, ...corners.map(c => new THREE.Vector3(...c)), new THREE.Vector3());
+    const face = this.drawn.cells[triangle];
+    return {
+      position: hit.point.toArray(), distance: hit.distance, face, number: face, corners,
+      values: valuesAt(this.drawn, triangle, barycentric?.toArray() ?? [1, 0, 0]),
+    };
+  }
+}
+
+/** The triangle of a face that has the corners that were hit. */
+function triangleOf({cells, triangles, points}, {face, corners}) {
+  const wanted = [...corners].sort().join();
+  for (let t = 0; t < cells.length; ++t) {
+    if (cells[t] === face && [0, 1, 2].map(k => points[triangles[3 * t + k]]).sort().join() === wanted) return t;
+  }
+  return null;
+}
+function weightsOf({triangles, points}, t, {corners, weights}) {
+  return [0, 1, 2].map(k => weights[corners.indexOf(points[triangles[3 * t + k]])] ?? 0);
+}
+function cornersOf({positions, triangles}, t, origin) {
+  return [0, 1, 2].map(k => [0, 1, 2].map(c => positions[3 * triangles[3 * t + k] + c] + origin[c]));
+}
+
+/** Arrays at a place of a triangle: those of cells as they are, others weighted, labels of the nearest corner. */
+function valuesAt({arrays, triangles, cells}, t, weights) {
+  return arrays.map(({name, domain, role, type, components, values}) => {
+    const at = index => Array.from({length: components}, (_, c) => values[index * components + c]);
+    if (domain === 'cell') return {name, domain, value: at(cells[t])};
+    const vertices = [0, 1, 2].map(k => triangles[3 * t + k]);
+    if (role === 'label' || /64$/.test(type) && type[0] !== 'f')
+      return {name, domain, value: at(vertices[weights.indexOf(Math.max(...weights))])};
+    const corners = vertices.map(at);
+    return {name, domain, value: corners[0].map((_, c) => corners.reduce((sum, v, k) => sum + weights[k] * v[c], 0))};
+  });
+}
+
+/** What can be coloured by, with the range seen so far. */
+function noteFields(fields, arrays) {
+  for (const array of arrays) {
+    const key = `${array.domain === 'cell' ? 'cell' : 'point'} ${array.name}`;
+    if (!fields.has(key)) {
+      fields.set(key, {key, name: array.name, domain: array.domain === 'cell' ? 'cell' : 'point', role: array.role, components: array.components, type: array.type});
+    }
+  }
+}
+
+function budget() {
+  return (navigator.deviceMemory ?? 4) * 64e6;
+}

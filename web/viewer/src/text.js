@@ -1,0 +1,16 @@
+// Numbers for people.
+
+export function count(n) {
+  return Math.round(n).toLocaleString('en').replaceAll(',', ' ');
+}
+export function bytesText(n) {
+  for (const [unit, size] of [['GB', 1e9], ['MB', 1e6], ['kB', 1e3]]) {
+    if (n >= size) return `${(n / size).toPrecision(3)} ${unit}`;
+  }
+  return `${n} bytes`;
+}
+
+export function number(x) {
+  if (Number.isInteger(x) && Math.abs(x) < 1e6) return String(x);
+  return Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : String(Number(x.toPrecision(4)));
+}
