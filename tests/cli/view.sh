@@ -24,7 +24,6 @@ get "$base/.viewer/none"
 get "$base/.viewer/../scans/"
 get "$base/a%20b.maille"
 get "$base/.viewerscript.js"
-kill -INT $server
 kill $server
 wait $server
 cat said
