@@ -3,12 +3,13 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help demo test web bench scale fuzz format install clean
+.PHONY: help demo test web viewer bench scale fuzz format install clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
 	@echo "make test     build and run all tests, with and without sanitizers"
-	@echo "make web      build the WebAssembly decoder and test it and its JavaScript under node"
+	@echo "make web      build the WebAssembly decoder and test it, its JavaScript and the viewer, under node and in Chromium"
+	@echo "make viewer   build the viewer of maille view and maille serve; make install takes it along"
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
 	@echo "make scale    measure peak memory of volumes larger than memory (CELLS=1e6: smaller ones than the full size)"
 	@echo "make fuzz     feed damaged input to every reader and decoder, FUZZ_SECONDS each ($(FUZZ_SECONDS))"
@@ -24,6 +25,9 @@ test:
 
 web:
 	@scripts/test-web
+
+viewer:
+	@scripts/build-viewer
 
 bench:
 	@scripts/bench

@@ -15,7 +15,7 @@ print(answer.status, answer.url.split("/", 3)[3], len(body) if body[:1] == b"\x8
 maille view 'scans/a b.maille' > address 2> said &
 server=$!
 until [[ -s address ]]; do kill -0 $server || exit 9; sleep 0.05; done
-sed 's/:[0-9]*\//:PORT\//' address
+sed 's/:[0-9][0-9]*\//:PORT\//' address
 base=$(cut -d/ -f1-3 address)
 get "$(cat address)"
 get "$base/.viewer/script.js"
@@ -24,7 +24,6 @@ get "$base/.viewer/none"
 get "$base/.viewer/../scans/"
 get "$base/a%20b.maille"
 get "$base/.viewerscript.js"
-kill -INT $server
 kill $server
 wait $server
 cat said
@@ -39,13 +38,14 @@ kill $server
 wait $server
 
 # A folder has links.
+rm address
 maille serve --port 0 scans > address 2> said &
 server=$!
 until [[ -s address ]]; do kill -0 $server || exit 9; sleep 0.05; done
 get "$(cat address)"
 kill $server
 wait $server
-sed 's/:[0-9]*\//:PORT\//' said
+sed 's/:[0-9][0-9]*\//:PORT\//' said
 
 try maille view tetra.off
 try maille view scans

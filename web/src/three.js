@@ -3,10 +3,10 @@
 import * as THREE from 'three';
 
 import {MeshFile, ready, setDecoder} from './maille.js';
-import {geometryBytes, toGeometry} from './three_geometry.js';
+import {toGeometry} from './three_geometry.js';
 
 export {MailleObject} from './three_object.js';
-export {geometryBytes, toGeometry};
+export {isOfCells, toGeometry, tupleOfTriangle} from './three_geometry.js';
 
 /** Loads whole files of any mode: `loader.load(url, geometry => ..., onProgress, onError)`, `loadAsync`, `parse`. */
 export class MailleLoader extends THREE.Loader {
@@ -57,7 +57,7 @@ export class MailleLoader extends THREE.Loader {
     total = file.size;
     tell();
     try {
-      const drawn = await file.decode({drawn: true});
+      const drawn = await file.surface();
       const geometry = toGeometry(drawn);
       // Loaded whole, geometry stands where the file has it.
       geometry.translate(...drawn.origin);

@@ -7,8 +7,8 @@ const attributeNames = {normal: 'normal', colour: 'color', texture_coordinate: '
 const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 
 /**
- * A BufferGeometry of what decodeNode() or decode({drawn: true}) gives; other arrays keep their names. userData: origin, to
- * be added to positions; cells, by triangle; arrays, of points and of cells, as the file has them.
+ * A BufferGeometry of what decodeNode() or surface() gives. userData: origin, to be added to positions; points, by vertex; cells,
+ * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle.
  */
 export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
   const geometry = new THREE.BufferGeometry();
@@ -17,7 +17,7 @@ export function toGeometry({positions, triangles, cells, points, arrays, origin}
   geometry.setIndex(new THREE.BufferAttribute(small ? Uint16Array.from(triangles) : triangles, 1));
   for (const array of arrays) {
     const name = attributeNames[array.role];
-    if (array.domain === 'cell' || !name || geometry.hasAttribute(name)) continue;
+    if (isOfCells(array) || !name || geometry.hasAttribute(name)) continue;
     geometry.setAttribute(name, new THREE.BufferAttribute(forGpu(array.values), array.components, normalised.has(array.type)));
   }
   if (!isNormal(geometry.getAttribute('normal'))) geometry.setAttribute('normal', normalsOf(positions, triangles));
@@ -31,6 +31,14 @@ export function geometryBytes(geometry) {
   const values = [geometry.index, ...Object.values(geometry.attributes)].map(attribute => attribute.array);
   const kept = [geometry.userData.cells, ...(geometry.userData.arrays ?? []).map(array => array.values)];
   return [...new Set([...values, ...kept])].reduce((sum, array) => sum + (array?.byteLength ?? 0), 0);
+}
+
+export function isOfCells({domain}) {
+  return domain === 'cell' || domain === 'triangle';
+}
+/** The tuple of an array of cells that a triangle has. */
+export function tupleOfTriangle({domain}, cells, triangle) {
+  return domain === 'triangle' ? triangle : cells[triangle];
 }
 
 function forGpu(values) {
@@ -65,12 +73,13 @@ function normalsOf(positions, triangles) {
 
 /** Runs of triangles with one label (a material, a part) become groups, by the first array of labels on cells. */
 function addGroups(geometry, cells, arrays) {
-  const labels = arrays.find(array => array.domain === 'cell' && array.role === 'label' && array.components === 1);
-  if (!labels || cells.length === 0) return;
+  const labels = arrays.find(array => isOfCells(array) && array.role === 'label' && array.components === 1), count = cells.length;
+  if (!labels || count === 0) return;
+  const label = i => labels.values[tupleOfTriangle(labels, cells, i)];
   let first = 0;
-  for (let i = 1; i <= cells.length; ++i) {
-    if (i < cells.length && labels.values[cells[i]] === labels.values[cells[first]]) continue;
-    geometry.addGroup(3 * first, 3 * (i - first), Number(labels.values[cells[first]]));
+  for (let i = 1; i <= count; ++i) {
+    if (i < count && label(i) === label(first)) continue;
+    geometry.addGroup(3 * first, 3 * (i - first), Number(label(first)));
     first = i;
   }
 }

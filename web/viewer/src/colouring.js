@@ -2,6 +2,7 @@
 
 import * as THREE from 'three';
 
+import {isOfCells, tupleOfTriangle} from '../../src/three.js';
 import {number} from './text.js';
 
 /** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
@@ -68,11 +69,11 @@ export class Colouring {
 
   #setScalars(mesh) {
     const {geometry} = mesh, {arrays, cells} = (mesh.userData.whole ?? geometry).userData;
-    const array = arrays.find(a => a.name === this.field.name && (a.domain === 'cell') === (this.field.domain === 'cell'));
+    const array = arrays.find(a => a.name === this.field.name && isOfCells(a) === (this.field.domain === 'cell'));
     const vertices = geometry.getAttribute('position').count, scalars = new Float32Array(vertices).fill(NaN);
     const range = [Infinity, -Infinity];
     for (let i = 0; array && i < vertices; ++i) {
-      const value = scalarOf(array, this.field.domain === 'cell' ? cells[Math.floor(i / 3)] : i, this.component);
+      const value = scalarOf(array, isOfCells(array) ? tupleOfTriangle(array, cells, Math.floor(i / 3)) : i, this.component);
       scalars[i] = value;
       if (value < range[0] && value > -Infinity) range[0] = value;
       if (value > range[1] && value < Infinity) range[1] = value;

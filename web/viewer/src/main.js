@@ -98,11 +98,11 @@ class Viewer {
   }
   #failed(error) {
     ++this.failures;
-    const place = this.failures > 1 ? ` (${this.failures} parts are missing)` : '';
-    tell(`${sentence(error)}${place} This place stays coarse.`, true, {text: 'Try again', run: () => {
+    const place = this.failures === 1 ? 'This place stays coarse.' : `${this.failures} places stay coarse.`;
+    tell(`${sentence(error)} ${place}`, true, {text: 'Try again', run: () => {
       this.failures = 0;
       this.model.object.retry();
-    }});
+    }}, 'failures');
   }
 
   fit(direction = null) {

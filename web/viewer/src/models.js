@@ -4,7 +4,7 @@
 import * as THREE from 'three';
 
 import {MeshFile} from '../../src/maille.js';
-import {MailleObject, toGeometry} from '../../src/three.js';
+import {isOfCells, MailleObject, toGeometry, tupleOfTriangle} from '../../src/three.js';
 import {bytesText, count} from './text.js';
 
 /** Servers without ranges give all of a file: as much as a page can hold. */
@@ -24,7 +24,8 @@ export async function openModel(input, on = {}, signal = undefined) {
   file = await MeshFile.open(input, {maxWhole: MOST_BYTES, fetch: countingFetch(onBytes), signal});
   try {
     if (file.mode === 'random') return new RefinedModel(file, count);
-    const begin = performance.now(), drawn = await file.decode({drawn: true, signal});
+    const onProgress = ({loaded}) => on.bytes?.(Math.max(count.fetched, loaded ?? 0), file.size);
+    const begin = performance.now(), drawn = await file.surface({signal, onProgress});
     return new WholeModel(file, count, drawn, performance.now() - begin);
   } catch (error) {
     file.close();
@@ -153,9 +154,10 @@ function cornersOf({positions, triangles}, t, origin) {
 
 /** Arrays at a place of a triangle: those of cells as they are, others weighted, labels of the nearest corner. */
 function valuesAt({arrays, triangles, cells}, t, weights) {
-  return arrays.map(({name, domain, role, type, components, values}) => {
+  return arrays.map(array => {
+    const {name, domain, role, type, components, values} = array;
     const at = index => Array.from({length: components}, (_, c) => values[index * components + c]);
-    if (domain === 'cell') return {name, domain, value: at(cells[t])};
+    if (isOfCells(array)) return {name, domain, value: at(tupleOfTriangle(array, cells, t))};
     const vertices = [0, 1, 2].map(k => triangles[3 * t + k]);
     if (role === 'label' || /64$/.test(type) && type[0] !== 'f')
       return {name, domain, value: at(vertices[weights.indexOf(Math.max(...weights))])};
@@ -167,10 +169,8 @@ function valuesAt({arrays, triangles, cells}, t, weights) {
 /** What can be coloured by, with the range seen so far. */
 function noteFields(fields, arrays) {
   for (const array of arrays) {
-    const key = `${array.domain === 'cell' ? 'cell' : 'point'} ${array.name}`;
-    if (!fields.has(key)) {
-      fields.set(key, {key, name: array.name, domain: array.domain === 'cell' ? 'cell' : 'point', role: array.role, components: array.components, type: array.type});
-    }
+    const domain = isOfCells(array) ? 'cell' : 'point', key = `${domain} ${array.name}`, {name, role, components, type} = array;
+    if (domain === 'cell' || array.domain === 'point') fields.set(key, fields.get(key) ?? {key, name, domain, role, components, type});
   }
 }
 

@@ -2,10 +2,11 @@
 
 const find = id => document.getElementById(id);
 
-/** A sentence at the foot of the page; `action`: {text, run}. */
-export function tell(text, bad = false, action = null) {
+/** A sentence at the foot of the page; `action`: {text, run}; `kind`: takes the place of another message of this kind. */
+export function tell(text, bad = false, action = null, kind = text) {
   const message = document.createElement('div'), sentence = document.createElement('p'), close = document.createElement('button');
   message.className = `card message${bad ? ' bad' : ''}`;
+  message.dataset.kind = kind;
   sentence.textContent = text;
   Object.assign(close, {textContent: '×', title: 'Close', onclick: () => message.remove()});
   message.append(sentence);
@@ -15,9 +16,9 @@ export function tell(text, bad = false, action = null) {
     message.append(button);
   }
   message.append(close);
-  // The same thing again is one message; three are enough.
+  // Three are enough.
   for (const old of [...find('messages').children]) {
-    if (old.querySelector('p').textContent === text) old.remove();
+    if (old.dataset.kind === kind) old.remove();
   }
   while (find('messages').children.length > 2) find('messages').firstChild.remove();
   find('messages').append(message);
