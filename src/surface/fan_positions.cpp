@@ -38,6 +38,18 @@ constexpr unsigned shape_in(Classes classes) {
   return classes & 63;
 }
 
+/// What the contexts of a vertex take from its kind: looked up, as kinds come without order, and branches on
+/// them would be guessed wrong.
+struct KindContexts {
+  uint8_t selector, quality;
+};
+constexpr auto contexts_of_kind = [] {
+  std::array<KindContexts, vertex_kinds> table{};
+  for (unsigned kind = 0; kind < vertex_kinds; ++kind)
+    table[kind] = {static_cast<uint8_t>(selector_context(0, kind)), quality_of_kind[kind]};
+  return table;
+}();
+
 /// The slots of all tables, and by context the first one of its table.
 template <size_t contexts>
 class ContextSlots {
@@ -110,15 +122,16 @@ class ClassDecoder {
     uint64_t x = lane.state;
     constexpr uint64_t mask = (1 << class_bits) - 1;
     uint32_t selector = fitted_selector;
+    const KindContexts contexts = contexts_of_kind[kind];
     if constexpr (with_selectors) {
-      const uint32_t context = lane.selector + selector_context(0, kind);
+      const uint32_t context = lane.selector + contexts.selector;
       const StaticSlot slot =
           slots.selectors[slots_.selectors.at[context] + (x & ((1 << selector_bits) - 1))];
       x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
       selector = slot_symbol(slot) & (selectors - 1);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots.sizes[slots_.sizes.at[lane.size + quality_of_kind[kind]] + (x & mask)];
+    const StaticSlot a = slots.sizes[slots_.sizes.at[lane.size + contexts.quality] + (x & mask)];
     x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
     const uint32_t size = slot_symbol(a);
     lane.size = size_context(size, 0);
