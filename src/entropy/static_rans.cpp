@@ -365,21 +365,6 @@ StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsig
   return tables_of(coded, symbols, bits);
 }
 
-void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t> mark_of_symbol,
-                StaticSlot* slots) {
-  uint32_t at = 0;
-  for (unsigned s = 0; s < most_static_symbols && at < 1u << bits; ++s) {
-    const uint32_t mark = s < mark_of_symbol.size() ? mark_of_symbol[s] : 0;
-    const uint32_t common = s | mark << 6 | uint32_t{table.frequency[s]} << 9;
-    // Four at once; the next symbol overwrites what is too much.
-    StaticSlot* const begin = slots + at;
-    for (uint32_t i = 0; i < table.frequency[s]; i += 4) {
-      for (uint32_t k = 0; k < 4; ++k) begin[i + k] = common + ((i + k) << 20);
-    }
-    at += table.frequency[s];
-  }
-}
-
 std::vector<std::byte> StaticRansEncoder::finish() {
   uint64_t state = lowest_static_state;
   std::vector<uint32_t> words;

@@ -54,25 +54,42 @@ uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bit
 /// log2(n) * 65536, rounded down to about 16 bits; 0 for 0.
 uint32_t log2_fixed(uint32_t n);
 
-/// One slot of a table as decoders want it:
-///   6 bits symbol | 3 bits mark, the caller's | 11 bits frequency | 10 bits slot - start of the symbol
-using StaticSlot = uint32_t;
-inline constexpr unsigned slot_symbol(StaticSlot slot) {
-  return slot & 63;
-}
-inline constexpr unsigned slot_mark(StaticSlot slot) {
-  return (slot >> 6) & 7;
-}
-inline constexpr uint32_t slot_frequency(StaticSlot slot) {
-  return (slot >> 9) & 2047;
-}
-inline constexpr uint32_t slot_offset(StaticSlot slot) {
-  return slot >> 20;
-}
-/// Writes the 2^bits slots of a table, and something to the spare ones behind them.
-inline constexpr size_t spare_slots = 3;
-void fill_slots(const Frequencies& table, unsigned bits, std::span<const uint8_t> mark_of_symbol,
-                StaticSlot* slots);
+/// A distribution as decoders want it: for each of 2^bits slots the symbol, and for each symbol its slots.
+/// All of it in every slot would be one look-up less, but four times as large, and the tables of a file would
+/// not stay in a processor's first cache.
+template <unsigned bits, unsigned symbols>
+struct StaticDecoderTable {
+  static_assert(bits <= 10 && symbols <= most_static_symbols);
+  struct Interval {
+    uint16_t frequency, start;
+  };
+  std::array<Interval, symbols> intervals;
+  std::array<uint8_t, size_t{1} << bits> symbol_of;
+
+  /// A distribution of so many symbols.
+  void fill(const Frequencies& table) {
+    for (unsigned s = 0; s < symbols; ++s) {
+      intervals[s] = {table.frequency[s], table.start[s]};
+      __builtin_memset(symbol_of.data() + table.start[s], static_cast<int>(s), table.frequency[s]);
+    }
+  }
+  /// A distribution of one symbol: states do not change.
+  void fill(unsigned symbol) {
+    intervals.fill({});
+    intervals[symbol] = {1 << bits, 0};
+    symbol_of.fill(static_cast<uint8_t>(symbol));
+  }
+
+  /// The symbol that a state stands for, and the state behind it.
+  [[gnu::always_inline]] unsigned symbol(uint64_t state) const { return symbol_of[slot(state)]; }
+  [[gnu::always_inline]] uint64_t next(uint64_t state, unsigned symbol) const {
+    const Interval at = intervals[symbol];
+    return at.frequency * (state >> bits) + slot(state) - at.start;
+  }
+
+ private:
+  static uint64_t slot(uint64_t state) { return state & ((uint64_t{1} << bits) - 1); }
+};
 
 /// One state of 64 bits, words of 32: for symbols that are decoded one after the other. The state is in
 /// [2^31, 2^63) between operations.
@@ -114,12 +131,12 @@ class StaticRansDecoder {
     refill();
     return value;
   }
-  /// `slots`: those of one table of 2^bits.
-  StaticSlot get(const StaticSlot* slots, unsigned bits) {
-    const StaticSlot slot = slots[state & ((uint64_t{1} << bits) - 1)];
-    state = slot_frequency(slot) * (state >> bits) + slot_offset(slot);
+  template <class Table>
+  unsigned get(const Table& table) {
+    const unsigned symbol = table.symbol(state);
+    state = table.next(state, symbol);
     refill();
-    return slot;
+    return symbol;
   }
   bool exhausted() const { return exhausted_; }
   [[gnu::always_inline]] void refill() {

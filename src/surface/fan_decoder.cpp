@@ -18,8 +18,6 @@
 namespace maille {
 namespace {
 
-constexpr uint32_t slots_per_table = FanSlots::slots_per_table;
-
 /// The decoder's side of a FanMachine.
 class FanReader {
  public:
@@ -28,8 +26,7 @@ class FanReader {
   FanReader(Bytes events, const FanSlots& tables) : rans(events), slots(tables) {}
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
-    const uint32_t at = slots.number_at[static_cast<unsigned>(kind)];
-    const unsigned symbol = slot_symbol(rans.get(&slots.numbers[at], fan_slot_bits));
+    const unsigned symbol = rans.get(slots.table_of(kind));
     if (symbol < direct_numbers) return symbol;
     const unsigned count = symbol - direct_numbers + 3;
     const unsigned low = std::min(count, 16u);
@@ -58,36 +55,6 @@ constexpr size_t spare_vertices = 4;
 // Numbers of 32 bits are kept in 64: GCC 12 spills the halves and reloads the whole, which stalls.
 [[gnu::always_inline]] inline uint64_t pair_of(uint64_t low, uint64_t high) {
   return low | high << 32;
-}
-
-#ifdef __SSE2__
-[[gnu::always_inline]] inline void store_references(VertexReferences& to, __m128i first, uint64_t ff,
-                                                    uint64_t before_last) {
-  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()), first);
-  _mm_storeu_si128(reinterpret_cast<__m128i*>(to.at.data()) + 1,
-                   _mm_set_epi64x(static_cast<int64_t>(before_last), static_cast<int64_t>(ff)));
-}
-#else
-inline void store_references(VertexReferences& to, std::array<uint64_t, 2> first, uint64_t ff,
-                             uint64_t before_last) {
-  store(to.at.data(), first);
-  store(to.at.data() + 4, ff);
-  store(to.at.data() + 6, before_last);
-}
-#endif
-/// References of three new vertices of a fan from v on.
-[[gnu::always_inline]] inline void store_fan(VertexReferences* to, uint64_t f, uint64_t n, uint64_t o,
-                                             uint64_t before, uint64_t last, uint64_t v) {
-#ifdef __SSE2__
-  const __m128i first =
-      _mm_set_epi64x(static_cast<int64_t>(pair_of(o, f)), static_cast<int64_t>(pair_of(f, n)));
-#else
-  const std::array<uint64_t, 2> first{pair_of(f, n), pair_of(o, f)};
-#endif
-  const uint64_t ff = pair_of(f, f);
-  store_references(to[0], first, ff, pair_of(before, last));
-  store_references(to[1], first, ff, pair_of(last, v));
-  store_references(to[2], first, ff, pair_of(v, v + 1));
 }
 
 [[gnu::always_inline]] inline void store_one(VertexReferences& to, uint64_t f, uint64_t n, uint64_t o,
@@ -130,6 +97,75 @@ constexpr uint64_t point_mask = most_fan_points - 1;
   return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
 }
 
+/// What the fast loop stores for a symbol, always for three new vertices from v on: the fan around f from p
+/// on, towards `next` with `opposite` beyond the gate to it. `before` is beyond the gate from p.
+struct FastFan {
+  uint64_t f, p, next, opposite, before, v;
+};
+
+#ifdef __SSE2__
+[[gnu::always_inline]] inline __m128i word_of(uint64_t number) {
+  return _mm_cvtsi32_si128(static_cast<int>(number));
+}
+template <unsigned a, unsigned b, unsigned c, unsigned d>
+[[gnu::always_inline]] inline __m128i lanes_of(__m128i low, __m128i high) {
+  return _mm_castps_si128(_mm_shuffle_ps(_mm_castsi128_ps(low), _mm_castsi128_ps(high),
+                                         static_cast<int>(a | b << 2 | c << 4 | d << 6)));
+}
+template <class T>
+[[gnu::always_inline]] inline void store_lanes(T* to, __m128i lanes) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to), lanes);
+}
+/// `late`: of the vertex whose late triple this is, or of none.
+template <bool with_late>
+[[gnu::always_inline]] inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references,
+                                             uint32_t* corner, uint64_t* entries) {
+  const __m128i f = _mm_shuffle_epi32(word_of(fan.f), 0);
+  const __m128i v = _mm_add_epi32(_mm_shuffle_epi32(word_of(fan.v), 0), _mm_set_epi32(3, 2, 1, 0));
+  const __m128i p = word_of(fan.p);
+  const __m128i first = _mm_unpacklo_epi64(_mm_unpacklo_epi32(f, word_of(fan.next)),
+                                           _mm_unpacklo_epi32(word_of(fan.opposite), f));
+  if constexpr (with_late) {
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(late), first);
+    store(late + 2, static_cast<uint32_t>(fan.opposite));
+  }
+  const __m128i along = _mm_unpacklo_epi64(_mm_unpacklo_epi32(word_of(fan.before), p), v);
+  const __m128i second = lanes_of<0, 0, 1, 2>(f, along), third = lanes_of<0, 0, 2, 3>(f, along);
+  store_lanes(&references[0].at[0], first);
+  store_lanes(&references[0].at[4], lanes_of<0, 0, 0, 1>(f, along));
+  store_lanes(&references[1].at[0], first);
+  store_lanes(&references[1].at[4], second);
+  store_lanes(&references[2].at[0], first);
+  store_lanes(&references[2].at[4], third);
+  // f, p, v and f, v, v + 1 and f, v + 1, v + 2.
+  store_lanes(corner, _mm_shuffle_epi32(second, _MM_SHUFFLE(0, 3, 2, 0)));
+  store_lanes(corner + 4, _mm_shuffle_epi32(third, _MM_SHUFFLE(3, 0, 3, 2)));
+  corner[8] = static_cast<uint32_t>(fan.v + 2);
+  const __m128i rest = _mm_shuffle_epi32(word_of(fan.f | 2 << fan_point_bits), 0);
+  store_lanes(entries, _mm_unpacklo_epi32(v, rest));
+  store_lanes(entries + 2, _mm_unpackhi_epi32(v, rest));
+}
+#else
+template <bool with_late>
+inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references, uint32_t* corner,
+                      uint64_t* entries) {
+  const uint64_t v = fan.v;
+  if constexpr (with_late) {
+    store(late, pair_of(fan.f, fan.next));
+    store(late + 2, static_cast<uint32_t>(fan.opposite));
+  }
+  store_one(references[0], fan.f, fan.next, fan.opposite, fan.before, fan.p);
+  store_one(references[1], fan.f, fan.next, fan.opposite, fan.p, v);
+  store_one(references[2], fan.f, fan.next, fan.opposite, v, v + 1);
+  store(corner, pair_of(fan.f, fan.p));
+  store(corner + 2, pair_of(v, fan.f));
+  store(corner + 4, pair_of(v, v + 1));
+  store(corner + 6, pair_of(fan.f, v + 1));
+  store(corner + 8, static_cast<uint32_t>(v + 2));
+  for (unsigned k = 0; k < 3; ++k) store(entries + k, pair_of(v + k, fan.f | 2 * one_seen));
+}
+#endif
+
 /// What the fast loop keeps in registers: the ring, its head f and its last entry p, as their vertices and
 /// the rest. (In the array the rest of the head is older.)
 struct Cursor {
@@ -153,15 +189,14 @@ class RareSymbols {
       : machine_(machine), reader_(reader), out_(out) {}
 
   /// `left`: nothing was done. Reads from reader.rans, which must be what the cursor stands for.
-  [[gnu::noinline]] Outcome take(StaticSlot slot, Cursor& at) {
-    const unsigned symbol = slot_symbol(slot);
+  [[gnu::noinline]] Outcome take(const FanSlots::EventTable& table, unsigned symbol, Cursor& at) {
     const auto room = static_cast<uint64_t>(machine_.entries.data() + machine_.entries.size() - at.tail);
     const auto size = static_cast<uint64_t>(at.tail - at.head);
     if (symbol < fan_border || symbol == fan_merge || symbol == fan_marker) return Outcome::left;
     // A split copies some of the ring.
     if (symbol >= fan_split && symbol < fan_known && room < size + fast_room) return Outcome::left;
     StaticRansDecoder& rans = reader_.rans;
-    rans.state = slot_frequency(slot) * (rans.state >> fan_slot_bits) + slot_offset(slot);
+    rans.state = table.next(rans.state, symbol);
     rans.refill();
     if (symbol < fan_split) return border(symbol - fan_border, at);
     if (symbol < fan_known) return split(symbol - fan_split, at);
@@ -296,6 +331,19 @@ class RareSymbols {
   FanSurface& out_;
 };
 
+/// A step of the decoder. False, and nothing is done, where a word is needed and there is none.
+[[gnu::always_inline]] inline bool take_symbol(const FanSlots::EventTable& table, unsigned symbol,
+                                               uint64_t& state, StaticRansDecoder::Words& words) {
+  uint64_t then = table.next(state, symbol);
+  if (then < lowest_static_state) {
+    if (words.end - words.next < 4) return false;
+    then = then << 32 | load<uint32_t>(words.next);
+    words.next += 4;
+  }
+  state = then;
+  return true;
+}
+
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
 /// branches; close with more, and swallow, in between, and rare ones. What FanMachine::apply() does for them.
 /// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
@@ -304,8 +352,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   machine.make_room(fast_room);
   uint32_t steps = std::min(fast_room / 3 - 2, machine.triangles_left() / 5);
   const uint64_t vertices_end = uint64_t{machine.vertices} + machine.vertices_left();
-  const StaticSlot* const slots = reader.slots.events.data();
-  const uint32_t* const table_at = reader.slots.table_at.data();
+  const FanSlots& slots = reader.slots;
   VertexReferences* const references = out.references.data();
   uint8_t* const kinds = out.kinds.data();
   const uint64_t first = out.first;
@@ -321,12 +368,12 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   uint64_t p = vertex_in(tail[-1]), p_rest = tail[-1] >> 32;
   uint64_t markers = 0;
   RareSymbols rare(machine, reader, out);
-  for (; steps > 0 && tail - head > 4 && words.end - words.next >= 4; --steps) {
-    const uint64_t n_entry = head[1];
+  for (; steps > 0 && tail - head > 4; --steps) {
+    const uint64_t n_entry = head[1], m_entry = head[2];
     const uint64_t f_seen = f_rest >> fan_point_bits;
-    const uint64_t context = f_seen | n_entry >> (32 + fan_point_bits) << 4 | p_rest >> fan_point_bits << 8;
-    const StaticSlot slot = slots[table_at[context] + (state & (slots_per_table - 1))];
-    const uint64_t symbol = slot_symbol(slot);
+    const FanSlots::EventTable& table =
+        slots.table_of(f_seen, n_entry >> (32 + fan_point_bits), p_rest >> fan_point_bits);
+    const unsigned symbol = table.symbol(state);
     if (symbol >= fast_fan_symbols) [[unlikely]] {
       const uint64_t before_last = vertex_in(tail[-2]);
       if (steps < 5 || (symbol == fan_swallow && before_last == none)) break;
@@ -334,7 +381,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
         reader.rans.state = state;
         reader.rans.words = words;
         Cursor at{head, tail, f, f_rest, p, p_rest, v, corner};
-        const RareSymbols::Outcome outcome = rare.take(slot, at);
+        const RareSymbols::Outcome outcome = rare.take(table, symbol, at);
         if (outcome == RareSymbols::Outcome::damaged) return false;
         if (outcome == RareSymbols::Outcome::left) break;
         head = at.head, tail = at.tail;
@@ -346,11 +393,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
         steps -= RareSymbols::steps - 1;
         continue;
       }
-      state = slot_frequency(slot) * (state >> fan_slot_bits) + slot_offset(slot);
-      if (state < lowest_static_state) {
-        state = state << 32 | load<uint32_t>(words.next);
-        words.next += 4;
-      }
+      if (!take_symbol(table, symbol, state, words)) break;
       if (symbol == fan_swallow) {
         store(corner, pair_of(f, p));
         store(corner + 2, static_cast<uint32_t>(before_last));
@@ -389,60 +432,51 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
       steps -= 3;
       continue;
     }
-    state = slot_frequency(slot) * (state >> fan_slot_bits) + slot_offset(slot);
-    if (state < lowest_static_state) {
-      state = state << 32 | load<uint32_t>(words.next);
-      words.next += 4;
-    }
+    if (!take_symbol(table, symbol, state, words)) break;
     const uint64_t i = symbol & 3;
     const uint64_t has_new = 0 - ((i + 3) >> 2);
     const uint64_t pocket = symbol >> 2;
     const uint64_t is_pocket = 0 - pocket;
     const uint64_t n = vertex_in(n_entry);
-    const uint64_t m = vertex_in(head[2]);
+    const uint64_t m = vertex_in(m_entry);
     const uint64_t next = choose(is_pocket, n, m);
     const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
+    // One triangle more for a next vertex, two for one beyond; both before it is known which: the next symbol
+    // waits for it.
+    const uint64_t n_rest = see(n_entry >> 32, 1), m_rest = see(m_entry >> 32, 2);
     markers |= n | next;
 
+    uint32_t* late = nullptr;
     if constexpr (with_late) {
       // A late triple for the vertex before, or for none.
       const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
-      const uint64_t late = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
-      uint32_t* const triple = references[late].at.data() + VertexReferences::late;
-      store(triple, pair_of(f, next));
-      store(triple + 2, static_cast<uint32_t>(next_opposite));
-      kinds[late] |= 1;
+      const uint64_t at = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+      late = references[at].at.data() + VertexReferences::late;
+      kinds[at] |= 1;
     }
-    store_fan(references + (v - first), f, next, next_opposite, p_rest & point_mask, p, v);
+    store_fan<with_late>({f, p, next, next_opposite, p_rest & point_mask, v}, late, references + (v - first),
+                         corner, tail);
     store(kinds + (v - first), fast_kinds[symbol][f_seen]);
-    store(corner, pair_of(f, p));
-    store(corner + 2, pair_of(v, f));
-    store(corner + 4, pair_of(v, v + 1));
-    store(corner + 6, pair_of(f, v + 1));
-    store(corner + 8, static_cast<uint32_t>(v + 2));
     corner += 3 * i;
     const uint64_t last = choose(has_new, p, v + i - 1);
-    store(corner, pair_of(f, last));
-    store(corner + 2, static_cast<uint32_t>(next));
-    store(corner + 3, pair_of(f, m));
-    store(corner + 5, static_cast<uint32_t>(n));
+    corner[0] = static_cast<uint32_t>(f);
+    corner[1] = static_cast<uint32_t>(last);
+    corner[2] = static_cast<uint32_t>(next);
+    corner[3] = static_cast<uint32_t>(f);
+    corner[4] = static_cast<uint32_t>(m);
+    corner[5] = static_cast<uint32_t>(n);
     corner += 3 + 3 * pocket;
 
     // Entries have the focus beyond their gates now; the last one has seen a triangle more.
     const uint64_t p_then = (see(p_rest, 1) & ~point_mask) | f;
-    const uint64_t rest = f | 2 * one_seen;
     tail[-1] = pair_of(p, p_then);
-    tail[0] = pair_of(v, rest);
-    tail[1] = pair_of(v + 1, rest);
-    tail[2] = pair_of(v + 2, rest);
     tail += i;
     v += i;
     p = last;
-    p_rest = choose(has_new, p_then, rest);
+    p_rest = choose(has_new, p_then, f | 2 * one_seen);
     head += 1 + pocket;
     f = next;
-    // One triangle more for a next vertex, two for one beyond.
-    f_rest = see(*head >> 32, 1 + pocket);
+    f_rest = choose(is_pocket, n_rest, m_rest);
   }
   *head = pair_of(vertex_in(*head), f_rest);
   reader.rans.state = state;
@@ -477,24 +511,22 @@ FanTables read_fan_tables(RansDecoder& side) {
 }
 
 FanSlots::FanSlots(const FanTables& tables) {
-  const auto fill = [](const StaticTables& from, size_t more, Unfilled<StaticSlot>& slots) {
-    slots.resize((from.tables.size() + more) * slots_per_table + spare_slots);
-    for (size_t i = 0; i < from.tables.size(); ++i)
-      fill_slots(from.tables[i], fan_slot_bits, {}, &slots[i * slots_per_table]);
+  const auto fill = [](const StaticTables& from, size_t more, auto& to) {
+    to.resize(from.tables.size() + more);
+    for (size_t i = 0; i < from.tables.size(); ++i) to[i].fill(from.tables[i]);
   };
+  // One more, that changes nothing: so that a marker at the head is found without a test.
   fill(tables.events, 1, events);
-  // A table that changes nothing: so that a marker at the head is found without a test.
-  const size_t idle = tables.events.tables.size() * slots_per_table;
-  for (uint32_t i = 0; i < slots_per_table; ++i)
-    events[idle + i] = fan_marker | slots_per_table << 9 | i << 20;
-  fill_table_at(tables.events, static_cast<uint32_t>(idle));
+  events.back().fill(fan_marker);
+  fill_table_at(tables.events);
   fill(tables.numbers, 0, numbers);
-  for (unsigned i = 0; i < number_contexts; ++i) number_at[i] = tables.numbers.table_of[i] * slots_per_table;
+  std::copy_n(tables.numbers.table_of.begin(), number_contexts, number_at.begin());
 }
 
 /// A row for each class of next and last; small meshes feel every microsecond.
-void FanSlots::fill_table_at(const StaticTables& tables, uint32_t idle) {
-  std::array<std::array<uint32_t, most_seen + 1>, fan_contexts / 10> rows;
+void FanSlots::fill_table_at(const StaticTables& tables) {
+  const auto idle = static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable));
+  std::array<std::array<uint16_t, most_seen + 1>, fan_contexts / 10> rows;
   for (unsigned next = 0; next <= most_seen; ++next) {
     for (unsigned last = 0; last <= most_seen; ++last) {
       const unsigned classes = next_classes[next] * 3u + last_classes[last];
@@ -502,7 +534,9 @@ void FanSlots::fill_table_at(const StaticTables& tables, uint32_t idle) {
                          (last == 0 || last_classes[last - 1] != last_classes[last]);
       for (unsigned head = 0; first && head <= most_seen; ++head)
         rows[classes][head] =
-            head == 0 ? idle : tables.table_of[fan_context(head, next, last)] * slots_per_table;
+            head == 0
+                ? idle
+                : static_cast<uint16_t>(tables.table_of[fan_context(head, next, last)] * sizeof(EventTable));
       std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
     }
   }
@@ -565,12 +599,9 @@ Result<> FanDecoder::State::step() {
     if (machine.done() || !machine.prepare()) return {};
     // Rings of more than four are for the fast loop.
     if (i > 0 && machine.tail - machine.head > 4) return {};
-    const uint32_t table =
-        reader.slots.table_at[machine.seen(machine.head) | machine.seen(machine.head + 1) << 4 |
-                              machine.seen(machine.tail - 1) << 8];
-    const StaticSlot* const slots = &reader.slots.events[table];
-    if (!machine.apply(slot_symbol(reader.rans.get(slots, fan_slot_bits))))
-      return corrupt("a fan that cannot be completed");
+    const FanSlots::EventTable& table = reader.slots.table_of(
+        machine.seen(machine.head), machine.seen(machine.head + 1), machine.seen(machine.tail - 1));
+    if (!machine.apply(reader.rans.get(table))) return corrupt("a fan that cannot be completed");
     if (reader.rans.exhausted()) return corrupt("the fans end early");
   }
   return {};

@@ -38,38 +38,47 @@ constexpr unsigned shape_in(Classes classes) {
   return classes & 63;
 }
 
-/// The slots of all tables, and by context the first one of its table.
-template <size_t contexts>
-class ContextSlots {
+/// What the contexts of a vertex take from its kind: looked up, as kinds come without order, and branches on
+/// them would be guessed wrong.
+struct KindContexts {
+  uint8_t selector, quality;
+};
+constexpr auto contexts_of_kind = [] {
+  std::array<KindContexts, vertex_kinds> table{};
+  for (unsigned kind = 0; kind < vertex_kinds; ++kind)
+    table[kind] = {static_cast<uint8_t>(selector_context(0, kind)), quality_of_kind[kind]};
+  return table;
+}();
+
+/// The tables of some symbols, and by context the one it uses.
+template <size_t contexts, unsigned bits, unsigned symbols>
+class ContextTables {
  public:
-  ContextSlots(const StaticTables& tables, unsigned bits, std::span<const uint8_t> marks)
-      : any_(!tables.tables.empty()) {
-    slots_.resize((tables.tables.size() << bits) + spare_slots);
-    for (size_t i = 0; i < tables.tables.size(); ++i)
-      fill_slots(tables.tables[i], bits, marks, &slots_[i << bits]);
-    for (size_t c = 0; c < tables.table_of.size(); ++c)
-      at[c] = static_cast<uint32_t>(tables.table_of[c]) << bits;
+  using Table = StaticDecoderTable<bits, symbols>;
+  explicit ContextTables(const StaticTables& from) : tables_(from.tables.size()) {
+    for (size_t i = 0; i < from.tables.size(); ++i) tables_[i].fill(from.tables[i]);
+    for (size_t c = 0; c < from.table_of.size(); ++c) of[c] = &tables_[from.table_of[c]];
   }
-  const StaticSlot* slots() const { return slots_.data(); }
-  bool any() const { return any_; }
-  std::array<uint32_t, contexts> at{};
+  // The vector keeps its memory.
+  ContextTables(ContextTables&&) = default;
+  bool any() const { return !tables_.empty(); }
+  std::array<const Table*, contexts> of{};
 
  private:
-  bool any_;
-  Unfilled<StaticSlot> slots_;
+  Unfilled<Table> tables_;
 };
 
-struct ClassSlots {
-  ContextSlots<size_context(wide_sizes, 0)> sizes;
-  ContextSlots<shape_context(wide_sizes, 0)> shapes;
-  ContextSlots<selector_contexts> selectors;  ///< none where all vertices have the fitted one
+struct ClassTables {
+  ContextTables<size_context(wide_sizes, 0), class_bits, wide_sizes> of_size;
+  ContextTables<shape_context(wide_sizes, 0), class_bits, shapes> of_shape;
+  ContextTables<selector_contexts, selector_bits, selectors> of_selector;  ///< none: all have the fitted one
 };
 
 /// Selectors and classes of one block after the other.
 class ClassDecoder {
  public:
-  ClassDecoder(Bytes bytes, const ClassSlots& slots)
-      : words_(bytes.data()), end_(bytes.data() + bytes.size()), slots_(slots) {
+  ClassDecoder(Bytes bytes, const ClassTables& tables)
+      : words_(bytes.data()), end_(bytes.data() + bytes.size()), tables_(tables) {
     for (Lane& lane : lanes_) {
       lane.state = load<uint64_t>(words_);
       words_ += 8;
@@ -77,7 +86,7 @@ class ClassDecoder {
   }
 
   void decode(const uint8_t* kinds, uint32_t count, Classes* classes) {
-    if (slots_.selectors.any()) {
+    if (tables_.of_selector.any()) {
       decode_block<true>(kinds, count, classes);
     } else {
       decode_block<false>(kinds, count, classes);
@@ -97,35 +106,27 @@ class ClassDecoder {
     uint32_t selector = 0;  ///< times 4
   };
 
-  /// Where they are: stores make a compiler look at its members again.
-  struct Slots {
-    const StaticSlot* sizes;
-    const StaticSlot* shapes;
-    const StaticSlot* selectors;
-  };
-
   template <bool with_selectors>
-  [[gnu::always_inline]] void decode_group(const Slots& slots, Lane& lane, unsigned kind,
-                                           Classes& out) const {
+  [[gnu::always_inline]] static void decode_group(const ClassTables& tables, Lane& lane, unsigned kind,
+                                                  Classes& out) {
     uint64_t x = lane.state;
-    constexpr uint64_t mask = (1 << class_bits) - 1;
     uint32_t selector = fitted_selector;
+    const KindContexts contexts = contexts_of_kind[kind];
     if constexpr (with_selectors) {
-      const uint32_t context = lane.selector + selector_context(0, kind);
-      const StaticSlot slot =
-          slots.selectors[slots_.selectors.at[context] + (x & ((1 << selector_bits) - 1))];
-      x = slot_frequency(slot) * (x >> selector_bits) + slot_offset(slot);
-      selector = slot_symbol(slot) & (selectors - 1);
+      const auto& table = *tables.of_selector.of[lane.selector + contexts.selector];
+      selector = table.symbol(x);
+      x = table.next(x, selector);
       lane.selector = selector * 4;
     }
-    const StaticSlot a = slots.sizes[slots_.sizes.at[lane.size + quality_of_kind[kind]] + (x & mask)];
-    x = slot_frequency(a) * (x >> class_bits) + slot_offset(a);
-    const uint32_t size = slot_symbol(a);
+    const auto& size_table = *tables.of_size.of[lane.size + contexts.quality];
+    const uint32_t size = size_table.symbol(x);
+    x = size_table.next(x, size);
     lane.size = size_context(size, 0);
-    const StaticSlot b = slots.shapes[slots_.shapes.at[shape_context(size, lane.zeros)] + (x & mask)];
-    lane.state = slot_frequency(b) * (x >> class_bits) + slot_offset(b);
-    lane.zeros = slot_mark(b);
-    out = slot_symbol(b) | size << 6 | selector << 16;
+    const auto& shape_table = *tables.of_shape.of[shape_context(size, lane.zeros)];
+    const uint32_t shape = shape_table.symbol(x);
+    lane.state = shape_table.next(x, shape);
+    lane.zeros = zeros_of_shape[shape];
+    out = shape | size << 6 | selector << 16;
   }
   /// For where three words are there, which is the most that a group takes. (Damaged states may stay below
   /// their bound.)
@@ -154,7 +155,7 @@ class ClassDecoder {
 
   template <bool with_selectors>
   void decode_block(const uint8_t* kinds, uint32_t count, Classes* classes) {
-    const Slots slots{slots_.sizes.slots(), slots_.shapes.slots(), slots_.selectors.slots()};
+    const ClassTables& tables = tables_;
     std::array<Lane, group_lanes> lanes = lanes_;
     const uint32_t share = (count + group_lanes - 1) / group_lanes;
     // A group takes at most three words.
@@ -168,10 +169,10 @@ class ClassDecoder {
       Lane a = lanes[0], b = lanes[1], c = lanes[2], d = lanes[3];
       const std::byte* words = words_;
       for (; i < stop; ++i) {
-        decode_group<with_selectors>(slots, a, kinds[i], classes[i]);
-        decode_group<with_selectors>(slots, b, kinds[share + i], classes[share + i]);
-        decode_group<with_selectors>(slots, c, kinds[2 * share + i], classes[2 * share + i]);
-        decode_group<with_selectors>(slots, d, kinds[3 * share + i], classes[3 * share + i]);
+        decode_group<with_selectors>(tables, a, kinds[i], classes[i]);
+        decode_group<with_selectors>(tables, b, kinds[share + i], classes[share + i]);
+        decode_group<with_selectors>(tables, c, kinds[2 * share + i], classes[2 * share + i]);
+        decode_group<with_selectors>(tables, d, kinds[3 * share + i], classes[3 * share + i]);
         refill(a, words);
         refill(b, words);
         refill(c, words);
@@ -184,7 +185,7 @@ class ClassDecoder {
       for (unsigned l = 0; l < group_lanes; ++l) {
         const uint32_t v = l * share + i;
         if (v >= count) continue;
-        decode_group<with_selectors>(slots, lanes[l], kinds[v], classes[v]);
+        decode_group<with_selectors>(tables, lanes[l], kinds[v], classes[v]);
         while (lanes[l].state < lowest_group_state) refill_slowly(lanes[l]);
       }
     }
@@ -195,7 +196,7 @@ class ClassDecoder {
   const std::byte* end_;
   bool exhausted_ = false;
   std::array<Lane, group_lanes> lanes_;
-  const ClassSlots& slots_;
+  const ClassTables& tables_;
 };
 
 /// Raw bits of residuals, lowest first. Eight bytes behind the last must be readable.
@@ -206,7 +207,8 @@ class RawBits {
   /// The next 57 bits or more.
   [[gnu::always_inline]] uint64_t peek() const { return load<uint64_t>(bytes_ + (at_ >> 3)) >> (at_ & 7); }
   [[gnu::always_inline]] void skip(unsigned count) { at_ += count; }
-  bool has(uint64_t count) const { return count <= end_ - at_; }
+  uint64_t left() const { return end_ - at_; }
+  bool has(uint64_t count) const { return count <= left(); }
 
  private:
   const std::byte* bytes_;
@@ -260,6 +262,7 @@ constexpr auto packed_fields = [] {
 #endif
 
 #ifdef __SSE2__
+constexpr uint64_t most_vertex_bits = 48;
 /// The same for many vertices with 16-bit codes. Returns how many were done: it stops near the end of the raw
 /// bits.
 template <bool with_late>
@@ -271,7 +274,12 @@ uint32_t reconstruct_many(NarrowPoints& points, const VertexReferences* referenc
   const __m128i half = _mm_set1_epi32(weight_sum / 2);
   RawBits bits = raw;
   uint32_t v = begin;
-  for (; v < end && bits.has(48); ++v) {
+  // As many as there are bits for in any case, then again.
+  for (uint32_t stop = v; v < end; ++v) {
+    if (v == stop) {
+      stop = static_cast<uint32_t>(std::min<uint64_t>(end, v + bits.left() / most_vertex_bits));
+      if (v == stop) break;
+    }
     const Classes c = classes[v - begin];
     const VertexReferences& references = reference[v - begin];
     const Row& row = rows[kinds[v - begin] * size_t{selectors} + (c >> 16)];
@@ -325,6 +333,40 @@ constexpr double most_f32 = 3.40282346638528859811704183484516925e+38;
   const __m128i codes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(points.points.data() + v));
   return _mm_add_epi32(_mm_srai_epi32(_mm_unpacklo_epi16(codes, codes), 16), bias);
 }
+inline __m128i* next_tuple(__m128i* at) {
+  return reinterpret_cast<__m128i*>(reinterpret_cast<std::byte*>(at) + 12);
+}
+/// Has no code a number beyond the finite ones?
+bool lattice_fits(const NarrowPoints& points, std::span<const NumberMap> maps) {
+  const auto fits = [&](unsigned k) {
+    const double code = std::abs(static_cast<double>(points.bias[k])) + 32768;
+    return std::abs(maps[k].origin) + std::abs(maps[k].step) * code < most_f32;
+  };
+  return fits(0) && fits(1) && fits(2);
+}
+template <bool clamped>
+uint32_t store_lattice(const NarrowPoints& points, __m128i bias, uint32_t begin, uint32_t end,
+                       std::span<const NumberMap> maps, __m128i* out) {
+  const __m128d origin = _mm_set_pd(maps[1].origin, maps[0].origin),
+                step = _mm_set_pd(maps[1].step, maps[0].step);
+  const __m128d origin_z = _mm_set1_pd(maps[2].origin), step_z = _mm_set1_pd(maps[2].step);
+  const auto rounded = [](__m128d value) {
+    if constexpr (clamped) {
+      // With the limit in front NaN stays, as in std::clamp().
+      value = _mm_max_pd(_mm_set1_pd(-most_f32), value);
+      value = _mm_min_pd(_mm_set1_pd(most_f32), value);
+    }
+    return _mm_cvtpd_ps(value);
+  };
+  for (uint32_t v = begin; v + 1 < end; ++v, out = next_tuple(out)) {
+    const __m128i codes = codes_of(points, bias, v);
+    const __m128 xy = rounded(_mm_add_pd(origin, _mm_mul_pd(_mm_cvtepi32_pd(codes), step)));
+    const __m128i upper = _mm_shuffle_epi32(codes, 0xee);
+    const __m128 z = rounded(_mm_add_pd(origin_z, _mm_mul_pd(_mm_cvtepi32_pd(upper), step_z)));
+    _mm_storeu_si128(out, _mm_castps_si128(_mm_movelh_ps(xy, z)));
+  }
+  return end - begin - 1;
+}
 /// The frequent kinds of maps, as NumberMap::store_number() does them. Each store writes a number too many:
 /// all but the last vertex. Returns how many were done.
 uint32_t store_many(const NarrowPoints& points, uint32_t begin, uint32_t end, std::span<const NumberMap> maps,
@@ -335,31 +377,14 @@ uint32_t store_many(const NarrowPoints& points, uint32_t begin, uint32_t end, st
   if (end == begin) return 0;
   const __m128i bias = _mm_set_epi32(0, points.bias[2], points.bias[1], points.bias[0]);
   auto* out = reinterpret_cast<__m128i*>(array.bytes.data() + size_t{12} * begin);
-  const auto next = [](__m128i* at) {
-    return reinterpret_cast<__m128i*>(reinterpret_cast<std::byte*>(at) + 12);
-  };
   if (all(NumberMap::Kind::integer) && size_of(array.type) == 4) {
-    for (uint32_t v = begin; v + 1 < end; ++v, out = next(out))
+    for (uint32_t v = begin; v + 1 < end; ++v, out = next_tuple(out))
       _mm_storeu_si128(out, codes_of(points, bias, v));
     return end - begin - 1;
   }
   if (all(NumberMap::Kind::lattice) && array.type == Scalar::f32) {
-    const __m128d origin = _mm_set_pd(maps[1].origin, maps[0].origin),
-                  step = _mm_set_pd(maps[1].step, maps[0].step);
-    const __m128d origin_z = _mm_set1_pd(maps[2].origin), step_z = _mm_set1_pd(maps[2].step);
-    // With the limit in front NaN stays, as in std::clamp().
-    const auto rounded = [](__m128d value) {
-      value = _mm_max_pd(_mm_set1_pd(-most_f32), value);
-      return _mm_cvtpd_ps(_mm_min_pd(_mm_set1_pd(most_f32), value));
-    };
-    for (uint32_t v = begin; v + 1 < end; ++v, out = next(out)) {
-      const __m128i codes = codes_of(points, bias, v);
-      const __m128 xy = rounded(_mm_add_pd(origin, _mm_mul_pd(_mm_cvtepi32_pd(codes), step)));
-      const __m128i upper = _mm_shuffle_epi32(codes, 0xee);
-      const __m128 z = rounded(_mm_add_pd(origin_z, _mm_mul_pd(_mm_cvtepi32_pd(upper), step_z)));
-      _mm_storeu_si128(out, _mm_castps_si128(_mm_movelh_ps(xy, z)));
-    }
-    return end - begin - 1;
+    if (lattice_fits(points, maps)) return store_lattice<false>(points, bias, begin, end, maps, out);
+    return store_lattice<true>(points, bias, begin, end, maps, out);
   }
   return 0;
 }
@@ -406,7 +431,7 @@ Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) 
   return sections;
 }
 
-Result<ClassSlots> read_class_slots(RansDecoder& side, unsigned sizes, uint8_t flags) {
+Result<ClassTables> read_class_tables(RansDecoder& side, unsigned sizes, uint8_t flags) {
   const StaticTables of_size = read_tables(size_context(sizes, 0), sizes, class_bits, most_size_tables, side);
   const StaticTables of_shape =
       read_tables(shape_context(sizes, 0), shapes, class_bits, most_shape_tables, side);
@@ -414,9 +439,8 @@ Result<ClassSlots> read_class_slots(RansDecoder& side, unsigned sizes, uint8_t f
   if ((flags & flag_selectors) != 0)
     of_selector = read_tables(selector_contexts, selectors, selector_bits, selector_contexts, side);
   if (side.exhausted()) return corrupt("the tables end early");
-  return ClassSlots{ContextSlots<size_context(wide_sizes, 0)>(of_size, class_bits, {}),
-                    ContextSlots<shape_context(wide_sizes, 0)>(of_shape, class_bits, zeros_of_shape),
-                    ContextSlots<selector_contexts>(of_selector, selector_bits, {})};
+  return ClassTables{decltype(ClassTables::of_size)(of_size), decltype(ClassTables::of_shape)(of_shape),
+                     decltype(ClassTables::of_selector)(of_selector)};
 }
 
 }  // namespace
@@ -426,7 +450,7 @@ struct PositionTables {
   std::vector<NumberMap> maps;
   std::array<int32_t, 3> bias;
   std::unique_ptr<const Rows> rows;
-  ClassSlots slots;
+  ClassTables classes;
 
   bool is_wide() const { return (flags & flag_wide) != 0; }
 };
@@ -447,11 +471,11 @@ Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteReader& in, Sca
   RansDecoder side(side_bytes);
   FittedRows fitted;
   fitted.code(side);
-  ClassSlots slots = MAILLE_TRY(read_class_slots(side, wide ? wide_sizes : narrow_sizes, flags));
+  ClassTables classes = MAILLE_TRY(read_class_tables(side, wide ? wide_sizes : narrow_sizes, flags));
   auto rows = std::make_unique<Rows>(plain_rows());
   fitted.apply(*rows);
   return std::make_shared<const PositionTables>(
-      PositionTables{flags, std::move(maps), bias, std::move(rows), std::move(slots)});
+      PositionTables{flags, std::move(maps), bias, std::move(rows), std::move(classes)});
 }
 
 template <class Points>
@@ -462,7 +486,7 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionT
   const std::span<const NumberMap> maps = tables.maps;
   const bool with_late = (flags & flag_late) != 0;
   if (!with_late) fans.leave_late_out();
-  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables.slots);
+  const auto decoder = std::make_unique<ClassDecoder>(sections.classes, tables.classes);
   std::vector<std::byte> whole_raw;
   if (sections.in_states > 0) {
     whole_raw.reserve(sections.raw.size() + sections.in_states + sizeof(uint64_t));

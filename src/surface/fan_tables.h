@@ -44,13 +44,26 @@ class FanSlots {
  public:
   explicit FanSlots(const FanTables& tables);
 
-  static constexpr uint32_t slots_per_table = 1 << fan_slot_bits;
-  Unfilled<StaticSlot> events, numbers;
-  std::array<uint32_t, number_contexts> number_at;
-  std::array<uint32_t, 1 << 12> table_at;  ///< first slot, by what head, next and last have seen, 4 bits each
+  using EventTable = StaticDecoderTable<fan_slot_bits, fan_symbols>;
+  using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
+  /// By what head, next and last have seen.
+  const EventTable& table_of(uint64_t head, uint64_t next, uint64_t last) const {
+    const auto* const begin = reinterpret_cast<const std::byte*>(events.data());
+    return *reinterpret_cast<const EventTable*>(begin + table_at[head | next << 4 | last << 8]);
+  }
+  const NumberTable& table_of(FanNumber kind) const {
+    return numbers[number_at[static_cast<unsigned>(kind)]];
+  }
+
+  Unfilled<EventTable> events;
+  Unfilled<NumberTable> numbers;
+  std::array<uint8_t, number_contexts> number_at;
+  /// By what head, next and last have seen, 4 bits each: where in `events` in bytes, for the fast loop.
+  std::array<uint16_t, 1 << 12> table_at;
+  static_assert((most_event_tables + 1) * sizeof(EventTable) < 1 << 16);
 
  private:
-  void fill_table_at(const StaticTables& tables, uint32_t idle);
+  void fill_table_at(const StaticTables& tables);
 };
 
 }  // namespace maille
