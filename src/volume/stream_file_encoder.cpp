@@ -181,7 +181,7 @@ Ordering keep_order(const Mesh& mesh, bool mixed) {
   for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
   Trial front(mesh, by_front, mixed);
   front.run(2 * few);
-  CodedOrder order = encode_order(mesh, by_front);
+  CodedOrder order = encode_order(mesh, by_front, mixed);
   const uint64_t apart = order.points.size() + order.cells.size() + front.bytes() * cells / front.cells();
   // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
   // so.
