@@ -209,12 +209,19 @@ Ordering keep_order(const Mesh& mesh, bool mixed, Executor& executor) {
 Ordering choose_orders(const Mesh& mesh) {
   Ordering given = as_they_are(mesh);
   Trial natural(mesh, given);
-  natural.run(sample);
+  natural.run(few);
   constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
-  if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) return given;
+  if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) {
+    natural.run(sample);
+    if (regular * natural.bytes() <= natural.cells()) return given;
+  }
   Ordering front = in_front_order(mesh);
   Trial trial(mesh, front);
-  trial.run(sample);
+  trial.run(natural.cells());
+  if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
+    natural.run(sample);
+    trial.run(sample);
+  }
   return trial.bytes() < natural.bytes() ? std::move(front) : std::move(given);
 }
 
