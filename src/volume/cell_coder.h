@@ -132,11 +132,18 @@ class CellCoder {
   void find_partners();
   void add_partner(uint32_t cell, unsigned faces);
   bool is_partner(uint32_t cell) const;
-  void collect_anchors();
+  bool collect_anchors(unsigned round);
+  void add_anchors_ahead();
+  void add_anchors_after();
+  void add_anchors_beside();
+  uint64_t age_and_slot(uint32_t cell) const {
+    return uint64_t{ordinal_ - hull_.cell(cell).ordinal} << 32 | cell;
+  }
   void add_anchor(uint32_t cell, unsigned origin);
   void add_anchors_around(uint64_t number, unsigned origin);
   FaceRef code_anchor(Coder& coder);
   FaceRef code_distant_anchor(Coder& coder);
+  FaceRef code_face_of(Coder& coder, uint32_t anchor);
   uint32_t code_face(Coder& coder, uint32_t anchor);
   void code_turn(Coder& coder, FaceRef anchor);
   Turn match(const Hull::Cell& other, unsigned face, Turn preferred) const;

@@ -156,6 +156,9 @@ void CellCoder<Coder>::glue_the_rest() {
     if (cell_.is_glued(f)) continue;
     std::array<uint32_t, 4> slots{};
     if (cell_.known_of(shape.face[f], slots) < shape.face[f].size) continue;
+    bool open = true;
+    for (unsigned i = 0; i < shape.face[f].size; ++i) open = open && hull_.point(slots[i]).open != 0;
+    if (!open) continue;
     const FaceRef found = hull_.find_face(shape.face[f].size, slots.data(), shape.face[f].size);
     if (found.cell != no_slot) cell_.set_glue(f, found);
   }

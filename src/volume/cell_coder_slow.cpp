@@ -136,25 +136,48 @@ void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
   });
 }
 
-/// The last cell; those after its neighbours, the newest first; those around the group's point and the next
-/// one; those that share a point with the last cell, the newest first; the last sixteen.
+/// The next candidates, some more far-fetched each time: the last cell and those after its neighbours, the
+/// newest first; the last anchor and those after it; those around the group's point and the next one; those
+/// that share a point with the last cell, the newest first; the last sixteen. False when there are no more. Most
+/// anchors are among the first, so that the others are hardly ever looked for.
 template <class Coder>
-void CellCoder<Coder>::collect_anchors() {
-  anchor_count_ = 0;
-  origin_ranks_ = {};
+bool CellCoder<Coder>::collect_anchors(unsigned round) {
+  switch (round) {
+    case 0: add_anchors_ahead(); return true;
+    case 1: add_anchors_after(); return true;
+    case 2:
+      add_anchors_around(group_, 2);
+      add_anchors_around(group_ + 1, 3);
+      return true;
+    case 3: add_anchors_beside(); return true;
+    case 4:
+      for (unsigned i = 0; i < recent_cells_.size(); ++i) {
+        const CellRef& ref = recent_cells_[(ordinal_ - 1 - i) % recent_cells_.size()];
+        if (hull_.valid(ref)) add_anchor(ref.slot, 5);
+      }
+      return true;
+    default: return false;
+  }
+}
+
+template <class Coder>
+void CellCoder<Coder>::add_anchors_ahead() {
   if (sources_.cell[0] != no_slot) add_anchor(sources_.cell[0], 0);
   // By age, then slot: in one number.
-  std::array<uint64_t, 96> found;
+  std::array<uint64_t, source_count> found;
   unsigned count = 0;
-  const auto add_found = [&](uint32_t slot) {
-    found[count++] = uint64_t{ordinal_ - hull_.cell(slot).ordinal} << 32 | slot;
-  };
   for (unsigned f = 1; f < source_count; ++f) {
-    if (sources_.cell[f] != no_slot) add_found(sources_.cell[f]);
+    if (sources_.cell[f] == no_slot) continue;
+    const uint64_t key = age_and_slot(sources_.cell[f]);
+    unsigned at = count++;
+    for (; at > 0 && found[at - 1] > key; --at) found[at] = found[at - 1];
+    found[at] = key;
   }
-  std::sort(found.begin(), found.begin() + count);
   for (unsigned i = 0; i < count; ++i) add_anchor(static_cast<uint32_t>(found[i]), 1);
-  // Breadth first: the last anchor again, then those coded after it.
+}
+
+template <class Coder>
+void CellCoder<Coder>::add_anchors_after() {
   uint32_t next = hull_.valid(last_anchor_) ? last_anchor_.slot : no_slot;
   for (unsigned i = 0; i < 12 && next != no_slot; ++i) {
     add_anchor(next, 6);
@@ -162,18 +185,21 @@ void CellCoder<Coder>::collect_anchors() {
     const CellRef after = {hull_.cell(next).successor, ordinal + 1};
     next = hull_.valid(after) ? after.slot : no_slot;
   }
-  add_anchors_around(group_, 2);
-  add_anchors_around(group_ + 1, 3);
-  count = 0;
+}
+
+template <class Coder>
+void CellCoder<Coder>::add_anchors_beside() {
+  std::array<uint64_t, 96> found;
+  unsigned count = 0;
   for (unsigned i = 0; i < most_corners && sources_.cell[0] != no_slot; ++i) {
     const uint32_t point = hull_.cell(sources_.cell[0]).corner[i];
-    if (point == no_slot) continue;
+    if (point == no_slot || hull_.point(point).open == 0) continue;
     unsigned left = 24;
     hull_.around(point, [&](uint32_t slot, uint32_t) {
       Hull::Cell& cell = hull_.cell(slot);
       if (cell.open != 0 && (cell.mark & 2) == 0 && count < found.size()) {
         cell.mark |= 2;
-        add_found(slot);
+        found[count++] = age_and_slot(slot);
       }
       return --left == 0;
     });
@@ -182,11 +208,6 @@ void CellCoder<Coder>::collect_anchors() {
   const unsigned newest = std::min(count, 24u);
   std::partial_sort(found.begin(), found.begin() + newest, found.begin() + count);
   for (unsigned i = 0; i < newest; ++i) add_anchor(static_cast<uint32_t>(found[i]), 4);
-  for (unsigned i = 0; i < recent_cells_.size(); ++i) {
-    const CellRef& ref = recent_cells_[(ordinal_ - 1 - i) % recent_cells_.size()];
-    if (hull_.valid(ref)) add_anchor(ref.slot, 5);
-  }
-  for (unsigned i = 0; i < anchor_count_; ++i) hull_.cell(anchors_[i].cell).mark = 0;
 }
 
 template <class Coder>
@@ -222,39 +243,49 @@ typename CellCoder<Coder>::Turn CellCoder<Coder>::match(const Hull::Cell& other,
 template <class Coder>
 FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   if (cell_.shape().dimension == 0) return {};
-  unsigned chosen = 0;
+  anchor_count_ = 0;
+  origin_ranks_ = {};
+  unsigned round = 0, chosen = 0;
   bool listed = encoding && partner_count_ > 0;
+  const auto is_there = [&](unsigned i) {
+    while (i == anchor_count_ && collect_anchors(round)) ++round;
+    return i < anchor_count_;
+  };
   if (listed) {
-    collect_anchors();
-    while (chosen < anchor_count_ && !is_partner(anchors_[chosen].cell)) ++chosen;
+    while (is_there(chosen) && !is_partner(anchors_[chosen].cell)) ++chosen;
     listed = chosen < anchor_count_;
   }
   // Asked first: a mesh in no order does not take fifty decisions a cell then, nor are candidates collected.
   const uint32_t beside = sources_.cell[0] == no_slot ? 0 : hull_.cell(sources_.cell[0]).open + 1u;
   listed = decide(coder, listed, anchor_listed, cell_.kind << 1, last_choice_, beside);
-  if (!encoding && listed) {
-    collect_anchors();
-    damaged_ = anchor_count_ == 0;
-  }
-  for (unsigned i = 0; listed && i < anchor_count_; ++i) {
+  uint32_t found = no_slot;
+  for (unsigned i = 0; listed && found == no_slot; ++i) {
+    if (!encoding && !is_there(i)) {
+      damaged_ = true;
+      break;
+    }
     const Candidate& candidate = anchors_[i];
     const Hull::Cell& other = hull_.cell(candidate.cell);
-    bool here = i == chosen;
+    const uint32_t rank = candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
     const uint32_t local = candidate.origin | std::min<uint32_t>(candidate.rank, 7) << 3 |
                            bits_in(other.open) << 6 | cell_.kind << 9;
-    const uint32_t choice = last_choice_ * 64 + candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
-    here = i + 1 == anchor_count_ ||
-           decide(coder, here, anchor_here, local, other.signature, choice * 64 + other.open);
-    if (here) {
-      last_choice_ = candidate.origin * 8u + std::min<uint32_t>(candidate.rank, 7);
-      anchor_signature_ = other.signature;
-      last_anchor_ = {candidate.cell, other.ordinal};
-      return {candidate.cell, code_face(coder, candidate.cell)};
-    }
+    const uint32_t choice = last_choice_ * 64 + rank;
+    if (!decide(coder, i == chosen, anchor_here, local, other.signature, choice * 64 + other.open)) continue;
+    last_choice_ = rank;
+    found = candidate.cell;
   }
+  for (unsigned i = 0; i < anchor_count_; ++i) hull_.cell(anchors_[i].cell).mark = 0;
+  if (found != no_slot) return code_face_of(coder, found);
   last_choice_ = 63;
   anchor_signature_ = 0;
   return damaged_ ? FaceRef{} : code_distant_anchor(coder);
+}
+
+template <class Coder>
+FaceRef CellCoder<Coder>::code_face_of(Coder& coder, uint32_t anchor) {
+  anchor_signature_ = hull_.cell(anchor).signature;
+  last_anchor_ = {anchor, hull_.cell(anchor).ordinal};
+  return {anchor, code_face(coder, anchor)};
 }
 
 /// An anchor that is not among the candidates: the number of one of its points, then which of the cells
@@ -290,9 +321,7 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
     damaged_ = true;
     return {};
   }
-  anchor_signature_ = hull_.cell(found).signature;
-  last_anchor_ = {found, hull_.cell(found).ordinal};
-  return {found, code_face(coder, found)};
+  return code_face_of(coder, found);
 }
 
 /// Which of the open faces: the one used last time is asked first, the last one left is not asked.

@@ -12,12 +12,14 @@ namespace {
 
 /// A face by its points in ascending order; unused ones are no point's number.
 struct FaceKey {
-  std::array<uint32_t, 4> point;
+  uint64_t first, second;  ///< two points each
   uint32_t cell;
+  uint32_t face;
 
-  bool same_face(const FaceKey& other) const { return point == other.point; }
+  bool same_face(const FaceKey& other) const { return first == other.first && second == other.second; }
   bool operator<(const FaceKey& other) const {
-    return point != other.point ? point < other.point : cell < other.cell;
+    if (first != other.first) return first < other.first;
+    return second != other.second ? second < other.second : cell < other.cell;
   }
 };
 
@@ -29,28 +31,55 @@ unsigned kind_at(const CellBlock& block, uint64_t cell) {
   return kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type);
 }
 
-std::vector<FaceKey> sorted_faces(const CellBlock& block) {
+FaceKey key_of(const CellFace& face, const uint32_t* corners, uint32_t cell, uint32_t number) {
+  std::array<uint32_t, 4> points;
+  points.fill(no_cell);
+  for (unsigned i = 0; i < face.size; ++i) points[i] = corners[face.corner[i]];
+  const auto order = [&](unsigned i, unsigned j) {
+    const uint32_t low = std::min(points[i], points[j]), high = std::max(points[i], points[j]);
+    points[i] = low, points[j] = high;
+  };
+  order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
+  return {uint64_t{points[0]} << 32 | points[1], uint64_t{points[2]} << 32 | points[3], cell, number};
+}
+
+std::vector<FaceKey> faces_of(const CellBlock& block) {
   std::vector<FaceKey> faces;
-  for (uint64_t cell = 0; cell < block.size(); ++cell) {
+  const uint64_t cells = block.size();
+  faces.reserve(cells * 4);
+  std::array<uint32_t, most_corners> corners;
+  for (uint64_t cell = 0; cell < cells; ++cell) {
     const unsigned kind = kind_at(block, cell);
     if (kind >= shape_count) continue;
     const CellShape& shape = cell_shapes[kind];
     const auto points = block.cell(cell);
-    for (unsigned f = 0; f < shape.faces; ++f) {
-      FaceKey key;
-      key.point.fill(no_cell);
-      key.cell = static_cast<uint32_t>(cell);
-      for (unsigned i = 0; i < shape.face[f].size; ++i) {
-        const uint32_t point = points[shape.place[shape.face[f].corner[i]]];
-        unsigned at = i;
-        for (; at > 0 && key.point[at - 1] > point; --at) key.point[at] = key.point[at - 1];
-        key.point[at] = point;
-      }
-      faces.push_back(key);
-    }
+    for (unsigned i = 0; i < shape.corners; ++i) corners[i] = points[shape.place[i]];
+    for (unsigned f = 0; f < shape.faces; ++f)
+      faces.push_back(key_of(shape.face[f], corners.data(), static_cast<uint32_t>(cell), f));
   }
-  std::sort(faces.begin(), faces.end());
   return faces;
+}
+
+/// Sorted, so that cells with one face stand together. Most points are the least of a dozen faces, which are
+/// sorted faster than all of them at once.
+std::vector<FaceKey> sorted_faces(const CellBlock& block) {
+  const std::vector<FaceKey> faces = faces_of(block);
+  uint32_t most = 0;
+  for (const FaceKey& face : faces) most = std::max(most, static_cast<uint32_t>(face.first >> 32));
+  unsigned shift = 0;  // a small block may have points of any numbers
+  while (most >> shift > faces.size()) ++shift;
+  const auto bucket_of = [&](const FaceKey& face) { return static_cast<size_t>(face.first >> 32 >> shift); };
+  std::vector<uint64_t> begin((most >> shift) + size_t{2});
+  for (const FaceKey& face : faces) ++begin[bucket_of(face) + 1];
+  for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  std::vector<FaceKey> sorted(faces.size());
+  std::vector<uint64_t> end = begin;
+  for (const FaceKey& face : faces) sorted[end[bucket_of(face)]++] = face;
+  for (size_t i = 0; i + 1 < begin.size(); ++i) {
+    std::sort(sorted.begin() + static_cast<ptrdiff_t>(begin[i]),
+              sorted.begin() + static_cast<ptrdiff_t>(begin[i + 1]));
+  }
+  return sorted;
 }
 
 /// More waiting faces first; then, of tetrahedra, the latest reached, of others the earliest (5.7 instead
@@ -69,39 +98,29 @@ struct Waiting {
 
 }  // namespace
 
-std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& block) {
+Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border) {
   std::array<uint32_t, most_faces> none;
   none.fill(no_cell);
-  std::vector<std::array<uint32_t, most_faces>> neighbours(block.size(), none);
-  const auto add = [&](uint32_t cell, uint32_t other) {
-    for (uint32_t& place : neighbours[cell]) {
-      if (place != no_cell) continue;
-      place = other;
-      return;
-    }
-  };
+  Neighbours neighbours(block.size(), none);
   const std::vector<FaceKey> faces = sorted_faces(block);
-  for (size_t i = 1; i < faces.size(); ++i) {
-    if (!faces[i].same_face(faces[i - 1]) || faces[i].cell == faces[i - 1].cell) continue;
-    add(faces[i - 1].cell, faces[i].cell);
-    add(faces[i].cell, faces[i - 1].cell);
-  }
-  return neighbours;
-}
-
-std::vector<bool> points_on_border(const std::vector<CellBlock>& blocks, uint64_t points) {
-  std::vector<bool> on_border(points);
-  for (const CellBlock& block : blocks) {
-    const std::vector<FaceKey> faces = sorted_faces(block);
-    for (size_t i = 0; i < faces.size(); ++i) {
-      const bool shared = (i > 0 && faces[i].same_face(faces[i - 1])) ||
-                          (i + 1 < faces.size() && faces[i].same_face(faces[i + 1]));
-      for (const uint32_t point : faces[i].point) {
-        if (!shared && point != no_cell) on_border[point] = true;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    const FaceKey& face = faces[i];
+    const bool before = i > 0 && face.same_face(faces[i - 1]);
+    const bool after = i + 1 < faces.size() && face.same_face(faces[i + 1]);
+    uint32_t& across = neighbours[face.cell][face.face];
+    if (after && faces[i + 1].cell != face.cell) {
+      across = faces[i + 1].cell;
+    } else if (before && faces[i - 1].cell != face.cell) {
+      across = faces[i - 1].cell;
+    }
+    if (!on_border || before || after) continue;
+    for (const uint64_t two : {face.first, face.second}) {
+      for (const uint64_t point : {two >> 32, two & 0xffffffff}) {
+        if (point != no_cell) (*on_border)[point] = 1;
       }
     }
   }
-  return on_border;
+  return neighbours;
 }
 
 std::vector<uint64_t> front_order(const CellBlock& block) {

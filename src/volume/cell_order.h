@@ -12,12 +12,11 @@ namespace maille {
 
 inline constexpr uint32_t no_cell = 0xffffffff;
 
-/// Neighbours across faces, by cell: at most six. Where three cells have a face, those beside each other in
-/// number.
-std::vector<std::array<uint32_t, most_faces>> neighbours_of(const CellBlock& block);
-
-/// By point: is it on a face that only one cell of its block has?
-std::vector<bool> points_on_border(const std::vector<CellBlock>& blocks, uint64_t points);
+/// By cell and face: the cell across. Of three cells or more with a face, the next higher one (for the last
+/// the one before).
+using Neighbours = std::vector<std::array<uint32_t, most_faces>>;
+/// `on_border`, if given, has an entry for each point: points of faces that only one cell has are set to 1.
+Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border = nullptr);
 
 /// The cells of a block in an order that is cheap to code and keeps the front small: always the cell that
 /// most faces of the front wait for, among equals the one that the front reached first. A cell may come at

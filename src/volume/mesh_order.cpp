@@ -15,70 +15,215 @@ namespace {
 
 constexpr uint32_t nothing = 0xffffffff;
 
-/// Which of many things are left, so that one of them costs log2 of how many: a tree of counts.
+/// A number below `count`, each as probable as any other.
+template <class Coder>
+uint64_t code_uniform(Coder& coder, uint64_t value, uint64_t count) {
+  // The first 12 bits with their share of 2^16, the rest as it is; among the last ones, if fewer, again.
+  uint64_t base = 0;
+  while (count > 1) {
+    const unsigned bits = bit_length(count - 1), rest = bits > 12 ? bits - 12 : 0;
+    const uint64_t digits = ((count - 1) >> rest) + 1;
+    const auto begin_of = [&](uint64_t digit) { return static_cast<uint32_t>((digit << 16) / digits); };
+    uint64_t digit = (value - base) >> rest;
+    if constexpr (Coder::encoding) {
+      coder.put(begin_of(digit), begin_of(digit + 1) - begin_of(digit), 16, 0);
+    } else {
+      const uint32_t slot = coder.peek(16, 0);
+      digit = slot * digits >> 16;
+      while (begin_of(digit + 1) <= slot) ++digit;
+      coder.advance(begin_of(digit), begin_of(digit + 1) - begin_of(digit), 16, 0);
+    }
+    base += digit << rest;
+    count -= digit << rest;
+    if (rest == 0) return base;
+    if (count < uint64_t{1} << rest) continue;
+    const uint64_t low = (value - base) & ((uint64_t{1} << rest) - 1);
+    const unsigned upper = rest > 10 ? rest - 10 : 0;
+    base += uint64_t{coder.code_raw(static_cast<uint32_t>(low >> (rest - upper)), upper)} << (rest - upper);
+    return base + coder.code_raw(static_cast<uint32_t>(low & ((1u << (rest - upper)) - 1)), rest - upper);
+  }
+  return base;
+}
+
+/// Which of many things are left, so that one of them costs log2 of how many: bits, and sums of them (Fenwick
+/// 1994).
 class Remaining {
  public:
-  explicit Remaining(uint64_t count) {
-    while (size_ < count) size_ *= 2;
-    left_.resize(2 * size_);
-    for (uint64_t i = 0; i < count; ++i) left_[size_ + i] = 1;
-    for (uint64_t i = size_; i-- > 1;) left_[i] = left_[2 * i] + left_[2 * i + 1];
+  explicit Remaining(uint64_t count) : bits_(count / 64 + 1), sums_(count / 64 + 2), count_(count) {
+    for (uint64_t i = 0; i < count; ++i) bits_[i / 64] |= uint64_t{1} << i % 64;
+    while (2 * top_ < sums_.size()) top_ *= 2;
+    for (size_t i = 1; i < sums_.size(); ++i) {
+      sums_[i] += static_cast<uint32_t>(__builtin_popcountll(bits_[i - 1]));
+      if (i + (i & -i) < sums_.size()) sums_[i + (i & -i)] += sums_[i];
+    }
   }
-  bool has(uint64_t i) const { return i < size_ && left_[size_ + i] != 0; }
-  uint32_t count() const { return left_[1]; }
+  bool has(uint64_t i) const { return i / 64 < bits_.size() && (bits_[i / 64] >> i % 64 & 1) != 0; }
+  uint64_t count() const { return count_; }
   void remove(uint64_t i) {
-    for (uint64_t node = size_ + i; node > 0; node /= 2) --left_[node];
+    bits_[i / 64] &= ~(uint64_t{1} << i % 64);
+    --count_;
+    for (size_t at = i / 64 + 1; at < sums_.size(); at += at & -at) --sums_[at];
   }
   template <class Coder>
   uint64_t code(Coder& coder, uint64_t which) const {
-    uint64_t node = 1;
-    for (uint64_t bit = size_ / 2; bit > 0; bit /= 2) {
-      const uint32_t low = left_[2 * node], high = left_[2 * node + 1];
-      bool above = low == 0;
-      if (low != 0 && high != 0) {
-        const uint64_t probability = (uint64_t{high} << 16) / (uint64_t{low} + high);
-        above = coder.code((which & bit) != 0,
-                           static_cast<uint32_t>(std::clamp<uint64_t>(probability, 1, 65535)));
-      }
-      node = 2 * node + (above ? 1 : 0);
-    }
-    return node - size_;
+    uint64_t rank = Coder::encoding ? rank_of(which) : 0;
+    rank = code_uniform(coder, rank, count_);
+    return Coder::encoding ? which : find(rank);
   }
 
  private:
-  uint64_t size_ = 1;
-  std::vector<uint32_t> left_;
+  uint64_t rank_of(uint64_t i) const {
+    uint64_t rank = static_cast<uint64_t>(__builtin_popcountll(bits_[i / 64] & ((uint64_t{1} << i % 64) - 1)));
+    for (size_t at = i / 64; at > 0; at -= at & -at) rank += sums_[at];
+    return rank;
+  }
+  uint64_t find(uint64_t rank) const {
+    size_t word = 0;
+    for (size_t step = top_; step > 0; step /= 2) {
+      if (word + step < sums_.size() && sums_[word + step] <= rank) rank -= sums_[word += step];
+    }
+    uint64_t bits = bits_[word];
+    for (; rank > 0; --rank) bits &= bits - 1;
+    return word * 64 + static_cast<uint64_t>(__builtin_ctzll(bits));
+  }
+
+  std::vector<uint64_t> bits_;
+  std::vector<uint32_t> sums_;
+  uint64_t count_;
+  size_t top_ = 1;
 };
 
-/// The cells around each point, numbered through all blocks.
-class Around {
+/// The cells of all blocks as slices of one list of points, and the cells around each point.
+class FlatCells {
  public:
-  Around(const std::vector<CellBlock>& blocks, uint64_t points) : begin_(points + 1) {
-    for (const CellBlock& block : blocks) {
-      for (const uint32_t point : block.connectivity) ++begin_[point + 1];
-    }
-    for (uint64_t i = 0; i < points; ++i) begin_[i + 1] += begin_[i];
-    cells_.resize(begin_[points]);
-    std::vector<uint64_t> end(begin_.begin(), begin_.end() - 1);
-    uint32_t cell = 0;
-    for (const CellBlock& block : blocks) {
-      for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-        for (const uint32_t point : block.cell(i)) cells_[end[point]++] = cell;
-      }
+  struct Use {
+    uint32_t cell;
+    uint32_t node;
+  };
+
+  FlatCells(const std::vector<CellBlock>& blocks, uint64_t points) : around_(points + 1) {
+    for (const CellBlock& block : blocks) add(block);
+    begin_.push_back(nodes_.size());
+    uses_.resize(nodes_.size());
+    for (uint64_t i = 0; i < points; ++i) around_[i + 1] += around_[i];
+    std::vector<uint64_t> end(around_.begin(), around_.end() - 1);
+    for (uint32_t cell = 0; cell < kinds_.size(); ++cell) {
+      const auto nodes = nodes_of_cell(cell);
+      for (uint32_t i = 0; i < nodes.size(); ++i) uses_[end[nodes[i]]++] = {cell, i};
     }
   }
-  std::span<const uint32_t> of(uint64_t point) const {
-    return std::span(cells_).subspan(begin_[point], begin_[point + 1] - begin_[point]);
+  /// Nodes as cell_shapes number them.
+  std::span<const uint32_t> nodes_of_cell(uint64_t cell) const {
+    return std::span(nodes_).subspan(begin_[cell], begin_[cell + 1] - begin_[cell]);
+  }
+  const CellShape& shape_of(uint64_t cell) const { return cell_shapes[kinds_[cell]]; }
+  std::span<const Use> around(uint64_t point) const {
+    return std::span(uses_).subspan(around_[point], around_[point + 1] - around_[point]);
+  }
+  /// Nodes are told by other numbers from now on; around() keeps to those before.
+  void renumber(const std::vector<uint32_t>& number) {
+    for (uint32_t& node : nodes_) node = number[node];
   }
 
  private:
+  void add(const CellBlock& block) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      const auto points = block.cell(i);
+      const unsigned kind = kind_of(block.type_of(i));
+      kinds_.push_back(static_cast<uint8_t>(kind));
+      begin_.push_back(nodes_.size());
+      for (unsigned k = 0; k < points.size(); ++k) {
+        nodes_.push_back(points[cell_shapes[kind].place[k]]);
+        ++around_[nodes_.back() + uint64_t{1}];
+      }
+    }
+  }
+
+  std::vector<uint32_t> nodes_;
   std::vector<uint64_t> begin_;
-  std::vector<uint32_t> cells_;
+  std::vector<uint8_t> kinds_;
+  std::vector<uint64_t> around_;
+  std::vector<Use> uses_;
 };
 
 uint32_t size_class(uint64_t value) {
   return value < 4 ? static_cast<uint32_t>(value) : 2 + bit_length(value);
 }
+
+/// Things of which each is listed once, with how often it was met.
+template <size_t Most>
+class MetList {
+ public:
+  struct Item {
+    uint32_t which;
+    uint32_t met;
+  };
+  explicit MetList(uint64_t range) : places_(range) {}
+
+  size_t size() const { return count_; }
+  const Item& operator[](size_t i) const { return items_[i]; }
+  void add(uint32_t which, uint32_t times = 1) {
+    uint16_t& place = places_[which];
+    if (place != 0) {
+      items_[place - 1u].met += times;
+    } else if (count_ < Most) {
+      items_[count_++] = {which, times};
+      place = static_cast<uint16_t>(count_);
+    }
+  }
+  /// `nothing` where it is not listed.
+  uint32_t place_of(uint32_t which) const { return places_[which] - 1u; }
+  std::span<const Item> items() const { return std::span(items_).first(count_); }
+  void clear() {
+    for (size_t i = 0; i < count_; ++i) places_[items_[i].which] = 0;
+    count_ = 0;
+  }
+
+ private:
+  std::vector<uint16_t> places_;  ///< 1 + place in items_
+  std::array<Item, Most> items_;
+  size_t count_ = 0;
+};
+
+/// Calls visit(point) for the points that an edge joins to one, or else those that share a cell with it.
+template <class Visit>
+void for_each_beside(const FlatCells& cells, uint32_t point, bool joined, Visit visit) {
+  const auto uses = cells.around(point);
+  for (const FlatCells::Use& use : uses.first(std::min<size_t>(uses.size(), 48))) {
+    const CellShape& shape = cells.shape_of(use.cell);
+    if (use.node >= shape.corners) continue;
+    const auto nodes = cells.nodes_of_cell(use.cell);
+    const unsigned all = (1u << shape.corners) - 1, near = shape.neighbours[use.node];
+    for (unsigned some = joined ? near : all & ~near; some != 0; some &= some - 1)
+      visit(nodes[static_cast<unsigned>(__builtin_ctz(some))]);
+  }
+}
+
+/// For each point those that an edge joins to it, and in how many cells: found for all at once, as each is
+/// asked for four times.
+class Joined {
+ public:
+  using List = MetList<48 * 7>;  // 48 cells with up to 7 neighbours of a corner
+
+  Joined(const FlatCells& cells, uint64_t points) {
+    List list(points);
+    begin_.reserve(points + 1);
+    for (uint64_t i = 0; i < points; ++i) {
+      begin_.push_back(items_.size());
+      list.clear();
+      for_each_beside(cells, static_cast<uint32_t>(i), true, [&](uint32_t point) { list.add(point); });
+      items_.insert(items_.end(), list.items().begin(), list.items().end());
+    }
+    begin_.push_back(items_.size());
+  }
+  std::span<const List::Item> of(uint64_t point) const {
+    return std::span(items_).subspan(begin_[point], begin_[point + 1] - begin_[point]);
+  }
+
+ private:
+  std::vector<uint64_t> begin_;
+  std::vector<List::Item> items_;
+};
 
 /// Points in the order of the input: mostly one next to the last, else any of those left. Mesh generators
 /// often write all points on the surface behind (or before) all others: those left are of two kinds, and
@@ -86,18 +231,20 @@ uint32_t size_class(uint64_t value) {
 template <class Coder>
 class PointOrder {
  public:
-  PointOrder(const std::vector<CellBlock>& blocks, uint64_t points)
-      : around_(blocks, points),
-        on_border_(points_on_border(blocks, points)),
-        left_{Remaining(points), Remaining(points)} {
+  PointOrder(const FlatCells& cells, const std::vector<uint8_t>& on_border, uint64_t points, bool mixed)
+      : cells_(cells),
+        on_border_(on_border),
+        left_{Remaining(points), Remaining(points)},
+        waits_(points, 1),
+        joined_points_(cells, points),
+        candidates_(points),
+        decisions_(mixed) {
     for (uint64_t i = 0; i < points; ++i) {
       left_[on_border_[i] ? 0 : 1].remove(i);
-      if (!around_.of(i).empty()) continue;
+      if (!cells.around(i).empty()) continue;
       alone_.push_back(static_cast<uint32_t>(i));
-      left_[on_border_[i] ? 1 : 0].remove(i);
-    }
-    for (const CellBlock& block : blocks) {
-      for (uint64_t i = 0; i < block.size(); ++i) cells_.push_back(&block), places_.push_back(i);
+      left_[on_border_[i]].remove(i);
+      waits_[i] = 0;
     }
   }
 
@@ -109,11 +256,12 @@ class PointOrder {
         if (point == nothing || coder.exhausted()) return false;
         sequence.push_back(point);
       }
-      if (!around_.of(point).empty()) {
-        left_of(point).remove(point);
+      if (!cells_.around(point).empty()) {
+        left_[on_border_[point]].remove(point);
+        waits_[point] = 0;
         before_ = {last_, before_[0], before_[1]};
         last_ = point;
-        kinds_ = kinds_ << 1 | (on_border_[point] ? 1 : 0);
+        kinds_ = kinds_ << 1 | on_border_[point];
       }
     }
     return true;
@@ -121,58 +269,34 @@ class PointOrder {
 
  private:
   enum Question : unsigned { near_by, this_one, without_cell, border, question_count };
-  struct Candidate {
-    uint32_t point;
-    uint32_t met;
-  };
-  Remaining& left_of(uint64_t point) { return left_[on_border_[point] ? 1 : 0]; }
-  uint32_t count_left() const { return left_[0].count() + left_[1].count(); }
+  uint64_t count_left() const { return left_[0].count() + left_[1].count(); }
 
-  static constexpr size_t most_candidates = 48;
-
-  void find_candidates() {
+  void find_joined() {
     candidates_.clear();
     if (last_ == nothing) return;
-    add(last_ + 1);
-    add_around(last_, true);
-    joined_ = static_cast<uint32_t>(candidates_.size());
-    add_around(last_, false);
-    later_ = static_cast<uint32_t>(candidates_.size());
+    add(last_ + uint64_t{1}, 1);
+    add_joined(last_);
+    joined_ = candidates_.size();
+  }
+  void find_others() {
+    for_each_beside(cells_, last_, false, [&](uint32_t point) { add(point, 1); });
+    later_ = candidates_.size();
     for (const uint32_t point : before_) {
-      if (point != nothing) add_around(point, true);
+      if (point != nothing) add_joined(point);
     }
   }
-  /// The points that an edge joins to one, or else share a cell with it.
-  void add_around(uint32_t point, bool joined) {
-    const std::span<const uint32_t> cells = around_.of(point);
-    for (const uint32_t cell : cells.first(std::min<size_t>(cells.size(), 48))) {
-      const CellBlock& block = *cells_[cell];
-      const CellShape& shape = cell_shapes[kind_of(block.type_of(places_[cell]))];
-      const auto points = block.cell(places_[cell]);
-      for (unsigned i = 0; i < shape.corners; ++i) {
-        if (points[shape.place[i]] != point) continue;
-        for (unsigned j = 0; j < shape.corners; ++j) {
-          if ((shape.neighbours[i] >> j & 1) == (joined ? 1 : 0)) add(points[shape.place[j]]);
-        }
-      }
-    }
+  void add_joined(uint32_t point) {
+    for (const auto& other : joined_points_.of(point)) add(other.which, other.met);
   }
-  void add(uint64_t point) {
-    if (point >= on_border_.size() || !left_of(point).has(point) || candidates_.size() == most_candidates)
-      return;
-    for (Candidate& candidate : candidates_) {
-      if (candidate.point != point) continue;
-      ++candidate.met;
-      return;
-    }
-    candidates_.push_back({static_cast<uint32_t>(point), 1});
+  void add(uint64_t point, uint32_t times) {
+    if (point < waits_.size() && waits_[point] != 0) candidates_.add(static_cast<uint32_t>(point), times);
   }
 
   /// Points without cells come up in the order of the input, so that it is always the next one.
   bool code_alone(Coder& coder, uint32_t point) {
     if (next_alone_ == alone_.size()) return false;
     const bool alone = count_left() == 0 ||
-                       decisions_.code(coder, Coder::encoding && around_.of(point).empty(), without_cell,
+                       decisions_.code(coder, Coder::encoding && cells_.around(point).empty(), without_cell,
                                        {alone_history_ & 1, alone_history_ & 255, history_ & 15,
                                         alone_history_ & 15, history_ & 1, 0});
     alone_history_ = alone_history_ << 1 | (alone ? 1 : 0);
@@ -182,26 +306,36 @@ class PointOrder {
   uint32_t code_one(Coder& coder, uint32_t point) {
     if (code_alone(coder, point)) return alone_[next_alone_++];
     if (count_left() == 0) return nothing;
-    find_candidates();
-    const auto count = static_cast<uint32_t>(candidates_.size());
-    uint32_t chosen = 0;
-    while (Coder::encoding && chosen < count && candidates_[chosen].point != point) ++chosen;
-    const Evidence how{std::min<uint32_t>(count, 15), history_ & 255, history_ & 3,
-                       size_class(count_left()),      last_rank_,     kinds_ & 15};
-    const bool near = count > 0 && decisions_.code(coder, chosen < count, near_by, how);
+    find_joined();
+    const Evidence how{std::min<uint32_t>(static_cast<uint32_t>(candidates_.size()), 15),
+                       history_ & 255,
+                       history_ & 3,
+                       size_class(count_left()),
+                       last_rank_,
+                       kinds_ & 15};
+    bool near = false;
+    uint32_t chosen = nothing;
+    if (Coder::encoding && last_ != nothing) {
+      find_others();
+      chosen = candidates_.place_of(point);
+      near = chosen < candidates_.size();
+    }
+    near = last_ != nothing && decisions_.code(coder, near, near_by, how);
     history_ = history_ << 1 | (near ? 1 : 0);
     if (!near) return code_left_over(coder, point);
+    if constexpr (!Coder::encoding) find_others();
+    const auto count = static_cast<uint32_t>(candidates_.size());
     for (uint32_t i = 0; i < count; ++i) {
-      const Candidate& candidate = candidates_[i];
-      const uint64_t apart = candidate.point > last_ ? candidate.point - last_ : last_ - candidate.point;
+      const uint32_t candidate = candidates_[i].which;
+      const uint64_t apart = candidate > last_ ? candidate - last_ : last_ - candidate;
       const uint32_t local = std::min<uint32_t>(i, 31) + (i >= joined_ ? 128 : 0) + (i >= later_ ? 512 : 0) +
-                             (candidate.point > last_ ? 32 : 0) + (last_ + 1 == candidate.point ? 64 : 0) +
-                             (on_border_[candidate.point] == on_border_[last_] ? 256 : 0);
-      const Evidence which{local, last_rank_,    std::min<uint32_t>(candidate.met, 15),
+                             (candidate > last_ ? 32 : 0) + (last_ + 1 == candidate ? 64 : 0) +
+                             (on_border_[candidate] == on_border_[last_] ? 256 : 0);
+      const Evidence which{local, last_rank_,    std::min<uint32_t>(candidates_[i].met, 15),
                            count, history_ & 15, size_class(apart)};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
-      return candidate.point;
+      return candidate;
     }
     return nothing;
   }
@@ -215,20 +349,20 @@ class PointOrder {
     return static_cast<uint32_t>(left_[on_border ? 1 : 0].code(coder, point));
   }
 
-  Around around_;
-  std::vector<bool> on_border_;
+  const FlatCells& cells_;
+  const std::vector<uint8_t>& on_border_;
   std::array<Remaining, 2> left_;  ///< not on the border, and on it
+  std::vector<uint8_t> waits_;     ///< by point: it is left, of either kind
   uint32_t kinds_ = 0;             ///< of the last points: on the border?
-  std::vector<const CellBlock*> cells_;
-  std::vector<uint64_t> places_;
-  std::vector<Candidate> candidates_;
-  uint32_t joined_ = 0;  ///< candidates before those that only share a cell
-  uint32_t later_ = 0;   ///< candidates before those around earlier points
+  Joined joined_points_;
+  MetList<48> candidates_;
+  size_t joined_ = 0;  ///< candidates before those that only share a cell
+  size_t later_ = 0;   ///< candidates before those around earlier points
   std::array<uint32_t, 3> before_{nothing, nothing, nothing};
   std::vector<uint32_t> alone_;
   size_t next_alone_ = 0;
   uint32_t alone_history_ = 0;
-  Decisions<question_count> decisions_{true};
+  Decisions<question_count> decisions_;
   uint32_t last_ = nothing, history_ = 0, last_rank_ = 0;
 };
 
@@ -237,31 +371,35 @@ class PointOrder {
 template <class Coder>
 class CellSequence {
  public:
-  CellSequence(const std::vector<CellBlock>& blocks, uint64_t points)
-      : around_(blocks, points), points_(points) {}
+  /// Nodes of `cells` are the input's numbers of points, and those around each point are found by that of the
+  /// coded order, which `sequence` has for each of the input's.
+  CellSequence(const FlatCells& cells, const std::vector<uint32_t>& sequence, uint64_t most_cells, bool mixed)
+      : cells_(cells), sequence_(sequence), waiting_(sequence.size()), near_(most_cells), decisions_(mixed) {}
 
   /// Not points that very many cells have: looking through them each time would take the square of time.
-  bool can_lead(uint64_t point) const { return around_.of(point).size() <= 64; }
+  bool can_lead(uint64_t point) const { return around(point).size() <= 64; }
 
-  /// sequence[i]: the place in coded order of the input's cell i. `leader`: for the encoder, a point of each
+  /// places[i]: the place in coded order of the input's cell i. `leader`: for the encoder, a point of each
   /// cell that goes up from cell to cell, or none. False: damaged.
-  bool code(Coder& coder, const CellBlock& block, uint64_t first, const std::vector<uint32_t>& leader,
-            std::vector<uint32_t>& sequence) {
-    block_ = &block;
+  bool code(Coder& coder, uint64_t first, uint64_t size, const Neighbours& neighbours,
+            const std::vector<uint32_t>& leader, std::vector<uint32_t>& places) {
+    Remaining left(size);
     first_ = first;
-    Remaining left(block.size());
+    size_ = size;
     left_ = &left;
-    neighbours_ = neighbours_of(block);
+    neighbours_ = &neighbours;
     last_ = nothing;
     at_ = 0;
-    for (uint64_t i = 0; i < block.size(); ++i) {
+    count_waiting(1);
+    for (uint64_t i = 0; i < size; ++i) {
       const uint32_t cell =
-          code_one(coder, Coder::encoding ? sequence[i] : nothing, Coder::encoding ? leader[i] : nothing);
+          code_one(coder, Coder::encoding ? places[i] : nothing, Coder::encoding ? leader[i] : nothing);
       if constexpr (!Coder::encoding) {
         if (cell == nothing || coder.exhausted()) return false;
-        sequence.push_back(cell);
+        places.push_back(cell);
       }
       left.remove(cell);
+      for (const uint32_t point : nodes_of(cell)) --waiting_[point];
       last_ = cell;
     }
     return true;
@@ -271,19 +409,26 @@ class CellSequence {
   enum Question : unsigned { near_by, this_one, by_point, leaps, at_point, question_count };
   static constexpr uint64_t reach = 128;
 
+  std::span<const uint32_t> nodes_of(uint64_t cell) const { return cells_.nodes_of_cell(first_ + cell); }
+  std::span<const FlatCells::Use> around(uint64_t point) const { return cells_.around(sequence_[point]); }
+  void count_waiting(uint32_t by) {
+    for (uint64_t i = 0; i < size_; ++i) {
+      for (const uint32_t point : nodes_of(i)) waiting_[point] += by;
+    }
+  }
+
   uint32_t code_one(Coder& coder, uint32_t cell, uint32_t leader) {
-    find_near();
-    uint32_t chosen = 0;
-    while (Coder::encoding && chosen < near_.size() && near_[chosen].cell != cell) ++chosen;
-    const auto count = static_cast<uint32_t>(near_.size());
-    const Evidence how{beside_, history_ & 255, history_ & 15, waiting_at(at_), last_rank_, count};
+    find_beside();
+    const Evidence how{static_cast<uint32_t>(beside_), history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
     // A leader goes before: it moves the place from which the next ones are sought.
     const bool led = decisions_.code(coder, leader != nothing, by_point, how);
     if (led) {
       history_ = history_ << 2 | 1;
       return code_led(coder, cell, leader);
     }
-    if (count > 0 && decisions_.code(coder, chosen < count, near_by, how)) {
+    find_others();
+    const uint32_t chosen = Coder::encoding ? near_.place_of(cell) : nothing;
+    if (near_.size() > 0 && decisions_.code(coder, chosen != nothing, near_by, how)) {
       history_ = history_ << 2 | 2;
       return code_near(coder, chosen);
     }
@@ -291,48 +436,38 @@ class CellSequence {
     return left_->count() == 0 ? nothing : static_cast<uint32_t>(left_->code(coder, cell));
   }
 
-  struct Near {
-    uint32_t cell;
-    uint32_t met;
-  };
-  static constexpr size_t most_near = 64;
-
-  void find_near() {
+  void find_beside() {
     near_.clear();
+    if (last_ != nothing) {
+      add_near(last_ + uint64_t{1});
+      for (const uint32_t cell : (*neighbours_)[last_]) add_near(cell);
+    }
+    beside_ = near_.size();
+  }
+  void find_others() {
     if (last_ == nothing) return;
-    add_near(last_ + 1);
-    for (const uint32_t cell : neighbours_[last_]) add_near(cell);
-    beside_ = static_cast<uint32_t>(near_.size());
-    for (const uint32_t point : block_->cell(last_)) {
-      if (!can_lead(point)) continue;
-      for (const uint32_t cell : around_.of(point)) {
-        if (cell >= first_ && cell - first_ < block_->size()) add_near(static_cast<uint32_t>(cell - first_));
-      }
+    for (const uint32_t point : nodes_of(last_)) {
+      if (waiting_[point] == 0 || !can_lead(point)) continue;
+      for (const FlatCells::Use& use : around(point)) add_near(use.cell - first_);
     }
   }
-  void add_near(uint32_t cell) {
-    if (!left_->has(cell)) return;
-    for (Near& near : near_) {
-      if (near.cell != cell) continue;
-      ++near.met;
-      return;
-    }
-    if (near_.size() < most_near) near_.push_back({cell, 1});
+  void add_near(uint64_t cell) {
+    if (cell < size_ && left_->has(cell)) near_.add(static_cast<uint32_t>(cell));
   }
   uint32_t code_near(Coder& coder, uint32_t chosen) {
     const auto count = static_cast<uint32_t>(near_.size());
     for (uint32_t i = 0; i < count; ++i) {
-      const Near& near = near_[i];
+      const uint32_t cell = near_[i].which;
       uint32_t face = 7;
       for (uint32_t f = 0; f < most_faces; ++f) {
-        if (neighbours_[last_][f] == near.cell) face = f;
+        if ((*neighbours_)[last_][f] == cell) face = f;
       }
-      const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (near.cell == last_ + 1 ? 64u : 0) |
-                             std::min<uint32_t>(near.met, 7) << 7;
-      const Evidence which{local, last_rank_, rank_of(near.cell), count, history_ & 255, i};
+      const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (cell == last_ + 1 ? 64u : 0) |
+                             std::min<uint32_t>(near_[i].met, 7) << 7;
+      const Evidence which{local, last_rank_, rank_of(cell), count, history_ & 255, i};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
-      return near.cell;
+      return cell;
     }
     return nothing;
   }
@@ -340,66 +475,75 @@ class CellSequence {
   /// How far above `at_` the next point of a cell is.
   uint32_t rank_of(uint32_t cell) const {
     uint64_t least = ~uint64_t{0};
-    for (const uint32_t point : block_->cell(cell)) {
+    for (const uint32_t point : nodes_of(cell)) {
       if (point >= at_) least = std::min<uint64_t>(least, point - at_);
     }
     return size_class(least);
   }
-  bool waits(uint32_t cell) const {
-    return cell >= first_ && cell - first_ < block_->size() && left_->has(cell - first_);
-  }
   uint32_t waiting_at(uint64_t point) const {
-    uint32_t count = 0;
-    if (!can_lead(point)) return 0;
-    for (const uint32_t cell : around_.of(point)) count += waits(cell) && count < 15 ? 1 : 0;
-    return count;
+    if (point >= waiting_.size() || waiting_[point] == 0 || !can_lead(point)) return 0;
+    return std::min<uint32_t>(waiting_[point], 15);
   }
 
   uint32_t code_led(Coder& coder, uint32_t cell, uint64_t leader) {
     const bool leap = decisions_.code(coder, Coder::encoding && leader - at_ >= reach, leaps, {});
     if (leap) {
       const int64_t by = leap_.code(coder, static_cast<int64_t>(leader - at_));
-      if (by < 0 || static_cast<uint64_t>(by) >= points_ - at_) return nothing;
+      if (by < 0 || static_cast<uint64_t>(by) >= waiting_.size() - at_) return nothing;
       at_ += static_cast<uint64_t>(by);
     }
-    for (uint64_t gap = 0; gap < reach && at_ + gap < points_; ++gap) {
-      if (!can_lead(at_ + gap)) continue;
+    for (uint64_t gap = 0; gap < reach && at_ + gap < waiting_.size(); ++gap) {
       const uint32_t count = waiting_at(at_ + gap);
-      uint32_t rank = 0;
-      for (const uint32_t other : around_.of(at_ + gap)) {
-        if (!waits(other)) continue;
-        const auto here = static_cast<uint32_t>(other - first_);
-        uint32_t corner = 0, lower = 0;
-        const auto points = block_->cell(here);
-        for (uint32_t i = 0; i < points.size(); ++i) {
-          if (points[i] == at_ + gap) corner = i;
-          lower += points[i] < at_ + gap;
-        }
-        const uint32_t local = static_cast<uint32_t>(gap == 0) | count << 1 | lower << 5;
-        const Evidence which{
-            local, corner << 4 | last_corner_, rank << 4 | count, size_class(gap), history_ & 255, corner};
-        ++rank;
-        if (!decisions_.code(coder, here == cell && (leap || at_ + gap == leader), at_point, which)) continue;
-        at_ += gap;
-        last_corner_ = corner & 15;
-        return here;
-      }
+      if (count == 0) continue;
+      const uint32_t found = code_at_point(coder, cell, leap || at_ + gap == leader, gap, count);
+      if (found == nothing) continue;
+      at_ += gap;
+      return found;
+    }
+    return nothing;
+  }
+  /// Which of the cells at the point `gap` above at_; nothing: none of them.
+  uint32_t code_at_point(Coder& coder, uint32_t cell, bool here, uint64_t gap, uint32_t count) {
+    uint32_t rank = 0;
+    for (const FlatCells::Use& use : around(at_ + gap)) {
+      const uint64_t other = use.cell - first_;
+      if (other >= size_ || !left_->has(other)) continue;
+      uint32_t lower = 0;
+      for (const uint32_t point : nodes_of(other)) lower += point < at_ + gap;
+      const uint32_t local = static_cast<uint32_t>(gap == 0) | count << 1 | lower << 5;
+      const Evidence which{local,           use.node << 4 | last_corner_, rank << 4 | count,
+                           size_class(gap), history_ & 255,               use.node};
+      ++rank;
+      if (!decisions_.code(coder, other == cell && here, at_point, which)) continue;
+      last_corner_ = use.node & 15;
+      return static_cast<uint32_t>(other);
     }
     return nothing;
   }
 
-  Around around_;
-  uint64_t points_;
-  const CellBlock* block_ = nullptr;
-  uint64_t first_ = 0;
+  const FlatCells& cells_;
+  const std::vector<uint32_t>& sequence_;
+  uint64_t first_ = 0, size_ = 0;
   Remaining* left_ = nullptr;
-  std::vector<std::array<uint32_t, most_faces>> neighbours_;
-  std::vector<Near> near_;
-  uint32_t beside_ = 0;  ///< of them, those that follow or share a face
-  Decisions<question_count> decisions_{true};
+  const Neighbours* neighbours_ = nullptr;
+  std::vector<uint32_t> waiting_;  ///< by point, as the input numbers it: uses in cells that are left
+  MetList<64> near_;
+  size_t beside_ = 0;  ///< of them, those that follow or share a face
+  Decisions<question_count> decisions_;
   DifferenceModel leap_;
   uint64_t at_ = 0;
   uint32_t last_ = nothing, history_ = 0, last_rank_ = 0, last_corner_ = 0;
+};
+
+/// What both directions look things up in: cells in coded order, with points in coded order.
+struct CodedMesh {
+  FlatCells cells;
+  std::vector<uint8_t> on_border;
+  std::vector<Neighbours> neighbours;  ///< by block
+
+  CodedMesh(const std::vector<CellBlock>& blocks, uint64_t points) : cells(blocks, points), on_border(points) {
+    for (const CellBlock& block : blocks) neighbours.push_back(neighbours_of(block, &on_border));
+  }
 };
 
 /// A point for each of the most cells for which it can go up from cell to cell (a longest increasing
@@ -410,29 +554,32 @@ std::vector<uint32_t> leaders_of(const CellBlock& block, CanLead can_lead) {
     uint32_t cell, point, before;
   };
   std::vector<Link> links;
-  std::vector<uint32_t> least;  // by length: the link that ends lowest
+  std::vector<uint32_t> least, lowest;  // by length: the link that ends lowest, and where that is
   std::vector<uint32_t> points, ends;
   for (uint64_t i = 0; i < block.size(); ++i) {
     points.clear();
-    std::copy_if(block.cell(i).begin(), block.cell(i).end(), std::back_inserter(points), can_lead);
-    std::sort(points.begin(), points.end(), std::greater<>());
-    ends.clear();
-    for (const uint32_t point : points) {
-      const auto end =
-          std::upper_bound(least.begin(), least.end(), point,
-                           [&](uint32_t value, uint32_t link) { return value < links[link].point; });
-      ends.push_back(static_cast<uint32_t>(end - least.begin()));
+    for (const uint32_t point : block.cell(i)) {
+      if (!can_lead(point)) continue;
+      size_t at = points.size();
+      points.push_back(point);
+      for (; at > 0 && points[at - 1] < point; --at) points[at] = points[at - 1];
+      points[at] = point;
     }
+    ends.clear();
     const size_t first_new = links.size();
-    for (size_t k = 0; k < points.size(); ++k) {
-      links.push_back({static_cast<uint32_t>(i), points[k], ends[k] == 0 ? nothing : least[ends[k] - 1]});
+    for (const uint32_t point : points) {
+      const auto end = static_cast<uint32_t>(std::upper_bound(lowest.begin(), lowest.end(), point) - lowest.begin());
+      ends.push_back(end);
+      links.push_back({static_cast<uint32_t>(i), point, end == 0 ? nothing : least[end - 1]});
     }
     for (size_t k = 0; k < points.size(); ++k) {
       const auto link = static_cast<uint32_t>(first_new + k);
       if (ends[k] == least.size()) {
         least.push_back(link);
-      } else if (points[k] < links[least[ends[k]]].point) {
+        lowest.push_back(points[k]);
+      } else if (points[k] < lowest[ends[k]]) {
         least[ends[k]] = link;
+        lowest[ends[k]] = points[k];
       }
     }
   }
@@ -463,8 +610,9 @@ std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& coded, ui
   for (const CellBlock& block : coded) {
     for (uint64_t i = 0; i < block.size(); ++i) {
       const CellShape& shape = cell_shapes[kind_of(block.type_of(i))];
+      const auto nodes = block.cell(i);
       for (unsigned k = 0; k < shape.nodes; ++k) {
-        uint32_t& of = number[block.cell(i)[shape.place[k]]];
+        uint32_t& of = number[nodes[shape.place[k]]];
         if (of == nothing) of = next++;
       }
     }
@@ -473,6 +621,18 @@ std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& coded, ui
     if (of == nothing) of = next++;
   }
   return number;
+}
+
+std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence) {
+  std::vector<uint32_t> places(sequence.size());
+  for (size_t i = 0; i < sequence.size(); ++i) places[sequence[i]] = static_cast<uint32_t>(i);
+  return places;
+}
+
+uint64_t largest_size(const std::vector<CellBlock>& blocks) {
+  uint64_t most = 0;
+  for (const CellBlock& block : blocks) most = std::max(most, block.size());
+  return most;
 }
 
 void rearrange(Array& array, const std::vector<uint32_t>& place) {
@@ -496,6 +656,7 @@ bool all_have_shapes(const Mesh& mesh) {
 
 std::vector<std::byte> join_order(const CodedOrder& order) {
   ByteWriter out;
+  out.put<uint8_t>(order.mixed ? 1 : 0);
   out.put_count(order.points.size());
   out.put_bytes(order.points);
   out.put_bytes(order.cells);
@@ -504,50 +665,50 @@ std::vector<std::byte> join_order(const CodedOrder& order) {
 
 std::optional<CodedOrder> split_order(Bytes bytes) {
   ByteReader in(bytes);
+  const auto mixed = in.get<uint8_t>();
   const Bytes points = in.get_bytes(in.get_count()), cells = in.get_bytes(in.remaining());
-  if (!in.ok()) return {};
-  return CodedOrder{{points.begin(), points.end()}, {cells.begin(), cells.end()}};
+  if (!in.ok() || mixed > 1) return {};
+  return CodedOrder{mixed != 0, {points.begin(), points.end()}, {cells.begin(), cells.end()}};
 }
 
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders) {
-  std::vector<CellBlock> coded;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) coded.push_back(rearranged(mesh.blocks[b], orders[b]));
-  const std::vector<CellBlock> numbered = coded;
-  std::vector<uint32_t> sequence = sequence_of_points(coded, mesh.point_count());
-  for (CellBlock& block : coded) {
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed) {
+  std::vector<CellBlock> blocks;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) blocks.push_back(rearranged(mesh.blocks[b], orders[b]));
+  std::vector<uint32_t> sequence = sequence_of_points(blocks, mesh.point_count());
+  for (CellBlock& block : blocks) {
     for (uint32_t& point : block.connectivity) point = sequence[point];
   }
+  CodedMesh coded(blocks, mesh.point_count());
   RangeEncoder points, cells;
-  PointOrder<RangeEncoder>(coded, mesh.point_count()).code(points, sequence, mesh.point_count());
-  CellSequence<RangeEncoder> order(numbered, mesh.point_count());
+  PointOrder<RangeEncoder>(coded.cells, coded.on_border, mesh.point_count(), mixed)
+      .code(points, sequence, mesh.point_count());
+  coded.cells.renumber(inverse(sequence));
+  CellSequence<RangeEncoder> order(coded.cells, sequence, largest_size(blocks), mixed);
   uint64_t first = 0;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    const uint64_t size = mesh.blocks[b].size();
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    const uint64_t size = blocks[b].size();
     std::vector<uint32_t> places(size);
     for (size_t i = 0; i < size; ++i) places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
     const auto can_lead = [&](uint32_t point) { return order.can_lead(point); };
-    order.code(cells, numbered[b], first, leaders_of(mesh.blocks[b], can_lead), places);
+    order.code(cells, first, size, coded.neighbours[b], leaders_of(mesh.blocks[b], can_lead), places);
     first += size;
   }
-  return {points.finish(), cells.finish()};
+  return {mixed, points.finish(), cells.finish()};
 }
 
-std::optional<InputOrder> decode_order(const Mesh& coded, const CodedOrder& order) {
+std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order) {
   InputOrder found;
   RangeDecoder points(order.points), cells(order.cells);
-  const uint64_t count = coded.point_count();
-  if (!PointOrder<RangeDecoder>(coded.blocks, count).code(points, found.points, count)) return {};
-  std::vector<uint32_t> number(count);
-  for (size_t i = 0; i < count; ++i) number[found.points[i]] = static_cast<uint32_t>(i);
-  std::vector<CellBlock> blocks = coded.blocks;
-  for (CellBlock& block : blocks) {
-    for (uint32_t& point : block.connectivity) point = number[point];
-  }
-  CellSequence<RangeDecoder> sequence(blocks, count);
+  const uint64_t count = mesh.point_count();
+  CodedMesh coded(mesh.blocks, count);
+  if (!PointOrder<RangeDecoder>(coded.cells, coded.on_border, count, order.mixed).code(points, found.points, count))
+    return {};
+  coded.cells.renumber(inverse(found.points));
+  CellSequence<RangeDecoder> sequence(coded.cells, found.points, largest_size(mesh.blocks), order.mixed);
   uint32_t first = 0;
-  for (const CellBlock& block : blocks) {
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
     std::vector<uint32_t> places;
-    if (!sequence.code(cells, block, first, {}, places)) return {};
+    if (!sequence.code(cells, first, mesh.blocks[b].size(), coded.neighbours[b], {}, places)) return {};
     for (const uint32_t place : places) found.cells.push_back(first + place);
     first += static_cast<uint32_t>(places.size());
   }
@@ -562,8 +723,7 @@ bool restore_order(Mesh& mesh, const CodedOrder& order) {
     if (array.domain == Domain::point) rearrange(array, found->points);
     if (array.domain == Domain::cell) rearrange(array, found->cells);
   }
-  std::vector<uint32_t> number(found->points.size());
-  for (size_t i = 0; i < number.size(); ++i) number[found->points[i]] = static_cast<uint32_t>(i);
+  const std::vector<uint32_t> number = inverse(found->points);
   uint64_t first = 0;
   for (CellBlock& block : mesh.blocks) {
     std::vector<uint64_t> places(block.size());

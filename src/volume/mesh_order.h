@@ -18,6 +18,7 @@ namespace maille {
 using CellOrders = std::vector<std::vector<uint64_t>>;
 
 struct CodedOrder {
+  bool mixed = true;  ///< decisions are (volume/decisions.h): smaller, and slower
   std::vector<std::byte> points, cells;
 };
 
@@ -30,7 +31,7 @@ std::optional<CodedOrder> split_order(Bytes bytes);
 bool all_have_shapes(const Mesh& mesh);
 
 /// For meshes whose cells all have shapes.
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders);
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed);
 
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
 /// cells[i] that of its cell i, through all blocks.

@@ -86,23 +86,39 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   return last;
 }
 
-/// What the connectivity of the first cells takes in these orders; with the numbers of points if they are
-/// kept.
+/// In which order cells are written, when each point is used last then, and the bytes that give the input's
+/// order back if that is to be kept.
+struct Ordering {
+  CellOrders orders;
+  std::vector<uint64_t> last;
+  std::optional<CodedOrder> apart;
+  bool by_front = false;  ///< not as they are in the input: few cells are found on the fast path
+
+  Ordering(const Mesh& mesh, CellOrders cells, bool front)
+      : orders(std::move(cells)), last(last_cells(mesh, orders)), by_front(front) {}
+};
+Ordering as_they_are(const Mesh& mesh) {
+  return {mesh, CellOrders(mesh.blocks.size()), false};
+}
+Ordering in_front_order(const Mesh& mesh) {
+  CellOrders orders;
+  for (const CellBlock& block : mesh.blocks) orders.push_back(front_order(block));
+  return {mesh, std::move(orders), true};
+}
+
+/// What the connectivity of the first cells takes in an order; with the numbers of points if they are kept.
+/// Without mixing: that makes all orders smaller, and takes longer.
 class Trial {
  public:
-  Trial(const Mesh& mesh, const CellOrders& orders, bool mixed, bool numbered = false, bool indexed = false)
-      : mesh_(mesh),
-        orders_(orders),
-        last_(last_cells(mesh, orders)),
-        numbered_(numbered),
-        coder_(mixed, numbered, indexed) {}
+  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false)
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(false, numbered, indexed) {}
 
   /// Goes on until so many cells are done, or all.
   void run(uint64_t most_cells) {
     for (; block_ < mesh_.blocks.size(); ++block_, in_block_ = 0) {
       const CellBlock& block = mesh_.blocks[block_];
       const uint64_t size = block.size();
-      for (; in_block_ < size && done_ < most_cells; ++done_) code(block, orders_[block_]);
+      for (; in_block_ < size && done_ < most_cells; ++done_) code(block, ordering_.orders[block_]);
       if (in_block_ < size) return;
     }
   }
@@ -120,7 +136,7 @@ class Trial {
     cell_.final = 0;
     for (size_t k = 0; k < points.size(); ++k) {
       cell_.number[k] = points[cell_shapes[cell_.kind].place[k]];
-      cell_.final |= (last_[cell_.number[k]] == done_ ? 1u : 0u) << k;
+      cell_.final |= (ordering_.last[cell_.number[k]] == done_ ? 1u : 0u) << k;
     }
     coder_.code(topology_, numbers_, cell_, out_);
     if (out_.size() < cells_per_block) return;
@@ -129,8 +145,7 @@ class Trial {
   }
 
   const Mesh& mesh_;
-  const CellOrders& orders_;
-  std::vector<uint64_t> last_;
+  const Ordering& ordering_;
   bool numbered_;
   CellCoder<RangeEncoder> coder_;
   RangeEncoder topology_, numbers_;
@@ -140,12 +155,8 @@ class Trial {
   uint64_t in_block_ = 0, done_ = 0;
 };
 
-/// In which order cells are written, and the bytes that give the input's order back if that is to be kept.
-struct Ordering {
-  CellOrders orders;
-  std::optional<CodedOrder> apart;
-  bool by_front = false;  ///< not as they are in the input: few cells are found on the fast path
-};
+/// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try.
+constexpr uint64_t few = 4'000, sample = 20'000;
 
 bool has_few_numbers(const Mesh& mesh) {
   uint64_t numbers = mesh.point_count() * 3;
@@ -154,58 +165,64 @@ bool has_few_numbers(const Mesh& mesh) {
   return numbers <= few_numbers;
 }
 
+/// Where all cells are of one type, the first ones stand for all: not so where a mesh begins with the cells of
+/// its boundary.
+bool all_alike(const Mesh& mesh) {
+  return mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
+}
+
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
-/// smaller with the input's order beside it. Scattered cells take long to try, so that it is done with as few
-/// as tell.
-Ordering keep_order(const Mesh& mesh, bool mixed) {
-  constexpr uint64_t few = 4'000, sample = 20'000;
+/// smaller with the input's order beside it.
+Ordering keep_order(const Mesh& mesh, bool mixed, Executor& executor) {
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
-  CellOrders as_they_are(mesh.blocks.size());
+  Ordering given = as_they_are(mesh);
   const uint64_t cells = mesh.cell_count();
-  if (cells >= no_cell || !all_have_shapes(mesh)) return {as_they_are, {}};
-  Trial natural(mesh, as_they_are, mixed, true);
+  if (cells >= no_cell || !all_have_shapes(mesh)) return given;
+  Trial natural(mesh, given, true);
   natural.run(few);
-  // Where all cells are of one type, some thousand in very good order stand for all: not so where a mesh
-  // begins with the cells of its boundary.
-  const bool alike = mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
-  if (alike && 2 * natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
+  const bool alike = all_alike(mesh);
+  if (alike && 2 * natural.bytes() <= scattered * natural.cells()) return given;
   if (natural.bytes() <= 2 * scattered * natural.cells()) {
     natural.run(sample);
-    if (natural.bytes() <= scattered * natural.cells()) return {as_they_are, {}};
+    if (natural.bytes() <= scattered * natural.cells()) return given;
   }
   // Numbers that follow one another are an order, too, whatever the cells do.
-  Trial indexed(mesh, as_they_are, mixed, true, true);
+  Trial indexed(mesh, given, true, true);
   indexed.run(alike ? few : sample);
-  if (indexed.bytes() <= scattered * indexed.cells()) return {as_they_are, {}};
-  CellOrders by_front;
-  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  Trial front(mesh, by_front, mixed);
-  front.run(2 * few);
-  CodedOrder order = encode_order(mesh, by_front);
-  const uint64_t apart = order.points.size() + order.cells.size() + front.bytes() * cells / front.cells();
-  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
-  // so.
-  while (natural.cells() < std::min(cells, sample) &&
-         (natural.cells() < 2 * few || 4 * natural.bytes() * cells <= 5 * apart * natural.cells())) {
-    natural.run(natural.cells() + few);
-  }
-  if (natural.bytes() * cells <= apart * natural.cells()) return {std::move(as_they_are), {}};
-  return {std::move(by_front), std::move(order), true};
+  if (indexed.bytes() <= scattered * indexed.cells()) return given;
+  std::optional<Ordering> front;
+  uint64_t apart = 0;
+  executor.parallel_for(2, [&](size_t task) {
+    if (task == 1) return natural.run(2 * few);
+    front = in_front_order(mesh);
+    Trial trial(mesh, *front);
+    trial.run(2 * few);
+    front->apart = encode_order(mesh, front->orders, mixed);
+    apart = front->apart->points.size() + front->apart->cells.size() + trial.bytes() * cells / trial.cells();
+  });
+  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay so.
+  if (4 * natural.bytes() * cells <= 5 * apart * natural.cells()) natural.run(sample);
+  return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
-Ordering choose_orders(const Mesh& mesh, bool mixed) {
-  CellOrders as_they_are(mesh.blocks.size()), by_front;
-  for (const CellBlock& block : mesh.blocks) by_front.push_back(front_order(block));
-  Trial natural(mesh, as_they_are, mixed), front(mesh, by_front, mixed);
-  // Some thousand cells mostly decide: cells in no order at all take long to try.
-  for (const uint64_t cells : {uint64_t{5'000}, uint64_t{400'000}}) {
-    natural.run(cells);
-    front.run(cells);
-    if (natural.bytes() > 2 * front.bytes() || front.bytes() > 2 * natural.bytes()) break;
+Ordering choose_orders(const Mesh& mesh) {
+  Ordering given = as_they_are(mesh);
+  Trial natural(mesh, given);
+  natural.run(few);
+  constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
+  if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) {
+    natural.run(sample);
+    if (regular * natural.bytes() <= natural.cells()) return given;
   }
-  const bool front_is_less = front.bytes() < natural.bytes();
-  return {front_is_less ? std::move(by_front) : std::move(as_they_are), {}, front_is_less};
+  Ordering front = in_front_order(mesh);
+  Trial trial(mesh, front);
+  trial.run(natural.cells());
+  if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
+    natural.run(sample);
+    trial.run(sample);
+  }
+  return trial.bytes() < natural.bytes() ? std::move(front) : std::move(given);
 }
 
 /// Points of no cell, in any order: along a curve, so that each is near the one before.
@@ -238,11 +255,11 @@ void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
-  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const CellOrders& orders, const EncodeOptions& options)
+  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const Ordering& ordering, const EncodeOptions& options)
       : mesh_(mesh),
         writer_(writer),
-        orders_(orders),
-        last_(last_cells(mesh, orders_)),
+        orders_(ordering.orders),
+        last_(ordering.last),
         pace_(options.progress, "cells", mesh.cell_count()),
         executor_(options.executor ? *options.executor : serial_executor()),
         any_order_(options.order == Order::canonical) {
@@ -352,7 +369,7 @@ class MeshFeeder {
   const Mesh& mesh_;
   StreamWriter& writer_;
   const CellOrders& orders_;
-  std::vector<uint64_t> last_;
+  const std::vector<uint64_t>& last_;
   Pace pace_;
   Executor& executor_;
   bool any_order_;
@@ -404,15 +421,16 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   stream_options.points = &points;
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   const bool mixed = mixes(options.effort);
+  Executor& executor = options.executor ? *options.executor : serial_executor();
   const Ordering ordering =
-      options.order == Order::keep ? keep_order(mesh, mixed) : choose_orders(mesh, mixed);
+      options.order == Order::keep ? keep_order(mesh, mixed, executor) : choose_orders(mesh);
   maps.mixing_pays = ordering.by_front || has_few_numbers(mesh);
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);
   }
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
-  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering.orders, options).feed());
+  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering, options).feed());
   const StreamReport stream = MAILLE_TRY(writer.finish());
   return report_of(mesh, stream, maps, ordering.apart);
 }
