@@ -60,6 +60,15 @@ class ArrayStage {
   bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples) {
     if (domain_ == Domain::point) {
       for (size_t i = 0; i < cells.points.size(); ++i) {
+        if constexpr (Tuples::has_plain) {
+          const NewPoint& point = cells.points[i];
+          if (coder.is_plain() && is_full(point, cells)) {
+            const uint32_t* nodes = cells.nodes.data() + cells.begin[point.cell];
+            coder.code_full(*coder_, nodes, point.node, point.slot, tuples);
+            tuples += array_.tuple_size();
+            continue;
+          }
+        }
         if (i + ahead < cells.points.size()) prefetch(coder, cells, cells.points[i + ahead]);
         find_stencil(cells.points[i], cells, stencil_);
         coder.code(*coder_, stencil_, cells.points[i].slot, tuples);

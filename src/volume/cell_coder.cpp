@@ -19,12 +19,14 @@ void CodedCells::clear() {
 
 template <class Coder>
 bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
+  if (damaged_) return false;
   if (encoding && faces_) prefer_faces(cell);
   wanted_ = &cell;
   repeated_ = 0;
   if (indices_) return code_by_indices(topology, numbers, cell, out);
   find_sources();
-  const bool fast = code_by_pattern(topology, cell);
+  const bool fast = !swept_last_ && code_by_pattern(topology, cell);
+  swept_last_ = false;
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
   if (!plain) recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   Pattern pattern;

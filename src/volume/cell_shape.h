@@ -54,6 +54,7 @@ struct CellShape {
 inline constexpr unsigned shape_count = 18;
 extern const std::array<CellShape, shape_count> cell_shapes;
 
+inline constexpr unsigned hexahedron_kind = 0;
 /// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any
 /// length; word that a point is not used again, where no cell could say so.
 inline constexpr unsigned isolated_point = shape_count;

@@ -93,19 +93,50 @@ class Hull {
     return slot;
   }
 
+  /// add_cell() of a hexahedron, with what each corner adds to the open faces of its point.
+  [[gnu::always_inline]] uint32_t add_hexahedron(const uint32_t* corners, unsigned glued,
+                                                 const std::array<int8_t, most_corners>& opened,
+                                                 uint32_t ordinal) {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) [[unlikely]]
+      cells_.resize(cell_slots_.capacity());
+    if (next_.size() < cells_.size() * most_corners) [[unlikely]]
+      next_.resize(cells_.size() * most_corners);
+    Cell& cell = cells_[slot];
+    uint32_t* next = next_.data() + size_t{slot} * most_corners;
+    Point* const points = points_.data();
+    for (unsigned i = 0; i < most_corners; ++i) {
+      Point& point = points[corners[i]];
+      cell.corner[i] = corners[i];
+      next[i] = point.head;
+      point.head = slot * most_corners + i;
+      point.valence = static_cast<uint8_t>(point.valence + (point.valence < 0xff));
+      point.open = static_cast<uint16_t>(point.open + opened[i]);
+    }
+    cell.successor = no_slot;
+    cell.ordinal = ordinal;
+    cell.open = static_cast<uint8_t>(0x3f & ~glued);
+    cell.live = most_corners;
+    cell.kind = hexahedron_kind;
+    return slot;
+  }
+
   /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is
   /// not only tidy: its slot will be another point's, and a face left open would seem to be at that one. The
   /// slot itself is free only after free_points(), so that slots name points within a block of cells.
   void remove_point(uint32_t slot) {
     Point& point = points_[slot];
     for (uint32_t at = point.head; at != no_slot;) {
-      Cell& cell = cells_[at / most_corners];
+      const uint32_t cell_slot = at / most_corners;
+      Cell& cell = cells_[cell_slot];
       const unsigned corner = at % most_corners;
       at = next_[at];
       cell.corner[corner] = no_slot;
-      const unsigned closing = cell.open & shape_of(cell).faces_at[corner];
-      if (closing != 0) close(cell, closing);
-      if (--cell.live == 0) cell_slots_.give_back(static_cast<uint32_t>(&cell - cells_.data()));
+      if (cell.open != 0) {
+        const unsigned closing = cell.open & shape_of(cell).faces_at[corner];
+        if (closing != 0) close(cell, closing);
+      }
+      if (--cell.live == 0) cell_slots_.give_back(cell_slot);
     }
     point.head = no_slot;
     point.alive = false;

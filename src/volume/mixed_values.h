@@ -29,6 +29,7 @@ template <class Coder, unsigned Bits>
 class MixedValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
+  static constexpr bool has_plain = false;  ///< code_full(), as TupleValueCoder has it
 
   explicit MixedValueCoder(const StreamedArray& array);
 

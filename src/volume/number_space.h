@@ -89,6 +89,8 @@ class NumberSpace {
 
   /// A float that keeps its bits.
   bool is_float() const { return ordered_ && type_ == Scalar::f32; }
+  /// A float or double that does.
+  bool is_plain() const { return ordered_ && (type_ == Scalar::f32 || type_ == Scalar::f64); }
   bool exact() const { return ordered_ || map_.kind == NumberMap::Kind::integer; }
   int64_t code_of(const std::byte* number) const {
     if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));

@@ -72,6 +72,32 @@ PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pat
     sources = static_cast<uint8_t>(sources | 1u << source);
     glued = static_cast<uint8_t>(glued | 1u << f);
   }
+  prepare_sweep();
+}
+
+void PatternPlan::prepare_sweep() {
+  const CellShape& shape = cell_shapes[kind];
+  unsigned reached = 1;
+  sweeps = kind == hexahedron_kind && searched == 0 && (known | fresh) == 0xff;
+  for (unsigned k = 0; k < glues; ++k) {
+    sweeps = sweeps && (glue[k].source == 0 || glue[k].source == glue[k].own + 1);
+    reached |= 1u << glue[k].source;
+    if (glue[k].source != 0) row[rows++] = glue[k].own;
+  }
+  sweeps = sweeps && (sources & ~reached) == 0;
+  unsigned there = known;
+  for (unsigned i = 0; i < shape.corners; ++i) {
+    const unsigned at = shape.faces_at[i];
+    opened[i] = static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
+    if ((fresh >> i & 1) == 0) continue;
+    for (unsigned j = shape.parallelograms[i]; j-- > 0;) {
+      const auto& p = shape.parallelogram[i][j];
+      if ((there >> p.a & there >> p.b & there >> p.opposite & 1) == 0) continue;
+      expected[i] = p;
+      expects = static_cast<uint8_t>(expects | 1u << i);
+    }
+    there |= 1u << i;
+  }
 }
 
 bool Patterns::search(const PatternPlan& plan, const Hull& hull, Assembly& cell) {

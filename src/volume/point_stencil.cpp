@@ -92,23 +92,6 @@ class Builder {
   unsigned known_;
 };
 
-/// By corner of a hexahedron the seven others: neighbours, those across faces, the one across the cell.
-const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner = [] {
-  std::array<std::array<uint8_t, 7>, most_corners> table{};
-  const CellShape& shape = cell_shapes[kind_of(CellType::hexahedron)];
-  for (unsigned c = 0; c < most_corners; ++c) {
-    unsigned seen = 1u << c, at = 0;
-    const auto add = [&](unsigned corner) {
-      table[c][at++] = static_cast<uint8_t>(corner);
-      seen |= 1u << corner;
-    };
-    for (unsigned n = shape.neighbours[c]; n != 0; n &= n - 1) add(static_cast<unsigned>(__builtin_ctz(n)));
-    for (const auto& p : shape.parallelogram[c]) add(p.opposite);
-    add(static_cast<unsigned>(__builtin_ctz(~seen)));
-  }
-  return table;
-}();
-
 /// The polynomial of lowest degree through the seven others (Ibarria et al. 2003); the sum is made where it
 /// is used.
 void find_full(const NewPoint& point, const uint32_t* nodes, PointStencil& stencil) {
@@ -133,13 +116,27 @@ void find_in_face(const NewPoint& point, PointStencil& stencil) {
 
 }  // namespace
 
+const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner = [] {
+  std::array<std::array<uint8_t, 7>, most_corners> table{};
+  const CellShape& shape = cell_shapes[kind_of(CellType::hexahedron)];
+  for (unsigned c = 0; c < most_corners; ++c) {
+    unsigned seen = 1u << c, at = 0;
+    const auto add = [&](unsigned corner) {
+      table[c][at++] = static_cast<uint8_t>(corner);
+      seen |= 1u << corner;
+    };
+    for (unsigned n = shape.neighbours[c]; n != 0; n &= n - 1) add(static_cast<unsigned>(__builtin_ctz(n)));
+    for (const auto& p : shape.parallelogram[c]) add(p.opposite);
+    add(static_cast<unsigned>(__builtin_ctz(~seen)));
+  }
+  return table;
+}();
+
 void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil) {
   stencil.clear();
   if (point.cell != no_slot && cells.kinds[point.cell] == face_cell) return find_in_face(point, stencil);
-  if (point.cell != no_slot && cells.kinds[point.cell] < shape_count && point.fresh >> point.node == 1 &&
-      cell_shapes[cells.kinds[point.cell]].corners == 8) {
+  if (is_full(point, cells))
     return find_full(point, cells.nodes.data() + cells.begin[point.cell], stencil);
-  }
   if (point.cell == no_slot || cells.kinds[point.cell] >= shape_count) return;
   Builder builder(point, cells, stencil);
   if (point.node < cell_shapes[cells.kinds[point.cell]].corners) {

@@ -45,6 +45,15 @@ struct PointStencil {
   }
 };
 
+/// By corner of a hexahedron the seven others, in the order of PointStencil::others.
+extern const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner;
+
+/// Are all other corners of the point's cell, a hexahedron, there before it?
+inline bool is_full(const NewPoint& point, const CodedCells& cells) {
+  return point.cell != no_slot && point.fresh >> point.node == 1 && cells.kinds[point.cell] < shape_count &&
+         cell_shapes[cells.kinds[point.cell]].corners == 8;
+}
+
 void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil);
 
 }  // namespace maille

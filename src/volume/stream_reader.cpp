@@ -53,6 +53,7 @@ class StreamReader::Implementation {
   void take_step(StepValues step);
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
+  uint64_t decode_alike(Block& block, uint64_t most);
   Result<> decode_cells(Block& block);
   Result<> append_cell(const StreamedCell& cell, Block& block);
   static void append_faces(const StreamedCell& cell, StreamPiece& piece);
@@ -303,6 +304,30 @@ void StreamReader::Implementation::append_faces(const StreamedCell& cell, Stream
   piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
+/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most.
+uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most) {
+  if (block_type_ != CellType::hexahedron && block_type_ != CellType::mixed) return 0;
+  if (starts_used_ < batch_.blocks.size()) {
+    const uint64_t before = batch_.records - records_left_;
+    most = std::min(most, batch_.blocks[starts_used_].records_before - before);
+  }
+  StreamPiece& piece = block.piece;
+  const size_t nodes = block.cells.nodes.size(), at = piece.connectivity.size();
+  const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
+  piece.types.resize(piece.types.size() + count, CellType::hexahedron);
+  piece.slots.insert(piece.slots.end(), block.cells.nodes.begin() + static_cast<ptrdiff_t>(nodes),
+                     block.cells.nodes.end());
+  piece.connectivity.resize(at + count * most_corners);
+  for (size_t k = 0; k < count * most_corners; ++k)
+    piece.connectivity[at + k] = coder_->hull().point(block.cells.nodes[nodes + k]).number;
+  for (size_t k = 1; k <= count; ++k) {
+    piece.offsets.push_back(at + k * most_corners);
+    if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
+  }
+  cells_seen_ += count;
+  return count;
+}
+
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
   clear(block.piece);
@@ -311,6 +336,11 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
   for (uint64_t i = 0; i < count; ++i) {
     begin_blocks(block.piece);
+    const uint64_t swept = decode_alike(block, count - i);
+    records_left_ -= swept;
+    i += swept;
+    if (i == count) break;
+    if (swept > 0) begin_blocks(block.piece);
     const size_t cells = block.cells.size();
     if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
         numbers_->exhausted()) {

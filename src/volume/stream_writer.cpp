@@ -75,6 +75,8 @@ class StreamWriter::Implementation {
   unsigned kind_in_block(CellType type, size_t nodes) const;
   Result<> check_cells(CellType type, size_t count, size_t nodes, std::span<const uint8_t> last_use,
                        std::span<const Bytes> arrays) const;
+  Result<> add_alike(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                     std::span<const uint8_t> last_use, std::span<const Bytes> arrays, size_t count);
   Result<> add_cell(unsigned kind, CellType type, std::span<const uint64_t> numbers,
                     std::span<const uint8_t> last_use, std::span<const uint32_t> face_sizes, size_t i,
                     size_t count, std::span<const Bytes> arrays);
@@ -221,10 +223,41 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
   MAILLE_CHECK(check_cells(type, count, nodes, last_use, arrays));
   const unsigned kind = kind_in_block(type, nodes);
   cells_of_type_[static_cast<uint8_t>(type)] += count;
+  if (!delay_) return add_alike(kind, type, connectivity, last_use, arrays, count);
   for (size_t i = 0; i < count; ++i) {
     MAILLE_CHECK(add_cell(kind, type, connectivity.subspan(i * nodes, nodes),
                           last_use.empty() ? last_use : last_use.subspan(i * nodes, nodes), {}, i, count,
                           arrays));
+  }
+  return {};
+}
+
+/// Cells of one size, as many at once as a block has room for.
+Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+                                                 std::span<const uint8_t> last_use,
+                                                 std::span<const Bytes> arrays, size_t count) {
+  const size_t nodes = numbers.size() / count;
+  for (size_t i = 0; i < count;) {
+    const size_t some = std::min<size_t>(count - i, cells_per_block - intake_.records.size());
+    tail_.blocks.back().cells += some;
+    cells_given_ += some;
+    tail_.corners += some * nodes;
+    intake_.records.insert(intake_.records.end(), some,
+                           {static_cast<uint8_t>(kind), type, static_cast<uint32_t>(nodes), 0});
+    const auto append = [&](auto& to, const auto& from, size_t size) {
+      const auto begin = from.begin() + static_cast<ptrdiff_t>(i * size);
+      to.insert(to.end(), begin, begin + static_cast<ptrdiff_t>(some * size));
+    };
+    append(intake_.numbers, numbers, nodes);
+    if (last_use.empty()) {
+      intake_.last_use.resize(intake_.numbers.size());
+    } else {
+      append(intake_.last_use, last_use, nodes);
+    }
+    for (size_t k = 0; k < arrays.size(); ++k)
+      append(intake_.cell_arrays[k], arrays[k], arrays[k].size() / count);
+    i += some;
+    if (is_full()) MAILLE_CHECK(run_block());
   }
   return {};
 }
@@ -370,8 +403,17 @@ Result<> StreamWriter::Implementation::begin_stream() {
 
 void StreamWriter::Implementation::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells,
                                                 RangeEncoder& numbers_out, CodedCells& out) {
-  size_t at = 0, faces_at = 0;
-  for (const Intake::Record& record : intake_.records) {
+  size_t at = 0, faces_at = 0, alike = 0;
+  for (size_t i = 0; i < intake_.records.size(); ++i) {
+    // Hexahedra from here on.
+    alike = std::max(alike, i);
+    while (alike < intake_.records.size() && intake_.records[alike].kind == hexahedron_kind) ++alike;
+    const size_t swept = coder.sweep(cells, numbers_out, intake_.numbers.data() + at,
+                                     intake_.last_use.data() + at, alike - i, out);
+    at += swept * most_corners;
+    i += swept;
+    if (i == intake_.records.size()) break;
+    const Intake::Record& record = intake_.records[i];
     const auto numbers = std::span(intake_.numbers).subspan(at, record.nodes);
     const auto last_use = std::span(intake_.last_use).subspan(at, record.nodes);
     at += record.nodes;

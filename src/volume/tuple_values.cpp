@@ -15,6 +15,14 @@ constexpr uint32_t most_full_samples = 16384;
 constexpr int32_t first_miss = 64 * 256;
 constexpr int32_t head_start = 64;
 
+/// Calls work(0) to work(N - 1) with constants: compilers unroll such short loops only when told.
+template <unsigned N, class Work>
+[[gnu::always_inline]] inline void for_each_index(Work work) {
+  [&]<unsigned... k>(std::integer_sequence<unsigned, k...>) {
+    (work(std::integral_constant<unsigned, k>{}), ...);
+  }(std::make_integer_sequence<unsigned, N>{});
+}
+
 /// 65536 / n, rounded up: a mean of up to three numbers is a product with it.
 constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
@@ -33,7 +41,11 @@ template <class Coder, unsigned Bits, unsigned Width>
 TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
     : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
-  for (const NumberSpace& space : spaces_) exact_ = exact_ && space.exact();
+  plain_ = Width == 4 && array.components == 3;
+  for (const NumberSpace& space : spaces_) {
+    exact_ = exact_ && space.exact();
+    plain_ = plain_ && space.is_plain();
+  }
   for (unsigned c = 0; c < array.components; c += group_size) {
     Group& group = groups_.emplace_back();
     group.first = c;
@@ -94,8 +106,7 @@ template <class Coder, unsigned Bits, unsigned Width>
   if (stencil.is_full()) {
     std::array<const Value*, 7> other;
     for (unsigned k = 0; k < 7; ++k) other[k] = values + stencil.others[k];
-    candidate[0] = ((other[0]->place + other[1]->place) + other[2]->place) -
-                   ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
+    full_sum(other, candidate[0]);
     expectation.count = 1;
     if (!group.fits) return;
     const auto& weights = (*group.fits)[stencil.situation].weights();
@@ -136,17 +147,24 @@ template <class Coder, unsigned Bits, unsigned Width>
     }
     return;
   }
+  Ints code;
+  near_floats(expected, code, unit);
+  for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::near_floats(const Doubles& expected,
+                                                                                    Ints& code, Ints& unit) {
   const Floats most = Floats{} + 3.402823466e38F;
   Floats number = __builtin_convertvector(expected, Floats);
   number = number == number ? number : Floats{};
   number = number > most ? most : number;
   number = number < -most ? -most : number;
   const Ints bits = same_bits<Ints>(number);
-  const Ints code = bits ^ ((bits >> 31) & 0x7fffffff);
+  code = bits ^ ((bits >> 31) & 0x7fffffff);
   Ints exponent = (bits >> 23) & 0xff;
   exponent = exponent == 0 ? Ints{} + 1 : exponent;
   unit = 2 * exponent - 300;
-  for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
 }
 
 /// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit.
@@ -163,14 +181,10 @@ template <class Coder, unsigned Bits, unsigned Width>
       least = size < least ? size : least;
       most = size > most ? size : most;
     }
-    const auto count = static_cast<int32_t>(stencil.near_count);
-    mean = (((sum + 4096 * count) * reciprocals[stencil.near_count]) >> 16) - 4096;
-    spread = -(most - least >= 3) - (most - least >= 8);
+    mean = mean_size(sum, stencil.near_count);
+    spread = spread_class(most - least);
   }
-  Ints expected = mean - unit;
-  expected = expected < 0 ? Ints{} : expected;
-  const Ints highest = Ints{} + (2 * static_cast<int32_t>(Bits) - 1);
-  expected = expected > highest ? highest : expected;
+  const Ints expected = expected_class(mean, unit);
   unsigned kind = 3;
   if (stencil.is_full())
     kind = 0;
@@ -253,9 +267,7 @@ template <class Coder, unsigned Bits, unsigned Width>
       value.place[k] = space.place_of(code);
     }
   }
-  // Half octaves of 2 |residual| + 1: 0 for 0.
-  size = (size < 0 ? -size : size) * 2.0F + 1.0F;
-  value.size = ((same_bits<Ints>(size) >> 22) & 0x1ff) - 254 + unit;
+  value.size = size_class(size) + unit;
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
@@ -271,14 +283,153 @@ template <class Coder, unsigned Bits, unsigned Width>
   }
   if (expectation.count < 2 || !stencil.is_full()) return;
   if (++samples_ > most_full_samples && samples_ % 4 != 0) return;
+  learn_fit((*group.fits)[stencil.situation], expectation.twists, value.twist);
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::learn_fit(Fit& fit, const typename Fit::Features& twists,
+                                                    const Floats& target) {
   // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
   Floats scale = {};
-  for (const Floats& twist : expectation.twists) {
+  for (const Floats& twist : twists) {
     const Floats size = twist < 0 ? -twist : twist;
     scale = size > scale ? size : scale;
   }
   const Floats certainty = scale > 0 ? 1.0F / scale : Floats{};
-  (*group.fits)[stencil.situation].learn(expectation.twists, value.twist, certainty);
+  fit.learn(twists, target, certainty);
+}
+
+// ---- corners of hexahedra, plain numbers -------------------------------------------------------------------
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::full_sum(const Others& other,
+                                                                                 Doubles& place) {
+  place = ((other[0]->place + other[1]->place) + other[2]->place) -
+         ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline auto TupleValueCoder<Coder, Bits, Width>::mean_size(const Ints& sum, unsigned count)
+    -> Ints {
+  return (((sum + 4096 * static_cast<int32_t>(count)) * reciprocals[count]) >> 16) - 4096;
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline auto TupleValueCoder<Coder, Bits, Width>::expected_class(const Ints& mean,
+                                                                                       const Ints& unit)
+    -> Ints {
+  Ints expected = mean - unit;
+  expected = expected < 0 ? Ints{} : expected;
+  const Ints highest = Ints{} + (2 * static_cast<int32_t>(Bits) - 1);
+  return expected > highest ? highest : expected;
+}
+
+/// As find_codes().
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::near_plain(const Doubles& expected,
+                                                                                   Guess& guess, Ints& unit) {
+  if constexpr (Bits == 32) {
+    Ints code;
+    near_floats(expected, code, unit);
+    for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
+  } else {
+    constexpr double most = 1.7976931348623157e308;
+    unit = Ints{};
+    for (unsigned k = 0; k < group_size; ++k) {
+      const double place = expected[k];
+      const auto exponent = static_cast<int32_t>(bits_as<uint64_t>(place) >> 52 & 0x7ff);
+      unit[k] = 2 * ((exponent == 0 ? 1 : exponent) - 1023 - 52);
+      guess.code[k] = ordered_bits(place == place ? (place > most ? most : place < -most ? -most : place) : 0.0);
+    }
+  }
+}
+
+/// Encoder: as find_residuals().
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_plain_residuals(
+    const std::byte* numbers, Guess& guess) const {
+  using Number = std::conditional_t<Bits == 32, float, double>;
+  for (unsigned k = 0; k < group_size; ++k)
+    guess.residual[k] = difference(ordered_bits(load<Number>(numbers + k * sizeof(Number))), guess.code[k]);
+}
+
+/// As find_value().
+template <class Coder, unsigned Bits, unsigned Width>
+[[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::place_plain(const Guess& guess,
+                                                                                    std::byte* numbers,
+                                                                                    Doubles& place) const {
+  if constexpr (Bits == 32) {
+    const Uints codes = same_bits<Uints>(pack(guess.code)) + same_bits<Uints>(pack(guess.residual));
+    Ints code = same_bits<Ints>(codes);
+    code ^= (code >> 31) & 0x7fffffff;
+    if constexpr (!encoding) std::memcpy(numbers, &code, group_size * sizeof(float));
+    const Floats number = same_bits<Floats>(code);
+    place = __builtin_convertvector(number == number ? number : Floats{}, Doubles);
+  } else {
+    place = Doubles{};
+    for (unsigned k = 0; k < group_size; ++k) {
+      const double number = from_ordered(sum(guess.code[k], guess.residual[k]));
+      if constexpr (!encoding) store(numbers + k * sizeof(double), number);
+      place[k] = number == number ? number : 0;
+    }
+  }
+}
+
+template <class Coder, unsigned Bits, unsigned Width>
+void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t* nodes, unsigned corner,
+                                                    uint32_t slot, std::byte* tuple)
+  requires(Width == 4)
+{
+  Group& group = groups_[0];
+  if (slot >= group.values.size()) group.values.resize(size_t{slot} + slot / 8 + 16);
+  const Value* const values = group.values.data();
+  const auto& places = others_of_corner[corner];
+  Others other;
+  for_each_index<7>([&](auto at) { other[at] = values + nodes[places[at]]; });
+  Fit& fit = (*group.fits)[corner];
+  Floats correction = {};
+  for_each_index<7>([&](auto at) { correction += fit.weights()[at] * other[at]->twist; });
+  Doubles first;
+  full_sum(other, first);
+  const Doubles second = first + __builtin_convertvector(correction, Doubles);
+  Record& record = group.records[PointStencil::full + corner];
+  const Doubles expected = __builtin_convertvector(record[1] < record[0], Longs) ? second : first;
+  Guess guess;
+  Ints unit;
+  near_plain(expected, guess, unit);
+  const Ints a = other[0]->size, b = other[1]->size, c = other[2]->size;
+  const Ints low = a < b ? a : b, high = a < b ? b : a;
+  const Ints spread = spread_class((c > high ? c : high) - (c < low ? c : low));
+  const Ints classes = expected_class(mean_size(a + b + c, 3), unit);
+  if constexpr (encoding) find_plain_residuals(tuple, guess);
+  // In two stages, as the lanes are coded side by side.
+  for_each_index<group_size>([&](auto at) {
+    const unsigned k = at;
+    guess.first[k] = residuals_.code_first(
+        coder, guess.residual[k], k, {static_cast<unsigned>(classes[k]), static_cast<unsigned>(spread[k])}, k);
+  });
+  for_each_index<group_size>([&](auto at) {
+    const unsigned k = at;
+    guess.residual[k] =
+        static_cast<Code>(residuals_.code_rest(coder, guess.residual[k], guess.first[k], k, k));
+  });
+  Floats residual = {};
+  for (unsigned k = 0; k < group_size; ++k) residual[k] = static_cast<float>(guess.residual[k]);
+  Value value;
+  place_plain(guess, tuple, value.place);
+  value.size = size_class(residual) + unit;
+  value.twist = __builtin_convertvector(value.place - first, Floats);
+  const Floats second_miss = __builtin_convertvector(value.place - second, Floats);
+  record[0] += ((same_bits<Ints>(value.twist) >> 22) & 0x1ff) - (record[0] >> 6);
+  record[1] += ((same_bits<Ints>(second_miss) >> 22) & 0x1ff) - (record[1] >> 6);
+  if (++samples_ <= most_full_samples || samples_ % 4 == 0) {
+    typename Fit::Features twists;
+    for_each_index<7>([&](auto at) { twists[at] = other[at]->twist; });
+    learn_fit(fit, twists, value.twist);
+  }
+  group.last = value.place;
+  group.last_size = value.size;
+  group.values[slot] = value;
 }
 
 template <class Coder, unsigned Bits, unsigned Width>

@@ -39,11 +39,17 @@ template <class Coder, unsigned Bits, unsigned Width>
 class TupleValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
+  static constexpr bool has_plain = Width == 4;
 
   explicit TupleValueCoder(const StreamedArray& array);
 
   /// One tuple: what the stencil suggests, then the difference. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
+  /// Whether tuples are three floats, or doubles, that keep their bits: nearly all positions are.
+  bool is_plain() const { return plain_; }
+  /// The same as code() for the last corner of a hexahedron, if is_plain(); `nodes`: slots of all corners.
+  void code_full(Coder& coder, const uint32_t* nodes, unsigned corner, uint32_t slot, std::byte* tuple)
+    requires(Width == 4);
   /// A hint that the value in a slot is wanted soon: those of the last layer are far away.
   void prefetch(uint32_t slot) const {
     for (const Group& group : groups_) {
@@ -108,6 +114,22 @@ class TupleValueCoder {
     unsigned exceptions;  ///< a bit for each component
   };
 
+  using Others = std::array<const Value*, 7>;
+  static void full_sum(const Others& other, Doubles& place);
+  static void near_floats(const Doubles& expected, Ints& code, Ints& unit);
+  static void near_plain(const Doubles& expected, Guess& guess, Ints& unit);
+  static Ints size_class(const Floats& residual) {
+    // Half octaves of 2 |residual| + 1: 0 for 0.
+    const Floats size = (residual < 0 ? -residual : residual) * 2.0F + 1.0F;
+    return ((same_bits<Ints>(size) >> 22) & 0x1ff) - 254;
+  }
+  static Ints mean_size(const Ints& sum, unsigned count);
+  static Ints spread_class(const Ints& range) { return -(range >= 3) - (range >= 8); }
+  static Ints expected_class(const Ints& mean, const Ints& unit);
+  void find_plain_residuals(const std::byte* numbers, Guess& guess) const;
+  void place_plain(const Guess& guess, std::byte* numbers, Doubles& place) const;
+  static void learn_fit(Fit& fit, const typename Fit::Features& twists, const Floats& target);
+
   void code_group(Coder& coder, const PointStencil& stencil, Group& group, uint32_t slot, std::byte* numbers);
   void expect(const PointStencil& stencil, const Group& group, Expectation& expectation) const;
   void find_codes(const Group& group, const Doubles& expected, Guess& guess, Ints& unit) const;
@@ -128,6 +150,7 @@ class TupleValueCoder {
   ValueResiduals<Bits> residuals_;
   std::vector<BitModel> exceptions_;
   bool exact_ = true;  ///< no map needs exceptions
+  bool plain_ = false;
   uint32_t samples_ = 0;
 };
 
