@@ -3,6 +3,7 @@
 #include <maille/source.h>
 
 #include <array>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/result.h"
 #include "chart_sizes.h"
 #include "cracks.h"
+#include "exact.h"
 #include "measures.h"
 
 namespace maille {
@@ -64,7 +66,8 @@ int usage(const char* name) {
   fmt::print(stderr,
              "usage: {0} FILE.maille...               sizes, speed of decoding, faces read for boxes\n"
              "       {0} --cracks VIEWS FILE.maille... edges open that are not in the mesh\n"
-             "       {0} --chart-sizes MESH...         charts of 128 to 32768 faces\n",
+             "       {0} --chart-sizes MESH...         charts of 128 to 32768 faces\n"
+             "       {0} --exact EFFORT MESH...        is all, and a part, what it was?\n",
              name);
   return 2;
 }
@@ -73,17 +76,22 @@ int main(int argc, char** argv) {
   std::vector<std::string> files(argv + 1, argv + argc);
   const std::string what = files.empty() || files[0].rfind("--", 0) != 0 ? "" : files[0];
   if (!what.empty()) files.erase(files.begin());
-  uint32_t views = 0;
-  if (what == "--cracks" && !files.empty()) {
-    views = static_cast<uint32_t>(std::stoul(files[0]));
+  uint32_t number = 0;
+  if ((what == "--cracks" || what == "--exact") && !files.empty()) {
+    number = static_cast<uint32_t>(std::strtoul(files[0].c_str(), nullptr, 10));
     files.erase(files.begin());
   }
-  if (files.empty() || (what != "" && what != "--cracks" && what != "--chart-sizes")) return usage(argv[0]);
+  if (files.empty() || (what != "" && what != "--cracks" && what != "--chart-sizes" && what != "--exact"))
+    return usage(argv[0]);
+  if (what == "--exact") {
+    const auto wrong = maille::check_exact(files, {.effort = static_cast<int>(number)});
+    return wrong && *wrong == 0 ? 0 : 1;
+  }
   uint64_t cracks = 0;
   for (const std::string& file : files) {
     maille::Result<> done;
     if (what == "--cracks") {
-      const auto counted = maille::count_cracks(file, views);
+      const auto counted = maille::count_cracks(file, number);
       if (counted) cracks += *counted;
       if (!counted) done = tl::unexpected(counted.error());
     } else {

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <maille/error.h>
+
+#include <string>
+#include <vector>
+
+namespace maille {
+
+struct ExactOptions {
+  int effort = 5;
+  bool windows = true;  ///< also built out of core
+};
+
+/// Compresses meshes in mode random, and holds against the original: all of it decoded, once more with its
+/// order kept, a box of it extracted, all of it after its index was lost, all of it built in windows. Prints
+/// a row of a table for each file. Returns how many are not exact; files that are no surfaces are left out.
+Result<uint64_t> check_exact(const std::vector<std::string>& paths, const ExactOptions& options);
+
+}  // namespace maille
