@@ -497,10 +497,9 @@ class StreamedGeneration final : public GeneratedOutput {
 
  private:
   static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
-    const auto found = std::find(labels.begin(), labels.end(), name);
-    if (found == labels.end()) labels.push_back(name);
-    return static_cast<uint16_t>(found == labels.end() ? labels.size() - 1
-                                                       : static_cast<size_t>(found - labels.begin()));
+    const auto place = std::find(labels.begin(), labels.end(), name) - labels.begin();
+    if (static_cast<size_t>(place) == labels.size()) labels.push_back(name);
+    return static_cast<uint16_t>(place);
   }
   Result<> add(uint16_t label, CellType type, std::span<const uint64_t> nodes,
                std::span<const uint8_t> last_use) {
