@@ -10,7 +10,7 @@
 
 #include "fuzzing.h"
 #include "packed_cells.h"
-#include "volume/mesh_in_parts.h"
+#include "volume/mesh_from_parts.h"
 #include "volume/stream_file.h"
 
 namespace maille::fuzzing {

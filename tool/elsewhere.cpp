@@ -36,9 +36,10 @@ Result<int> in_full_program() {
   argv.push_back(nullptr);
   for (const fs::path& folder : {here, here / MAILLE_FULL_FOLDER})
     ::execv((folder / "maille-full").c_str(), argv.data());
-  return failure(ErrorCode::unsupported, "this verb needs the program maille-full, which cannot be started "
-                                         "beside " +
-                                             here.string() + "/maille: " + std::strerror(errno));
+  return failure(ErrorCode::unsupported,
+                 "this verb needs the program maille-full, which cannot be started "
+                 "beside " +
+                     here.string() + "/maille: " + std::strerror(errno));
 }
 
 }  // namespace

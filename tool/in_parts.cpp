@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <maille/generate.h>
 #include <maille/io.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -117,6 +120,16 @@ std::optional<InputInParts> open_surface_in_parts(const CompressOptions& options
   return InputInParts{*std::move(source), *std::move(mesh), size};
 }
 
+/// What memory is for is a few tables that grow with the front, and are twice as large each time: those that
+/// are left go back to the system at once, instead of waiting for something as large.
+void keep_memory_small() {
+#ifdef __GLIBC__
+  constexpr int large = 64 << 10;
+  mallopt(M_MMAP_THRESHOLD, large);
+  mallopt(M_TRIM_THRESHOLD, 2 * large);
+#endif
+}
+
 }  // namespace
 
 std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
@@ -148,6 +161,7 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
   EncodeOptions watched = encoding;
   const uint64_t cells = input.mesh->description().cells;
   const bool random = encoding.mode == Mode::random;
+  if (!random) keep_memory_small();
   watched.progress = progress.watch(static_cast<double>(cells), random ? "faces" : "cells");
   MeshSource* mesh = input.mesh.get();
   std::unique_ptr<MeshSource> ordered;
@@ -213,6 +227,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
     *recording = false;
     if (!reader) return std::nullopt;
     begin = {};
+    keep_memory_small();
     return InputStream{nullptr, *std::move(reader)};
   }
   if (!is_regular(path)) return std::nullopt;
@@ -220,6 +235,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
   if (!source) return std::nullopt;
   auto reader = StreamReader::open(source_stream(**source), reading);
   if (!reader) return std::nullopt;
+  keep_memory_small();
   return InputStream{*std::move(source), *std::move(reader)};
 }
 
@@ -373,6 +389,7 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
 // ---- decompress -------------------------------------------------------------------------------------------
 
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
+  if (format == "polymesh") return output != "-";
   struct stat status = {};
   const bool special = stat(output.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
   return ((format == "vtu" && !ascii) || format == "msh") && output != "-" && !special;
@@ -386,13 +403,15 @@ Result<std::unique_ptr<Source>> open_for_parts(const std::string& path, const st
 
 namespace {
 
-/// In place where the format is version 2.2, otherwise where writing it whole takes too much memory:
-/// temporary files cost time.
-bool goes_to_gmsh(const MeshDescription& mesh, const DecompressOptions& options) {
+/// In place (VTU, and Gmsh 2.2), otherwise where writing it whole takes too much memory: temporary files cost
+/// time.
+bool goes_in_parts(const MeshDescription& mesh, const std::string& format, const DecompressOptions& options) {
   const std::pair<std::string, std::string> older = {"gmsh.version", "2.2"};
-  const bool in_place =
-      !options.ascii && std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end();
-  uint64_t bytes = 16 * mesh.corners + 64 * mesh.points + 32 * mesh.cells;
+  const bool in_place = format == "vtu" ||
+                        (format == "msh" && !options.ascii &&
+                         std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end());
+  const uint64_t for_cells = format == "polymesh" ? 600 : 32;  // their faces are sorted
+  uint64_t bytes = 16 * mesh.corners + 64 * mesh.points + for_cells * mesh.cells;
   for (const Array& array : mesh.arrays) bytes += mesh.count_of(array) * array.tuple_size();
   return in_place || bytes > std::min(small_bytes, options.common.memory);
 }
@@ -403,11 +422,14 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
                                                         const Source& source, const MeshDescription& mesh,
                                                         const std::string& output,
                                                         const std::string& format) {
-  if (format == "msh" && !goes_to_gmsh(mesh, options)) return std::nullopt;
-  TOOL_CHECK(check_output({output, options.input, options.force, true}));
-  auto opened = mesh_sink(output, format, mesh, {options.ascii, scratch_folder(output)});
+  if (!goes_in_parts(mesh, format, options)) return std::nullopt;
+  const bool folder = format == "polymesh";
+  TOOL_CHECK(check_output({output, options.input, options.force, true, folder}));
+  const uint64_t memory = space_for(options.common, output, false).memory;
+  auto opened = mesh_sink(output, format, mesh, {options.ascii, scratch_folder(output), memory});
   if (!opened && opened.error().code == ErrorCode::unsupported) return std::nullopt;
   const auto sink = TOOL_TRY(std::move(opened));
+  keep_memory_small();
   const Threads threads(options.common.threads);
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
@@ -426,7 +448,8 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
   }
   struct stat status = {};
   stat(output.c_str(), &status);
-  return PartsWritten{mesh.points, mesh.cells, source.size(), static_cast<uint64_t>(status.st_size)};
+  const uint64_t size = folder ? bytes_of_case(output) : static_cast<uint64_t>(status.st_size);
+  return PartsWritten{mesh.points, mesh.cells, source.size(), size};
 }
 
 // ---- generate ---------------------------------------------------------------------------------------------
@@ -474,10 +497,9 @@ class StreamedGeneration final : public GeneratedOutput {
 
  private:
   static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
-    const auto found = std::find(labels.begin(), labels.end(), name);
-    if (found == labels.end()) labels.push_back(name);
-    return static_cast<uint16_t>(found == labels.end() ? labels.size() - 1
-                                                       : static_cast<size_t>(found - labels.begin()));
+    const auto place = std::find(labels.begin(), labels.end(), name) - labels.begin();
+    if (static_cast<size_t>(place) == labels.size()) labels.push_back(name);
+    return static_cast<uint16_t>(place);
   }
   Result<> add(uint16_t label, CellType type, std::span<const uint64_t> nodes,
                std::span<const uint8_t> last_use) {
@@ -501,6 +523,7 @@ class StreamedGeneration final : public GeneratedOutput {
 
 Result<StreamReport> generate_stream(const BlockDescription& description, const GenerateOptions& options,
                                      Sink& sink, ProgressDisplay& progress) {
+  keep_memory_small();
   const Threads threads(options.common.threads);
   StreamedGeneration output(description, sink, options, threads.executor(), progress);
   TOOL_CHECK(generate(description, options.generation, output));

@@ -105,14 +105,16 @@ struct MeshSinkOptions {
   bool ascii = false;  ///< text instead of binary
   /// Where temporary files are, for formats that need them. Empty: $TMPDIR, or /tmp.
   std::string folder;
+  uint64_t memory = uint64_t{32} << 20;  ///< bytes, about, for formats that have to sort
 };
 
 /// A VTU file with raw appended data, each array in its place from the beginning.
 Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
-/// The sink of a format by its name: "vtu", or "msh". Binary Gmsh files of version 2.2 are written in place
-/// (values of cells before their cells), where the mesh came in one and all its types of cells are known;
-/// others go through temporary files as large as the mesh. Errors: usage for other formats; unsupported where
-/// only write_mesh() can write it.
+/// The sink of a format by its name: "vtu", "msh" or "polymesh" (`path` as polymesh_sink() has it; through
+/// temporary files, its faces sorted there; the files are those of write_mesh()). Binary Gmsh files of
+/// version 2.2 are written in place (values of cells before their cells), where the mesh came in one and all
+/// its types of cells are known; others go through temporary files as large as the mesh. Errors: usage for
+/// other formats; unsupported where only write_mesh() can write it.
 Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
                                             const MeshDescription& description,
                                             const MeshSinkOptions& options = {});

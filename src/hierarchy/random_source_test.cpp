@@ -8,13 +8,13 @@
 #include <set>
 
 #include "hierarchy/random_file.h"
+#include "mesh/mesh_as_source.h"
 #include "support/cases.h"
 #include "support/codec.h"
 #include "support/random.h"
 #include "support/random_file.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
-#include "volume/mesh_in_parts.h"
 
 namespace maille::testing {
 namespace {
@@ -30,7 +30,8 @@ SourceBuilding small_windows(uint64_t faces, uint32_t chart_faces = 16) {
 RandomFile file_in_parts(const Mesh& mesh, const SourceBuilding& building, EncodeOptions options = {}) {
   RandomFile file;
   options.mode = Mode::random;
-  MeshInParts source(mesh);
+  const auto source_in_memory = mesh_as_source(mesh);
+  MeshSource& source = *source_in_memory;
   const auto sink = memory_sink(file.bytes);
   const auto report = encode_random(source, *sink, options, building);
   if (report) {
@@ -208,7 +209,8 @@ TEST(RandomSource, SaysWhatItCannotDo) {
 
 TEST(RandomSource, StopsWhenItIsTold) {
   const Mesh mesh = rough_sphere(60);
-  MeshInParts source(mesh);
+  const auto source_in_memory = mesh_as_source(mesh);
+  MeshSource& source = *source_in_memory;
   std::vector<std::byte> bytes;
   for (const int most : {0, 1, 3, 5}) {
     bytes.clear();

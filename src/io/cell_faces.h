@@ -30,17 +30,18 @@ inline std::span<const std::array<int8_t, 4>> faces_of(CellType type) {
 }
 
 /// Calls f(corners) for every face of a polyhedron or linear volume cell. False for cells that have none.
+/// `face_sizes`: of a polyhedron, whose nodes are the corners of its faces.
 template <class F>
-bool for_each_face(const CellBlock& block, uint64_t cell, F f) {
-  std::span<const uint32_t> nodes = block.cell(cell);
-  if (block.type_of(cell) == CellType::polyhedron) {
-    for (const uint32_t size : block.faces(cell)) {
+bool for_each_face(CellType type, std::span<const uint32_t> nodes, std::span<const uint32_t> face_sizes,
+                   F f) {
+  if (type == CellType::polyhedron) {
+    for (const uint32_t size : face_sizes) {
       f(nodes.first(size));
       nodes = nodes.subspan(size);
     }
     return true;
   }
-  const auto faces = faces_of(block.type_of(cell));
+  const auto faces = faces_of(type);
   uint32_t corners[4];
   for (const auto& face : faces) {
     size_t size = 0;
@@ -48,6 +49,12 @@ bool for_each_face(const CellBlock& block, uint64_t cell, F f) {
     f(std::span<const uint32_t>(corners, size));
   }
   return !faces.empty();
+}
+template <class F>
+bool for_each_face(const CellBlock& block, uint64_t cell, F f) {
+  const CellType type = block.type_of(cell);
+  return for_each_face(type, block.cell(cell),
+                       type == CellType::polyhedron ? block.faces(cell) : std::span<const uint32_t>(), f);
 }
 
 }  // namespace maille

@@ -57,6 +57,13 @@ class FoamReader {
   bool next_label(int64_t& value) {
     return !binary_ ? label(value) : wide_label_ ? raw<int64_t>(value) : raw<int32_t>(value);
   }
+  /// One of a list of truth values.
+  bool next_flag(bool& value) {
+    int64_t number = 0;
+    if (!(binary_ ? raw<uint8_t>(number) : label(number))) return false;
+    value = number != 0;
+    return true;
+  }
   bool coordinate(double& value) {
     return !binary_ ? scalar(value) : wide_scalar_ ? raw<double>(value) : raw<float>(value);
   }

@@ -7,9 +7,9 @@
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
 #include "io/gmsh.h"
-#include "io/mesh_as_source.h"
 #include "io/notes.h"
 #include "io/reading.h"
+#include "mesh/mesh_as_source.h"
 
 namespace maille {
 namespace {

@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "io/format.h"
-#include "io/mesh_as_source.h"
 #include "io/mesh_sources.h"
 #include "io/same_mesh.h"
+#include "mesh/mesh_as_source.h"
 #include "support/random.h"
 #include "support/random_volume.h"
 #include "support/sample_mesh.h"

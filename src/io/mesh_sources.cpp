@@ -38,6 +38,7 @@ Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::
     auto sink = gmsh_sink(path, description);
     if (sink || sink.error().code != ErrorCode::unsupported) return sink;
   }
+  if (format == "polymesh") return spooled_polymesh_sink(path, description, options);
   if (format == "msh") return spooled_gmsh_sink(path, description, options);
   return failure(ErrorCode::usage, path + ": files of format " + format + " cannot be written in parts");
 }

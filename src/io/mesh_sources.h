@@ -19,4 +19,9 @@ Result<std::unique_ptr<MeshSink>> spooled_gmsh_sink(const std::string& path,
                                                     const MeshDescription& description,
                                                     const MeshSinkOptions& options);
 
+/// A folder, through temporary files.
+Result<std::unique_ptr<MeshSink>> spooled_polymesh_sink(const std::string& path,
+                                                        const MeshDescription& description,
+                                                        const MeshSinkOptions& options);
+
 }  // namespace maille

@@ -8,6 +8,7 @@
 
 #include "io/cell_store.h"
 #include "io/format.h"
+#include "io/polymesh_zones.h"
 
 namespace maille {
 namespace {
@@ -23,10 +24,12 @@ class PolyMeshReader {
   uint64_t folder_bytes() const {
     uint64_t bytes = 0;
     for (const char* name :
-         {"points", "faces", "owner", "neighbour", "points.gz", "faces.gz", "owner.gz", "neighbour.gz"}) {
-      std::error_code error;
-      const auto size = std::filesystem::file_size(folder_ + "/" + name, error);
-      if (!error) bytes += size;
+         {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
+      for (const char* ending : {"", ".gz"}) {
+        std::error_code error;
+        const auto size = std::filesystem::file_size(folder_ + "/" + name + ending, error);
+        if (!error) bytes += size;
+      }
     }
     return bytes;
   }
@@ -35,9 +38,12 @@ class PolyMeshReader {
   Result<> read_faces();
   Result<std::vector<uint64_t>> read_cells_of_faces(const char* name);
   Result<> check_faces() const;
-  void collect_cells();
-  void add_cell(std::span<const uint64_t> faces, uint64_t cell);
+  Result<> collect_cells();
+  Result<> add_cell(std::span<const uint64_t> faces, uint64_t cell);
   Result<> add_patches();
+  Result<> read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements);
+  Result<> add_face_zones();
+  Result<> add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain, uint64_t elements);
   std::span<const uint32_t> face(uint64_t i) const {
     return std::span(corners_).subspan(i == 0 ? 0 : ends_[i - 1], ends_[i] - (i == 0 ? 0 : ends_[i - 1]));
   }
@@ -58,6 +64,9 @@ class PolyMeshReader {
   FoamCell made_;
   CellStore store_;
   BlockShapes shapes_;
+  static constexpr uint64_t in_memory = ~uint64_t{0};
+  FoamZones cell_zones_{foam_cell_zones, in_memory, ""}, face_zones_{foam_face_zones, in_memory, ""},
+      point_zones_{foam_point_zones, in_memory, ""};
 };
 
 Result<> PolyMeshReader::read_points() {
@@ -151,7 +160,7 @@ Result<> PolyMeshReader::check_faces() const {
   return {};
 }
 
-void PolyMeshReader::add_cell(std::span<const uint64_t> faces, uint64_t cell) {
+Result<> PolyMeshReader::add_cell(std::span<const uint64_t> faces, uint64_t cell) {
   outward_.clear();
   for (const uint64_t number : faces) outward_.add(face(number), owner_[number] != cell);
   make_foam_cell(outward_, made_);
@@ -159,10 +168,14 @@ void PolyMeshReader::add_cell(std::span<const uint64_t> faces, uint64_t cell) {
   if (made_.type == CellType::polyhedron)
     store_.face_sizes.insert(store_.face_sizes.end(), outward_.sizes.begin(), outward_.sizes.end());
   store_.end_cell(made_.type);
-  shapes_.add(1, made_.type, "");
+  static const std::string none;
+  const auto zones = MAILLE_TRY(cell_zones_.of(cell));
+  const bool named = cell_zones_.are_runs() && !zones.empty();
+  shapes_.add(1, made_.type, named ? cell_zones_.names()[zones[0].zone] : none);
+  return {};
 }
 
-void PolyMeshReader::collect_cells() {
+Result<> PolyMeshReader::collect_cells() {
   // Faces of each cell, as a list and the places where cells begin in it.
   std::vector<uint64_t> begins(cells_ + 1);
   for (const auto* side : {&owner_, &neighbour_}) {
@@ -175,8 +188,9 @@ void PolyMeshReader::collect_cells() {
     if (i < neighbour_.size() && neighbour_[i] != owner_[i]) faces[next[neighbour_[i]]++] = i;
   }
   for (uint64_t cell = 0; cell < cells_; ++cell) {
-    add_cell(std::span(faces).subspan(begins[cell], next[cell] - begins[cell]), cell);
+    MAILLE_CHECK(add_cell(std::span(faces).subspan(begins[cell], next[cell] - begins[cell]), cell));
   }
+  return {};
 }
 
 Result<> PolyMeshReader::add_patches() {
@@ -198,6 +212,54 @@ Result<> PolyMeshReader::add_patches() {
   return {};
 }
 
+Result<> PolyMeshReader::read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements) {
+  if (!has_foam_zones(folder_, kind)) return {};
+  FoamReader file = MAILLE_TRY(open(kind.file));
+  return zones.read(file, elements, budget_);
+}
+
+/// Blocks of faces, behind those of the patches.
+Result<> PolyMeshReader::add_face_zones() {
+  if (face_zones_.layers() == 0) return {};
+  FoamZoneFaces zone_faces(in_memory, "");
+  for (uint64_t i = 0; i < ends_.size(); ++i) {
+    const auto uses = MAILLE_TRY(face_zones_.of(i));
+    MAILLE_CHECK(budget_.take(uses.size() * (face(i).size() + 12), sizeof(uint32_t)));
+    MAILLE_CHECK(zone_faces.add(uses, face(i)));
+  }
+  MAILLE_CHECK(zone_faces.sort());
+  for (uint64_t zone = 0; zone < face_zones_.names().size(); ++zone) {
+    MAILLE_CHECK(zone_faces.visit(zone, [&](std::span<const uint32_t> corners) -> Result<> {
+      store_.nodes.insert(store_.nodes.end(), corners.begin(), corners.end());
+      store_.end_cell(zone_faces.type(zone));
+      return {};
+    }));
+    if (zone_faces.count(zone) > 0)
+      shapes_.add(zone_faces.count(zone), zone_faces.type(zone),
+                  foam_face_zone_prefix + face_zones_.names()[zone]);
+  }
+  return {};
+}
+
+/// Of all elements; those behind the first `elements`, faces of patches, are in no zone.
+Result<> PolyMeshReader::add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain,
+                                         uint64_t elements) {
+  std::vector<Array> arrays = foam_zone_arrays(zones, kind, domain);
+  const uint64_t count = domain == Domain::point ? mesh_.point_count() : store_.count();
+  for (Array& array : arrays) {
+    MAILLE_CHECK(budget_.take(count, array.tuple_size()));
+    array.resize(count);
+  }
+  MAILLE_CHECK(zones.rewind());
+  for (uint64_t i = 0; i < elements && !arrays.empty(); ++i) {
+    const auto uses = MAILLE_TRY(zones.of(i));
+    for (size_t k = 0; k < uses.size(); ++k)
+      put_foam_label(arrays[k].type, uses[k].zone + 1, arrays[k].bytes.data() + i * arrays[k].tuple_size());
+  }
+  for (Array& array : arrays) mesh_.arrays.push_back(std::move(array));
+  return {};
+}
+
 Result<ReadResult> PolyMeshReader::read() {
   MAILLE_CHECK(read_points());
   MAILLE_CHECK(read_faces());
@@ -209,12 +271,22 @@ Result<ReadResult> PolyMeshReader::read() {
   MAILLE_CHECK(check_faces());
   MAILLE_CHECK(budget_.take(corners_.size(), 2 * sizeof(uint32_t)));
   MAILLE_CHECK(budget_.take(cells_, 4 * sizeof(uint64_t)));
-  collect_cells();
+  MAILLE_CHECK(read_zones(cell_zones_, foam_cell_zones, cells_));
+  MAILLE_CHECK(collect_cells());
   MAILLE_CHECK(add_patches());
+  MAILLE_CHECK(read_zones(face_zones_, foam_face_zones, ends_.size()));
+  MAILLE_CHECK(add_face_zones());
+  MAILLE_CHECK(read_zones(point_zones_, foam_point_zones, mesh_.point_count()));
+  for (const auto& [zones, kind] :
+       {std::pair(&cell_zones_, &foam_cell_zones), std::pair(&face_zones_, &foam_face_zones),
+        std::pair(&point_zones_, &foam_point_zones)})
+    add_foam_zone_metadata(*zones, *kind, mesh_.metadata);
+  if (!cell_zones_.are_runs())
+    MAILLE_CHECK(add_zone_arrays(cell_zones_, foam_cell_zones, Domain::cell, cells_));
+  MAILLE_CHECK(add_zone_arrays(point_zones_, foam_point_zones, Domain::point, mesh_.point_count()));
   ReadResult result;
   result.mesh = std::move(mesh_);
   result.mesh.blocks = shapes_.take(store_);
-  result.notes = foam_notes(folder_);
   return result;
 }
 

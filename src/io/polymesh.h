@@ -1,6 +1,7 @@
 #pragma once
 
-#include <maille/mesh.h>
+#include <maille/folder.h>
+#include <maille/mesh_source.h>
 
 #include <span>
 #include <string>
@@ -65,9 +66,12 @@ class FoamPatchType {
 /// The sink has to be a folder: polymesh_sink().
 Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
+/// Reads the mesh in parts, and sorts its faces out of core. `memory`: bytes, about; `folder`: of temporary
+/// files.
+Result<std::vector<std::string>> write_polymesh(MeshSource& mesh, FolderSink& sink, bool ascii,
+                                                uint64_t memory, const std::string& folder);
+
 /// The folder with the mesh, of a file in it, of a case's ".foam" file, or of the case.
 std::string foam_folder_of(const std::string& name);
-/// Files of the folder that are not read.
-std::vector<std::string> foam_notes(const std::string& folder);
 
 }  // namespace maille

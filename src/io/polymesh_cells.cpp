@@ -160,15 +160,4 @@ std::string foam_folder_of(const std::string& name) {
   return folder.empty() ? "." : folder.string();
 }
 
-std::vector<std::string> foam_notes(const std::string& folder) {
-  std::vector<std::string> notes;
-  for (const char* other : {"cellZones", "faceZones", "pointZones"}) {
-    if (std::filesystem::exists(folder + "/" + other) ||
-        std::filesystem::exists(folder + "/" + other + ".gz")) {
-      notes.push_back(std::string(other) + " left out");
-    }
-  }
-  return notes;
-}
-
 }  // namespace maille

@@ -8,153 +8,163 @@
 
 namespace maille {
 
-bool FoamFaceTable::add(std::span<const uint32_t> face, uint64_t cell, uint64_t patch, bool anywhere,
-                        bool& repeats) {
-  Side side{};
-  side.begin = corners_.size();
+Result<bool> FoamFaceTable::add(std::span<const uint32_t> face, Side side, bool anywhere, bool& repeats) {
+  kept_.clear();
   for (size_t i = 0; i < face.size(); ++i) {
-    if (face[i] != face[(i + 1) % face.size()]) corners_.push_back(face[i]);
+    if (face[i] != face[(i + 1) % face.size()]) kept_.push_back(face[i]);
   }
-  side.size = static_cast<uint32_t>(corners_.size() - side.begin);
-  repeats = repeats || side.size < face.size();
-  if (side.size < 3) {
-    corners_.resize(side.begin);
-    return false;
-  }
-  uint32_t* const from = corners_.data() + side.begin;
-  side.least = static_cast<uint32_t>(std::min_element(from, from + side.size) - from);
-  if (anywhere) std::rotate(from, from + std::exchange(side.least, 0u), from + side.size);
-  const uint32_t next = from[(side.least + 1) % side.size];
-  const uint32_t before = from[(side.least + side.size - 1) % side.size];
-  side.backwards = before < next;
-  side.key = uint64_t{from[side.least]} << 32 | std::min(before, next);
-  side.cell = cell;
-  side.patch = patch;
-  sides_.push_back(side);
+  const size_t size = kept_.size();
+  repeats = repeats || size < face.size();
+  if (size < 3) return false;
+  auto least = static_cast<size_t>(std::min_element(kept_.begin(), kept_.end()) - kept_.begin());
+  if (anywhere)
+    std::rotate(kept_.begin(), kept_.begin() + static_cast<ptrdiff_t>(std::exchange(least, 0u)), kept_.end());
+  const bool backwards = kept_[(least + size - 1) % size] < kept_[(least + 1) % size];
+  side.turn = uint64_t{least} << 1 | (backwards ? 1 : 0);
+  list_.clear();
+  for (size_t i = 0; i < size; ++i) list_.push_back(kept_[(least + (backwards ? size - i : i)) % size]);
+  MAILLE_CHECK(sides_.add({side.number, side.cell, side.target, side.turn}, list_));
   return true;
 }
 
-Result<> FoamFaceTable::add_cell(const CellBlock& block, uint64_t i, const std::string& name) {
-  uint64_t faces = 0;
+Result<bool> FoamFaceTable::add_cell(CellType type, std::span<const uint32_t> nodes,
+                                     std::span<const uint32_t> face_sizes) {
+  uint64_t added = 0;
   bool repeats = false;
-  const bool anywhere = block.type_of(i) != CellType::polyhedron;
-  const bool has_faces = for_each_face(block, i, [&](std::span<const uint32_t> face) {
-    faces += add(face, cells, 0, anywhere, repeats) ? 1 : 0;
+  const bool anywhere = type != CellType::polyhedron;
+  Result<> status;
+  const bool has_faces = for_each_face(type, nodes, face_sizes, [&](std::span<const uint32_t> face) {
+    if (!status) return;
+    const auto is_face = add(face, {cell_sides_++, cells, 0, 0}, anywhere, repeats);
+    if (!is_face) status = tl::unexpected(is_face.error());
+    added += is_face && *is_face ? 1 : 0;
   });
+  MAILLE_CHECK(status);
   if (!has_faces) {
     ++left_out;
-    return {};
+    return false;
   }
-  if (faces < 4) {
-    return failure(ErrorCode::usage, name + ": volume cell " + std::to_string(cells) + " has " +
-                                         std::to_string(faces) +
+  if (added < 4) {
+    return failure(ErrorCode::usage, name_ + ": volume cell " + std::to_string(cells) + " has " +
+                                         std::to_string(added) +
                                          " faces of three points or more, but a cell of polyMesh has four");
   }
   simplified += repeats ? 1 : 0;
   ++cells;
+  return true;
+}
+
+Result<> FoamFaceTable::add_alone(std::span<const uint32_t> corners, uint64_t target) {
+  bool repeats = false;
+  if (!MAILLE_TRY(add(corners, {of_faces + face_sides_++, no_cell, target, 0}, false, repeats))) ++loose;
   return {};
 }
 
-Result<> FoamFaceTable::collect(const Mesh& mesh, const PatchOf& patch_of, const std::string& name) {
-  for (const CellBlock& block : mesh.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i) {
-      if (!is_face(block.type_of(i))) MAILLE_CHECK(add_cell(block, i, name));
-    }
-  }
-  uint64_t cell = 0;
-  for (const CellBlock& block : mesh.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-      bool repeats = false;
-      if (is_face(block.type_of(i)) && !add(block.cell(i), no_cell, patch_of(block, cell), false, repeats))
-        ++loose;
-    }
-  }
-  return {};
+Result<> FoamFaceTable::add_face(std::span<const uint32_t> corners, uint64_t patch) {
+  return add_alone(corners, patch);
 }
 
-/// As strcmp() does, of the corners from the least one on.
-int FoamFaceTable::compare(const Side& a, const Side& b) const {
-  if (a.key != b.key) return a.key < b.key ? -1 : 1;
-  if (a.size != b.size) return a.size < b.size ? -1 : 1;
-  for (uint32_t i = 2; i < a.size; ++i) {
-    const uint32_t left = corner(corners_, a, i), right = corner(corners_, b, i);
-    if (left != right) return left < right ? -1 : 1;
-  }
-  return 0;
+Result<> FoamFaceTable::add_zone_face(std::span<const uint32_t> corners, uint64_t zone) {
+  return add_alone(corners, zone_target | zone);
 }
 
-/// Sides with the same corners; those of cells come first.
-Result<> FoamFaceTable::join(std::span<const uint64_t> same, const std::string& name) {
+/// Puts the face `same_`, as one of its sides has it, with marks_ into its place.
+Result<> FoamFaceTable::write(const std::array<uint64_t, 4>& place, const Side& side, bool turn_over) {
+  const size_t size = same_.size(), least = side.turn >> 1;
+  list_.resize(size);
+  for (size_t i = 0; i < size; ++i) list_[(least + (side.backwards() ? size - i : i)) % size] = same_[i];
+  // Turned over, it keeps its first corner.
+  if (turn_over) std::reverse(list_.begin() + 1, list_.end());
+  for (const Mark& mark : marks_) {
+    list_.push_back(static_cast<uint32_t>(mark.zone));
+    list_.push_back(mark.flipped ? 1 : 0);
+    list_.push_back(static_cast<uint32_t>(mark.order));
+    list_.push_back(static_cast<uint32_t>(mark.order >> 32));
+  }
+  ++faces;
+  corners += size;
+  return sorted_.add({place[0], place[1], place[2], place[3], marks_.size()}, list_);
+}
+
+FoamFaceTable::Face FoamFaceTable::face_of(const ListSorter<5>::Item& item) {
+  const std::span<const uint32_t> list = item.list;
+  const size_t behind = list.size() - mark_size * static_cast<size_t>(item.numbers[4]);
+  marks_.clear();
+  for (size_t at = behind; at < list.size(); at += mark_size)
+    marks_.push_back({list[at], list[at + 2] | uint64_t{list[at + 3]} << 32, list[at + 1] != 0});
+  const bool is_inner = item.numbers[0] == 0;
+  return {item.numbers[is_inner ? 1 : 2], is_inner ? item.numbers[2] : no_cell, list.first(behind), marks_};
+}
+
+/// Takes those of zones out of the group.
+void FoamFaceTable::collect_marks(const Side& first) {
+  marks_.clear();
+  const auto is_mark = [](const Side& side) {
+    return side.cell == no_cell && (side.target & zone_target) != 0;
+  };
+  for (const Side& side : group_) {
+    if (is_mark(side))
+      marks_.push_back({side.target & ~zone_target, side.number, side.backwards() != first.backwards()});
+  }
+  group_.erase(std::remove_if(group_.begin(), group_.end(), is_mark), group_.end());
+}
+
+/// The sides in group_ have the same corners; those of cells come first.
+Result<> FoamFaceTable::join_same() {
   size_t of_cells = 0;
-  while (of_cells < same.size() && sides_[same[of_cells]].cell != no_cell) ++of_cells;
-  const auto cell = [&](size_t i) { return std::to_string(sides_[same[i]].cell); };
-  const size_t alone = same.size() - of_cells;
+  while (of_cells < group_.size() && group_[of_cells].cell != no_cell) ++of_cells;
+  const auto cell = [&](size_t i) { return std::to_string(group_[i].cell); };
   if (of_cells > 2) {
-    return failure(ErrorCode::usage, name + ": volume cells " + cell(0) + ", " + cell(1) + " and " + cell(2) +
+    return failure(ErrorCode::usage, name_ + ": volume cells " + cell(0) + ", " + cell(1) + " and " +
+                                         cell(2) +
                                          " share a face, but polyMesh has two cells at a face at most");
   }
   if (of_cells == 0) {
-    loose += alone;
+    loose += group_.size();
     return {};
   }
-  const Side& first = sides_[same[0]];
-  corner_count += first.size;
+  const Side first = group_[0];
+  collect_marks(first);
+  const size_t alone = group_.size() - of_cells;
   if (of_cells == 2) {
-    const Side& second = sides_[same[1]];
+    const Side& second = group_[1];
     if (first.cell == second.cell)
-      return failure(ErrorCode::usage, name + ": volume cell " + cell(0) +
+      return failure(ErrorCode::usage, name_ + ": volume cell " + cell(0) +
                                            " has the same face twice, which polyMesh cannot hold");
-    same_side += first.backwards == second.backwards ? 1 : 0;
+    same_side += first.backwards() == second.backwards() ? 1 : 0;
     between_cells += alone;
-    inner.push_back({first.cell, second.cell, same[0]});
-    return {};
+    ++inner;
+    return write({0, first.cell, second.cell, first.number}, first, false);
   }
   if (alone == 0) {
-    rest.push_back({first.cell, same[0], false});
-    return {};
+    ++rest;
+    return write({rest_place, first.number, first.cell, 0}, first, false);
   }
-  const Side& face = sides_[same[1]];
-  const bool inside = face.backwards != first.backwards;
-  patches[face.patch].push_back({first.cell, same[1], inside});
+  const Side& face = group_[1];
+  const bool inside = face.backwards() != first.backwards();
   repeated += alone - 1;
   turned += inside ? 1 : 0;
-  return {};
+  if (patch_faces.size() <= face.target) patch_faces.resize(face.target + 1);
+  ++patch_faces[face.target];
+  return write({place_of(face.target), face.number, first.cell, 0}, face, inside);
 }
 
-Result<> FoamFaceTable::join_all(const std::string& name) {
-  std::vector<uint64_t> sorted(sides_.size());
-  for (uint64_t i = 0; i < sorted.size(); ++i) sorted[i] = i;
-  std::sort(sorted.begin(), sorted.end(), [&](uint64_t a, uint64_t b) {
-    const int compared = compare(sides_[a], sides_[b]);
-    return compared != 0 ? compared < 0 : a < b;
-  });
-  for (size_t begin = 0, end = 0; begin < sorted.size(); begin = end) {
-    while (end < sorted.size() && compare(sides_[sorted[begin]], sides_[sorted[end]]) == 0) ++end;
-    MAILLE_CHECK(join(std::span(sorted).subspan(begin, end - begin), name));
+Result<> FoamFaceTable::join() {
+  if (cells == 0)
+    return failure(ErrorCode::usage, name_ + ": polyMesh holds volume cells, but the mesh has none");
+  MAILLE_CHECK(sides_.sort());
+  while (sides_.front() != nullptr) {
+    same_ = sides_.front()->list;
+    group_.clear();
+    while (sides_.front() != nullptr && sides_.front()->list == same_) {
+      const auto& [number, cell, target, turn] = sides_.front()->numbers;
+      group_.push_back({number, cell, target, turn});
+      MAILLE_CHECK(sides_.take());
+    }
+    MAILLE_CHECK(join_same());
   }
-  return {};
-}
-
-void FoamFaceTable::order() {
-  std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
-    if (a.owner != b.owner) return a.owner < b.owner;
-    return a.neighbour != b.neighbour ? a.neighbour < b.neighbour : a.side < b.side;
-  });
-  const auto by_side = [](const Outer& a, const Outer& b) { return a.side < b.side; };
-  for (std::vector<Outer>& patch : patches) std::sort(patch.begin(), patch.end(), by_side);
-  std::sort(rest.begin(), rest.end(), by_side);
-}
-
-Result<FoamFaceTable> FoamFaceTable::make(const Mesh& mesh, uint64_t patches, const PatchOf& patch_of,
-                                          const std::string& name) {
-  FoamFaceTable table;
-  table.patches.resize(patches);
-  MAILLE_CHECK(table.collect(mesh, patch_of, name));
-  if (table.cells == 0)
-    return failure(ErrorCode::usage, name + ": polyMesh holds volume cells, but the mesh has none");
-  MAILLE_CHECK(table.join_all(name));
-  table.order();
-  return table;
+  sides_ = {0, ""};  // its memory
+  return sorted_.sort();
 }
 
 }  // namespace maille

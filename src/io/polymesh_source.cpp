@@ -2,14 +2,16 @@
 // by cell out of core, and the cells made of them stand in a temporary file; points stay where they are,
 // those of a text are written as numbers to another one.
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "io/budget.h"
 #include "io/cell_file.h"
 #include "io/cell_store.h"
-#include "io/face_sorter.h"
+#include "io/list_sorter.h"
 #include "io/mesh_sources.h"
 #include "io/polymesh.h"
+#include "io/polymesh_zones.h"
 
 namespace maille {
 namespace {
@@ -133,23 +135,25 @@ class PolyMeshSource final : public MeshSource {
       : folder_(std::move(folder)),
         options_(options),
         budget_(folder_, folder_bytes(), {}),
-        faces_(options.memory / 2, options.folder) {}
+        faces_(options.memory / 2, options.folder),
+        cell_zones_(foam_cell_zones, options.memory / 16, options.folder),
+        face_zones_(foam_face_zones, options.memory / 16, options.folder),
+        point_zones_(foam_point_zones, options.memory / 16, options.folder),
+        zone_faces_(options.memory / 16, options.folder) {}
 
   Result<> open();
   const MeshDescription& description() const override { return description_; }
-  std::vector<std::string> notes() const override { return foam_notes(folder_); }
   Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override;
   Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) override {
     return cells_->read(first, count, out);
   }
-  Result<> read_array(size_t, uint64_t, uint64_t, std::span<std::byte>) override {
-    return failure(ErrorCode::usage, folder_ + ": there are no arrays");
-  }
+  Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override;
 
  private:
   uint64_t folder_bytes() const {
     uint64_t bytes = 0;
-    for (const char* name : {"points", "faces", "owner", "neighbour"}) {
+    for (const char* name :
+         {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
       std::error_code error;
       const auto size = std::filesystem::file_size(folder_ + "/" + name, error);
       if (!error) bytes += size;
@@ -164,6 +168,9 @@ class PolyMeshSource final : public MeshSource {
   Result<> add_face(uint64_t face, int64_t owner, int64_t neighbour, const std::vector<uint32_t>& corners);
   Result<> make_cells();
   Result<> add_patch(const FoamPatch& patch);
+  Result<> read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements);
+  Result<> add_face_zones();
+  Result<> add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain, uint64_t elements);
   template <class Visit>
   Result<> visit_patch(const FoamPatch& patch, Visit visit);
   tl::unexpected<Error> malformed(const std::string& what) const {
@@ -179,9 +186,12 @@ class PolyMeshSource final : public MeshSource {
   std::optional<ScratchFile> written_points_;  ///< of a text
   std::vector<FoamPatch> patches_;
   uint64_t first_patch_face_ = 0, all_faces_ = 0, all_cells_ = 0;
-  FaceSorter faces_;
+  ListSorter<3> faces_;  ///< by cell, face, and whether the cell is the face's neighbour
   std::optional<CellFile> patch_faces_, cells_;
   BlockShapes shapes_;
+  FoamZones cell_zones_, face_zones_, point_zones_;
+  FoamZoneFaces zone_faces_;
+  std::vector<ScratchFile> arrays_;  ///< up to the last element that is in a zone
 };
 
 Result<> PolyMeshSource::find_points() {
@@ -240,9 +250,9 @@ Result<> PolyMeshSource::add_face(uint64_t face, int64_t owner, int64_t neighbou
                        " faces");
     all_cells_ = std::max(all_cells_, static_cast<uint64_t>(cell) + 1);
   }
-  MAILLE_CHECK(faces_.add(static_cast<uint64_t>(owner), face, false, corners));
+  MAILLE_CHECK(faces_.add({static_cast<uint64_t>(owner), face, 0}, corners));
   if (neighbour != -1 && neighbour != owner)
-    MAILLE_CHECK(faces_.add(static_cast<uint64_t>(neighbour), face, true, corners));
+    MAILLE_CHECK(faces_.add({static_cast<uint64_t>(neighbour), face, 1}, corners));
   return face >= first_patch_face_ ? patch_faces_->add(CellType::polygon, corners) : Result<>();
 }
 
@@ -257,6 +267,7 @@ Result<> PolyMeshSource::collect_faces() {
                      std::to_string(owners.count()) + " and neighbours of " +
                      std::to_string(neighbours.count()));
   }
+  MAILLE_CHECK(read_zones(face_zones_, foam_face_zones, all_faces_));
   std::vector<uint32_t> corners;
   bool ended = false;
   for (uint64_t face = 0; face < all_faces_; ++face) {
@@ -271,6 +282,8 @@ Result<> PolyMeshSource::collect_faces() {
     if (ended && neighbour != -1) return malformed("there is no cell -1");
     ended = neighbour == -1;
     MAILLE_CHECK(add_face(face, owner, neighbour, corners));
+    const auto zones = MAILLE_TRY(face_zones_.of(face));
+    MAILLE_CHECK(zone_faces_.add(zones, corners));
   }
   MAILLE_CHECK(faces.end());
   MAILLE_CHECK(owners.end());
@@ -282,13 +295,14 @@ Result<> PolyMeshSource::collect_faces() {
 Result<> PolyMeshSource::make_cells() {
   FoamFaces outward;
   FoamCell made;
+  const std::string none;
   for (uint64_t cell = 0; cell < all_cells_; ++cell) {
     if (cell % 65536 == 0)
       MAILLE_CHECK(report_progress(options_.progress, "joining faces",
                                    static_cast<double>(cell) / static_cast<double>(all_cells_)));
     outward.clear();
-    while (faces_.front() != nullptr && faces_.front()->cell == cell) {
-      outward.add(faces_.front()->corners, faces_.front()->turned);
+    while (faces_.front() != nullptr && faces_.front()->numbers[0] == cell) {
+      outward.add(faces_.front()->list, faces_.front()->numbers[2] != 0);
       MAILLE_CHECK(faces_.take());
       if (outward.corners.size() > most_corners || outward.sizes.size() > most_corners)
         return failure(ErrorCode::unsupported, folder_ + ": cell " + std::to_string(cell) +
@@ -298,7 +312,9 @@ Result<> PolyMeshSource::make_cells() {
     const bool polyhedron = made.type == CellType::polyhedron;
     MAILLE_CHECK(cells_->add(made.type, made.nodes,
                              polyhedron ? std::span<const uint32_t>(outward.sizes) : std::span<uint32_t>()));
-    shapes_.add(1, made.type, "");
+    const auto zones = MAILLE_TRY(cell_zones_.of(cell));
+    const bool named = cell_zones_.are_runs() && !zones.empty();
+    shapes_.add(1, made.type, named ? cell_zones_.names()[zones[0].zone] : none);
   }
   return {};
 }
@@ -337,16 +353,80 @@ Result<> PolyMeshSource::add_patch(const FoamPatch& patch) {
   return {};
 }
 
+Result<> PolyMeshSource::read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements) {
+  if (!has_foam_zones(folder_, kind)) return {};
+  FoamReader file = MAILLE_TRY(open_file(kind.file));
+  return zones.read(file, elements, budget_);
+}
+
+Result<> PolyMeshSource::add_face_zones() {
+  MAILLE_CHECK(zone_faces_.sort());
+  for (uint64_t zone = 0; zone < face_zones_.names().size(); ++zone) {
+    MAILLE_CHECK(zone_faces_.visit(zone, [&](std::span<const uint32_t> corners) {
+      return cells_->add(zone_faces_.type(zone), corners);
+    }));
+    if (zone_faces_.count(zone) > 0)
+      shapes_.add(zone_faces_.count(zone), zone_faces_.type(zone),
+                  foam_face_zone_prefix + face_zones_.names()[zone]);
+  }
+  return {};
+}
+
+Result<> PolyMeshSource::add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain,
+                                         uint64_t elements) {
+  std::vector<Array> arrays = foam_zone_arrays(zones, kind, domain);
+  if (arrays.empty()) return {};
+  const size_t first = arrays_.size();
+  for (const Array& array : arrays) {
+    MAILLE_CHECK(budget_.take(elements, array.tuple_size()));
+    arrays_.push_back(MAILLE_TRY(ScratchFile::create(options_.folder)));
+  }
+  MAILLE_CHECK(zones.rewind());
+  for (uint64_t i = 0; i < elements; ++i) {
+    const auto uses = MAILLE_TRY(zones.of(i));
+    for (size_t k = 0; k < arrays.size(); ++k) {
+      std::array<std::byte, sizeof(uint32_t)> label{};
+      if (k < uses.size()) put_foam_label(arrays[k].type, uses[k].zone + 1, label.data());
+      MAILLE_CHECK(arrays_[first + k].append(Bytes(label).first(arrays[k].tuple_size())));
+    }
+  }
+  for (Array& array : arrays) description_.arrays.push_back(std::move(array));
+  return {};
+}
+
+/// Faces of patches are behind the cells, and in no zone of these.
+Result<> PolyMeshSource::read_array(size_t number, uint64_t first, uint64_t count, std::span<std::byte> out) {
+  const Array& array = description_.arrays[number];
+  const size_t size = array.tuple_size();
+  const uint64_t all = description_.count_of(array);
+  if (count > all || first > all - count || out.size() != size * count)
+    return failure(ErrorCode::usage, folder_ + ": more values were asked for than there are");
+  const uint64_t there = arrays_[number].size() - std::min(arrays_[number].size(), first * size);
+  const auto read = static_cast<size_t>(std::min<uint64_t>(there, out.size()));
+  std::fill(out.begin() + static_cast<ptrdiff_t>(read), out.end(), std::byte{0});
+  return read == 0 ? Result<>() : arrays_[number].read_at(first * size, out.first(read));
+}
+
 Result<> PolyMeshSource::open() {
   patch_faces_ = MAILLE_TRY(CellFile::create(options_.folder));
   cells_ = MAILLE_TRY(CellFile::create(options_.folder));
   MAILLE_CHECK(find_points());
   MAILLE_CHECK(read_boundary());
   MAILLE_CHECK(collect_faces());
+  MAILLE_CHECK(read_zones(cell_zones_, foam_cell_zones, all_cells_));
   MAILLE_CHECK(make_cells());
   for (const FoamPatch& patch : patches_) MAILLE_CHECK(add_patch(patch));
+  MAILLE_CHECK(add_face_zones());
   MAILLE_CHECK(cells_->end());
   description_.cells = cells_->cells();
+  MAILLE_CHECK(read_zones(point_zones_, foam_point_zones, description_.points));
+  for (const auto& [zones, kind] :
+       {std::pair(&cell_zones_, &foam_cell_zones), std::pair(&face_zones_, &foam_face_zones),
+        std::pair(&point_zones_, &foam_point_zones)})
+    add_foam_zone_metadata(*zones, *kind, description_.metadata);
+  if (!cell_zones_.are_runs())
+    MAILLE_CHECK(add_zone_arrays(cell_zones_, foam_cell_zones, Domain::cell, all_cells_));
+  MAILLE_CHECK(add_zone_arrays(point_zones_, foam_point_zones, Domain::point, description_.points));
   description_.corners = cells_->corners();
   for (const NamedRun& run : shapes_.runs()) description_.blocks.push_back({run.name, run.type, run.cells});
   if (description_.blocks.empty() && description_.cells > 0)

@@ -10,7 +10,7 @@
 
 #include "io/same_mesh.h"
 #include "support/sample_mesh.h"
-#include "volume/mesh_in_parts.h"
+#include "volume/mesh_from_parts.h"
 
 namespace maille {
 namespace {
@@ -25,6 +25,12 @@ Mesh collected(MeshSource& source, uint64_t step) {
   std::vector<std::byte> positions(description.points * 3 * size_of(description.point_type));
   EXPECT_TRUE(source.read_points(0, description.points, positions));
   EXPECT_TRUE(sink.write_points(0, positions));
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    std::vector<std::byte> values(description.count_of(description.arrays[i]) *
+                                  description.arrays[i].tuple_size());
+    EXPECT_TRUE(source.read_array(i, 0, description.count_of(description.arrays[i]), values));
+    EXPECT_TRUE(sink.write_array(i, 0, values));
+  }
   CellPiece piece;
   for (uint64_t first = 0; first < description.cells; first += step) {
     const auto read = source.read_cells(first, std::min(step, description.cells - first), piece);
@@ -49,6 +55,8 @@ void expect_same_in_parts(const std::string& path, uint64_t memory = 32 << 20) {
 TEST(PolyMeshSource, GivesInPartsWhatIsReadWhole) {
   expect_same_in_parts(sample_path("polymesh"));
   expect_same_in_parts(sample_path("polymesh/faces"), 256);
+  expect_same_in_parts(sample_path("polymesh_zones"));
+  expect_same_in_parts(sample_path("polymesh_zones"), 256);
   const auto packed = open_polymesh_source(sample_path("polymesh_binary"));
   ASSERT_FALSE(packed);
   EXPECT_EQ(packed.error().code, ErrorCode::unsupported);
@@ -276,6 +284,21 @@ TEST(PolyMeshSource, ReordersPolyhedra) {
     return cells;
   };
   EXPECT_EQ(cells_of(mesh), cells_of(other));
+}
+
+TEST(PolyMeshSource, RefusesZonesOfWhatIsNotThere) {
+  FoamCase foam(1, 2, true);
+  foam.write({});
+  ReadOptions options;
+  options.format = "polymesh";
+  for (const char* zones :
+       {"1(a{type cellZone;cellLabels List<label> 1(999);})", "1(a{cellLabels 3{-1};})",
+        "1(a{cellLabels List<label> 99999999999(0);})", "1(a{cellLabels List<label> 2(0 1", "1(a{cellLabels",
+        "99999999999(", "1(a", "1(a{cellLabels List<label> 1(x);})"}) {
+    foam.replace("cellZones", zones);
+    EXPECT_FALSE(read_mesh(foam.folder(), options)) << zones;
+    EXPECT_FALSE(open_polymesh_source(foam.folder())) << zones;
+  }
 }
 
 TEST(PolyMeshSource, TellsWhatIsWrong) {

@@ -1,8 +1,8 @@
-// OpenFOAM's polyMesh, written: points, faces, owner, neighbour, boundary. Inner faces come first, by owner
-// and then neighbour, and point from the lesser cell to the greater; those of the patches follow.
+// OpenFOAM's polyMesh, written: points, faces, owner, neighbour, boundary, zones. Inner faces come first, by
+// owner and then neighbour, and point from the lesser cell to the greater; those of the patches follow. The
+// mesh is read in parts, and faces are sorted out of core.
 #include <algorithm>
 #include <filesystem>
-#include <map>
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
@@ -11,100 +11,46 @@
 #include "io/notes.h"
 #include "io/polymesh.h"
 #include "io/polymesh_faces.h"
+#include "io/polymesh_groups.h"
 #include "io/reading.h"
+#include "mesh/mesh_as_source.h"
 
 namespace maille {
 namespace {
 
 /// blockMesh's name of the patch of all faces that are in no other.
 constexpr char rest_name[] = "defaultFaces";
-/// As `maille generate` has them: names of cells, and the type of a patch behind the prefix.
-constexpr char patch_array[] = "patch", patch_prefix[] = "patch.";
 /// Other types (cyclic, processor, ...) need entries of their own in the file "boundary".
 constexpr std::string_view plain_types[] = {"patch", "wall", "symmetry", "symmetryPlane", "empty", "wedge"};
 
-/// What OpenFOAM takes for a name: no blank, sign or directive, and not what begins like a number.
-std::string foam_word(const std::string& name) {
-  std::string word;
-  for (const char c : name) {
-    const bool sign = static_cast<unsigned char>(c) <= ' ' || c == 0x7f ||
-                      std::string_view("\"'/;{}()[]$#\\").find(c) != std::string_view::npos;
-    word += sign ? '_' : c;
+/// The elements of zones, sorted by zone, with how many each has.
+template <size_t N>
+struct FoamZoneLists {
+  FoamZoneLists(uint64_t memory, const std::string& folder) : sorted(memory, folder) {}
+  Result<> add(const std::array<uint64_t, N>& numbers) {
+    if (counts.size() <= numbers[0]) counts.resize(numbers[0] + 1);
+    ++counts[numbers[0]];
+    return sorted.add(numbers, {});
   }
-  if (word.empty() || std::string_view("0123456789+-.").find(word[0]) != std::string_view::npos)
-    word.insert(word.begin(), '_');
-  return word;
-}
+  uint64_t count(uint64_t zone) const { return zone < counts.size() ? counts[zone] : 0; }
 
-/// The patches of a mesh: those its metadata names, in that order, then those that blocks name.
-class FoamPatches {
- public:
-  explicit FoamPatches(const Mesh& mesh) {
-    names_ = mesh.find(patch_array, Domain::cell);
-    if (names_ != nullptr && (names_->role != Role::label || names_->components != 1)) names_ = nullptr;
-    for (const auto& [key, value] : mesh.metadata) {
-      if (key.starts_with(foam_patch_prefix)) type(number(key.substr(sizeof foam_patch_prefix - 1)), value);
-    }
-    for (const auto& [key, value] : mesh.metadata) {
-      if (!key.starts_with(foam_entries_prefix) || !is_plain_entries(value)) continue;
-      patches[number(key.substr(sizeof foam_entries_prefix - 1))].entries = value;
-    }
-    for (const CellBlock& block : mesh.blocks) {
-      if (is_face(block.type) && !block.name.empty()) number(block.name);
-    }
-    collect(mesh);
-    for (const auto& [key, value] : mesh.metadata) {
-      const auto known =
-          key.starts_with(patch_prefix) ? numbers_.find(key.substr(sizeof patch_prefix - 1)) : numbers_.end();
-      if (known != numbers_.end()) type(known->second, value);
-    }
-  }
-
-  /// Of a cell that is a face, by its number in the mesh.
-  uint64_t of(const CellBlock& block, uint64_t cell) {
-    return number(block.name.empty() ? label(cell) : block.name);
-  }
-  uint64_t count() const { return patches.size(); }
-
-  std::vector<FoamPatch> patches;
-
- private:
-  void collect(const Mesh& mesh) {
-    uint64_t cell = 0;
-    for (const CellBlock& block : mesh.blocks) {
-      for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-        if (is_face(block.type_of(i))) of(block, cell);
-      }
-    }
-  }
-  std::string label(uint64_t cell) const {
-    if (names_ == nullptr) return "boundary";
-    return with_type(names_->type, [&](auto zero) -> std::string {
-      const auto value = static_cast<uint64_t>(names_->values<decltype(zero)>()[cell]);
-      return value < names_->labels.size() ? names_->labels[value] : "boundary";
-    });
-  }
-  uint64_t number(const std::string& name) {
-    const auto [known, is_new] = numbers_.emplace(name, patches.size());
-    if (!is_new) return known->second;
-    std::string word = foam_word(name);
-    for (int i = 2; is_taken(word); ++i) word = foam_word(name) + "_" + std::to_string(i);
-    patches.push_back({word, "patch", 0, 0, ""});
-    return known->second;
-  }
-  bool is_taken(const std::string& word) const {
-    return std::any_of(patches.begin(), patches.end(), [&](const auto& patch) { return patch.name == word; });
-  }
-  void type(uint64_t patch, const std::string& value) { patches[patch].type = foam_word(value); }
-
-  const Array* names_ = nullptr;
-  std::map<std::string, uint64_t> numbers_;
+  ListSorter<N> sorted;
+  std::vector<uint64_t> counts;
 };
 
 class PolyMeshWriter {
  public:
-  PolyMeshWriter(const Mesh& mesh, FolderSink& sink, bool ascii)
-      : mesh_(mesh), sink_(sink), binary_(!ascii), patches_(mesh), out_(sink) {}
+  PolyMeshWriter(MeshSource& mesh, FolderSink& sink, bool ascii, uint64_t memory, const std::string& folder)
+      : mesh_(mesh),
+        description_(mesh.description()),
+        sink_(sink),
+        binary_(!ascii),
+        groups_(description_),
+        out_(sink),
+        table_(memory / 4 * 3, folder, sink.name()),
+        cell_zones_(memory / 8, folder),
+        point_zones_(memory / 8, folder),
+        face_zones_(memory / 8, folder) {}
 
   Result<std::vector<std::string>> write();
 
@@ -114,25 +60,45 @@ class PolyMeshWriter {
   void begin_list(uint64_t count);
   void end_list();
   void put_label(uint64_t label);
-  void put_list(const std::vector<uint64_t>& labels);
-  void put_points();
-  void put_faces();
+  Result<> put_points();
+  Result<> put_faces();
+  Result<> put_compact_faces();
+  Result<> put_owners();
+  Result<> put_neighbours();
   void put_boundary();
+  template <size_t N>
+  Result<> put_zones(const FoamZoneKind& kind, const FoamNames& names, FoamZoneLists<N>& lists);
+  template <size_t N>
+  Result<> put_zone(const FoamZoneKind& kind, uint64_t zone, FoamZoneLists<N>& lists);
+  void begin_zone_list(const std::string& key, const std::string& type, uint64_t count);
   template <class F>
-  void for_each_written(F f) const;
-  std::span<const uint32_t> face_of(uint64_t side, bool turned);
+  Result<> for_each_written(F f) {
+    return table_.visit(last_, f);
+  }
+  Result<> collect();
+  Result<> collect(const MeshDescription::Block& block, uint64_t first, uint64_t count);
+  Result<> add_cell(const MeshDescription::Block& block, uint64_t i);
+  Result<> collect_point_zones();
   void place_patches();
   void note();
 
-  const Mesh& mesh_;
+  MeshSource& mesh_;
+  const MeshDescription& description_;
   FolderSink& sink_;
   bool binary_;
-  FoamPatches patches_;
+  FoamGroups groups_;
+  std::vector<FoamPatch> patches_;
   BufferedWriter out_;
   FoamFaceTable table_;
-  uint64_t faces_ = 0;
+  FoamZoneLists<2> cell_zones_, point_zones_;  ///< zone, element
+  FoamZoneLists<4> face_zones_;                ///< zone, place in it, face, whether it is flipped
+  std::optional<FoamLabels> names_;
+  std::vector<FoamLabels> zone_labels_;
+  CellPiece piece_;
+  std::vector<uint32_t> nodes_;
+  std::vector<uint64_t> zones_;
+  uint64_t last_ = FoamFaceTable::no_patch;  ///< the patch that takes the rest, where it is not the last
   bool wide_labels_ = false;
-  std::vector<uint32_t> turned_;
   std::vector<std::string> notes_;
 };
 
@@ -143,12 +109,12 @@ Result<> PolyMeshWriter::begin(const char* name, const char* kind) {
   text += std::string(";\n    class       ") + kind + ";\n";
   if (binary_) {
     text += std::string("    arch        \"LSB;label=") + (wide_labels_ ? "64" : "32") +
-            ";scalar=" + (mesh_.points.type == Scalar::f32 ? "32" : "64") + "\";\n";
+            ";scalar=" + (description_.point_type == Scalar::f32 ? "32" : "64") + "\";\n";
   }
   if (std::string_view(kind) == "labelList") {
-    text += "    note        \"nPoints:" + std::to_string(mesh_.point_count()) +
-            "  nCells:" + std::to_string(table_.cells) + "  nFaces:" + std::to_string(faces_) +
-            "  nInternalFaces:" + std::to_string(table_.inner.size()) + "\";\n";
+    text += "    note        \"nPoints:" + std::to_string(description_.points) +
+            "  nCells:" + std::to_string(table_.cells) + "  nFaces:" + std::to_string(table_.faces) +
+            "  nInternalFaces:" + std::to_string(table_.inner) + "\";\n";
   }
   text += std::string("    location    \"constant/polyMesh\";\n    object      ") + name + ";\n}\n\n";
   out_.put(text);
@@ -179,88 +145,107 @@ void PolyMeshWriter::put_label(uint64_t label) {
   }
 }
 
-void PolyMeshWriter::put_list(const std::vector<uint64_t>& labels) {
-  // In binary, nothing stands behind the count of an empty list.
-  if (binary_ && labels.empty()) return out_.put("0\n");
-  begin_list(labels.size());
-  for (const uint64_t label : labels) {
-    put_label(label);
-    if (!binary_) out_.put('\n');
-  }
-  end_list();
-}
-
-void PolyMeshWriter::put_points() {
-  begin_list(mesh_.point_count());
-  const size_t size = mesh_.points.tuple_size();
-  for (uint64_t i = 0; i < mesh_.point_count(); ++i) {
-    const std::byte* const from = mesh_.points.bytes.data() + i * size;
-    if (!binary_) {
-      out_.put('(');
-      put_scalars(out_, from, mesh_.points.type, 3);
-      out_.put(")\n");
-    } else if (is_float(mesh_.points.type)) {
-      out_.put_bytes(Bytes(from, size));
-    } else {
-      with_type(mesh_.points.type, [&](auto zero) {
+Result<> PolyMeshWriter::put_points() {
+  begin_list(description_.points);
+  const Scalar type = description_.point_type;
+  const size_t size = 3 * size_of(type);
+  constexpr uint64_t at_once = 4096;
+  std::vector<std::byte> positions;
+  for (uint64_t first = 0; first < description_.points; first += at_once) {
+    const uint64_t count = std::min(at_once, description_.points - first);
+    positions.resize(count * size);
+    MAILLE_CHECK(mesh_.read_points(first, count, positions));
+    if (binary_ && is_float(type)) out_.put_bytes(positions);
+    for (uint64_t i = 0; i < count && !(binary_ && is_float(type)); ++i) {
+      const std::byte* const from = positions.data() + i * size;
+      if (!binary_) {
+        out_.put('(');
+        put_scalars(out_, from, type, 3);
+        out_.put(")\n");
+        continue;
+      }
+      with_type(type, [&](auto zero) {
         using T = decltype(zero);
         for (size_t k = 0; k < 3; ++k) out_.put_raw(static_cast<double>(load<T>(from + k * sizeof(T))));
       });
     }
   }
   end_list();
+  return {};
 }
 
-/// Calls f(owner, side, turned) for every face, in the order of the files.
-template <class F>
-void PolyMeshWriter::for_each_written(F f) const {
-  for (const auto& face : table_.inner) f(face.owner, face.side, false);
-  for (const auto& patch : table_.patches) {
-    for (const auto& face : patch) f(face.owner, face.side, face.turned);
-  }
-  for (const auto& face : table_.rest) f(face.owner, face.side, false);
+/// Where each face begins in the list of all their corners, then that list.
+Result<> PolyMeshWriter::put_compact_faces() {
+  uint64_t place = 0;
+  begin_list(table_.faces + 1);
+  put_label(0);
+  MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
+    put_label(place += face.corners.size());
+    return {};
+  }));
+  end_list();
+  begin_list(place);
+  MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
+    for (const uint32_t corner : face.corners) put_label(corner);
+    return {};
+  }));
+  end_list();
+  return {};
 }
 
-/// Turned over, it keeps its first corner.
-std::span<const uint32_t> PolyMeshWriter::face_of(uint64_t side, bool turned) {
-  const auto face = table_.corners(side);
-  if (!turned) return face;
-  turned_.assign(face.begin(), face.end());
-  std::reverse(turned_.begin() + 1, turned_.end());
-  return turned_;
-}
-
-/// In binary: where each face begins in the list of all their corners, then that list.
-void PolyMeshWriter::put_faces() {
-  if (binary_) {
-    uint64_t place = 0;
-    begin_list(faces_ + 1);
-    put_label(0);
-    for_each_written([&](uint64_t, uint64_t side, bool) { put_label(place += table_.corners(side).size()); });
-    end_list();
-    begin_list(place);
-    for_each_written([&](uint64_t, uint64_t side, bool turned) {
-      for (const uint32_t corner : face_of(side, turned)) put_label(corner);
-    });
-    return end_list();
-  }
-  begin_list(faces_);
-  for_each_written([&](uint64_t, uint64_t side, bool turned) {
-    const auto face = face_of(side, turned);
-    out_.put_number(face.size());
-    for (size_t i = 0; i < face.size(); ++i) {
+Result<> PolyMeshWriter::put_faces() {
+  if (binary_) return put_compact_faces();
+  begin_list(table_.faces);
+  MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
+    out_.put_number(face.corners.size());
+    for (size_t i = 0; i < face.corners.size(); ++i) {
       out_.put(i == 0 ? '(' : ' ');
-      out_.put_number(face[i]);
+      out_.put_number(face.corners[i]);
     }
     out_.put(")\n");
-  });
+    return {};
+  }));
   end_list();
+  return {};
+}
+
+/// And which faces zones have: their numbers are known here.
+Result<> PolyMeshWriter::put_owners() {
+  begin_list(table_.faces);
+  uint64_t number = 0;
+  MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
+    put_label(face.owner);
+    if (!binary_) out_.put('\n');
+    for (const FoamFaceTable::Mark& mark : face.marks)
+      MAILLE_CHECK(face_zones_.add({mark.zone, mark.order, number, uint64_t{mark.flipped}}));
+    ++number;
+    return {};
+  }));
+  end_list();
+  return {};
+}
+
+Result<> PolyMeshWriter::put_neighbours() {
+  // In binary, nothing stands behind the count of an empty list.
+  if (binary_ && table_.inner == 0) {
+    out_.put("0\n");
+    return {};
+  }
+  begin_list(table_.inner);
+  MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
+    if (face.neighbour == FoamFaceTable::no_cell) return {};
+    put_label(face.neighbour);
+    if (!binary_) out_.put('\n');
+    return {};
+  }));
+  end_list();
+  return {};
 }
 
 /// Text in either form.
 void PolyMeshWriter::put_boundary() {
-  std::string text = std::to_string(patches_.count()) + "\n(\n";
-  for (const FoamPatch& patch : patches_.patches) {
+  std::string text = std::to_string(patches_.size()) + "\n(\n";
+  for (const FoamPatch& patch : patches_) {
     text += "    " + patch.name + "\n    {\n        type            " + patch.type + ";\n";
     text += "        nFaces          " + std::to_string(patch.faces) + ";\n";
     text += "        startFace       " + std::to_string(patch.first) + ";\n";
@@ -269,26 +254,143 @@ void PolyMeshWriter::put_boundary() {
   out_.put(text + ")\n");
 }
 
+/// Of a zone, behind those of the zones before it. Flips are a byte each.
+template <size_t N>
+Result<> PolyMeshWriter::put_zone(const FoamZoneKind& kind, uint64_t zone, FoamZoneLists<N>& lists) {
+  std::vector<uint8_t> flips;
+  begin_zone_list(kind.labels, "label", lists.count(zone));
+  for (uint64_t i = 0; i < lists.count(zone); ++i) {
+    const auto& numbers = lists.sorted.front()->numbers;
+    put_label(numbers[N == 4 ? 2 : 1]);
+    if (!binary_) out_.put('\n');
+    if (N == 4) flips.push_back(static_cast<uint8_t>(numbers[N - 1]));
+    MAILLE_CHECK(lists.sorted.take());
+  }
+  out_.put(lists.count(zone) == 0 ? "0;\n" : ");\n");
+  if (N != 4) return {};
+  begin_zone_list("flipMap", "bool", flips.size());
+  for (const uint8_t flip : flips) {
+    out_.put(binary_ ? static_cast<char>(flip) : flip != 0 ? '1' : '0');
+    if (!binary_) out_.put('\n');
+  }
+  out_.put(flips.empty() ? "0;\n" : ");\n");
+  return {};
+}
+
+/// Without its "(", and so without a count, where there is nothing in it.
+void PolyMeshWriter::begin_zone_list(const std::string& key, const std::string& type, uint64_t count) {
+  out_.put("    " + key + " " + (count == 0 ? "" : "List<" + type + "> \n"));
+  if (count > 0) begin_list(count);
+}
+
+template <size_t N>
+Result<> PolyMeshWriter::put_zones(const FoamZoneKind& kind, const FoamNames& names,
+                                   FoamZoneLists<N>& lists) {
+  if (names.size() == 0) return {};
+  MAILLE_CHECK(lists.sorted.sort());
+  MAILLE_CHECK(begin(kind.file, "regIOobject"));
+  out_.put_number(names.size());
+  out_.put("\n(\n");
+  for (uint64_t zone = 0; zone < names.size(); ++zone) {
+    out_.put(names.words()[zone] + "\n{\n    type " + kind.type + ";\n");
+    MAILLE_CHECK(put_zone(kind, zone, lists));
+    out_.put("}\n");
+  }
+  out_.put(")\n");
+  return end();
+}
+
+Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t i) {
+  const auto type = static_cast<CellType>(piece_.types[i]);
+  nodes_.clear();
+  for (uint64_t k = piece_.offsets[i]; k < piece_.offsets[i + 1]; ++k)
+    nodes_.push_back(static_cast<uint32_t>(piece_.connectivity[k]));
+  static const std::string none;
+  const std::string& label = names_ ? names_->name(i) : none;
+  if (is_face(type)) {
+    const FoamGroups::Target target = groups_.of_face(block.name, label);
+    return target.zone ? table_.add_zone_face(nodes_, target.number) : table_.add_face(nodes_, target.number);
+  }
+  std::span<const uint32_t> sizes;
+  if (type == CellType::polyhedron)
+    sizes = std::span(piece_.face_sizes)
+                .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
+  const uint64_t cell = table_.cells;
+  if (!MAILLE_TRY(table_.add_cell(type, nodes_, sizes))) return {};
+  zones_.clear();
+  const auto add_zone = [&](const std::string& name) {
+    if (!name.empty()) zones_.push_back(groups_.cell_zones.number(name));
+  };
+  add_zone(block.name.empty() ? label : block.name);
+  for (const FoamLabels& labels : zone_labels_) add_zone(labels.name(i));
+  std::sort(zones_.begin(), zones_.end());
+  zones_.erase(std::unique(zones_.begin(), zones_.end()), zones_.end());
+  for (const uint64_t zone : zones_) MAILLE_CHECK(cell_zones_.add({zone, cell}));
+  return {};
+}
+
+Result<> PolyMeshWriter::collect(const MeshDescription::Block& block, uint64_t first, uint64_t count) {
+  MAILLE_CHECK(mesh_.read_cells(first, count, piece_));
+  if (names_) MAILLE_CHECK(names_->read(mesh_, first, count));
+  for (FoamLabels& labels : zone_labels_) MAILLE_CHECK(labels.read(mesh_, first, count));
+  for (uint64_t i = 0; i < count; ++i) MAILLE_CHECK(add_cell(block, i));
+  return {};
+}
+
+Result<> PolyMeshWriter::collect() {
+  for (size_t i = 0; i < description_.arrays.size(); ++i) {
+    const Array& array = description_.arrays[i];
+    if (is_foam_label_array(array)) names_.emplace(array, i);
+    if (is_foam_zone_array(array, foam_cell_zones, Domain::cell)) zone_labels_.emplace_back(array, i);
+  }
+  constexpr uint64_t at_once = 4096;
+  uint64_t begin = 0;
+  for (const MeshDescription::Block& block : description_.blocks) {
+    for (uint64_t i = 0; i < block.cells; i += at_once)
+      MAILLE_CHECK(collect(block, begin + i, std::min(at_once, block.cells - i)));
+    begin += block.cells;
+  }
+  groups_.take_types(description_);
+  MAILLE_CHECK(collect_point_zones());
+  return table_.join();
+}
+
+Result<> PolyMeshWriter::collect_point_zones() {
+  constexpr uint64_t at_once = 4096;
+  for (size_t i = 0; i < description_.arrays.size(); ++i) {
+    if (!is_foam_zone_array(description_.arrays[i], foam_point_zones, Domain::point)) continue;
+    FoamLabels labels(description_.arrays[i], i);
+    for (uint64_t first = 0; first < description_.points; first += at_once) {
+      const uint64_t count = std::min(at_once, description_.points - first);
+      MAILLE_CHECK(labels.read(mesh_, first, count));
+      for (uint64_t k = 0; k < count; ++k) {
+        if (labels.name(k).empty()) continue;
+        MAILLE_CHECK(point_zones_.add({groups_.point_zones.number(labels.name(k)), first + k}));
+      }
+    }
+  }
+  return {};
+}
+
 void PolyMeshWriter::place_patches() {
+  patches_ = groups_.patches();
+  for (size_t i = 0; i < table_.patch_faces.size(); ++i) patches_[i].faces = table_.patch_faces[i];
   // A patch of this name that is there already comes last, so that it can take the rest.
-  auto& list = patches_.patches;
   const auto named =
-      std::find_if(list.begin(), list.end(), [](const auto& p) { return p.name == rest_name; });
-  if (!table_.rest.empty() && named == list.end()) {
-    list.push_back({rest_name, "patch", 0, 0, ""});
-    table_.patches.emplace_back();
-  } else if (!table_.rest.empty()) {
-    const auto at = named - list.begin();
-    std::rotate(named, named + 1, list.end());
-    std::rotate(table_.patches.begin() + at, table_.patches.begin() + at + 1, table_.patches.end());
+      std::find_if(patches_.begin(), patches_.end(), [](const auto& p) { return p.name == rest_name; });
+  if (table_.rest != 0 && named == patches_.end()) {
+    patches_.push_back({rest_name, "patch", 0, 0, ""});
+  } else if (table_.rest != 0) {
+    last_ = static_cast<uint64_t>(named - patches_.begin());
+    std::rotate(named, named + 1, patches_.end());
   }
-  faces_ = table_.inner.size();
-  for (size_t i = 0; i < list.size(); ++i) {
-    list[i].first = faces_;
-    list[i].faces = table_.patches[i].size() + (i + 1 == list.size() ? table_.rest.size() : 0);
-    faces_ += list[i].faces;
+  if (table_.rest != 0) patches_.back().faces += table_.rest;
+  uint64_t faces = table_.inner;
+  for (FoamPatch& patch : patches_) {
+    patch.first = faces;
+    faces += patch.faces;
   }
-  const uint64_t most = std::max({mesh_.point_count(), table_.cells, faces_ + 1, table_.corner_count});
+  const uint64_t most = std::max({description_.points, table_.cells, faces + 1, table_.corners});
   wide_labels_ = most > INT32_MAX;
 }
 
@@ -304,67 +406,78 @@ void PolyMeshWriter::note() {
   say(table_.loose, "face", "of no volume cell left out");
   say(table_.repeated, "face", "in two patches written to the first only");
   say(table_.turned, "face", "turned over: those of polyMesh are seen from outside");
-  say(table_.rest.size(), "face",
-      std::string("at the boundary, in no block, in the patch \"") + rest_name + "\"");
-  for (const FoamPatch& patch : patches_.patches) {
+  say(table_.rest, "face", std::string("at the boundary, in no block, in the patch \"") + rest_name + "\"");
+  for (const FoamPatch& patch : patches_) {
     if (patch.entries.empty() &&
         std::find(std::begin(plain_types), std::end(plain_types), patch.type) == std::end(plain_types))
       notes_.push_back("patch \"" + patch.name + "\" is of type " + patch.type +
                        ", whose other entries (such as its neighbour) have to be added to the file boundary");
   }
-  uint64_t named = 0;
-  for (const CellBlock& block : mesh_.blocks)
-    named += !block.name.empty() && block.size() > 0 && !is_face(block.type_of(0)) ? 1 : 0;
-  if (named != 0)
-    notes_.push_back("the names of " + counted(named, "block") +
-                     " of cells left out: polyMesh names patches only");
-  if (binary_ ? !is_float(mesh_.points.type) : mesh_.points.type != Scalar::f64)
+  if (binary_ ? !is_float(description_.point_type) : description_.point_type != Scalar::f64)
     notes_.push_back("positions are written as doubles");
-  for (const Array& array : mesh_.arrays) {
-    if (array.name != patch_array || array.role != Role::label) note_array(array, notes_);
+  for (const auto& [key, value] : description_.metadata) {
+    const auto known = {foam_patch_prefix,        foam_entries_prefix,      foam_type_prefix,
+                        foam_cell_zones.metadata, foam_face_zones.metadata, foam_point_zones.metadata};
+    const auto begins = [&](const char* prefix) { return key.starts_with(prefix); };
+    if (std::none_of(known.begin(), known.end(), begins)) note_metadata(key, notes_);
   }
-  for (const auto& [key, value] : mesh_.metadata) {
-    if (!key.starts_with(foam_patch_prefix) && !key.starts_with(foam_entries_prefix) &&
-        !key.starts_with(patch_prefix))
-      note_metadata(key, notes_);
-  }
-  if (!binary_) note_nan_payloads(mesh_, notes_);
 }
 
 Result<std::vector<std::string>> PolyMeshWriter::write() {
-  const auto patch_of = [&](const CellBlock& block, uint64_t cell) { return patches_.of(block, cell); };
-  table_ = MAILLE_TRY(FoamFaceTable::make(mesh_, patches_.count(), patch_of, sink_.name()));
+  if (description_.points > max_points)
+    return failure(ErrorCode::unsupported,
+                   sink_.name() + ": more than 2^32 points cannot be written in this format");
+  MAILLE_CHECK(collect());
   place_patches();
   MAILLE_CHECK(begin("points", "vectorField"));
-  put_points();
+  MAILLE_CHECK(put_points());
   MAILLE_CHECK(end());
   MAILLE_CHECK(begin("faces", binary_ ? "faceCompactList" : "faceList"));
-  put_faces();
+  MAILLE_CHECK(put_faces());
   MAILLE_CHECK(end());
-  std::vector<uint64_t> cells;
-  for_each_written([&](uint64_t owner, uint64_t, bool) { cells.push_back(owner); });
   MAILLE_CHECK(begin("owner", "labelList"));
-  put_list(cells);
+  MAILLE_CHECK(put_owners());
   MAILLE_CHECK(end());
-  cells.clear();
-  for (const auto& face : table_.inner) cells.push_back(face.neighbour);
   MAILLE_CHECK(begin("neighbour", "labelList"));
-  put_list(cells);
+  MAILLE_CHECK(put_neighbours());
   MAILLE_CHECK(end());
   MAILLE_CHECK(begin("boundary", "polyBoundaryMesh"));
   put_boundary();
   MAILLE_CHECK(end());
+  MAILLE_CHECK(put_zones(foam_cell_zones, groups_.cell_zones, cell_zones_));
+  MAILLE_CHECK(put_zones(foam_face_zones, groups_.face_zones, face_zones_));
+  MAILLE_CHECK(put_zones(foam_point_zones, groups_.point_zones, point_zones_));
   note();
   return std::move(notes_);
 }
 
+void note_arrays(const std::vector<Array>& arrays, std::vector<std::string>& notes) {
+  for (const Array& array : arrays) {
+    if (!is_foam_group_array(array)) note_array(array, notes);
+  }
+}
+
 }  // namespace
+
+Result<std::vector<std::string>> write_polymesh(MeshSource& mesh, FolderSink& sink, bool ascii,
+                                                uint64_t memory, const std::string& folder) {
+  std::vector<std::string> notes = MAILLE_TRY(PolyMeshWriter(mesh, sink, ascii, memory, folder).write());
+  note_arrays(mesh.description().arrays, notes);
+  note_arrays(mesh.description().mesh_arrays, notes);
+  return notes;
+}
 
 Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
   auto* const folder = dynamic_cast<FolderSink*>(&sink);
   if (folder == nullptr)
     return failure(ErrorCode::usage, sink.name() + ": is one file, but a polyMesh is a folder of files");
-  return PolyMeshWriter(mesh, *folder, options.ascii).write();
+  const auto source = mesh_as_source(mesh);
+  // No temporary files: the mesh is in memory, too.
+  std::vector<std::string> notes =
+      MAILLE_TRY(PolyMeshWriter(*source, *folder, options.ascii, ~uint64_t{0}, "").write());
+  note_arrays(mesh.arrays, notes);
+  if (options.ascii) note_nan_payloads(mesh, notes);
+  return notes;
 }
 
 std::string polymesh_folder(const std::string& path) {

@@ -3,15 +3,16 @@
 #include "base/result.h"
 #include "io/gmsh.h"
 #include "io/mesh_sources.h"
+#include "io/polymesh.h"
+#include "io/polymesh_groups.h"
 #include "io/scratch_mesh.h"
 
 namespace maille {
 namespace {
 
-class SpooledGmshSink final : public MeshSink {
+class SpooledSink : public MeshSink {
  public:
-  SpooledGmshSink(std::string path, std::unique_ptr<ScratchMesh> mesh, bool ascii)
-      : path_(std::move(path)), mesh_(std::move(mesh)), ascii_(ascii) {}
+  explicit SpooledSink(std::unique_ptr<ScratchMesh> mesh) : mesh_(std::move(mesh)) {}
 
   Result<> write_points(uint64_t first, Bytes positions) override {
     return mesh_->write_points(first, positions);
@@ -20,21 +21,63 @@ class SpooledGmshSink final : public MeshSink {
   Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
     return mesh_->write_array(array, first, tuples);
   }
-  Result<> commit() override {
+  Result<> commit() final {
     MAILLE_CHECK(mesh_->end());
-    const auto sink = MAILLE_TRY(file_sink(path_));
-    WriteOptions options;
-    options.ascii = ascii_;
-    notes_ = MAILLE_TRY(write_gmsh(*mesh_, *sink, options));
-    return sink->commit();
+    notes_ = MAILLE_TRY(write(*mesh_));
+    return {};
   }
   std::vector<std::string> notes() const override { return notes_; }
 
  private:
-  std::string path_;
+  /// The file, when all is there; gives the notes.
+  virtual Result<std::vector<std::string>> write(MeshSource& mesh) = 0;
+
   std::unique_ptr<ScratchMesh> mesh_;
-  bool ascii_;
   std::vector<std::string> notes_;
+};
+
+class SpooledGmshSink final : public SpooledSink {
+ public:
+  SpooledGmshSink(std::string path, std::unique_ptr<ScratchMesh> mesh, bool ascii)
+      : SpooledSink(std::move(mesh)), path_(std::move(path)), ascii_(ascii) {}
+
+ private:
+  Result<std::vector<std::string>> write(MeshSource& mesh) override {
+    const auto sink = MAILLE_TRY(file_sink(path_));
+    WriteOptions options;
+    options.ascii = ascii_;
+    std::vector<std::string> notes = MAILLE_TRY(write_gmsh(mesh, *sink, options));
+    MAILLE_CHECK(sink->commit());
+    return notes;
+  }
+
+  std::string path_;
+  bool ascii_;
+};
+
+/// Without the values that polyMesh does not hold.
+class PolyMeshSink final : public SpooledSink {
+ public:
+  PolyMeshSink(std::unique_ptr<FolderSink> sink, std::unique_ptr<ScratchMesh> mesh,
+               const MeshDescription& description, const MeshSinkOptions& options)
+      : SpooledSink(std::move(mesh)), sink_(std::move(sink)), description_(description), options_(options) {}
+
+  Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
+    return is_foam_group_array(description_.arrays[array]) ? SpooledSink::write_array(array, first, tuples)
+                                                           : Result<>();
+  }
+
+ private:
+  Result<std::vector<std::string>> write(MeshSource& mesh) override {
+    std::vector<std::string> notes =
+        MAILLE_TRY(write_polymesh(mesh, *sink_, options_.ascii, options_.memory, options_.folder));
+    MAILLE_CHECK(sink_->commit());
+    return notes;
+  }
+
+  std::unique_ptr<FolderSink> sink_;
+  MeshDescription description_;
+  MeshSinkOptions options_;
 };
 
 }  // namespace
@@ -51,6 +94,17 @@ Result<std::unique_ptr<MeshSink>> spooled_gmsh_sink(const std::string& path,
     return failure(ErrorCode::unsupported, path + ": more than 2^32 points cannot be written in this format");
   auto mesh = MAILLE_TRY(ScratchMesh::create(description, options.folder));
   return std::unique_ptr<MeshSink>(std::make_unique<SpooledGmshSink>(path, std::move(mesh), options.ascii));
+}
+
+Result<std::unique_ptr<MeshSink>> spooled_polymesh_sink(const std::string& path,
+                                                        const MeshDescription& description,
+                                                        const MeshSinkOptions& options) {
+  if (description.points > max_points)
+    return failure(ErrorCode::unsupported, path + ": more than 2^32 points cannot be written in this format");
+  auto sink = MAILLE_TRY(polymesh_sink(path));
+  auto mesh = MAILLE_TRY(ScratchMesh::create(description, options.folder));
+  return std::unique_ptr<MeshSink>(
+      std::make_unique<PolyMeshSink>(std::move(sink), std::move(mesh), description, options));
 }
 
 }  // namespace maille

@@ -92,8 +92,11 @@ class Decisions {
     const unsigned second = question * 16 + (evidence.local & 15);
     bit = coder.code(bit, mixer_.predict(inputs, first, second, question));
     mixer_.update(bit);
-    for (WideCell* each : cell) each->update(bit);
-    if (++mixes_ * 4 > cells_.size() && bits_ < most_bits) grow();
+    for (WideCell* each : cell) {
+      claims_ += each->visits < 2;
+      each->update(bit);
+    }
+    if (claims_ * 2 > cells_.size() && bits_ < most_bits) grow();
     return bit;
   }
 
@@ -104,9 +107,11 @@ class Decisions {
   static constexpr unsigned most_bits = 20;
   static constexpr unsigned small_table_bits = 14;
   WideCell& cell_at(uint32_t hash) { return cells_[hash * 0x9e3779b1u >> (32 - bits_)]; }
-  /// Twice as many cells, so that a mesh with few such decisions never needs the large table. Each begins
-  /// with the probability of the one that it comes from, which may have been another context's: met once.
+  /// Twice as many cells, where half of them were claimed since the last time: few contexts that come again
+  /// and again, as in structured meshes, never need the large table. Each begins with the probability of the
+  /// one that it comes from, which may have been another context's: met once.
   void grow() {
+    claims_ = 0;
     std::vector<WideCell> twice;
     twice.reserve(2 * cells_.size());
     for (const WideCell& cell : cells_) {
@@ -123,7 +128,7 @@ class Decisions {
 
   bool mixed_;
   unsigned bits_ = small_table_bits;
-  uint64_t mixes_ = 0;
+  uint64_t claims_ = 0;  ///< updates of cells that were met once at most
   std::vector<WideCell> cells_;
   Mixer<contexts> mixer_;
 };

@@ -18,7 +18,7 @@ Asked asked(uint32_t i) {
 }
 
 TEST(Decisions, ComeBackWhileTheTableGrowsAndSureOnesAreCodedAlone) {
-  constexpr uint32_t count = 400'000;  // the table is full after 2^18 decisions that are mixed
+  constexpr uint32_t count = 400'000;  // new contexts all the time: the table grows as far as it can
   RangeEncoder out;
   Decisions<2> encoder(true);
   for (uint32_t i = 0; i < count; ++i) {

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "volume/mesh_in_parts.h"
+#include "mesh/mesh_as_source.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -97,7 +97,8 @@ Mesh disturbed_grid(unsigned n, size_t window) {
 EncodeReport compressed(const Mesh& mesh, uint64_t delay, std::vector<std::byte>& bytes) {
   EncodeOptions options = kept();
   options.order = Order::canonical;
-  MeshInParts source(mesh);
+  const auto source_in_memory = mesh_as_source(mesh);
+  MeshSource& source = *source_in_memory;
   WorkingSpace space;
   space.delay = delay;
   bytes.clear();

@@ -2,7 +2,8 @@
 
 #include <filesystem>
 
-#include "volume/mesh_in_parts.h"
+#include "mesh/mesh_as_source.h"
+#include "volume/mesh_from_parts.h"
 #include "volume/space_curve.h"
 #include "volume/testing.h"
 
@@ -15,7 +16,8 @@ using namespace testing;
 constexpr WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
 
 std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& options) {
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   std::vector<std::byte> bytes;
   const auto report = encode(parts, *memory_sink(bytes), options, tiny);
   EXPECT_TRUE(report) << report.error().message;
@@ -158,7 +160,8 @@ TEST(OutOfCore, RefusesTruncatedFiles) {
 TEST(OutOfCore, ReorderedIsTheSameMesh) {
   Mesh mesh = shuffled(grid(14, 13, 12), 5);
   add_arrays(mesh, 3);
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   const auto ordered = reordered(parts, tiny);
   ASSERT_TRUE(ordered) << ordered.error().message;
   EncodeOptions options = kept();
@@ -173,7 +176,8 @@ TEST(OutOfCore, ReorderedIsTheSameMesh) {
 
 TEST(OutOfCore, ReorderedKeepsBlocksApart) {
   const Mesh mesh = several_blocks();
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   const auto ordered = reordered(parts, tiny);
   ASSERT_TRUE(ordered) << ordered.error().message;
   CellPiece piece;
@@ -184,7 +188,8 @@ TEST(OutOfCore, ReorderedKeepsBlocksApart) {
 
 TEST(OutOfCore, ReorderingMakesShuffledCellsCheap) {
   const Mesh mesh = shuffled(grid(24, 24, 24), 7);
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   const auto ordered = reordered(parts, {.memory = 1 << 20, .in_use = ~uint64_t{0}, .folder = {}});
   ASSERT_TRUE(ordered);
   const auto before = incoherence(parts), after = incoherence(**ordered);
@@ -195,7 +200,8 @@ TEST(OutOfCore, ReorderingMakesShuffledCellsCheap) {
 
 TEST(OutOfCore, SweepsAreCoherent) {
   const Mesh mesh = grid(30, 30, 30);
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   const auto bits = incoherence(parts);
   ASSERT_TRUE(bits);
   EXPECT_LT(*bits, 0.5);
@@ -204,7 +210,8 @@ TEST(OutOfCore, SweepsAreCoherent) {
 TEST(OutOfCore, RefusesWhatTakesMoreMemoryThanAllowed) {
   const Mesh sweep = grid(20, 20, 200), soup = shuffled(sweep, 3);
   for (const Mesh* mesh : {&sweep, &soup}) {
-    MeshInParts parts(*mesh);
+    const auto parts_in_memory = mesh_as_source(*mesh);
+    MeshSource& parts = *parts_in_memory;
     std::vector<std::byte> bytes;
     const WorkingSpace space = {.memory = 1, .in_use = 10'000'000, .folder = {}};
     const auto report = encode(parts, *memory_sink(bytes), kept(), space);
@@ -218,7 +225,8 @@ TEST(OutOfCore, RefusesWhatTakesMoreMemoryThanAllowed) {
 
 TEST(OutOfCore, StopsWhenTold) {
   const Mesh mesh = grid(20, 20, 20);
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   EncodeOptions options = kept();
   options.progress = [](const ProgressReport&) { return false; };
   std::vector<std::byte> bytes;
@@ -231,7 +239,8 @@ TEST(OutOfCore, LeavesNoFilesBehind) {
   const auto folder = std::filesystem::temp_directory_path() / ("maille_space_" + std::to_string(getpid()));
   std::filesystem::create_directory(folder);
   const Mesh mesh = shuffled(grid(6, 6, 6), 1);
-  MeshInParts parts(mesh);
+  const auto parts_in_memory = mesh_as_source(mesh);
+  MeshSource& parts = *parts_in_memory;
   const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()});
   ASSERT_TRUE(ordered);
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "not even while they are in use";

@@ -4,74 +4,9 @@
 
 #include <algorithm>
 
-// Meshes in memory as sources and sinks of parts, for tests.
+// A mesh in memory as a sink of parts, for tests; as a source: mesh/mesh_as_source.h.
 
 namespace maille::testing {
-
-inline MeshDescription description_of(const Mesh& mesh) {
-  MeshDescription description;
-  description.points = mesh.point_count();
-  description.cells = mesh.cell_count();
-  description.corners = mesh.corner_count();
-  description.point_type = mesh.points.type;
-  for (const CellBlock& block : mesh.blocks)
-    description.blocks.push_back({block.name, block.type, block.size()});
-  for (const Array& array : mesh.arrays) {
-    Array copy = array;
-    if (array.domain != Domain::mesh) copy.bytes.clear();
-    (array.domain == Domain::mesh ? description.mesh_arrays : description.arrays).push_back(std::move(copy));
-  }
-  description.metadata = mesh.metadata;
-  return description;
-}
-
-class MeshInParts final : public MeshSource {
- public:
-  explicit MeshInParts(const Mesh& mesh) : mesh_(mesh), description_(description_of(mesh)) {
-    for (const Array& array : mesh.arrays) {
-      if (array.domain != Domain::mesh) arrays_.push_back(&array);
-    }
-  }
-  const MeshDescription& description() const override { return description_; }
-  Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override {
-    return copy(mesh_.points, first, count, out);
-  }
-  Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override {
-    return copy(*arrays_[array], first, count, out);
-  }
-  Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) override {
-    out = {};
-    out.offsets.push_back(0);
-    for (const CellBlock& block : mesh_.blocks) {
-      for (; first < block.size() && count > 0; ++first, --count) {
-        const auto nodes = block.cell(first);
-        out.types.push_back(static_cast<uint8_t>(block.type_of(first)));
-        out.connectivity.insert(out.connectivity.end(), nodes.begin(), nodes.end());
-        out.offsets.push_back(out.connectivity.size());
-        if (block.type_of(first) != CellType::polyhedron && out.cell_faces.empty()) continue;
-        out.cell_faces.resize(out.types.size(), out.face_sizes.size());
-        if (block.type_of(first) == CellType::polyhedron)
-          out.face_sizes.insert(out.face_sizes.end(), block.faces(first).begin(), block.faces(first).end());
-        out.cell_faces.push_back(out.face_sizes.size());
-      }
-      first -= std::min(first, block.size());
-    }
-    return count == 0 ? Result<>() : failure(ErrorCode::usage, "too many cells");
-  }
-
- private:
-  static Result<> copy(const Array& array, uint64_t first, uint64_t count, std::span<std::byte> out) {
-    const size_t size = array.tuple_size();
-    if (out.size() != count * size || (first + count) * size > array.bytes.size())
-      return failure(ErrorCode::usage, "too many tuples");
-    std::copy_n(array.bytes.data() + first * size, count * size, out.data());
-    return {};
-  }
-
-  const Mesh& mesh_;
-  MeshDescription description_;
-  std::vector<const Array*> arrays_;
-};
 
 class MeshFromParts final : public MeshSink {
  public:

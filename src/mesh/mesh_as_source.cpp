@@ -1,4 +1,4 @@
-#include "io/mesh_as_source.h"
+#include "mesh/mesh_as_source.h"
 
 #include <algorithm>
 
