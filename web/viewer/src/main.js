@@ -71,6 +71,7 @@ class Viewer {
     this.model = model;
     this.failures = 0;
     this.lastShown = '';
+    this.knownFields = model.fields.size;
     document.title = `${name} · maille`;
     document.body.classList.toggle('is-random', model.refines);
     find('file-name').textContent = name;
@@ -89,7 +90,7 @@ class Viewer {
   }
 
   #arrived(mesh) {
-    if (find('colour').options.length < 4 + this.model.fields.size && this.knownFields !== this.model.fields.size) {
+    if (this.knownFields !== this.model.fields.size) {
       this.knownFields = this.model.fields.size;
       this.settings.offer(this.model);
       this.settings.setColour(find('colour').value);
