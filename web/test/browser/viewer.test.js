@@ -59,7 +59,7 @@ test('a path that is flown is as fine as asked for at its end, and reads more on
   await page.keyboard.up('w');
   await settle(page);
   const near = await statistics(page);
-  assert.ok(near.error <= 1.5 && before.error <= 1.5, JSON.stringify({before, near}));
+  assert.ok(near.error <= 0.75 && before.error <= 0.75, JSON.stringify({before, near}));
   assert.ok(near.fetched >= before.fetched && near.triangles > 0);
   await screenshot(page, 'flown');
   assert.deepEqual(page.complaints, []);
