@@ -31,6 +31,6 @@ set(maille_not_for_web
   "hierarchy/(bisection|build_hierarchy|deviation|hierarchy_index|level_builder|level_pieces|local_positions)"
   "hierarchy/(meshlets|mesh_windows|minimum_cut|principal_axes|random_encoder|random_source_encoder|random_writer)"
   "hierarchy/(sampled_maps|seams|simplifier|spatial_graph|component_walk|nearest_points)"
-  "volume/(delay_buffer|last_uses|cell_order|mesh_stream|reordered_source|source_|stream_file_encoder)"
+  "volume/(delay_buffer|last_uses|mesh_stream|reordered_source|source_|stream_file_encoder)"
   "volume/(stream_writer|transfinite|stream_file_info)")
 list(JOIN maille_not_for_web "|" maille_not_for_web)

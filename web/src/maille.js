@@ -13,6 +13,11 @@ const HEADER = 25;
 
 // Charts and the usual levels; and all modes, four times as large, which few files need.
 const SMALL = 'maille.wasm', FULL = 'maille-full.wasm';
+// Written out, so that bundlers see them.
+const besideThis = {
+  [SMALL]: () => new URL('../dist/maille.wasm', import.meta.url),
+  [FULL]: () => new URL('../dist/maille-full.wasm', import.meta.url),
+};
 let given = null;
 const compiled = new Map();
 
@@ -33,7 +38,7 @@ async function load(name) {
   if (given && name === FULL && given.full && !isAddress(given.full)) return compileDecoder(given.full);
   // With given bytes of one decoder alone that is what there is.
   if (given && name === FULL && !given.full && !isAddress(given.source)) return compileDecoder(given.source);
-  const url = given ? addressOf(name) : new URL(`../dist/${name}`, import.meta.url);
+  const url = given ? addressOf(name) : besideThis[name]();
   if (url.protocol !== 'file:') return compileDecoder(fetch(url));
   const {readFile} = await import('node:fs/promises');
   return compileDecoder(readFile(url));
