@@ -112,16 +112,15 @@ export class MailleObject extends THREE.Object3D {
   }
 
   #fetch(wanted) {
-    const first = wanted.filter(({chart}) => !this.broken.has(keyOf(chart))).slice(0, LOADING_AT_ONCE * 2);
-    const keys = new Set(first.map(({chart}) => keyOf(chart)));
+    const keys = new Set(wanted.map(({chart}) => keyOf(chart)));
     for (const [key, controller] of this.loading) {
       if (!keys.has(key)) controller.abort();
     }
     const waiting = new Set(this.arrived.map(({key}) => key));
-    for (const {chart} of first) {
+    for (const {chart} of wanted) {
       if (this.loading.size >= LOADING_AT_ONCE || this.heldBytes > this.maxBytes) return;
       const key = keyOf(chart);
-      if (!this.loading.has(key) && !waiting.has(key)) this.#load(key, chart);
+      if (!this.loading.has(key) && !waiting.has(key) && !this.broken.has(key)) this.#load(key, chart);
     }
   }
 

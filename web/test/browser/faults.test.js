@@ -55,6 +55,11 @@ async function openWith(behaviour) {
   await page.goto(`${address}/?file=/mesh.maille`);
   return page;
 }
+/** More than the front of the file has. */
+async function wantAll(page) {
+  await page.waitForFunction(() => window.viewer?.model?.triangles > 0);
+  await page.evaluate(() => viewer.settings.setTarget(0.01));
+}
 const trianglesOf = page => page.evaluate(() => viewer.model?.triangles ?? 0);
 
 test('without ranges the whole file is read, and shown while it comes', {skip}, async () => {
@@ -91,8 +96,8 @@ test('a server that is busy is asked again', {skip}, async () => {
 test('while a server stands still the page shows what it has, and goes on afterwards', {skip}, async () => {
   const waiting = [];
   const page = await openWith((request, response) => !isFront(request) && waiting.push([request, response]) > 0);
-  await page.waitForFunction(() => window.viewer?.model?.triangles > 0);
-  await page.waitForFunction(() => !viewer.done);
+  await wantAll(page);
+  while (waiting.length === 0) await page.waitForTimeout(50);
   const early = await trianglesOf(page);
   await page.mouse.move(300, 300);
   await page.mouse.down();
@@ -121,6 +126,7 @@ test('bodies that are cut off, and a network that is lost, are a sentence; tryin
       fail(request, response);
       return true;
     });
+    await wantAll(page);
     await page.waitForSelector('.message.bad', {timeout: PATIENCE});
     assert.ok(await trianglesOf(page) > 0);
     await screenshot(page, 'network-lost');
@@ -137,6 +143,7 @@ test('a file that changed on the server is noticed', {skip}, async () => {
     giveRange(request, response, isFront(request) ? '"one"' : '"two"');
     return true;
   });
+  await wantAll(page);
   await page.waitForSelector('.message.bad');
   assert.match(await page.textContent('.message.bad'), /changed/);
   await page.close();

@@ -2,7 +2,7 @@
 // within their memory, and what they tell of is exact.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {mkdtempSync, rmSync} from 'node:fs';
+import {mkdirSync, readFileSync} from 'node:fs';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
 
@@ -14,7 +14,7 @@ let browser, server, page;
 
 before(async () => {
   if (skip) return;
-  execFileSync('mkdir', ['-p', folder]);
+  mkdirSync(folder, {recursive: true});
   for (const [mesh, name, ...options] of [['tri/armadillo.obj', 'armadillo', '--mode', 'random', '--bits', '14'], ['tri/bear.off', 'bear'],
     ['poly/fertility_quad.off', 'quads', '--mode', 'random'], ['textured/bunny10k_textured.ply', 'textured'], ['hex/can.vtu', 'can']])
     execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
@@ -46,7 +46,8 @@ test('the loader gives geometry of every mode, with progress', {skip}, async () 
     }
     return found;
   });
-  assert.equal(loaded.bear.triangles, 20188);
+  const [, faces] = readFileSync(path.join(root, 'build/data/tri/bear.off'), 'utf8').split('\n')[1].split(' ').map(Number);
+  assert.equal(loaded.bear.triangles, faces);
   for (const {triangles, inside, size} of Object.values(loaded)) assert.ok(triangles > 0 && inside && size > 1000);
   assert.ok(loaded.textured.attributes.includes('uv'), String(loaded.textured.attributes));
   assert.deepEqual(complaints(), []);

@@ -11,7 +11,7 @@ import {Region} from './region.js';
 import {Settings} from './settings.js';
 import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
-import {bytesText, count} from './text.js';
+import {bytesText, count, rateText} from './text.js';
 
 const find = id => document.getElementById(id);
 
@@ -45,12 +45,13 @@ class Viewer {
     clearMessages();
     find('start').hidden = true;
     showProgress(NaN, `Opening ${name}`);
+    let opened = false;
     const bytes = (fetched, size) => {
-      if (opening.signal.aborted || size === 0) return;
+      if (opened || opening.signal.aborted || size === 0) return;
       showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${bytesText(fetched)} of ${bytesText(size)}` : 'Decoding');
     };
     try {
-      const model = await openModel(input, {bytes: (fetched, size) => { if (!this.opened) bytes(fetched, size); }}, opening.signal);
+      const model = await openModel(input, {bytes}, opening.signal);
       if (opening.signal.aborted) return model.dispose();
       this.#show(model, name);
       return true;
@@ -60,6 +61,7 @@ class Viewer {
       if (!this.model) this.showStart();
       return false;
     } finally {
+      opened = true;
       if (this.opening === opening) showProgress(null);
     }
   }
@@ -71,8 +73,10 @@ class Viewer {
     this.model = model;
     this.failures = 0;
     this.lastShown = '';
+    this.knownFields = model.fields.size;
     document.title = `${name} · maille`;
     document.body.classList.toggle('is-random', model.refines);
+    document.body.classList.add('has-model');
     find('file-name').textContent = name;
     find('file-about').textContent = model.about;
     find('file-about').title = model.about;
@@ -89,7 +93,7 @@ class Viewer {
   }
 
   #arrived(mesh) {
-    if (find('colour').options.length < 4 + this.model.fields.size && this.knownFields !== this.model.fields.size) {
+    if (this.knownFields !== this.model.fields.size) {
       this.knownFields = this.model.fields.size;
       this.settings.offer(this.model);
       this.settings.setColour(find('colour').value);
@@ -173,7 +177,7 @@ class Viewer {
     const {fetched} = model.count, share = Math.min(100, Math.round(100 * fetched / model.file.size));
     rows.push(['Fetched', fetched > 0 ? `${bytesText(fetched)}, ${share} %` : 'from this device']);
     if (model.decodeRate) this.lastRate = model.decodeRate;
-    rows.push(['Decoded', this.lastRate ? `${(this.lastRate / 1e6).toFixed(2)} M/s` : '…']);
+    rows.push(['Decoded', this.lastRate ? rateText(this.lastRate) : '…']);
     rows.push(['Frames', `${this.stage.frames.length} /s`]);
     showStatistics(rows);
   }

@@ -14,7 +14,7 @@ export class Settings {
     addEventListener('keydown', event => this.#key(event));
     this.setTheme(remembered('theme') ?? (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'));
     if (innerWidth <= 760) this.togglePanel();
-    this.setTarget(1.5);
+    this.setTarget(0.75);
   }
 
   #panel() {

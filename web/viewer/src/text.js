@@ -10,6 +10,10 @@ export function bytesText(n) {
   return `${n} bytes`;
 }
 
+export function rateText(n) {
+  return n >= 1e6 ? `${(n / 1e6).toPrecision(3)} M/s` : `${Math.round(n / 1e3)} k/s`;
+}
+
 export function number(x) {
   if (Number.isInteger(x) && Math.abs(x) < 1e6) return String(x);
   return Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : String(Number(x.toPrecision(4)));
