@@ -126,6 +126,18 @@ Subset take_side(const Subset& whole, const std::vector<uint8_t>& right, uint8_t
   Subset subset;
   const SpatialGraph& from = whole.graph;
   SpatialGraph& to = subset.graph;
+  size_t nodes = 0, edges = 0;
+  for (uint32_t i = 0; i < from.size(); ++i) {
+    const bool here = right[i] == side;
+    nodes += here;
+    edges += here ? from.first[i + 1] - from.first[i] : 0;
+  }
+  to.place.reserve(nodes);
+  subset.nodes.reserve(nodes);
+  // All but those that were cut.
+  to.neighbour.reserve(edges);
+  if (!from.node_weight.empty()) to.node_weight.reserve(nodes);
+  if (!from.edge_weight.empty()) to.edge_weight.reserve(edges);
   for (uint32_t i = 0; i < from.size(); ++i) {
     if (right[i] != side) continue;
     number[i] = to.size();
@@ -134,7 +146,7 @@ Subset take_side(const Subset& whole, const std::vector<uint8_t>& right, uint8_t
     subset.weight += from.weight(i);
     subset.nodes.push_back(whole.nodes[i]);
   }
-  to.first.reserve(size_t{to.size()} + 1);
+  to.first.reserve(nodes + 1);
   to.first.push_back(0);
   for (uint32_t i = 0; i < from.size(); ++i) {
     if (right[i] != side) continue;

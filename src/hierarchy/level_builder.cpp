@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include "hierarchy/bisection.h"
@@ -294,16 +295,22 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions) {
     }
     return p;
   };
-  std::vector<uint32_t> order(vertices);
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const auto x = key(a), y = key(b);
-    return x != y ? x < y : a < b;
-  });
+  // Places half of which are free, by the bits of the position; in each the first vertex that came.
+  size_t places = 16;
+  while (places < size_t{2} * vertices) places *= 2;
+  constexpr uint32_t nobody = 0xffffffff;
+  std::vector<uint32_t> table(places, nobody);
   std::vector<uint32_t> class_of(vertices);
-  for (uint32_t i = 0; i < vertices; ++i) {
-    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-    class_of[order[i]] = same ? class_of[order[i - 1]] : order[i];
+  for (uint32_t v = 0; v < vertices; ++v) {
+    const std::array<float, 3> place = key(v);
+    std::array<uint32_t, 3> bits;
+    std::memcpy(bits.data(), place.data(), sizeof bits);
+    uint64_t hash = (bits[0] | uint64_t{bits[1]} << 32) * 0x9e3779b97f4a7c15;
+    hash = ((hash ^ hash >> 32) + bits[2]) * 0x9e3779b97f4a7c15;
+    size_t at = (hash >> 32) & (places - 1);
+    while (table[at] != nobody && key(table[at]) != place) at = (at + 1) & (places - 1);
+    if (table[at] == nobody) table[at] = v;
+    class_of[v] = table[at];
   }
   return class_of;
 }

@@ -69,7 +69,7 @@ class Simplifier {
     double widening = 1.5;
     for (unsigned pass = 0; pass < most_passes && count() > input_.target && idle < 2; ++pass) {
       const uint32_t goal = count() - input_.target;
-      list_rings();
+      if (stale_) list_rings();
       find_candidates();
       if (candidates_.empty()) {
         if (!give_up_seams()) break;
@@ -78,6 +78,7 @@ class Simplifier {
       }
       const uint32_t removed = apply(goal, widening);
       rebuild();
+      stale_ = true;
       // Candidates that are refused gather in front: without a wider limit everything stalls.
       const bool little = removed < (goal + 19) / 20;
       idle = std::isinf(widening) && removed < (goal + 199) / 200 ? idle + 1 : 0;
@@ -102,6 +103,7 @@ class Simplifier {
   bool give_up_seams() {
     if (!with_seams_ || count() <= input_.target + input_.target / 2) return false;
     with_seams_ = false;
+    stale_ = true;
     seam_quadric_.clear();
     return true;
   }
@@ -202,6 +204,7 @@ class Simplifier {
 
   /// Faces and neighbours of every vertex.
   void list_rings() {
+    stale_ = false;
     first_face_.assign(size_t{vertices_} + 1, 0);
     for (const uint32_t v : triangles_) ++first_face_[v + 1];
     for (uint32_t v = 0; v < vertices_; ++v) first_face_[v + 1] += first_face_[v];
@@ -252,15 +255,24 @@ class Simplifier {
     const Quadric &a = quadric_[from], &b = quadric_[to];
     const Vector3 step = position_[to] - position_[from];
     const double weight = a.weight + b.weight;
-    double error = std::max(0.0, a.at(position_[to]) + b.at(position_[to]));
-    if (with_seams_)
-      error += std::max(0.0, seam_quadric_[from].at(position_[to]) + seam_quadric_[to].at(position_[to]));
+    double error = std::max(0.0, a.at(position_[to]) + at_home_[to]);
+    if (with_seams_) error += std::max(0.0, seam_quadric_[from].at(position_[to]) + seam_at_home_[to]);
     // Among equal ones the shortest; without area, the distance is all there is.
     return (weight > 0 ? error / weight : dot(step, step)) + 1e-9 * dot(step, step);
   }
 
+  /// The error that a vertex has where it is: each of its neighbours asks for it.
+  void find_errors_at_home(const std::vector<Quadric>& quadrics, std::vector<double>& errors) const {
+    errors.resize(quadrics.size());
+    for (uint32_t v = 0; v < quadrics.size(); ++v) {
+      if (first_face_[v] != first_face_[v + 1]) errors[v] = quadrics[v].at(position_[v]);
+    }
+  }
+
   void find_candidates() {
     candidates_.clear();
+    find_errors_at_home(quadric_, at_home_);
+    find_errors_at_home(seam_quadric_, seam_at_home_);
     for (uint32_t v = 0; v < vertices_; ++v) {
       if (first_face_[v] == first_face_[v + 1]) continue;
       const Kind kind = kind_of(v);
@@ -442,10 +454,12 @@ class Simplifier {
   std::vector<uint32_t> corners_;  ///< by corner of these: that of the input whose values it has
   std::vector<uint32_t> face_of_;  ///< by triangle: that of the input
   bool with_seams_ = false;
+  bool stale_ = true;  ///< the rings are not those of the triangles
   uint32_t vertices_;
   std::vector<Vector3> position_;
   std::vector<Quadric> quadric_;
   std::vector<Quadric> seam_quadric_;  ///< planes on seams, as long as these are kept
+  std::vector<double> at_home_, seam_at_home_;
   std::vector<uint32_t> root_;
   double cap_ = 0, worst_ = 0;
 

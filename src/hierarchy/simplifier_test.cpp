@@ -133,6 +133,11 @@ TEST(TriangleTree, FindsTheNearestOfAll) {
     }
     EXPECT_EQ(tree.squared_distance(p, std::numeric_limits<double>::infinity()), nearest);
     EXPECT_EQ(tree.squared_distance(p, nearest / 2), nearest / 2);
+    // Any distance from a triangle will do then; else none but the least.
+    const double near_enough = tree.squared_distance(p, 1e9, 2 * nearest);
+    EXPECT_GE(near_enough, nearest);
+    EXPECT_LE(near_enough, 2 * nearest);
+    EXPECT_EQ(tree.squared_distance(p, 1e9, nearest / 2), nearest);
   }
 }
 

@@ -55,12 +55,12 @@ double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
   return maille::squared_distance(p, position(v[0]), position(v[1]), position(v[2]));
 }
 
-double TriangleTree::squared_distance(const Vector3& from, double bound) const {
+double TriangleTree::squared_distance(const Vector3& from, double bound, double enough) const {
   if (nodes_.empty()) return bound;
   std::array<uint32_t, 64> stack;  // one for each level, of which there are 32 at most
   unsigned size = 0;
   stack[size++] = 0;
-  while (size > 0) {
+  while (size > 0 && bound > enough) {
     const uint32_t at = stack[--size];
     const Node& node = nodes_[at];
     if (maille::squared_distance(from, node.box) >= bound) continue;

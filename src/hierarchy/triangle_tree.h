@@ -14,8 +14,10 @@ class TriangleTree {
   /// Both must stay. Positions: three numbers a vertex; those that are no numbers count as 0.
   TriangleTree(std::span<const uint32_t> triangles, std::span<const float> positions);
 
-  /// The squared distance from the nearest triangle, or `bound` if none is nearer.
-  double squared_distance(const Vector3& from, double bound) const;
+  /// The squared distance from the nearest triangle, or `bound` if none is nearer; or any distance from a
+  /// triangle that is not above `enough`.
+  double squared_distance(const Vector3& from, double bound, double enough = 0) const;
+  double to_triangle(const Vector3& from, uint32_t triangle) const;
 
  private:
   struct Node {
@@ -32,7 +34,6 @@ class TriangleTree {
     uint32_t triangle;
   };
   uint32_t build(std::vector<Placed>& placed, uint32_t begin, uint32_t end);
-  double to_triangle(const Vector3& from, uint32_t triangle) const;
 
   std::span<const uint32_t> triangles_;
   std::span<const float> positions_;

@@ -70,24 +70,29 @@ Result<> decode_runs(Bytes bytes, uint32_t count, Visit visit) {
 /// Faces that are copies of others, whichever way round: by face the first one with the same corners.
 std::vector<uint32_t> find_first_copies(std::span<const uint32_t> corners, uint32_t points) {
   const auto faces = static_cast<uint32_t>(corners.size() / 3);
-  const auto sorted = [&](uint32_t face) {
-    std::array<uint32_t, 3> key{corners[3 * size_t{face}], corners[3 * size_t{face} + 1],
-                                corners[3 * size_t{face} + 2]};
-    std::sort(key.begin(), key.end());
-    return key;
+  const auto lowest = [&](uint32_t face) {
+    const uint32_t* corner = corners.data() + 3 * size_t{face};
+    return std::min({corner[0], corner[1], corner[2]});
+  };
+  // The lowest corner is the same for all that are compared.
+  const auto others = [&](uint32_t face) {
+    const uint32_t* corner = corners.data() + 3 * size_t{face};
+    const uint32_t highest = std::max({corner[0], corner[1], corner[2]});
+    const uint32_t sum = corner[0] ^ corner[1] ^ corner[2];
+    return uint64_t{sum ^ highest ^ lowest(face)} << 32 | highest;
   };
   std::vector<uint32_t> begin(size_t{points} + 1), by_lowest(faces);
-  for (uint32_t face = 0; face < faces; ++face) ++begin[sorted(face)[0]];
+  for (uint32_t face = 0; face < faces; ++face) ++begin[lowest(face)];
   uint32_t sum = 0;
   for (uint32_t& place : begin) sum += std::exchange(place, sum);
   std::vector<uint32_t> end = begin;
-  for (uint32_t face = 0; face < faces; ++face) by_lowest[end[sorted(face)[0]]++] = face;
+  for (uint32_t face = 0; face < faces; ++face) by_lowest[end[lowest(face)]++] = face;
   std::vector<uint32_t> first(faces);
   for (uint32_t point = 0; point < points; ++point) {
     std::sort(by_lowest.begin() + begin[point], by_lowest.begin() + end[point],
-              [&](uint32_t a, uint32_t b) { return std::pair(sorted(a), a) < std::pair(sorted(b), b); });
+              [&](uint32_t a, uint32_t b) { return std::pair(others(a), a) < std::pair(others(b), b); });
     for (uint32_t i = begin[point]; i < end[point]; ++i) {
-      const bool copy = i > begin[point] && sorted(by_lowest[i]) == sorted(by_lowest[i - 1]);
+      const bool copy = i > begin[point] && others(by_lowest[i]) == others(by_lowest[i - 1]);
       first[by_lowest[i]] = copy ? first[by_lowest[i - 1]] : by_lowest[i];
     }
   }

@@ -228,7 +228,7 @@ class PositionEncoder {
   }
 
  private:
-  static constexpr size_t most_samples = 48;
+  static constexpr size_t most_samples = 24;
 
   void train(bool try_selectors) {
     fit();

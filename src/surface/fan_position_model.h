@@ -10,6 +10,10 @@
 #include <initializer_list>
 #include <utility>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include "base/pages.h"
 #include "base/unfilled.h"
 #include "entropy/integer_model.h"
@@ -291,6 +295,27 @@ struct NarrowPoints {
   }
   double value(uint32_t v, unsigned k) const { return points[v][k]; }
 
+#ifdef __SSE2__
+  /// Two references at once; the same integers.
+  Codes predict(const VertexReferences& references, const Row& row) const {
+    const auto at = [&](unsigned r) {
+      return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(points.data() + references.at[r]));
+    };
+    const __m128i weights = _mm_load_si128(reinterpret_cast<const __m128i*>(row.data()));
+    const auto pair = [&](unsigned r, __m128i two) {
+      return _mm_madd_epi16(_mm_unpacklo_epi16(at(r), at(r + 1)), two);
+    };
+    __m128i sum = _mm_set1_epi32(weight_sum / 2);
+    sum = _mm_add_epi32(sum, pair(0, _mm_shuffle_epi32(weights, 0x00)));
+    sum = _mm_add_epi32(sum, pair(2, _mm_shuffle_epi32(weights, 0x55)));
+    sum = _mm_add_epi32(sum, pair(4, _mm_shuffle_epi32(weights, 0xaa)));
+    sum = _mm_add_epi32(sum, pair(6, _mm_shuffle_epi32(weights, 0xff)));
+    sum = _mm_srai_epi32(sum, weight_bits);
+    alignas(16) std::array<int16_t, 8> narrow;
+    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.data()), _mm_packs_epi32(sum, sum));
+    return {narrow[0], narrow[1], narrow[2]};
+  }
+#else
   Codes predict(const VertexReferences& references, const Row& row) const {
     Codes sum{};
     for (unsigned r = 0; r < 8; ++r) {
@@ -300,6 +325,7 @@ struct NarrowPoints {
       sum[k] = std::clamp((sum[k] + weight_sum / 2) >> weight_bits, -32768, 32767);
     return sum;
   }
+#endif
   int32_t residual(uint32_t v, unsigned k, int32_t predicted) const {
     return static_cast<int16_t>(points[v][k] - predicted);
   }

@@ -31,7 +31,7 @@ struct Edge {
   bool forward;  ///< from low to high
 };
 
-Edge edge_of(const HalfEdges& surface, uint32_t h) {
+[[gnu::always_inline]] inline Edge edge_of(const HalfEdges& surface, uint32_t h) {
   const uint32_t from = surface.origin[h];
   const uint32_t to = surface.origin[surface.next(h)];
   return from < to ? Edge{from, to, true} : Edge{to, from, false};
