@@ -315,7 +315,7 @@ void CellCoder<Coder>::prefer_faces(StreamedCell& cell) {
 
 template <class Coder>
 bool CellCoder<Coder>::code_by_faces(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
-  if (!faces_) faces_ = std::make_unique<FaceCoder<Coder>>(mixed_);
+  if (!faces_) faces_ = std::make_unique<FaceCoder<Coder>>(mixing_);
   cell.kind = last_kind_ = face_cell;
   return faces_->code(*this, topology, numbers, cell, out);
 }

@@ -65,12 +65,12 @@ class CellCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
 
-  /// `mixed`: slow decisions with four contexts instead of one. `numbered`: numbers of points are kept.
+  /// `mixing`: of slow decisions. `numbered`: numbers of points are kept.
   /// `indexed`: cells come as numbers of points, predicted from numbers alone, and what they share follows
   /// from these; only if numbered.
-  CellCoder(bool mixed, bool numbered, bool indexed = false)
-      : numbered_(numbered), decisions_(mixed), mixed_(mixed) {
-    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixed);
+  CellCoder(Mixing mixing, bool numbered, bool indexed = false)
+      : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
+    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
   }
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
@@ -217,7 +217,7 @@ class CellCoder {
   Numbering numbering_;
   DifferenceModel old_point_, loose_count_;
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
-  bool mixed_;
+  Mixing mixing_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
   std::unique_ptr<IndexCoder<Coder>> indices_;
   bool number_is_known_ = false;  ///< of the points that are created

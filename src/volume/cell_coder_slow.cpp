@@ -138,25 +138,32 @@ void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
 
 /// The next candidates, some more far-fetched each time: the last cell and those after its neighbours, the
 /// newest first; the last anchor and those after it; those around the group's point and the next one; those
-/// that share a point with the last cell, the newest first; the last sixteen. False when there are no more. Most
-/// anchors are among the first, so that the others are hardly ever looked for.
+/// that share a point with the last cell, the newest first; the last sixteen. False when there are no more.
+/// Most anchors are among the first, so that the others are hardly ever looked for.
 template <class Coder>
 bool CellCoder<Coder>::collect_anchors(unsigned round) {
   switch (round) {
-    case 0: add_anchors_ahead(); return true;
-    case 1: add_anchors_after(); return true;
+    case 0:
+      add_anchors_ahead();
+      return true;
+    case 1:
+      add_anchors_after();
+      return true;
     case 2:
       add_anchors_around(group_, 2);
       add_anchors_around(group_ + 1, 3);
       return true;
-    case 3: add_anchors_beside(); return true;
+    case 3:
+      add_anchors_beside();
+      return true;
     case 4:
       for (unsigned i = 0; i < recent_cells_.size(); ++i) {
         const CellRef& ref = recent_cells_[(ordinal_ - 1 - i) % recent_cells_.size()];
         if (hull_.valid(ref)) add_anchor(ref.slot, 5);
       }
       return true;
-    default: return false;
+    default:
+      return false;
   }
 }
 

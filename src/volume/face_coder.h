@@ -31,7 +31,7 @@ class FaceCoder {
   static constexpr bool encoding = Coder::encoding;
   using Host = CellCoder<Coder>;
 
-  explicit FaceCoder(bool mixed) : decisions_(mixed) {}
+  explicit FaceCoder(Mixing mixing) : decisions_(mixing) {}
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);

@@ -25,7 +25,7 @@ namespace maille {
 template <class Coder>
 class IndexCoder {
  public:
-  explicit IndexCoder(bool mixed) : decisions_(mixed) {}
+  explicit IndexCoder(Mixing mixing) : decisions_(mixing) {}
 
   static constexpr uint32_t no_step = 0xffffffff;
 

@@ -15,8 +15,8 @@ struct IndexedCells {
   std::vector<std::byte> cells, numbers;
   CodedCells out;
 
-  explicit IndexedCells(const Mesh& mesh, bool mixed = true) {
-    CellCoder<RangeEncoder> coder(mixed, true, true);
+  explicit IndexedCells(const Mesh& mesh, Mixing mixing = Mixing::most) {
+    CellCoder<RangeEncoder> coder(mixing, true, true);
     RangeEncoder topology, others;
     each_cell(mesh, [&](StreamedCell& cell) { coder.code(topology, others, cell, out); });
     cells = topology.finish();
@@ -52,8 +52,8 @@ struct IndexedCells {
     }
   }
 
-  void expect_back(const Mesh& mesh, bool mixed = true) const {
-    CellCoder<RangeDecoder> coder(mixed, true, true);
+  void expect_back(const Mesh& mesh, Mixing mixing = Mixing::most) const {
+    CellCoder<RangeDecoder> coder(mixing, true, true);
     RangeDecoder topology(cells), others(numbers);
     CodedCells back;
     StreamedCell found;
@@ -91,7 +91,8 @@ Mesh leaping_cells() {
 TEST(IndexCoder, AnyCellsComeBackWithTheSameNeighbours) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Mesh mesh = soup(seed, 300, 120);
-    for (const bool mixed : {false, true}) IndexedCells(mesh, mixed).expect_back(mesh, mixed);
+    for (const Mixing mixing : {Mixing::none, Mixing::some, Mixing::most})
+      IndexedCells(mesh, mixing).expect_back(mesh, mixing);
   }
 }
 
@@ -109,7 +110,7 @@ TEST(IndexCoder, DamagedCellsAreRefusedOrOthers) {
   for (size_t cut = 0; cut < coded.cells.size(); cut += 7) {
     std::vector<std::byte> damaged = coded.cells;
     damaged[cut] ^= std::byte{0x5a};
-    CellCoder<RangeDecoder> coder(true, true, true);
+    CellCoder<RangeDecoder> coder(Mixing::most, true, true);
     RangeDecoder topology(damaged), others(coded.numbers);
     CodedCells back;
     StreamedCell cell;

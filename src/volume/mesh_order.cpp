@@ -73,7 +73,8 @@ class Remaining {
 
  private:
   uint64_t rank_of(uint64_t i) const {
-    uint64_t rank = static_cast<uint64_t>(__builtin_popcountll(bits_[i / 64] & ((uint64_t{1} << i % 64) - 1)));
+    uint64_t rank =
+        static_cast<uint64_t>(__builtin_popcountll(bits_[i / 64] & ((uint64_t{1} << i % 64) - 1)));
     for (size_t at = i / 64; at > 0; at -= at & -at) rank += sums_[at];
     return rank;
   }
@@ -231,14 +232,14 @@ class Joined {
 template <class Coder>
 class PointOrder {
  public:
-  PointOrder(const FlatCells& cells, const std::vector<uint8_t>& on_border, uint64_t points, bool mixed)
+  PointOrder(const FlatCells& cells, const std::vector<uint8_t>& on_border, uint64_t points, Mixing mixing)
       : cells_(cells),
         on_border_(on_border),
         left_{Remaining(points), Remaining(points)},
         waits_(points, 1),
         joined_points_(cells, points),
         candidates_(points),
-        decisions_(mixed) {
+        decisions_(mixing) {
     for (uint64_t i = 0; i < points; ++i) {
       left_[on_border_[i] ? 0 : 1].remove(i);
       if (!cells.around(i).empty()) continue;
@@ -373,8 +374,13 @@ class CellSequence {
  public:
   /// Nodes of `cells` are the input's numbers of points, and those around each point are found by that of the
   /// coded order, which `sequence` has for each of the input's.
-  CellSequence(const FlatCells& cells, const std::vector<uint32_t>& sequence, uint64_t most_cells, bool mixed)
-      : cells_(cells), sequence_(sequence), waiting_(sequence.size()), near_(most_cells), decisions_(mixed) {}
+  CellSequence(const FlatCells& cells, const std::vector<uint32_t>& sequence, uint64_t most_cells,
+               Mixing mixing)
+      : cells_(cells),
+        sequence_(sequence),
+        waiting_(sequence.size()),
+        near_(most_cells),
+        decisions_(mixing) {}
 
   /// Not points that very many cells have: looking through them each time would take the square of time.
   bool can_lead(uint64_t point) const { return around(point).size() <= 64; }
@@ -419,7 +425,8 @@ class CellSequence {
 
   uint32_t code_one(Coder& coder, uint32_t cell, uint32_t leader) {
     find_beside();
-    const Evidence how{static_cast<uint32_t>(beside_), history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
+    const Evidence how{
+        static_cast<uint32_t>(beside_), history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
     // A leader goes before: it moves the place from which the next ones are sought.
     const bool led = decisions_.code(coder, leader != nothing, by_point, how);
     if (led) {
@@ -511,8 +518,8 @@ class CellSequence {
       uint32_t lower = 0;
       for (const uint32_t point : nodes_of(other)) lower += point < at_ + gap;
       const uint32_t local = static_cast<uint32_t>(gap == 0) | count << 1 | lower << 5;
-      const Evidence which{local,           use.node << 4 | last_corner_, rank << 4 | count,
-                           size_class(gap), history_ & 255,               use.node};
+      const Evidence which{
+          local, use.node << 4 | last_corner_, rank << 4 | count, size_class(gap), history_ & 255, use.node};
       ++rank;
       if (!decisions_.code(coder, other == cell && here, at_point, which)) continue;
       last_corner_ = use.node & 15;
@@ -541,7 +548,8 @@ struct CodedMesh {
   std::vector<uint8_t> on_border;
   std::vector<Neighbours> neighbours;  ///< by block
 
-  CodedMesh(const std::vector<CellBlock>& blocks, uint64_t points) : cells(blocks, points), on_border(points) {
+  CodedMesh(const std::vector<CellBlock>& blocks, uint64_t points)
+      : cells(blocks, points), on_border(points) {
     for (const CellBlock& block : blocks) neighbours.push_back(neighbours_of(block, &on_border));
   }
 };
@@ -568,7 +576,8 @@ std::vector<uint32_t> leaders_of(const CellBlock& block, CanLead can_lead) {
     ends.clear();
     const size_t first_new = links.size();
     for (const uint32_t point : points) {
-      const auto end = static_cast<uint32_t>(std::upper_bound(lowest.begin(), lowest.end(), point) - lowest.begin());
+      const auto end =
+          static_cast<uint32_t>(std::upper_bound(lowest.begin(), lowest.end(), point) - lowest.begin());
       ends.push_back(end);
       links.push_back({static_cast<uint32_t>(i), point, end == 0 ? nothing : least[end - 1]});
     }
@@ -656,7 +665,7 @@ bool all_have_shapes(const Mesh& mesh) {
 
 std::vector<std::byte> join_order(const CodedOrder& order) {
   ByteWriter out;
-  out.put<uint8_t>(order.mixed ? 1 : 0);
+  out.put<uint8_t>(static_cast<uint8_t>(order.mixing));
   out.put_count(order.points.size());
   out.put_bytes(order.points);
   out.put_bytes(order.cells);
@@ -665,13 +674,14 @@ std::vector<std::byte> join_order(const CodedOrder& order) {
 
 std::optional<CodedOrder> split_order(Bytes bytes) {
   ByteReader in(bytes);
-  const auto mixed = in.get<uint8_t>();
+  const auto mixing = in.get<uint8_t>();
   const Bytes points = in.get_bytes(in.get_count()), cells = in.get_bytes(in.remaining());
-  if (!in.ok() || mixed > 1) return {};
-  return CodedOrder{mixed != 0, {points.begin(), points.end()}, {cells.begin(), cells.end()}};
+  if (!in.ok() || mixing >= mixing_count) return {};
+  return CodedOrder{
+      static_cast<Mixing>(mixing), {points.begin(), points.end()}, {cells.begin(), cells.end()}};
 }
 
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed) {
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing) {
   std::vector<CellBlock> blocks;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) blocks.push_back(rearranged(mesh.blocks[b], orders[b]));
   std::vector<uint32_t> sequence = sequence_of_points(blocks, mesh.point_count());
@@ -680,10 +690,10 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed) 
   }
   CodedMesh coded(blocks, mesh.point_count());
   RangeEncoder points, cells;
-  PointOrder<RangeEncoder>(coded.cells, coded.on_border, mesh.point_count(), mixed)
+  PointOrder<RangeEncoder>(coded.cells, coded.on_border, mesh.point_count(), mixing)
       .code(points, sequence, mesh.point_count());
   coded.cells.renumber(inverse(sequence));
-  CellSequence<RangeEncoder> order(coded.cells, sequence, largest_size(blocks), mixed);
+  CellSequence<RangeEncoder> order(coded.cells, sequence, largest_size(blocks), mixing);
   uint64_t first = 0;
   for (size_t b = 0; b < blocks.size(); ++b) {
     const uint64_t size = blocks[b].size();
@@ -693,7 +703,7 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed) 
     order.code(cells, first, size, coded.neighbours[b], leaders_of(mesh.blocks[b], can_lead), places);
     first += size;
   }
-  return {mixed, points.finish(), cells.finish()};
+  return {mixing, points.finish(), cells.finish()};
 }
 
 std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order) {
@@ -701,10 +711,11 @@ std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order
   RangeDecoder points(order.points), cells(order.cells);
   const uint64_t count = mesh.point_count();
   CodedMesh coded(mesh.blocks, count);
-  if (!PointOrder<RangeDecoder>(coded.cells, coded.on_border, count, order.mixed).code(points, found.points, count))
+  if (!PointOrder<RangeDecoder>(coded.cells, coded.on_border, count, order.mixing)
+           .code(points, found.points, count))
     return {};
   coded.cells.renumber(inverse(found.points));
-  CellSequence<RangeDecoder> sequence(coded.cells, found.points, largest_size(mesh.blocks), order.mixed);
+  CellSequence<RangeDecoder> sequence(coded.cells, found.points, largest_size(mesh.blocks), order.mixing);
   uint32_t first = 0;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) {
     std::vector<uint32_t> places;

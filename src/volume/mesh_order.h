@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "volume/decisions.h"
+
 namespace maille {
 
 // The input's order of cells and points, for meshes that are coded in another one: where cells come in no
@@ -18,7 +20,7 @@ namespace maille {
 using CellOrders = std::vector<std::vector<uint64_t>>;
 
 struct CodedOrder {
-  bool mixed = true;  ///< decisions are (volume/decisions.h): smaller, and slower
+  Mixing mixing = Mixing::none;
   std::vector<std::byte> points, cells;
 };
 
@@ -31,7 +33,7 @@ std::optional<CodedOrder> split_order(Bytes bytes);
 bool all_have_shapes(const Mesh& mesh);
 
 /// For meshes whose cells all have shapes.
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, bool mixed);
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing);
 
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
 /// cells[i] that of its cell i, through all blocks.

@@ -187,10 +187,10 @@ uint64_t bytes_in_use(const MeshDescription& mesh, int effort) {
   return bytes;
 }
 
-bool has_few_numbers(const MeshDescription& mesh) {
+uint64_t count_numbers(const MeshDescription& mesh) {
   uint64_t numbers = mesh.points * 3;
   for (const Array& array : mesh.arrays) numbers += mesh.count_of(array) * array.components;
-  return numbers <= few_numbers;
+  return numbers;
 }
 
 Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space, int effort) {
@@ -213,7 +213,7 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
-  maps.mixing_pays = has_few_numbers(mesh.description());
+  maps.mixing_pays = mixing_pays(count_numbers(mesh.description()), mesh.description().cells, false);
   SourcePoints points(mesh, space.memory / 4, true);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

@@ -111,7 +111,7 @@ Ordering in_front_order(const Mesh& mesh) {
 class Trial {
  public:
   Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false)
-      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(false, numbered, indexed) {}
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(Mixing::none, numbered, indexed) {}
 
   /// Goes on until so many cells are done, or all.
   void run(uint64_t most_cells) {
@@ -158,22 +158,22 @@ class Trial {
 /// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try.
 constexpr uint64_t few = 4'000, sample = 20'000;
 
-bool has_few_numbers(const Mesh& mesh) {
+uint64_t count_numbers(const Mesh& mesh) {
   uint64_t numbers = mesh.point_count() * 3;
   for (const Array& array : mesh.arrays)
     numbers += array.domain == Domain::mesh ? 0 : array.count() * array.components;
-  return numbers <= few_numbers;
+  return numbers;
 }
 
-/// Where all cells are of one type, the first ones stand for all: not so where a mesh begins with the cells of
-/// its boundary.
+/// Where all cells are of one type, the first ones stand for all: not so where a mesh begins with the cells
+/// of its boundary.
 bool all_alike(const Mesh& mesh) {
   return mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
 }
 
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
 /// smaller with the input's order beside it.
-Ordering keep_order(const Mesh& mesh, bool mixed, Executor& executor) {
+Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
   Ordering given = as_they_are(mesh);
   const uint64_t cells = mesh.cell_count();
@@ -197,10 +197,11 @@ Ordering keep_order(const Mesh& mesh, bool mixed, Executor& executor) {
     front = in_front_order(mesh);
     Trial trial(mesh, *front);
     trial.run(2 * few);
-    front->apart = encode_order(mesh, front->orders, mixed);
+    front->apart = encode_order(mesh, front->orders, mixing);
     apart = front->apart->points.size() + front->apart->cells.size() + trial.bytes() * cells / trial.cells();
   });
-  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay so.
+  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
+  // so.
   if (4 * natural.bytes() * cells <= 5 * apart * natural.cells()) natural.run(sample);
   return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
 }
@@ -420,11 +421,11 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   MeshPoints points(mesh);
   stream_options.points = &points;
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
-  const bool mixed = mixes(options.effort);
   Executor& executor = options.executor ? *options.executor : serial_executor();
-  const Ordering ordering =
-      options.order == Order::keep ? keep_order(mesh, mixed, executor) : choose_orders(mesh);
-  maps.mixing_pays = ordering.by_front || has_few_numbers(mesh);
+  const Ordering ordering = options.order == Order::keep
+                                ? keep_order(mesh, mixing_at(options.effort), executor)
+                                : choose_orders(mesh);
+  maps.mixing_pays = mixing_pays(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);

@@ -67,7 +67,7 @@ void visit_header(Visitor& v, Header& header) {
   v.count(description.effort, 9);
   v.flag(description.any_order);
   v.flag(description.order_apart);
-  v.flag(header.mixed);
+  v.choice(header.mixing, mixing_count);
   v.flag(header.mixed_values);
   v.flag(header.indexed);
   visit_array(v, description.positions);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "volume/decisions.h"
 #include "volume/tuple_values.h"
 #include "volume/value_range.h"
 
@@ -17,9 +18,9 @@ namespace maille {
 /// DESC: what is known before the first cell.
 struct StreamHeader {
   StreamDescription description;
-  bool mixed = true;          ///< slow decisions are mixed
-  bool mixed_values = false;  ///< so are those about numbers, where an array has few components
-  bool indexed = false;       ///< cells come as numbers of points
+  Mixing mixing = Mixing::none;  ///< of slow decisions
+  bool mixed_values = false;     ///< so are those about numbers, where an array has few components
+  bool indexed = false;          ///< cells come as numbers of points
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
@@ -97,14 +98,20 @@ Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arra
 
 inline constexpr uint32_t cells_per_block = 4096;
 /// Mixing makes the slow path a fifth smaller and half as fast.
-inline bool mixes(int effort) {
-  return effort >= 4;
+inline Mixing mixing_at(int effort) {
+  return effort >= 7 ? Mixing::most : effort >= 4 ? Mixing::some : Mixing::none;
 }
-/// Mixing makes values 4 to 8 percent smaller, and their coding ten times slower, 1 us a number: at the best
-/// levels always, at those that mix at all where cells take longer than that, or where there are few numbers.
+/// Mixing makes values 2 to 8 percent smaller, and their coding ten times slower, 1 us a number: at the best
+/// levels always, at those that mix at all where it pays.
 inline bool mixes_values(int effort, bool pays) {
-  return effort >= 7 || (mixes(effort) && pays);
+  return effort >= 7 || (effort >= 4 && pays);
 }
-inline constexpr uint64_t few_numbers = uint64_t{1} << 17;
+/// Where mixing of values takes next to no time, or hardly more than the cells do, which take long if they do
+/// not come in the order of a sweep (`scattered`), or are few. It is what tetrahedra gain most from, and they
+/// have few points.
+inline bool mixing_pays(uint64_t numbers, uint64_t cells, bool scattered) {
+  constexpr uint64_t very_few = uint64_t{1} << 15, few = uint64_t{1} << 17;
+  return numbers <= very_few || (numbers <= 3 * cells && (scattered || numbers <= few));
+}
 
 }  // namespace maille

@@ -382,7 +382,7 @@ void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
 /// What the cells that wait take with their numbers, in bytes: without mixing, as that takes longer and makes
 /// both smaller.
 size_t StreamWriter::Implementation::trial(bool indexed) {
-  CellCoder<RangeEncoder> coder(false, true, indexed);
+  CellCoder<RangeEncoder> coder(Mixing::none, true, indexed);
   RangeEncoder cells, numbers;
   CodedCells out;
   code_records(coder, cells, numbers, out);
@@ -395,7 +395,7 @@ Result<> StreamWriter::Implementation::begin_stream() {
   if (coder_) return {};
   if (!options_.any_order && !intake_.records.empty())
     header_.indexed = 3 * trial(true) + 100 < 2 * trial(false);
-  coder_.emplace(header_.mixed, !options_.any_order, header_.indexed);
+  coder_.emplace(header_.mixing, !options_.any_order, header_.indexed);
   MAILLE_CHECK(file_.write_stream({"DESC", 0, 0}, MAILLE_TRY(encode_header(header_))));
   if (order_apart_.empty()) return {};
   return file_.write_stream({"ordr", 0, 0}, order_apart_);
@@ -651,7 +651,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   StreamHeader header;
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
                         options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
-  header.mixed = mixes(options.effort);
+  header.mixing = mixing_at(options.effort);
   header.mixed_values = mixes_values(options.effort, maps.mixing_pays);
   header.maps = maps.maps;
   header.bounds = maps.bounds;
