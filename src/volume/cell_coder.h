@@ -75,9 +75,9 @@ class CellCoder {
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
-  /// Hexahedra by the first of the patterns that they may have, `most` of them at most: the same as code() for
-  /// each, at a third of the time. Returns how many; code() goes on from there. `points`, `last_use`: eight for
-  /// each (encoder only). Of a damaged stream the next code() tells.
+  /// Hexahedra by the first of the patterns that they may have, `most` of them at most: the same as code()
+  /// for each, at a third of the time. Returns how many; code() goes on from there. `points`, `last_use`:
+  /// eight for each (encoder only). Of a damaged stream the next code() tells.
   size_t sweep(Coder& topology, Coder& numbers, const uint64_t* points, const uint8_t* last_use, size_t most,
                CodedCells& out);
   /// Slots of points that left memory are free again: between blocks.

@@ -1,5 +1,5 @@
-// The fastest path of the cell coder: in a structured mesh cell after cell has the pattern of the cell one row back,
-// which is the first candidate. Whatever else can be is left to code().
+// The fastest path of the cell coder: in a structured mesh cell after cell has the pattern of the cell one
+// row back, which is the first candidate. Whatever else can be is left to code().
 #include "base/bytes.h"
 #include "volume/cell_coder.h"
 
@@ -141,8 +141,8 @@ template <class Coder>
 template <class Coder>
 [[gnu::always_inline]] inline void CellCoder<Coder>::create_swept_corners(const PatternPlan& plan,
                                                                           Coder& numbers,
-                                                                          const uint64_t* points, uint32_t cell,
-                                                                          CodedCells& out) {
+                                                                          const uint64_t* points,
+                                                                          uint32_t cell, CodedCells& out) {
   const bool several = (plan.fresh & (plan.fresh - 1)) != 0;
   for (unsigned fresh = plan.fresh; fresh != 0; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));

@@ -82,7 +82,8 @@ void PatternPlan::prepare_sweep() {
   for (unsigned i = 0; i < shape.corners; ++i) {
     const unsigned at = shape.faces_at[i];
     ends |= uint64_t{final >> i & 1u} << (8 * i + 7);
-    opened[i] = static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
+    opened[i] =
+        static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
     if ((fresh >> i & 1) == 0) continue;
     for (unsigned j = shape.parallelograms[i]; j-- > 0;) {
       const auto& p = shape.parallelogram[i][j];

@@ -52,7 +52,7 @@ struct PatternPlan {
   /// For CellCoder::sweep(): a hexahedron, and nothing is searched for.
   bool sweeps = false;
   uint64_t ends = 0;                          ///< by corner a byte: 0x80 if it is used for the last time
-  std::array<int8_t, most_corners> opened{};     ///< by corner, what the cell adds to the open faces there
+  std::array<int8_t, most_corners> opened{};  ///< by corner, what the cell adds to the open faces there
   std::array<CellShape::Parallelogram, most_corners> expected{};  ///< by new corner: the first that is known
   uint8_t expects = 0;                                            ///< a bit for each new corner with one
 
