@@ -3,6 +3,7 @@
 #include "volume/cell_coder.h"
 
 #include <bit>
+#include <utility>
 
 namespace maille {
 
@@ -25,8 +26,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   repeated_ = 0;
   if (indices_) return code_by_indices(topology, numbers, cell, out);
   find_sources();
-  const bool fast = !swept_last_ && code_by_pattern(topology, cell);
-  swept_last_ = false;
+  const bool fast = code_by_pattern(topology, cell);
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
   if (!plain) recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   Pattern pattern;
@@ -105,7 +105,7 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   if ((sources_.there & 1) != 0) candidate[2] = hull_.cell(sources_.cell[0]).pattern;
   const unsigned agreement =
       (candidate[0] == candidate[1] ? 1u : 0u) + (candidate[0] == candidate[2] ? 2u : 0u);
-  for (unsigned rank = 0; rank < 3; ++rank) {
+  for (unsigned rank = std::exchange(places_passed_, 0); rank < 3; ++rank) {
     const uint32_t id = candidate[rank];
     if (id == 0 || (rank > 0 && id == candidate[0]) || (rank > 1 && id == candidate[1])) continue;
     const PatternPlan& plan = patterns_[id];

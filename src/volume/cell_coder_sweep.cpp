@@ -1,5 +1,6 @@
-// The fastest path of the cell coder: within a row of a structured mesh cell after cell has the same pattern, and
-// so have its sources. Nothing has to be chosen then: no candidates, no slow way, no new pattern.
+// The fastest path of the cell coder: in a structured mesh cell after cell has the pattern of the cell one
+// row back, which is the first candidate. Whatever else can be is left to code().
+#include "base/bytes.h"
 #include "volume/cell_coder.h"
 
 namespace maille {
@@ -16,11 +17,11 @@ void make_room(CodedCells& out, size_t cells, size_t nodes) {
   out.nodes.resize(nodes);
 }
 
-/// Flags of eight nodes, a byte for each, as bits.
-unsigned bits_of(const uint8_t* flags) {
-  unsigned bits = 0;
-  for (unsigned i = 0; i < most_corners; ++i) bits |= (flags[i] != 0 ? 1u : 0u) << i;
-  return bits;
+/// Flags of eight nodes, a byte for each: 0x80 where there is one.
+uint64_t ends_of(const uint8_t* flags) {
+  constexpr uint64_t low = 0x7f7f7f7f7f7f7f7f;
+  const auto bytes = load<uint64_t>(reinterpret_cast<const std::byte*>(flags));
+  return (((bytes & low) + low) | bytes) & ~low;
 }
 
 }  // namespace
@@ -28,24 +29,21 @@ unsigned bits_of(const uint8_t* flags) {
 template <class Coder>
 size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* points,
                                const uint8_t* last_use, size_t most, CodedCells& out) {
-  if (swept_last_ || damaged_ || faces_ || indices_ || !hull_.valid(last_)) return 0;
-  const uint32_t id = hull_.cell(last_.slot).pattern;
-  const PatternPlan& plan = patterns_[id];
-  if (!plan.sweeps) return 0;
-  // Without rows the pattern of the last cell is the third candidate, and the only one.
-  const unsigned place = plan.rows > 0 ? 0 : 2, agreement = plan.rows > 0 ? 3 : 1;
-  RunModel* const flags = &pattern_flags_[(((id & 511) * 3 + place) * 4 + agreement) * 4];
-  cell_.kind = plan.kind;
-  cell_.fresh = plan.fresh;
-  cell_.glued = plan.glued;
+  if (damaged_ || faces_ || indices_) return 0;
   const size_t before = out.size(), nodes_before = out.nodes.size();
   size_t done = 0, room = 0;
-  for (; done < most && go_on(plan, id); ++done, points += most_corners, last_use += most_corners) {
+  cell_.kind = hexahedron_kind;
+  followed_ = 0;
+  for (unsigned f = 0; f < most_faces; ++f) followed_ |= (successors_[f].slot != no_slot ? 1u : 0u) << f;
+  while (done < most && hull_.valid(last_)) {
+    const uint32_t id = find_swept_sources();
+    const PatternPlan& plan = patterns_[id];
+    if (!plan.sweeps || !put_together(plan)) break;
     bool hit = false;
-    if constexpr (encoding) hit = plan.final == bits_of(last_use) && has_corners(plan, points);
-    hit = flags[outcomes_].code(topology, hit);
+    if constexpr (encoding) hit = plan.ends == ends_of(last_use) && has_corners(plan, points);
+    hit = pattern_flags_[((id & 511) * 12 + swept_agreement_) * 4 + outcomes_].code(topology, hit);
     outcomes_ = (outcomes_ * 2 + hit) & 3;
-    swept_last_ = !hit;
+    places_passed_ = hit ? 0 : 1;
     if (!hit) break;
     create_swept_corners(plan, numbers, points, static_cast<uint32_t>(before + done), out);
     if (damaged_) break;
@@ -54,33 +52,53 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
       make_room(out, before + room, nodes_before + room * most_corners);
     }
     enter_swept(plan, id, before + done, nodes_before + done * most_corners, out);
+    ++done;
+    if constexpr (encoding) {
+      points += most_corners;
+      last_use += most_corners;
+    }
   }
   make_room(out, before + done, nodes_before + done * most_corners);
-  if (done == 0) return 0;
-  last_kind_ = plan.kind;
-  signature_ = patterns_.signature(id);
-  for (size_t i = 0; i < done && i < last_signatures_.size(); ++i)
-    last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
+  for (unsigned f = 0; f < most_faces; ++f) {
+    if ((followed_ >> f & 1) == 0) successors_[f] = {};
+  }
+  if (done > 0) last_kind_ = hexahedron_kind;
   return done;
 }
 
-/// Whether the sources of the next cell are there and have the pattern, and it applies: with what find_sources(),
-/// the choice of candidates and Patterns::apply() ask for.
+/// As find_sources(); the first candidate of code_by_pattern(), none if it cannot be taken.
 template <class Coder>
-[[gnu::always_inline]] inline bool CellCoder<Coder>::go_on(const PatternPlan& plan, uint32_t id) {
-  std::array<const Hull::Cell*, source_count> source;
-  source[0] = &hull_.cell(last_.slot);
+[[gnu::always_inline]] inline uint32_t CellCoder<Coder>::find_swept_sources() {
+  uint32_t newest_age = 0xffffffff, oldest_age = 0, newest = 0, oldest = 0;
   sources_.cell[0] = last_.slot;
-  bool good = source[0]->live != 0;
-  for (unsigned k = 0; k < plan.rows; ++k) {
-    const CellRef& next = successors_[plan.row[k]];
-    if (next.slot == no_slot) return false;
+  sources_.there = 1;
+  for (unsigned faces = followed_; faces != 0; faces &= faces - 1) {
+    const auto f = static_cast<unsigned>(__builtin_ctz(faces));
+    const CellRef& next = successors_[f];
     const Hull::Cell& cell = hull_.cell(next.slot);
-    good = good && cell.ordinal == next.ordinal && cell.live != 0 && cell.pattern == id;
-    source[plan.row[k] + 1u] = &cell;
-    sources_.cell[plan.row[k] + 1u] = next.slot;
+    if (cell.ordinal != next.ordinal || cell.live == 0) continue;
+    sources_.cell[f + 1] = next.slot;
+    sources_.there |= 2u << f;
+    const uint32_t age = ordinal_ - cell.ordinal;
+    if (age < newest_age) newest = cell.pattern;
+    if (age > oldest_age) oldest = cell.pattern;
+    newest_age = age < newest_age ? age : newest_age;
+    oldest_age = age > oldest_age ? age : oldest_age;
   }
-  if (!good) return false;
+  swept_agreement_ = (newest == oldest ? 1u : 0u) + (newest == hull_.cell(last_.slot).pattern ? 2u : 0u);
+  return newest;
+}
+
+/// As Patterns::apply().
+template <class Coder>
+[[gnu::always_inline]] inline bool CellCoder<Coder>::put_together(const PatternPlan& plan) {
+  if ((plan.sources & ~sources_.there) != 0) return false;
+  std::array<const Hull::Cell*, source_count> source;
+  for (unsigned there = sources_.there; there != 0; there &= there - 1) {
+    const auto s = static_cast<unsigned>(__builtin_ctz(there));
+    source[s] = &hull_.cell(sources_.cell[s]);
+  }
+  bool good = true;
   for (unsigned k = 0; k < plan.corners; ++k) {
     const PatternPlan::Corner& from = plan.corner[k];
     const uint32_t slot = source[from.source]->corner[from.corner];
@@ -93,6 +111,8 @@ template <class Coder>
     good &= (source[from.source]->open >> from.face & 1) != 0;
   }
   cell_.known = plan.known;
+  cell_.fresh = plan.fresh;
+  cell_.glued = plan.glued;
   return good;
 }
 
@@ -109,7 +129,8 @@ template <class Coder>
   for (unsigned fresh = plan.fresh; fresh != 0; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
     if (slot_of_input(points[i], i) != no_slot) return false;
-    for (unsigned j = 0; j < i; ++j) {
+    // Those that are known are in memory.
+    for (unsigned j = 0; j < i && plan.fresh != 1u << i; ++j) {
       if (points[j] == points[i]) return false;
     }
   }
@@ -120,8 +141,8 @@ template <class Coder>
 template <class Coder>
 [[gnu::always_inline]] inline void CellCoder<Coder>::create_swept_corners(const PatternPlan& plan,
                                                                           Coder& numbers,
-                                                                          const uint64_t* points, uint32_t cell,
-                                                                          CodedCells& out) {
+                                                                          const uint64_t* points,
+                                                                          uint32_t cell, CodedCells& out) {
   const bool several = (plan.fresh & (plan.fresh - 1)) != 0;
   for (unsigned fresh = plan.fresh; fresh != 0; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
@@ -154,17 +175,20 @@ template <class Coder>
   std::copy_n(cell_.corner.begin(), most_corners, out.nodes.begin() + static_cast<ptrdiff_t>(first_node));
   std::array<uint32_t, most_faces> across;
   across.fill(no_slot);
+  followed_ = 0;
   for (unsigned k = 0; k < plan.glues; ++k) {
     const unsigned f = plan.glue[k].own;
     Hull::Cell& other = hull_.cell(cell_.glue[f].cell);
     other.open = static_cast<uint8_t>(other.open & ~(1u << plan.glue[k].face));
     across[f] = cell_.glue[f].cell;
-    successors_[f] = other.successor != no_slot ? CellRef{other.successor, other.ordinal + 1} : CellRef{};
+    successors_[f] = {other.successor, other.ordinal + 1};
+    followed_ |= (other.successor != no_slot ? 1u : 0u) << f;
   }
   out.across[at] = across;
   Hull::Cell& cell = hull_.cell(slot);
   cell.pattern = id;
-  cell.signature = patterns_.signature(id);
+  cell.signature = signature_ = patterns_.signature(id);
+  last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
   hull_.cell(last_.slot).successor = slot;
   last_ = {slot, ordinal_++};
   recent_cells_[last_.ordinal % recent_cells_.size()] = last_;

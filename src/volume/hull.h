@@ -126,11 +126,13 @@ class Hull {
   /// slot itself is free only after free_points(), so that slots name points within a block of cells.
   void remove_point(uint32_t slot) {
     Point& point = points_[slot];
+    Cell* const cells = cells_.data();
+    const uint32_t* const next = next_.data();
     for (uint32_t at = point.head; at != no_slot;) {
       const uint32_t cell_slot = at / most_corners;
-      Cell& cell = cells_[cell_slot];
+      Cell& cell = cells[cell_slot];
       const unsigned corner = at % most_corners;
-      at = next_[at];
+      at = next[at];
       cell.corner[corner] = no_slot;
       if (cell.open != 0) {
         const unsigned closing = cell.open & shape_of(cell).faces_at[corner];

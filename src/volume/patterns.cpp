@@ -77,18 +77,13 @@ PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pat
 
 void PatternPlan::prepare_sweep() {
   const CellShape& shape = cell_shapes[kind];
-  unsigned reached = 1;
   sweeps = kind == hexahedron_kind && searched == 0 && (known | fresh) == 0xff;
-  for (unsigned k = 0; k < glues; ++k) {
-    sweeps = sweeps && (glue[k].source == 0 || glue[k].source == glue[k].own + 1);
-    reached |= 1u << glue[k].source;
-    if (glue[k].source != 0) row[rows++] = glue[k].own;
-  }
-  sweeps = sweeps && (sources & ~reached) == 0;
   unsigned there = known;
   for (unsigned i = 0; i < shape.corners; ++i) {
     const unsigned at = shape.faces_at[i];
-    opened[i] = static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
+    ends |= uint64_t{final >> i & 1u} << (8 * i + 7);
+    opened[i] =
+        static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
     if ((fresh >> i & 1) == 0) continue;
     for (unsigned j = shape.parallelograms[i]; j-- > 0;) {
       const auto& p = shape.parallelogram[i][j];

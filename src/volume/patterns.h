@@ -49,12 +49,10 @@ struct PatternPlan {
   uint8_t searched = 0;                     ///< a bit for each face that is found by search
   std::array<Corner, most_corners> corner{};
   std::array<Glue, most_faces> glue{};
-  /// The cell behind one of this pattern can be found from that one alone, if its sources have this pattern, too:
-  /// each of them is the last cell, or the one behind the neighbour across the face where it is.
+  /// For CellCoder::sweep(): a hexahedron, and nothing is searched for.
   bool sweeps = false;
-  uint8_t rows = 0;                              ///< sources but the last cell
-  std::array<uint8_t, most_faces> row{};         ///< of these, their faces
-  std::array<int8_t, most_corners> opened{};     ///< by corner, what the cell adds to the open faces there
+  uint64_t ends = 0;                          ///< by corner a byte: 0x80 if it is used for the last time
+  std::array<int8_t, most_corners> opened{};  ///< by corner, what the cell adds to the open faces there
   std::array<CellShape::Parallelogram, most_corners> expected{};  ///< by new corner: the first that is known
   uint8_t expects = 0;                                            ///< a bit for each new corner with one
 

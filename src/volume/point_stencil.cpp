@@ -135,8 +135,7 @@ const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner = [] {
 void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil) {
   stencil.clear();
   if (point.cell != no_slot && cells.kinds[point.cell] == face_cell) return find_in_face(point, stencil);
-  if (is_full(point, cells))
-    return find_full(point, cells.nodes.data() + cells.begin[point.cell], stencil);
+  if (is_full(point, cells)) return find_full(point, cells.nodes.data() + cells.begin[point.cell], stencil);
   if (point.cell == no_slot || cells.kinds[point.cell] >= shape_count) return;
   Builder builder(point, cells, stencil);
   if (point.node < cell_shapes[cells.kinds[point.cell]].corners) {

@@ -233,7 +233,8 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
 }
 
 /// Cells of one size, as many at once as a block has room for.
-Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type, std::span<const uint64_t> numbers,
+Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type,
+                                                 std::span<const uint64_t> numbers,
                                                  std::span<const uint8_t> last_use,
                                                  std::span<const Bytes> arrays, size_t count) {
   const size_t nodes = numbers.size() / count;

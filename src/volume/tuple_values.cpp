@@ -20,7 +20,8 @@ template <unsigned N, class Work>
 [[gnu::always_inline]] inline void for_each_index(Work work) {
   [&]<unsigned... k>(std::integer_sequence<unsigned, k...>) {
     (work(std::integral_constant<unsigned, k>{}), ...);
-  }(std::make_integer_sequence<unsigned, N>{});
+  }
+  (std::make_integer_sequence<unsigned, N>{});
 }
 
 /// 65536 / n, rounded up: a mean of up to three numbers is a product with it.
@@ -299,18 +300,19 @@ void TupleValueCoder<Coder, Bits, Width>::learn_fit(Fit& fit, const typename Fit
   fit.learn(twists, target, certainty);
 }
 
-// ---- corners of hexahedra, plain numbers -------------------------------------------------------------------
+// ---- corners of hexahedra, plain numbers
+// -------------------------------------------------------------------
 
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::full_sum(const Others& other,
                                                                                  Doubles& place) {
   place = ((other[0]->place + other[1]->place) + other[2]->place) -
-         ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
+          ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
-[[gnu::always_inline]] inline auto TupleValueCoder<Coder, Bits, Width>::mean_size(const Ints& sum, unsigned count)
-    -> Ints {
+[[gnu::always_inline]] inline auto TupleValueCoder<Coder, Bits, Width>::mean_size(const Ints& sum,
+                                                                                  unsigned count) -> Ints {
   return (((sum + 4096 * static_cast<int32_t>(count)) * reciprocals[count]) >> 16) - 4096;
 }
 
@@ -339,7 +341,10 @@ template <class Coder, unsigned Bits, unsigned Width>
       const double place = expected[k];
       const auto exponent = static_cast<int32_t>(bits_as<uint64_t>(place) >> 52 & 0x7ff);
       unit[k] = 2 * ((exponent == 0 ? 1 : exponent) - 1023 - 52);
-      guess.code[k] = ordered_bits(place == place ? (place > most ? most : place < -most ? -most : place) : 0.0);
+      guess.code[k] = ordered_bits(place == place ? (place > most    ? most
+                                                     : place < -most ? -most
+                                                                     : place)
+                                                  : 0.0);
     }
   }
 }
@@ -377,9 +382,7 @@ template <class Coder, unsigned Bits, unsigned Width>
 
 template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t* nodes, unsigned corner,
-                                                    uint32_t slot, std::byte* tuple)
-  requires(Width == 4)
-{
+                                                    uint32_t slot, std::byte* tuple) requires(Width == 4) {
   Group& group = groups_[0];
   if (slot >= group.values.size()) group.values.resize(size_t{slot} + slot / 8 + 16);
   const Value* const values = group.values.data();
@@ -405,8 +408,9 @@ void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t
   // In two stages, as the lanes are coded side by side.
   for_each_index<group_size>([&](auto at) {
     const unsigned k = at;
-    guess.first[k] = residuals_.code_first(
-        coder, guess.residual[k], k, {static_cast<unsigned>(classes[k]), static_cast<unsigned>(spread[k])}, k);
+    guess.first[k] =
+        residuals_.code_first(coder, guess.residual[k], k,
+                              {static_cast<unsigned>(classes[k]), static_cast<unsigned>(spread[k])}, k);
   });
   for_each_index<group_size>([&](auto at) {
     const unsigned k = at;

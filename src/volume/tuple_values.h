@@ -48,8 +48,8 @@ class TupleValueCoder {
   /// Whether tuples are three floats, or doubles, that keep their bits: nearly all positions are.
   bool is_plain() const { return plain_; }
   /// The same as code() for the last corner of a hexahedron, if is_plain(); `nodes`: slots of all corners.
-  void code_full(Coder& coder, const uint32_t* nodes, unsigned corner, uint32_t slot, std::byte* tuple)
-    requires(Width == 4);
+  void code_full(Coder& coder, const uint32_t* nodes, unsigned corner, uint32_t slot,
+                 std::byte* tuple) requires(Width == 4);
   /// A hint that the value in a slot is wanted soon: those of the last layer are far away.
   void prefetch(uint32_t slot) const {
     for (const Group& group : groups_) {
