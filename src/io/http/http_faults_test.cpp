@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "io/http/test_content.h"
 #include "io/http/testing.h"
 #include "support/cases.h"
+#include "support/http_content.h"
 
 namespace maille::testing {
 namespace {

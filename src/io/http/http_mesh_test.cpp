@@ -5,10 +5,10 @@
 #include <maille/http.h>
 #include <maille/random_access.h>
 
-#include "io/http/test_content.h"
 #include "io/http/testing.h"
 #include "support/cases.h"
 #include "support/codec.h"
+#include "support/http_content.h"
 #include "support/random_file.h"
 #include "support/shapes.h"
 

@@ -8,8 +8,8 @@
 #include <cstring>
 
 #include "io/http/answer.h"
-#include "io/http/test_content.h"
 #include "io/http/testing.h"
+#include "support/http_content.h"
 
 namespace maille::testing {
 namespace {
