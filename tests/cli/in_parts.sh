@@ -25,9 +25,9 @@ try maille diff delayed.maille cube.vtu
 maille generate -q blockMeshDict - | maille compress -q --any-order --delay 50 - - | maille verify -
 files_like 'tmp/*'
 # A generated stream has the patches of its dictionary, and polyMesh written in parts is the one written whole.
-maille generate -q --any-order blockMeshDict generated.maille
+maille generate -q --any-order blockMeshDict - > generated.maille
 try maille decompress -q generated.maille --output-format polymesh whole
-try maille decompress -q --memory 2M generated.maille --output-format polymesh parts
+try maille decompress -q --memory 3M generated.maille --output-format polymesh parts
 for file in whole/constant/polyMesh/*; do cmp "$file" "parts/constant/polyMesh/${file##*/}"; done
-sed -n '/(/,$p' parts/constant/polyMesh/boundary | tr -s ' \n' ' '
+sed -n "/^(/,\$p" parts/constant/polyMesh/boundary
 files_like 'tmp/*'
