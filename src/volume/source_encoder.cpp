@@ -36,11 +36,7 @@ Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptio
       return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
   }
   stream.mesh_arrays = mesh.mesh_arrays;
-  stream.metadata = mesh.metadata;
-  stream.provenance = options.provenance;
-  stream.effort = options.effort;
-  stream.any_order = options.order == Order::canonical;
-  stream.executor = options.executor;
+  copy_options(mesh, options, stream);
   return stream;
 }
 

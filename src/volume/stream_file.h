@@ -4,6 +4,7 @@
 #include <maille/encode.h>
 #include <maille/file.h>
 #include <maille/out_of_core.h>
+#include <maille/stream.h>
 
 #include <optional>
 
@@ -24,6 +25,16 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 Result<FileInfo> inspect_stream(const Source& source);
+
+/// What encode() is told and a stream takes as it is, of a mesh in memory or in parts.
+template <class AnyMesh>
+void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptions& stream) {
+  stream.metadata = mesh.metadata;
+  stream.provenance = options.provenance;
+  stream.effort = options.effort;
+  stream.any_order = options.order == Order::canonical;
+  stream.executor = options.executor;
+}
 
 /// What a stream says before its first and after its last cell. Error: corrupt when either is missing.
 struct StreamEnds {

@@ -56,11 +56,7 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
       return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
     }
   }
-  stream.metadata = mesh.metadata;
-  stream.provenance = options.provenance;
-  stream.effort = options.effort;
-  stream.any_order = options.order == Order::canonical;
-  stream.executor = options.executor;
+  copy_options(mesh, options, stream);
   return stream;
 }
 
