@@ -149,6 +149,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);
   encoding.executor = threads.executor();
+  TOOL_CHECK(check_memory(loaded.mesh, encoding.mode, options.common, input_name(options.input)));
   encoding.progress =
       progress.watch(static_cast<double>(loaded.mesh.cell_count()), volume ? "cells" : "faces");
   const Stopwatch step;
@@ -160,10 +161,10 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
 
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
-  auto parts = [&] {
+  auto parts = TOOL_TRY([&] {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     return open_in_parts(options, progress);
-  }();
+  }());
   if (parts) return compress_parts(*parts, options, tolerances, output);
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <maille/generate.h>
 #include <maille/io.h>
+#include <maille/surface_source.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -103,20 +104,36 @@ std::optional<InputInParts> open_polymesh_in_parts(const CompressOptions& option
 /// Levels of detail of a mesh in memory take so much for each face, about.
 constexpr uint64_t random_bytes_of_face = 300;
 
+/// And a face of text or of STL so many bytes of a file, at least.
+constexpr uint64_t text_bytes_of_face = 32;
+constexpr uint64_t stl_bytes_of_face = 50;
+
 /// A surface for mode random that memory does not hold.
-std::optional<InputInParts> open_surface_in_parts(const CompressOptions& options) {
+Result<std::optional<InputInParts>> open_surface_in_parts(const CompressOptions& options,
+                                                          ProgressDisplay& progress) {
   const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
-  if (!format || *format != "ply") return std::nullopt;
+  if (!format || (*format != "ply" && *format != "stl" && *format != "obj")) return std::nullopt;
   auto source = unmapped_source(options.input);
   if (!source) return std::nullopt;
-  auto mesh = open_mesh_source(**source, {options.common.memory});
-  if (!mesh) return std::nullopt;
-  const uint64_t bytes = random_bytes_of_face * (*mesh)->description().cells + (*source)->size();
   // Only in memory the order can be kept.
   const uint64_t most =
       options.keep_order ? options.common.memory : std::min(small_bytes, options.common.memory);
-  if (bytes < most) return std::nullopt;
   const uint64_t size = (*source)->size();
+  const auto fits = [&](uint64_t faces) { return random_bytes_of_face * faces + size < most; };
+  auto mesh = *format == "ply" ? open_mesh_source(**source, {options.common.memory})
+                               : Result<std::unique_ptr<MeshSource>>(failure(ErrorCode::unsupported, ""));
+  if (mesh && fits((*mesh)->description().cells)) return std::nullopt;
+  if (!mesh) {
+    if (fits(size / (*format == "stl" ? stl_bytes_of_face : text_bytes_of_face))) return std::nullopt;
+    const std::string output = options.output.empty() ? options.input : options.output;
+    mesh = open_surface_source(**source, {.memory = std::min(options.common.memory, small_bytes),
+                                          .folder = scratch_folder(output),
+                                          .progress = progress.watch(0, "")});
+    progress.clear();
+    // What is wrong with a file is told by its reader, which knows more of it.
+    if (!mesh && mesh.error().code != ErrorCode::cancelled) return std::nullopt;
+    if (!mesh) return tl::unexpected(mesh.error());
+  }
   return InputInParts{*std::move(source), *std::move(mesh), size};
 }
 
@@ -132,9 +149,22 @@ void keep_memory_small() {
 
 }  // namespace
 
-std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
+Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, const std::string& name) {
+  if (mode != Mode::random) return {};
+  const uint64_t needed = random_bytes_of_face * mesh.cell_count();
+  if (needed <= common.memory) return {};
+  const auto megabytes = [](uint64_t bytes) { return (bytes >> 20) + 1; };
+  return failure(
+      ErrorCode::memory_bound,
+      fmt::format("{}: levels of detail of {} faces take about {} MB in memory, more than --memory allows "
+                  "({} MB); `maille convert` it to a .ply file, which is built in parts as far as its order "
+                  "need not be kept",
+                  name, mesh.cell_count(), megabytes(needed), common.memory >> 20));
+}
+
+Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
   if (options.mode == Mode::random && options.input != "-" && is_regular(options.input))
-    return open_surface_in_parts(options);
+    return open_surface_in_parts(options, progress);
   const bool stream = !options.mode || options.mode == Mode::stream;
   if (!stream || options.input == "-") return std::nullopt;
   const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;

@@ -22,7 +22,9 @@ struct InputInParts {
 };
 /// Nothing where the input has to be read whole: another format, another mode, or a mesh so small that the
 /// best order is found in memory.
-std::optional<InputInParts> open_in_parts(const CompressOptions& options, ProgressDisplay& progress);
+Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options, ProgressDisplay& progress);
+/// Error: memory_bound, for a mesh in memory whose levels of detail would take more than is allowed.
+Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, const std::string& name);
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);
 

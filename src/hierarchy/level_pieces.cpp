@@ -78,8 +78,11 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   std::vector<uint32_t> corners;
   for (const uint32_t v : part.mesh.blocks[0].connectivity) corners.push_back(part.numbers.points[v]);
   coded.extent.box = box_in_space(corners, *piece.positions, chart.sphere.centre + rules.origin);
+  const Array& positions = *piece.arrays.front().array;
   auto fans =
-      MAILLE_TRY(rules.tables[set].encode(part.mesh, part.numbers.points, *piece.arrays.front().array));
+      rules.starts[set]
+          ? MAILLE_TRY(encode_from_start(part.mesh, part.numbers.points, positions, *rules.starts[set]))
+          : MAILLE_TRY(rules.tables[set].encode(part.mesh, part.numbers.points, positions));
   EncodedPatch patch =
       MAILLE_TRY(encode_patch(part.mesh, &part.numbers, 1, piece.arrays, rules.of_chart, std::move(fans)));
   if (shared != nullptr) {
@@ -261,6 +264,11 @@ std::vector<T> get_vector(ByteReader& in) {
   return numbers;
 }
 
+Result<> add_to_sample(uint32_t set, const MeshPart& part, const Array& positions, PieceRules& rules) {
+  return rules.adaptive ? rules.samples[set].add(part.mesh, part.numbers.points, positions)
+                        : rules.tables[set].add(part.mesh, part.numbers.points, positions);
+}
+
 /// So many triangles around one in the middle of the list: charts of them are shaped as in the whole.
 std::vector<uint32_t> ball_of_triangles(const Piece& piece, uint64_t most) {
   const std::span<const uint32_t> corners = piece.faces.corners;
@@ -308,11 +316,15 @@ CoarseChart unpack_chart(Bytes bytes) {
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules) {
   Piece piece = piece_of(window, rules);
   if (piece.type != CellType::triangle) return {};
+  if (rules.adaptive) {
+    rules.sampled.bytes.insert(rules.sampled.bytes.end(), window.mesh.points.bytes.begin(),
+                               window.mesh.points.bytes.end());
+  }
   const std::vector<uint32_t> corners = ball_of_triangles(piece, faces);
   piece.faces = {corners, {}};
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
-    MAILLE_CHECK(rules.tables[0].add(part.mesh, part.numbers.points, window.mesh.points));
+    MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
   }
   return {};
 }
@@ -320,7 +332,7 @@ Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rul
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules) {
   const JoinedCharts joined = join({&chart, 1}, {}, rules);
   const MeshPart part = coarse_part(piece_of(joined, rules), joined.charts[0]);
-  return rules.tables[1].add(part.mesh, part.numbers.points, joined.arrays[0]);
+  return add_to_sample(1, part, joined.arrays[0], rules);
 }
 
 Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules, bool alone,

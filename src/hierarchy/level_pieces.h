@@ -9,6 +9,7 @@
 #include "hierarchy/hierarchy_index.h"
 #include "hierarchy/level_builder.h"
 #include "hierarchy/mesh_windows.h"
+#include "surface/adaptive_start.h"
 
 namespace maille {
 
@@ -56,9 +57,13 @@ struct PieceRules {
   size_t mesh_arrays = 0;       ///< of the mesh as a whole: no bytes in charts of level 0, but a size
   Vector3 origin;
   std::array<SampledFanEncoder, chart_sets> tables;
+  bool adaptive = false;  ///< charts have a start instead of tables
+  std::array<StartSample, chart_sets> samples;
+  Array sampled;  ///< positions of the windows that the sample is of
+  std::array<std::shared_ptr<const AdaptiveStart>, chart_sets> starts;
 };
 
-/// A part of the sample that tables of level 0 are made of: charts of about so many faces.
+/// A part of the sample that tables of level 0 are made of, or their start: charts of about so many faces.
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules);
 /// Of those of all other levels.
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules);

@@ -14,6 +14,7 @@
 #include "hierarchy/random_file.h"
 #include "hierarchy/random_writer.h"
 #include "hierarchy/seams.h"
+#include "surface/adaptive_start.h"
 #include "surface/array_report.h"
 #include "surface/coded_parts.h"
 #include "surface/element_order.h"
@@ -157,13 +158,37 @@ class RandomEncoder {
       return {};
     }));
     if (share) tables_[set] = shared.finish(executor_);
+    if (can_share_start(arrays_[0], options_.effort)) MAILLE_CHECK(make_start(set, parts));
     return for_each([&](size_t i) -> Result<> {
       // Not patch 0: arrays of the mesh as a whole are not in charts.
-      patches_[begin + i] =
-          MAILLE_TRY(encode_patch(parts[i].mesh, &parts[i].numbers, 1, arrays, of_chart, shared.take(i)));
+      patches_[begin + i] = MAILLE_TRY(encode_patch(parts[i].mesh, &parts[i].numbers, 1, arrays, of_chart,
+                                                    MAILLE_TRY(shared_patch(set, parts[i], shared.take(i)))));
       meshes_[begin + i] = std::move(parts[i].mesh);
       return {};
     });
+  }
+
+  /// A few charts, evenly over all of them.
+  Result<> make_start(uint32_t set, const std::vector<MeshPart>& parts) {
+    const size_t count = charts_in_start(parts.size());
+    StartSample sample;
+    for (size_t i = 0; i < count; ++i) {
+      const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * count)];
+      MAILLE_CHECK(sample.add(part.mesh, part.numbers.points, *arrays_[0].array));
+    }
+    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, *arrays_[0].array));
+    uint64_t faces = 0;
+    for (const MeshPart& part : parts) faces += part.mesh.cell_count();
+    if (!is_worth_it(bytes, faces)) return {};
+    tables_[set] = std::move(bytes);
+    starts_[set] = MAILLE_TRY(read_start(tables_[set], arrays_[0].array->type));
+    return {};
+  }
+
+  Result<std::optional<SharedFanPatch>> shared_patch(uint32_t set, const MeshPart& part,
+                                                     std::optional<SharedFanPatch> with_tables) const {
+    if (!starts_[set]) return with_tables;
+    return encode_from_start(part.mesh, part.numbers.points, *arrays_[0].array, *starts_[set]);
   }
 
   void make_charts() {
@@ -296,6 +321,7 @@ class RandomEncoder {
   std::vector<Mesh> meshes_;                   ///< by chart: its cells
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
   std::array<std::vector<std::byte>, chart_sets> tables_;
+  std::array<std::shared_ptr<const AdaptiveStart>, chart_sets> starts_;
   std::vector<uint64_t> mesh_array_bytes_;
   ChartDirectory directory_;
 };

@@ -1,6 +1,7 @@
 // Encodes meshes that are read in parts as files of mode `random`: docs/random-access.md, "Larger than
 // memory".
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <string>
 
@@ -95,6 +96,9 @@ class SourceEncoder {
     rules_.arrays.insert(rules_.arrays.end(), description().arrays.begin(), description().arrays.end());
     rules_.mesh_arrays = description().mesh_arrays.size();
     rules_.origin = windows_->origin();
+    const Array positions = rules_.arrays[0];
+    rules_.sampled = positions;
+    rules_.adaptive = can_share_start({&positions, rules_.maps[0]}, options_.effort);
     return {};
   }
 
@@ -116,7 +120,36 @@ class SourceEncoder {
     return widest < 4e9 ? static_cast<uint64_t>(widest) : UINT64_MAX;
   }
 
+  Result<> make_start_of_windows() {
+    const auto charts = static_cast<size_t>(description().cells / rules_.sizes.chart_faces);
+    const size_t count = charts_in_start(charts);
+    for (size_t i = 0; i < count; ++i) {
+      const auto window = static_cast<uint32_t>((2 * i + 1) * windows_->count() / (2 * count));
+      MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))),
+                                 rules_.sizes.chart_faces, rules_));
+    }
+    return finish_start(0);
+  }
+  Result<> make_start_of_charts() {
+    const size_t count = charts_in_start(pending_.size());
+    for (size_t i = 0; i < count; ++i)
+      MAILLE_CHECK(
+          sample_chart(MAILLE_TRY(load(pending_[(2 * i + 1) * pending_.size() / (2 * count)])), rules_));
+    MAILLE_CHECK(finish_start(1));
+    rules_.sampled.bytes = {};
+    return {};
+  }
+  Result<> finish_start(uint32_t set) {
+    std::vector<std::byte> bytes = MAILLE_TRY(rules_.samples[set].finish(rules_.maps[0], rules_.sampled));
+    // Coarser levels have a third of the faces.
+    if (!is_worth_it(bytes, description().cells / (set == 0 ? 1 : 3))) return {};
+    tables_[set] = std::move(bytes);
+    rules_.starts[set] = MAILLE_TRY(read_start(tables_[set], description().point_type));
+    return {};
+  }
+
   Result<> make_tables_of_windows() {
+    if (rules_.adaptive) return make_start_of_windows();
     if (!can_share()) return {};
     const uint32_t count = std::min(windows_->count(), windows_in_sample);
     const uint64_t faces = charts_in_sample / count * rules_.sizes.chart_faces;
@@ -128,6 +161,7 @@ class SourceEncoder {
     return {};
   }
   Result<> make_tables_of_charts() {
+    if (rules_.adaptive) return make_start_of_charts();
     if (!can_share()) return {};
     const size_t count = std::min(pending_.size(), charts_in_sample);
     for (size_t i = 0; i < count; ++i)
@@ -136,13 +170,15 @@ class SourceEncoder {
     return {};
   }
 
-  /// Calls make(i) one after the other, work(what was made, executor) at once for as many as memory allows,
-  /// and commit(piece) in their order.
+  /// Calls make(i) one after the other, work(what was made, executor) at once for as many as memory allows
+  /// and threads are there, and commit(piece) in their order.
   template <class Make, class Work, class Commit>
   Result<> for_each_piece(size_t count, const char* stage, Make make, Work work, Commit commit) {
     using Made = typename decltype(make(size_t{0}))::value_type;
-    for (size_t begin = 0; begin < count; begin += at_once_) {
-      const size_t here = std::min<size_t>(at_once_, count - begin);
+    // More than twice as many as there are threads would only wait, and nothing be heard meanwhile.
+    size_t wave = 2;
+    for (size_t begin = 0, here = 0; begin < count; begin += here) {
+      here = std::min<size_t>({at_once_, wave, count - begin});
       if (options_.progress &&
           !options_.progress({stage, static_cast<double>(begin) / static_cast<double>(count)}))
         return cancelled();
@@ -150,7 +186,15 @@ class SourceEncoder {
       for (size_t i = begin; i < begin + here; ++i) made.push_back(MAILLE_TRY(make(i)));
       std::vector<Result<LevelPiece>> pieces(here);
       Executor& within = here == 1 ? executor_ : serial_executor();
-      executor_.parallel_for(here, [&](size_t i) { pieces[i] = work(std::move(made[i]), within); });
+      std::atomic<size_t> running{0}, most_running{0};
+      executor_.parallel_for(here, [&](size_t i) {
+        const size_t now = ++running;
+        for (size_t most = most_running; most < now && !most_running.compare_exchange_weak(most, now);) {
+        }
+        pieces[i] = work(std::move(made[i]), within);
+        --running;
+      });
+      wave = std::max<size_t>(2 * most_running, 2);
       for (size_t i = 0; i < here; ++i) MAILLE_CHECK(commit(begin + i, MAILLE_TRY(std::move(pieces[i]))));
     }
     return {};

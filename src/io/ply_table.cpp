@@ -31,9 +31,22 @@ bool overflows(const Number& number) {
   return std::isinf(number.single) && !std::isinf(number.value);
 }
 
-/// Reads one number into `to`. False, without moving, when there is none or it does not fit the type. Numbers
-/// that are too small for theirs are counted.
-bool read_value(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_small) {
+std::string value_error(const PlyProperty& property, const TextScanner& scanner) {
+  const std::string has = "property \"" + property.name + "\" has ";
+  if (!is_float(property.type)) {
+    return has + found_at(scanner) + " where a number of type " + ply_name_of(property.type) + " belongs";
+  }
+  TextScanner ahead = scanner;
+  Number number;
+  if (property.type == Scalar::f32 && ahead.number(number)) {
+    return has + found_at(scanner) + ", which is too large for a float; declare the property as double";
+  }
+  return has + no_number_at(scanner);
+}
+
+}  // namespace
+
+bool read_ply_number(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_small) {
   const char* const from = scanner.here();
   if (is_float(type)) {
     Number number;
@@ -64,21 +77,6 @@ bool read_value(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_
     return false;
   });
 }
-
-std::string value_error(const PlyProperty& property, const TextScanner& scanner) {
-  const std::string has = "property \"" + property.name + "\" has ";
-  if (!is_float(property.type)) {
-    return has + found_at(scanner) + " where a number of type " + ply_name_of(property.type) + " belongs";
-  }
-  TextScanner ahead = scanner;
-  Number number;
-  if (property.type == Scalar::f32 && ahead.number(number)) {
-    return has + found_at(scanner) + ", which is too large for a float; declare the property as double";
-  }
-  return has + no_number_at(scanner);
-}
-
-}  // namespace
 
 PlyTable::PlyTable(const PlyElement& element, std::vector<PlyColumn> columns, std::optional<size_t> indices,
                    uint64_t point_count)
@@ -139,7 +137,7 @@ Result<> PlyTable::read_text_row(TextScanner& scanner, const std::string& file, 
     PlyValues& column = values[places_[i].column];
     const size_t tuple = column.column.components * size_of(column.column.type);
     std::byte* const to = column.bytes.data() + column.bytes.size() - tuple + places_[i].offset;
-    if (!read_value(scanner, property.type, to, too_small)) {
+    if (!read_ply_number(scanner, property.type, to, too_small)) {
       return malformed_line(file, scanner.line(), row_name(row) + ": " + value_error(property, scanner));
     }
   }
@@ -174,7 +172,8 @@ Result<> PlyTable::read_text_list(TextScanner& scanner, const std::string& file,
       cells.nodes.push_back(static_cast<uint32_t>(index));
     } else {
       std::byte number[8];
-      if (!read_value(scanner, property.type, number, too_small)) return bad(value_error(property, scanner));
+      if (!read_ply_number(scanner, property.type, number, too_small))
+        return bad(value_error(property, scanner));
       auto& bytes = values[places_[at].column].bytes;
       bytes.insert(bytes.end(), number, number + size_of(property.type));
     }

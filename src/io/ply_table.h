@@ -10,6 +10,10 @@
 
 namespace maille {
 
+/// Reads one number of a text into `to`. False, without moving, when there is none or it does not fit the
+/// type. Numbers that are too small for theirs are counted.
+bool read_ply_number(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_small);
+
 /// The values of one column of an element while they are read.
 struct PlyValues {
   PlyColumn column;

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "entropy/rans.h"
 #include "surface/adaptive_fan_model.h"
+#include "surface/adaptive_start.h"
 
 namespace maille {
 namespace {
@@ -20,7 +21,10 @@ class AdaptiveFanReader {
  public:
   static constexpr bool encoding = false;
 
-  explicit AdaptiveFanReader(Bytes bytes) : rans(bytes), model(std::make_unique<AdaptiveFanModel>()) {}
+  AdaptiveFanReader(Bytes bytes, const AdaptiveFanModel* start)
+      : rans(bytes),
+        model(start == nullptr ? std::make_unique<AdaptiveFanModel>()
+                               : std::make_unique<AdaptiveFanModel>(*start)) {}
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) { return model->code_number(rans, kind, 0); }
   unsigned symbol(uint32_t surroundings) { return model->code_symbol(rans, surroundings, 0); }
@@ -32,6 +36,11 @@ class AdaptiveFanReader {
 }  // namespace
 
 Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+  return decode_adaptive_fans(bytes, triangles, most_vertices, nullptr, nullptr);
+}
+
+Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices,
+                                        const AdaptiveFanModel* start, AdaptiveFanModel* end) {
   ByteReader in(bytes);
   const uint64_t vertices = in.get_count();
   const Bytes symbols = in.get_bytes(in.remaining());
@@ -47,7 +56,7 @@ Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_
   reserve_pages(surface.references, count);
   surface.references.resize(count);
   surface.kinds.resize(count);
-  AdaptiveFanReader reader(symbols);
+  AdaptiveFanReader reader(symbols, start);
   FanMachine<AdaptiveFanReader> machine(reader, surface, triangles, count);
   while (!machine.done()) {
     if (!machine.prepare()) {
@@ -60,6 +69,7 @@ Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_
   if (machine.vertices != count) return corrupt("the fans have another number of vertices");
   surface.vertices = count;
   surface.count_valences();
+  if (end != nullptr) *end = *reader.model;
   return surface;
 }
 

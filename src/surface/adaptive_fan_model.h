@@ -38,6 +38,9 @@ class AdaptiveFanModel {
     return numbers_[static_cast<size_t>(kind)].code(coder, value);
   }
 
+  /// For the next patch.
+  void forget_recent() { recent_ = 0; }
+
  private:
   static constexpr unsigned escape = 15;
   static constexpr unsigned far_classes = 4;

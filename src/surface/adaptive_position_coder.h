@@ -219,13 +219,44 @@ class Expecter {
   const uint8_t* valences_;
 };
 
-/// Codes one vertex after the other. `repeating`: with repeats, which are looked for beforehand. The encoder
-/// finds the codes in `wanted`; both put them into `points`.
+/// Models of lengths of residuals in contexts of sizes, in half octaves, and of what follows them.
+struct AdaptivePositionModels {
+  static constexpr unsigned size_classes = 48;
+  static constexpr unsigned spread_classes = 40;
+  static constexpr unsigned before_classes = 24;  // octaves of the coordinates before
+  static constexpr unsigned first_coordinate = before_classes - 1;
+  static constexpr unsigned relations = 5;
+  static constexpr size_t offset_contexts = 8 * relations * relations * relations;
+  static constexpr size_t candidate_contexts = 3 * 10 * 10 * 4 * 4;
+
+  explicit AdaptivePositionModels(AdaptiveCoding::Repeats repeats) {
+    if (repeats == AdaptiveCoding::Repeats::candidates) candidates.resize(candidate_contexts);
+    if (repeats != AdaptiveCoding::Repeats::none) offsets.resize(offset_contexts);
+  }
+  std::array<SymbolModel, size_classes * 4> by_size;
+  std::array<SymbolModel, before_classes * spread_classes> by_spread;
+  SymbolModel low;
+  std::array<SymbolModel, 33 * 4> head;
+  std::array<SymbolModel, 8 * 8 * 8> pattern;
+  std::vector<SymbolModel> candidates;
+  std::vector<SymbolModel> offsets;
+};
+
+/// All that is known of positions before a patch: adaptive_start.h.
+struct PositionsStart {
+  std::vector<NumberMap> maps;
+  AdaptiveCoding coding;
+  std::unique_ptr<AdaptivePositionModels> models;
+};
+
+/// Codes one vertex after the other. `start`: what its models know already. `repeating`: with repeats, which
+/// are looked for beforehand. The encoder finds the codes in `wanted`; both put them into `points`.
 template <class Coder, bool curved, bool repeating>
 class AdaptivePositionCoder {
  public:
   AdaptivePositionCoder(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans,
-                        AdaptivePoints& points, std::span<const Codes3> wanted)
+                        AdaptivePoints& points, std::span<const Codes3> wanted,
+                        const AdaptivePositionModels* start)
       : coder_(coder),
         coding_(coding),
         fans_(fans),
@@ -234,10 +265,10 @@ class AdaptivePositionCoder {
         expecter_(points, coding, fans.valences.data()),
         sizes_(points.codes.size()),
         repeats_(repeating ? points.codes.size() : 0),
-        models_(std::make_unique<Models>()) {
-    if (coding.repeats == AdaptiveCoding::Repeats::candidates) candidate_models_.resize(candidate_contexts);
-    if (repeating) offset_models_.resize(offset_contexts);
-  }
+        models_(start == nullptr ? std::make_unique<Models>(coding.repeats)
+                                 : std::make_unique<Models>(*start)) {}
+
+  const AdaptivePositionModels& models() const { return *models_; }
 
   /// Vertex v, once all before it are coded.
   [[gnu::always_inline]] void code(uint32_t v) {
@@ -281,18 +312,10 @@ class AdaptivePositionCoder {
     Expecter<curved>::expect_nothing(expected_);
   }
 
-  // Lengths of residuals in contexts of sizes, in half octaves.
-  static constexpr unsigned size_classes = 48;
-  static constexpr unsigned spread_classes = 40;
-  static constexpr unsigned before_classes = 24;  // octaves of the coordinates before
-  static constexpr unsigned first_coordinate = before_classes - 1;
-  struct Models {
-    std::array<SymbolModel, size_classes * 4> by_size;
-    std::array<SymbolModel, before_classes * spread_classes> by_spread;
-    SymbolModel low;
-    std::array<SymbolModel, 33 * 4> head;
-    std::array<SymbolModel, 8 * 8 * 8> pattern;
-  };
+  using Models = AdaptivePositionModels;
+  static constexpr unsigned size_classes = Models::size_classes;
+  static constexpr unsigned spread_classes = Models::spread_classes;
+  static constexpr unsigned first_coordinate = Models::first_coordinate;
 
   [[gnu::always_inline]] void code_residuals(uint32_t v, const VertexReferences& references,
                                              unsigned parallelograms) {
@@ -402,9 +425,7 @@ class AdaptivePositionCoder {
     std::array<uint8_t, 3> candidate;
     uint8_t pattern;
   };
-  static constexpr unsigned relations = 5;
-  static constexpr size_t offset_contexts = 8 * relations * relations * relations;
-  static constexpr size_t candidate_contexts = 3 * 10 * 10 * 4 * 4;
+  static constexpr unsigned relations = Models::relations;
 
   [[gnu::noinline]] void code_repeats(uint32_t v, const VertexReferences& references, unsigned kind) {
     Repeat& repeat = repeats_[v];
@@ -475,7 +496,7 @@ class AdaptivePositionCoder {
     const unsigned of_last = last < v ? repeats_[last].candidate[k] : 0;
     const unsigned parallelograms = ValenceRows::parallelograms(ValenceRows::group_of(kind));
     const size_t context = (((size_t{k} * 10 + before) * 10 + of_last) * 4 + equal) * 4 + parallelograms;
-    symbol = std::min(candidate_models_[context].code(coder_, symbol), in_dictionary);
+    symbol = std::min(models_->candidates[context].code(coder_, symbol), in_dictionary);
     if (symbol == in_dictionary && coding_.dictionaries[k].size() == 0) symbol = 0;
     if (symbol == in_dictionary) {
       code_index(v, references, k);
@@ -508,8 +529,9 @@ class AdaptivePositionCoder {
       return offset == 0 ? 0 : offset == 1 ? 1 : offset == -1 ? 2 : 3;
     };
     SymbolModel& model =
-        offset_models_[((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations +
-                       relation(third_)];
+        models_
+            ->offsets[((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations +
+                      relation(third_)];
     int offset = 0;
     if constexpr (Coder::encoding) offset = static_cast<int>(repeats_[v].index[k]) - static_cast<int>(near);
     const unsigned symbol =
@@ -531,8 +553,6 @@ class AdaptivePositionCoder {
   std::vector<uint32_t> sizes_;  // of residuals in half octaves, ten bits for each coordinate
   std::vector<Repeat> repeats_;
   std::unique_ptr<Models> models_;
-  std::vector<SymbolModel> candidate_models_;
-  std::vector<SymbolModel> offset_models_;
   // Of the vertex at hand.
   Expectation expected_;
   Codes3 codes_{};

@@ -18,6 +18,8 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("positions: ") + what);
 }
 
+// Of dictionaries that stand before the first charts of a file, which shall be in its first 64 KiB.
+constexpr size_t most_shared_entries = 8192;
 // Vertices that codings are tried on.
 constexpr uint32_t trial_vertices = 1 << 14;
 
@@ -31,29 +33,39 @@ bool code_side(Coder& coder, AdaptiveCoding& coding) {
   return !coder.exhausted();
 }
 
+/// What models know before, and where to put what they know then.
+struct ModelsAround {
+  const AdaptivePositionModels* start = nullptr;
+  std::unique_ptr<AdaptivePositionModels>* end = nullptr;
+};
+
 /// The first `count` vertices.
 template <class Coder, bool curved, bool repeating>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
-                   std::span<const Codes3> wanted, uint32_t count) {
-  AdaptivePositionCoder<Coder, curved, repeating> positions(coder, coding, fans, points, wanted);
+                   std::span<const Codes3> wanted, uint32_t count, const ModelsAround& models) {
+  AdaptivePositionCoder<Coder, curved, repeating> positions(coder, coding, fans, points, wanted,
+                                                            models.start);
   for (uint32_t v = 0; v < count && !coder.exhausted(); ++v) positions.code(v);
+  if (models.end != nullptr) *models.end = std::make_unique<AdaptivePositionModels>(positions.models());
 }
 template <class Coder>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
-                   std::span<const Codes3> wanted, uint32_t count) {
+                   std::span<const Codes3> wanted, uint32_t count, const ModelsAround& models = {}) {
   const bool repeating = coding.repeats != Repeats::none;
   const auto code =
       points.any_curved()
           ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
           : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
-  code(coder, coding, fans, points, wanted, count);
+  code(coder, coding, fans, points, wanted, count, models);
 }
 
 /// Chooses a coding for codes by vertex, and writes them.
 class AdaptivePositionEncoder {
  public:
-  AdaptivePositionEncoder(const FanSurface& fans, std::span<const NumberMap> maps, std::vector<Codes3> codes)
-      : fans_(fans), maps_(maps), codes_(std::move(codes)) {}
+  /// `all`: where these are a sample, what it is one of; else empty.
+  AdaptivePositionEncoder(const FanSurface& fans, std::span<const NumberMap> maps, std::vector<Codes3> codes,
+                          std::vector<Codes3> all)
+      : fans_(fans), maps_(maps), codes_(std::move(codes)), all_(std::move(all)) {}
 
   /// The coding of which all takes the least, as far as trials tell, and the bytes it takes then.
   struct Choice {
@@ -84,6 +96,7 @@ class AdaptivePositionEncoder {
       double share = 0;
       for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], least, other.dictionaries[k]);
       if (share < 0.1) break;
+      if (!all_.empty() && entries(other) > most_shared_entries) continue;
       other.repeats = Repeats::levels;
       for (const Centre centre : {Centre::fitted, Centre::gate}) {
         other.centre = centre;
@@ -171,9 +184,9 @@ class AdaptivePositionEncoder {
   using Counts = std::vector<std::pair<int32_t, uint32_t>>;
   std::array<Counts, 3> count_values() const {
     std::array<Counts, 3> result;
-    std::vector<int32_t> sorted(codes_.size());
+    std::vector<int32_t> sorted(all().size());
     for (unsigned k = 0; k < 3; ++k) {
-      for (size_t v = 0; v < codes_.size(); ++v) sorted[v] = codes_[v][k];
+      for (size_t v = 0; v < sorted.size(); ++v) sorted[v] = all()[v][k];
       std::sort(sorted.begin(), sorted.end());
       for (size_t i = 0; i < sorted.size();) {
         const auto end = static_cast<size_t>(
@@ -195,7 +208,7 @@ class AdaptivePositionEncoder {
       covered += count;
     }
     dictionary.set(std::move(values));
-    return static_cast<double>(covered) / (3.0 * static_cast<double>(codes_.size() + 1));
+    return static_cast<double>(covered) / (3.0 * static_cast<double>(all().size() + 1));
   }
 
   /// Is all as much smaller as its beginning?
@@ -210,12 +223,20 @@ class AdaptivePositionEncoder {
     const auto count = static_cast<uint32_t>(std::min<size_t>(codes_.size(), trial_vertices));
     const double side = static_cast<double>(write(coding, 0).size());
     const double size = static_cast<double>(write(coding, count).size()) - side;
-    return side + size * static_cast<double>(codes_.size()) / std::max(count, 1u);
+    return side + size * static_cast<double>(all().size()) / std::max(count, 1u);
+  }
+
+  const std::vector<Codes3>& all() const { return all_.empty() ? codes_ : all_; }
+  static size_t entries(const AdaptiveCoding& coding) {
+    size_t sum = 0;
+    for (const ValueDictionary& dictionary : coding.dictionaries) sum += dictionary.size();
+    return sum;
   }
 
   const FanSurface& fans_;
   std::span<const NumberMap> maps_;
   std::vector<Codes3> codes_;
+  std::vector<Codes3> all_;
 };
 
 std::vector<Codes3> codes_of(const Array& array, std::span<const NumberMap> maps,
@@ -231,14 +252,21 @@ std::vector<Codes3> codes_of(const Array& array, std::span<const NumberMap> maps
   return codes;
 }
 
+std::vector<Codes3> all_codes(const Array* array, std::span<const NumberMap> maps) {
+  if (array == nullptr) return {};
+  std::vector<uint32_t> all(array->count());
+  for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  return codes_of(*array, maps, all);
+}
+
 /// Positions with these maps, and how they are coded best.
 class PositionsToCode {
  public:
   PositionsToCode(const FanSurface& fans, const Array& array, std::vector<NumberMap> maps,
-                  std::span<const uint32_t> source)
+                  std::span<const uint32_t> source, const Array* all = nullptr)
       : maps_(std::move(maps)),
         count_(static_cast<uint32_t>(source.size())),
-        encoder_(fans, maps_, codes_of(array, maps_, source)),
+        encoder_(fans, maps_, codes_of(array, maps_, source), all_codes(all, maps_)),
         choice_(encoder_.choose()) {
     for (const NumberMap& map : maps_) write_map(written_maps_, map);
   }
@@ -269,6 +297,31 @@ class PositionsToCode {
 
 constexpr uint8_t most_flags = 1 | 2 << 1;
 
+Result<> check_counts(const FanSurface& fans, Bytes bytes, uint32_t points) {
+  // A vertex has three symbols at least, of 2^-8 bit or more.
+  if (points / 1024 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
+  if (points < fans.vertices) return corrupt("there are fewer than vertices");
+  return {};
+}
+
+/// The vertices, behind what stands before them.
+Result<> decode_vertices(RansDecoder& decoder, const AdaptiveCoding& coding, const FanSurface& fans,
+                         std::span<const NumberMap> maps, uint32_t points, Array& array,
+                         const ModelsAround& models) {
+  AdaptivePoints decoded(points, maps);
+  code_vertices(decoder, coding, fans, decoded, std::span<const Codes3>(), points, models);
+  if (decoder.exhausted()) return corrupt("the stream ends early");
+  std::vector<std::array<double, 3>>().swap(decoded.values);
+  const size_t size = size_of(array.type);
+  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
+  array.bytes.resize(size_t{points} * array.tuple_size());
+  if (points == 0) return {};  // nor is there memory to point into
+  const auto* codes = reinterpret_cast<const std::byte*>(decoded.codes.data());
+  for (unsigned k = 0; k < 3; ++k)
+    maps[k].store_numbers(array.type, codes + 4 * size_t{k}, array.bytes.data() + k * size, 3, points);
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
@@ -285,7 +338,33 @@ std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const A
   return best.write();
 }
 
-Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array) {
+std::vector<std::byte> encode_position_sample(const FanSurface& fans, const Array& array,
+                                              const ArrayMaps& maps, std::span<const uint32_t> source,
+                                              const Array& all) {
+  return PositionsToCode(fans, array, maps.maps, source, &all).write();
+}
+
+std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
+                                                 std::span<const uint32_t> source,
+                                                 const PositionsStart& start) {
+  const std::vector<Codes3> codes = codes_of(array, start.maps, source);
+  RansEncoder encoder(3);
+  AdaptivePoints points(codes.size(), start.maps);
+  code_vertices(encoder, start.coding, fans, points, codes, static_cast<uint32_t>(codes.size()),
+                {start.models.get()});
+  return encoder.finish();
+}
+
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   const PositionsStart& start) {
+  if (size_of(array.type) > 4) return corrupt("the type is too wide");
+  MAILLE_CHECK(check_counts(fans, bytes, points));
+  RansDecoder decoder(bytes, 3);
+  return decode_vertices(decoder, start.coding, fans, start.maps, points, array, {start.models.get()});
+}
+
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   PositionsStart* end) {
   ByteReader in(bytes);
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || flags > most_flags) return corrupt("coded in an unknown way");
@@ -298,23 +377,16 @@ Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t
   for (uint8_t& base : coding.base) base = in.get<uint8_t>();
   if (!in.ok() || *std::max_element(coding.base.begin(), coding.base.end()) > 15)
     return corrupt("coded in an impossible way");
-  // A vertex has three symbols at least, of 2^-8 bit or more.
-  if (points / 1024 > bytes.size() + 16) return corrupt("there are more than the stream can hold");
-  if (points < fans.vertices) return corrupt("there are fewer than vertices");
+  MAILLE_CHECK(check_counts(fans, bytes, points));
 
   RansDecoder decoder(in.get_bytes(in.remaining()), 3);
   if (!code_side(decoder, coding)) return corrupt("the dictionaries are damaged");
-  AdaptivePoints decoded(points, maps);
-  code_vertices(decoder, coding, fans, decoded, std::span<const Codes3>(), points);
-  if (decoder.exhausted()) return corrupt("the stream ends early");
-  std::vector<std::array<double, 3>>().swap(decoded.values);
-  const size_t size = size_of(array.type);
-  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
-  array.bytes.resize(size_t{points} * array.tuple_size());
-  if (points == 0) return {};  // nor is there memory to point into
-  const auto* codes = reinterpret_cast<const std::byte*>(decoded.codes.data());
-  for (unsigned k = 0; k < 3; ++k)
-    maps[k].store_numbers(array.type, codes + 4 * size_t{k}, array.bytes.data() + k * size, 3, points);
+  ModelsAround models;
+  if (end != nullptr) models.end = &end->models;
+  MAILLE_CHECK(decode_vertices(decoder, coding, fans, maps, points, array, models));
+  if (end == nullptr) return {};
+  end->maps = std::move(maps);
+  end->coding = std::move(coding);
   return {};
 }
 

@@ -13,6 +13,8 @@
 
 namespace maille {
 
+struct PositionsStart;
+
 /// Positions of the vertices of adaptive fans, vertex after vertex: weights follow the valences around,
 /// residuals are coded with adaptive models in the context of what is left of neighbours and how far
 /// predictions lie apart; where coordinates have few values, by these. docs/format.md, "POSI 2". For arrays
@@ -20,7 +22,21 @@ namespace maille {
 std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
                                                  const ArrayMaps& maps, std::span<const uint32_t> source);
 
-/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples. Safe on any bytes.
-Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array);
+/// The same, of a sample of `all` positions: these count for what comes again.
+std::vector<std::byte> encode_position_sample(const FanSurface& fans, const Array& array,
+                                              const ArrayMaps& maps, std::span<const uint32_t> source,
+                                              const Array& all);
+
+/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples. Safe on any bytes. `end`, if
+/// given: what is known behind them.
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   PositionsStart* end = nullptr);
+
+/// The same for positions of which something is known: maps, coding, and what models have learnt.
+std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,
+                                                 std::span<const uint32_t> source,
+                                                 const PositionsStart& start);
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   const PositionsStart& start);
 
 }  // namespace maille

@@ -7,6 +7,7 @@
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
 #include "surface/adaptive_fan_model.h"
+#include "surface/adaptive_start.h"
 #include "surface/fan_machine.h"
 #include "surface/fan_tables.h"
 
@@ -322,9 +323,11 @@ std::vector<std::byte> write_operations(const Operations& operations, uint32_t v
   return out.take();
 }
 
-std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t vertices) {
+std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t vertices,
+                                      const AdaptiveFanModel* start) {
   RansEncoder encoder;
-  const auto model = std::make_unique<AdaptiveFanModel>();
+  const auto model =
+      start == nullptr ? std::make_unique<AdaptiveFanModel>() : std::make_unique<AdaptiveFanModel>(*start);
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
       model->code_symbol(encoder, context, value);
@@ -402,6 +405,11 @@ void FanSurface::forget_vertices() {
 
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models) {
+  return encode_fans(surface, real_half_edges, point_count, models, nullptr);
+}
+
+EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                        FanModels models, const AdaptiveFanModel* start) {
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
   if (models == FanModels::adaptive) result.surface.count_valences();
@@ -409,8 +417,9 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
     result.operations = std::move(finder.operations());
     return result;
   }
-  const auto write = models == FanModels::adaptive ? write_adaptive : write_operations;
-  result.bytes = write(finder.operations(), result.surface.vertices);
+  const uint32_t vertices = result.surface.vertices;
+  result.bytes = models == FanModels::adaptive ? write_adaptive(finder.operations(), vertices, start)
+                                               : write_operations(finder.operations(), vertices);
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
+#include "surface/adaptive_start.h"
 #include "surface/fan_tables.h"
 #include "surface/gluing.h"
 
@@ -171,6 +172,11 @@ void append_copy(FanSurface& fans, uint32_t face) {
 }  // namespace
 
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models) {
+  return encode_fan_patch(mesh, models, nullptr);
+}
+
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models,
+                                                        const AdaptiveFanModel* start) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
@@ -179,7 +185,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   const GluedSurface glued = glue({unique.all_corners, {}, points});
   // What was decoded would be glued otherwise, and give another file; those who ask for speed accept that.
   if (glued.chosen && models == FanModels::adaptive) return std::nullopt;
-  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
+  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models, start);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "surface/adaptive_positions.h"
+#include "surface/adaptive_start.h"
 #include "surface/element_order.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
@@ -268,6 +269,8 @@ class PatchDecoder {
       return FanPatchDecoder::begin(bytes, description_.points, description_.corners, models);
     }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
+    if (tables_->start)
+      return begin_fan_patch(bytes, description_.points, description_.corners, *tables_->start);
     return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
                                          buffers_);
   }
@@ -277,7 +280,10 @@ class PatchDecoder {
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
-    if (key.number == shared_fan_coding) {
+    if (key.number == shared_fan_coding && tables_->start) {
+      MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, bytes, description_.points, array,
+                                             *tables_->start));
+    } else if (key.number == shared_fan_coding) {
       MAILLE_CHECK(
           decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points, array));
     } else if (decoder.fans) {

@@ -58,9 +58,11 @@ class SampledFanEncoder {
 };
 
 /// The tables ready for decoders; several may use them at once.
+struct AdaptiveStart;
 struct SharedFanTables {
   std::shared_ptr<const FanSlots> fans;
   std::shared_ptr<const PositionTables> positions;
+  std::shared_ptr<const AdaptiveStart> start;  ///< instead of both, with adaptive models
 
   /// `type`: of the positions. Safe on any bytes. Error: corrupt.
   static Result<SharedFanTables> read(Bytes bytes, Scalar type);

@@ -1,0 +1,116 @@
+#include "surface/adaptive_start.h"
+
+#include <algorithm>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "surface/adaptive_fan_model.h"
+#include "surface/adaptive_position_coder.h"
+#include "surface/adaptive_positions.h"
+#include "surface/fan_positions.h"
+#include "surface/mixed_array.h"
+
+namespace maille {
+struct AdaptiveStart {
+  AdaptiveFanModel fans;
+  PositionsStart positions;
+};
+
+bool can_share_start(const ArrayToCode& positions, int effort) {
+  return effort > fast_effort && effort < least_mixed_effort &&
+         fits_fan_positions(*positions.array, positions.maps);
+}
+
+size_t charts_in_start(size_t charts) {
+  // The first saves 5 % of what all take, the second 1 % more.
+  return charts < 32 ? 0 : charts < 128 ? 1 : 2;
+}
+
+Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive));
+  if (!coded || coded->patch.fans.triangles() == 0) return {};
+  if (mesh_.blocks.empty()) {
+    mesh_.blocks.emplace_back().type = CellType::triangle;
+    mesh_.points = make_array(array.name, array.domain, array.type, array.components);
+  }
+  // Triangles alone: what else there is says nothing of them.
+  const auto first = static_cast<uint32_t>(mesh_.point_count());
+  const FanSurface& fans = coded->patch.fans;
+  for (const uint32_t v : fans.corners) mesh_.blocks[0].connectivity.push_back(first + v);
+  const size_t size = array.tuple_size();
+  for (uint32_t v = 0; v < fans.vertices; ++v) {
+    const std::byte* const tuple = array.bytes.data() + points[coded->sources.points[v]] * size;
+    mesh_.points.bytes.insert(mesh_.points.bytes.end(), tuple, tuple + size);
+  }
+  return {};
+}
+
+Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Array& all) {
+  if (mesh_.blocks.empty()) return std::vector<std::byte>();
+  const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
+  if (!coded) return std::vector<std::byte>();
+  ByteWriter out;
+  out.put_count(mesh_.point_count());
+  out.put_count(mesh_.blocks[0].connectivity.size());
+  out.put_count(coded->bytes.size());
+  out.put_bytes(coded->bytes);
+  out.put_bytes(encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all));
+  mesh_ = {};
+  return out.take();
+}
+
+namespace {
+
+Result<FanPatchDecoder> begin_with_models(Bytes bytes, uint32_t points, uint64_t corners,
+                                          const AdaptiveFanModel* start, AdaptiveFanModel* end) {
+  ByteReader in(bytes);
+  const uint64_t triangles = in.get_count();
+  const Bytes fans = in.get_bytes(in.get_count());
+  FanPatchDecoder decoder;
+  MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
+  decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
+  return decoder;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type) {
+  ByteReader in(bytes);
+  const uint64_t points = in.get_count(), corners = in.get_count();
+  const Bytes topology = in.get_bytes(in.get_count());
+  const Bytes positions = in.get_bytes(in.remaining());
+  if (!in.ok() || points > most_fan_points)
+    return failure(ErrorCode::corrupt, "the start of the charts is not whole");
+  const auto count = static_cast<uint32_t>(points);
+  auto start = std::make_shared<AdaptiveStart>();
+  const FanPatchDecoder decoder =
+      MAILLE_TRY(begin_with_models(topology, count, corners, nullptr, &start->fans));
+  Array array = make_array("position", Domain::point, type, 3);
+  MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, positions, count, array, &start->positions));
+  start->fans.forget_recent();
+  return std::shared_ptr<const AdaptiveStart>(std::move(start));
+}
+
+Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const std::vector<uint32_t>& points,
+                                                        const Array& array, const AdaptiveStart& start) {
+  auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive, &start.fans));
+  if (!coded) return std::optional<SharedFanPatch>();
+  std::vector<uint32_t> source = coded->sources.points;
+  for (uint32_t& point : source) point = points[point];
+  std::vector<std::byte> positions =
+      encode_adaptive_positions(coded->patch.fans, array, source, start.positions);
+  return std::optional(SharedFanPatch{std::move(*coded), std::move(positions)});
+}
+
+Result<FanPatchDecoder> begin_fan_patch(Bytes bytes, uint32_t points, uint64_t corners,
+                                        const AdaptiveStart& start) {
+  return begin_with_models(bytes, points, corners, &start.fans, nullptr);
+}
+
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   const AdaptiveStart& start) {
+  return decode_adaptive_positions(fans, bytes, points, array, start.positions);
+}
+
+}  // namespace maille

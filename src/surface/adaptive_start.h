@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "surface/patch_streams.h"
+#include "surface/shared_fans.h"
+
+namespace maille {
+
+class AdaptiveFanModel;
+
+/// What the adaptive models of fans and positions know before a patch: what they learnt from a sample of the
+/// patches of a file. Patches of a few thousand faces would pay a twentieth of their size for learning it
+/// each by itself. docs/format.md, "Start of charts".
+struct AdaptiveStart;
+
+/// Do adaptive models of this effort begin with a sample, and do these positions fit?
+bool can_share_start(const ArrayToCode& positions, int effort);
+/// How many of so many patches are the sample: it must save more than it takes, and readers shall find the
+/// first charts in the first 64 KiB of a file.
+size_t charts_in_start(size_t charts);
+
+/// Does a sample of so many bytes save more than it takes? It saves about half a bit a face.
+inline bool is_worth_it(const std::vector<std::byte>& sample, uint64_t faces) {
+  return !sample.empty() && 32 * uint64_t{sample.size()} < faces;
+}
+
+/// Patches of triangles that are to be the sample.
+class StartSample {
+ public:
+  /// `array`: its positions, `points`: by point of the mesh, the tuple. Patches that fans are not made for
+  /// are left out.
+  Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
+  /// The sample as it stands in the file; none where no patch fits. `maps` hold for all patches; `all`: their
+  /// positions, or a good part of them.
+  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all);
+
+ private:
+  Mesh mesh_;
+};
+
+/// Decodes the sample. `type`: of the positions. Safe on any bytes. Error: corrupt.
+Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type);
+
+/// A patch with these models, for encode_patch(). None when fans are not made for it.
+Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const std::vector<uint32_t>& points,
+                                                        const Array& array, const AdaptiveStart& start);
+/// Inverses, as those without it.
+Result<FanPatchDecoder> begin_fan_patch(Bytes bytes, uint32_t points, uint64_t corners,
+                                        const AdaptiveStart& start);
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   const AdaptiveStart& start);
+
+// Connectivity with models that know something already (`start`, none: nullptr), and what they know behind
+// it.
+EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
+                        FanModels models, const AdaptiveFanModel* start);
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models,
+                                                        const AdaptiveFanModel* start);
+Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices,
+                                        const AdaptiveFanModel* start, AdaptiveFanModel* end);
+
+}  // namespace maille
