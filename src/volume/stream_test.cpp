@@ -31,7 +31,8 @@ class Trickle final : public ByteStream {
 /// Every second time the bytes have not arrived yet, once `hesitates`.
 class Hesitant final : public ByteStream {
  public:
-  Hesitant(const std::vector<std::byte>& bytes, const bool& hesitates) : pipe_(bytes), hesitates_(hesitates) {}
+  Hesitant(const std::vector<std::byte>& bytes, const bool& hesitates)
+      : pipe_(bytes), hesitates_(hesitates) {}
   Result<size_t> read(std::span<std::byte> out) override {
     waits_ = hesitates_ && !waits_ && !pipe_.at_end();
     if (waits_) return failure(ErrorCode::network, "not yet");
