@@ -102,12 +102,14 @@ void Boundary::release(uint32_t vertex) {
 }
 
 void Boundary::add_cell(const StreamPiece& piece, size_t i) {
-  const auto slots = std::span(piece.slots).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
+  const auto slots =
+      std::span(piece.slots).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
   cell_nodes_.clear();
   for (const uint32_t slot : slots) cell_nodes_.push_back(vertex_of_slot_[slot]);
   std::span<const uint32_t> sizes;
   if (!piece.cell_faces.empty())
-    sizes = std::span(piece.face_sizes).subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
+    sizes = std::span(piece.face_sizes)
+                .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
   cell_ = cell_values_.add();
   if (cell_ == cell_list_.size()) cell_list_.emplace_back();
   cell_list_[cell_] = {static_cast<uint32_t>(piece.first_cell + i), 1};
@@ -125,7 +127,8 @@ uint32_t& Boundary::bucket_of(std::span<const uint32_t> sorted) {
   return table_[(hash >> 32) & (table_.size() - 1)];
 }
 
-/// Where the number of the open face with these corners stands, in any order; where 0 stands: it is not there.
+/// Where the number of the open face with these corners stands, in any order; where 0 stands: it is not
+/// there.
 uint32_t* Boundary::find_open(std::span<const uint32_t> nodes) {
   sorted_.assign(nodes.begin(), nodes.end());
   std::sort(sorted_.begin(), sorted_.end());
@@ -227,7 +230,8 @@ Drawable Boundary::finish() {
     const Face& face = faces_[number];
     const auto nodes = nodes_of(face);
     for (size_t k = 2; k < nodes.size(); ++k) {
-      for (const size_t corner : {size_t{0}, k - 1, k}) drawable.triangles.push_back(vertex_of(nodes[corner]));
+      for (const size_t corner : {size_t{0}, k - 1, k})
+        drawable.triangles.push_back(vertex_of(nodes[corner]));
       cells.push_back(face.cell);
     }
   }

@@ -8,7 +8,8 @@
 
 namespace maille::wasm {
 
-/// Things with numbers of 32 bits, each with a tuple of bytes; numbers of those that are gone are given out again.
+/// Things with numbers of 32 bits, each with a tuple of bytes; numbers of those that are gone are given out
+/// again.
 class TuplePool {
  public:
   explicit TuplePool(size_t tuple_size) : size_(tuple_size) {}
@@ -25,8 +26,8 @@ class TuplePool {
   std::vector<uint32_t> free_;
 };
 
-/// The surface of a mesh that comes in pieces: the faces that it has, and those of solids that no other solid has.
-/// In memory are the surface, and what touches cells that may still come.
+/// The surface of a mesh that comes in pieces: the faces that it has, and those of solids that no other solid
+/// has. In memory are the surface, and what touches cells that may still come.
 class Boundary {
  public:
   explicit Boundary(const StreamDescription& description);

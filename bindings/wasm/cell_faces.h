@@ -19,8 +19,8 @@ const FacesOfSolid& faces_of(CellType type);
 /// The corners of a flat cell in a ring, which curved faces and pixels do not have first.
 unsigned corners_of(CellType type, size_t nodes);
 
-/// Calls of_solid(points) for each face of a solid, or of_surface(points, whole) for each face that a flat cell
-/// is; `whole`: it is the cell itself, corner for corner. `sizes`: of a polyhedron's faces.
+/// Calls of_solid(points) for each face of a solid, or of_surface(points, whole) for each face that a flat
+/// cell is; `whole`: it is the cell itself, corner for corner. `sizes`: of a polyhedron's faces.
 template <class OfSolid, class OfSurface>
 void for_each_face(CellType type, std::span<const uint32_t> nodes, std::span<const uint32_t> sizes,
                    OfSolid of_solid, OfSurface of_surface) {

@@ -160,34 +160,15 @@ Array array_of_vertices(const Array& array, const Vertices& vertices) {
   return drawn;
 }
 
+}  // namespace
+
 bool is_plain(const Mesh& mesh) {
-  const auto of_triangles = [](const CellBlock& block) { return block.type == CellType::triangle; };
   const auto of_corners = [](const Array& array) { return array.domain == Domain::corner; };
-  return std::all_of(mesh.blocks.begin(), mesh.blocks.end(), of_triangles) &&
+  return mesh.blocks.size() == 1 && mesh.blocks[0].type == CellType::triangle &&
          std::none_of(mesh.arrays.begin(), mesh.arrays.end(), of_corners);
 }
 
-/// Triangles whose corners have nothing of their own: most charts.
-Drawable draw_plain(const Mesh& mesh, const std::optional<Vector3>& origin) {
-  Drawable drawable;
-  drawable.points.resize(mesh.point_count());
-  std::iota(drawable.points.begin(), drawable.points.end(), 0u);
-  place(mesh.points, {}, origin, drawable);
-  for (const CellBlock& block : mesh.blocks) {
-    drawable.triangles.insert(drawable.triangles.end(), block.connectivity.begin(), block.connectivity.end());
-  }
-  drawable.cells.resize(drawable.triangles.size() / 3);
-  std::iota(drawable.cells.begin(), drawable.cells.end(), 0u);
-  for (const Array& array : mesh.arrays) {
-    if (array.domain == Domain::point) drawable.arrays.push_back(array);
-  }
-  return drawable;
-}
-
-}  // namespace
-
 Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
-  if (is_plain(mesh)) return draw_plain(mesh, origin);
   const Polygons polygons = polygons_of(mesh);
   const Vertices vertices(mesh, polygons);
   Drawable drawable;

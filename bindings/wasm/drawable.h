@@ -25,6 +25,10 @@ struct Drawable {
 /// one.
 Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin = {});
 
+/// Triangles whose corners have nothing of their own, in one block: most charts. What is drawn is the mesh
+/// itself.
+bool is_plain(const Mesh& mesh);
+
 /// Values of cells where they are drawn.
 void spread_cell_arrays(const Mesh& mesh, Drawable& drawable);
 

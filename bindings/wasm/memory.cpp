@@ -1,5 +1,5 @@
-// memcpy() and its like with the instructions that WebAssembly has for them (every browser with SIMD has these, too):
-// emscripten 3.1.6 comes with loops over words. A call for a few bytes costs less as a loop.
+// memcpy() and its like with the instructions that WebAssembly has for them (every browser with SIMD has
+// these, too): emscripten 3.1.6 comes with loops over words. A call for a few bytes costs less as a loop.
 #include <cstddef>
 
 extern "C" {
@@ -8,7 +8,10 @@ constexpr size_t few = 32;
 
 void* memcpy(void* __restrict to, const void* __restrict from, size_t size) {
   if (size >= few) {
-    asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.copy 0, 0" : : "r"(to), "r"(from), "r"(size) : "memory");
+    asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.copy 0, 0"
+                 :
+                 : "r"(to), "r"(from), "r"(size)
+                 : "memory");
     return to;
   }
   auto* out = static_cast<unsigned char*>(to);
@@ -23,12 +26,18 @@ void* memcpy(void* __restrict to, const void* __restrict from, size_t size) {
 }
 
 void* memmove(void* to, const void* from, size_t size) {
-  asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.copy 0, 0" : : "r"(to), "r"(from), "r"(size) : "memory");
+  asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.copy 0, 0"
+               :
+               : "r"(to), "r"(from), "r"(size)
+               : "memory");
   return to;
 }
 
 void* memset(void* to, int value, size_t size) {
-  asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.fill 0" : : "r"(to), "r"(value), "r"(size) : "memory");
+  asm volatile("local.get %0\n local.get %1\n local.get %2\n memory.fill 0"
+               :
+               : "r"(to), "r"(value), "r"(size)
+               : "memory");
   return to;
 }
 

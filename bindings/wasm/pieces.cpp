@@ -20,7 +20,8 @@ OpenPieces* open_pieces(Reader& reader) {
   return static_cast<OpenPieces*>(reader.pieces.get());
 }
 
-void add_values(Reader& reader, BufferKind kind, const StreamArray& array, const std::vector<std::byte>& bytes) {
+void add_values(Reader& reader, BufferKind kind, const StreamArray& array,
+                const std::vector<std::byte>& bytes) {
   Buffer buffer{kind};
   buffer.type = static_cast<uint32_t>(array.type);
   buffer.components = array.components;
@@ -53,8 +54,9 @@ void list_piece(Reader& reader, const OpenPieces& pieces) {
   add_values(reader, BufferKind::points, description.positions, piece.positions);
   size_t of_points = 0, of_cells = 0;
   for (const StreamArray& array : description.arrays)
-    add_values(reader, BufferKind::array, array,
-               array.domain == Domain::point ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++]);
+    add_values(
+        reader, BufferKind::array, array,
+        array.domain == Domain::point ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++]);
 }
 
 }  // namespace

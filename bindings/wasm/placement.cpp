@@ -48,7 +48,8 @@ void place_as(const Array& positions, std::span<const uint32_t> tuples, const st
 
 void place(const Array& positions, std::span<const uint32_t> tuples, const std::optional<Vector3>& origin,
            Drawable& drawable) {
-  drawable.positions.assign((tuples.empty() ? positions.count() : tuples.size()) * 3, 0.f);
+  drawable.positions.resize((tuples.empty() ? positions.count() : tuples.size()) * 3);
+  if (positions.components < 3) std::fill(drawable.positions.begin(), drawable.positions.end(), 0.f);
   switch (positions.type) {
     case Scalar::i8:
       return place_as<int8_t>(positions, tuples, origin, drawable);

@@ -1,10 +1,14 @@
-// The functions that web/maille.js calls. Each returns `done`, `wants_bytes` (then numbers() says which: give them
-// and call again), `goes_on` (call again; numbers() says how far it is), or an ErrorCode, whose sentence message()
-// gives. Numbers above 32 bits pass as doubles, exact up to 2^53. Pointers are valid until the next call with the
-// same reader.
+// The functions that web/maille.js calls. Each returns `done`, `wants_bytes` (then numbers() says which: give
+// them and call again), `goes_on` (call again; numbers() says how far it is), or an ErrorCode, whose sentence
+// message() gives. Numbers above 32 bits pass as doubles, exact up to 2^53. Pointers are valid until the next
+// call with the same reader.
 #include "reader.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <numeric>
+
+#include "placement.h"
 
 namespace maille::wasm {
 namespace {
@@ -17,6 +21,7 @@ struct Request {
   Detail detail;
 };
 constexpr size_t plain_numbers = 17;
+constexpr size_t most_kept_positions = 1u << 16;
 
 Request request_of(const double* n, uint32_t count) {
   Request request;
@@ -42,11 +47,11 @@ MAILLE_EXPORT void maille_release(void* bytes) {
   free(bytes);
 }
 
-/// A file of `size` bytes, of which none are here; `name` (released here) is how messages call it; a decoded mesh
-/// may take `mesh_bytes`.
+/// A file of `size` bytes, of which none are here; `name` (released here) is how messages call it; a decoded
+/// mesh may take `mesh_bytes`.
 MAILLE_EXPORT Reader* maille_new_reader(double size, char* name, uint32_t name_size, double mesh_bytes) {
-  auto* reader =
-      new Reader(static_cast<uint64_t>(size), std::string(name, name_size), static_cast<uint64_t>(mesh_bytes));
+  auto* reader = new Reader(static_cast<uint64_t>(size), std::string(name, name_size),
+                            static_cast<uint64_t>(mesh_bytes));
   free(name);
   return reader;
 }
@@ -217,8 +222,56 @@ void list_exact(Reader& reader) {
   for (const Array& array : reader.mesh.arrays) add_array(list, BufferKind::array, array);
 }
 
+/// 0, 1, 2, ...: the same for all charts, never fewer than before.
+const std::vector<uint32_t>& counted(size_t count) {
+  static std::vector<uint32_t> numbers;
+  const size_t before = numbers.size();
+  if (before < count) {
+    numbers.resize(count);
+    std::iota(numbers.begin() + static_cast<ptrdiff_t>(before), numbers.end(), static_cast<uint32_t>(before));
+  }
+  return numbers;
+}
+
+/// Without copies of what the mesh has.
+void list_plain(Reader& reader, const std::optional<Vector3>& origin) {
+  std::vector<Buffer>& list = reader.buffers;
+  const Mesh& mesh = reader.mesh;
+  Drawable& drawable = reader.drawable;
+  place(mesh.points, {}, origin, drawable);
+  reader.numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
+  list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
+  const size_t triangles = mesh.blocks[0].connectivity.size() / 3;
+  Buffer numbers = numbers_of(BufferKind::drawn_points, Scalar::u32,
+                              counted(std::max<size_t>(mesh.point_count(), triangles)));
+  numbers.size = static_cast<uint32_t>(mesh.point_count() * sizeof(uint32_t));
+  list.push_back(numbers);
+  list.push_back(numbers_of(BufferKind::drawn_triangles, Scalar::u32, mesh.blocks[0].connectivity, 3));
+  numbers.kind = BufferKind::drawn_cells;
+  numbers.size = static_cast<uint32_t>(triangles * sizeof(uint32_t));
+  list.push_back(numbers);
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::point) add_array(list, BufferKind::drawn_array, array);
+    if (array.domain == Domain::cell) add_array(list, BufferKind::array, array);
+  }
+}
+
 /// What maille_buffers() lists.
 enum class Wanted : uint32_t { exact, drawn, surface, surface_of_pieces };
+
+void list_mesh(Reader& reader, Wanted wanted) {
+  // Charts fit at their borders, bit for bit, where all are drawn from one origin.
+  std::optional<Vector3> origin;
+  if (reader.file) origin = reader.file->sphere().centre;
+  if (wanted == Wanted::drawn && is_plain(reader.mesh)) return list_plain(reader, origin);
+  reader.drawable = draw(reader.mesh, origin);
+  if (wanted == Wanted::surface) spread_cell_arrays(reader.mesh, reader.drawable);
+  list_drawn(reader);
+  for (const Array& array : reader.mesh.arrays) {
+    if (wanted == Wanted::drawn && array.domain == Domain::cell)
+      add_array(reader.buffers, BufferKind::array, array);
+  }
+}
 
 }  // namespace
 
@@ -228,16 +281,12 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
   const auto wanted = static_cast<Wanted>(number);
   reader->buffers.clear();
   reader->wide.clear();
-  if (wanted == Wanted::exact) list_exact(*reader);
-  // Charts fit at their borders, bit for bit, where all are drawn from one origin.
-  std::optional<Vector3> origin;
-  if (reader->file) origin = reader->file->sphere().centre;
-  if (wanted == Wanted::drawn || wanted == Wanted::surface) reader->drawable = draw(reader->mesh, origin);
-  if (wanted == Wanted::surface) spread_cell_arrays(reader->mesh, reader->drawable);
-  if (wanted != Wanted::exact) list_drawn(*reader);
-  for (const Array& array : reader->mesh.arrays) {
-    if (wanted == Wanted::drawn && array.domain == Domain::cell)
-      add_array(reader->buffers, BufferKind::array, array);
+  if (wanted == Wanted::exact) {
+    list_exact(*reader);
+  } else if (wanted == Wanted::surface_of_pieces) {
+    list_drawn(*reader);
+  } else {
+    list_mesh(*reader, wanted);
   }
   return reader->buffers.data();
 }
@@ -247,7 +296,10 @@ MAILLE_EXPORT uint32_t maille_buffer_count(Reader* reader) {
 /// The mesh at hand is no longer wanted.
 MAILLE_EXPORT void maille_clear(Reader* reader) {
   reader->mesh = {};
+  // Room for positions stays for the next chart.
+  std::vector<float> positions = std::move(reader->drawable.positions);
   reader->drawable = {};
+  if (positions.size() < most_kept_positions) reader->drawable.positions = std::move(positions);
   reader->buffers.clear();
   reader->wide.clear();
 }

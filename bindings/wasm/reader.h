@@ -134,7 +134,8 @@ inline Buffer wide_numbers(Reader& reader, BufferKind kind, const std::vector<ui
 }
 
 inline int32_t no_file(Reader& reader) {
-  reader.message = reader.bytes.name() + ": only files of mode \"random\" are read in parts, and of mode \"stream\" in pieces";
+  reader.message = reader.bytes.name() +
+                   ": only files of mode \"random\" are read in parts, and of mode \"stream\" in pieces";
   return static_cast<int32_t>(ErrorCode::usage);
 }
 

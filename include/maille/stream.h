@@ -252,8 +252,8 @@ class StreamReader {
 
   const StreamDescription& description() const;
   /// The next piece, in `piece`. False: that was all, and every checksum was right. Error: corrupt; what came
-  /// before it is whole, and nothing comes after it. After an error of kind `network`, which only a ByteStream
-  /// gives, the same piece can be asked for again.
+  /// before it is whole, and nothing comes after it. After an error of kind `network`, which only a
+  /// ByteStream gives, the same piece can be asked for again.
   Result<bool> next(StreamPiece& piece);
 
  private:

@@ -1,4 +1,5 @@
-// What the small decoder for the web has instead of the files that define the same: bindings/wasm/CMakeLists.txt.
+// What the small decoder for the web has instead of the files that define the same:
+// bindings/wasm/CMakeLists.txt.
 #ifdef MAILLE_SMALL_DECODER
 
 #include "surface/left_out.h"
@@ -24,15 +25,16 @@ std::vector<std::byte> encode_mixed(const PatchElements&, Scalar, std::span<cons
   return {};
 }
 template <class Code>
-Result<> decode_mixed(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes, std::span<Code>, Pace*) {
+Result<> decode_mixed(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes, std::span<Code>,
+                      Pace*) {
   return left_out();
 }
 
-#define MAILLE_LEFT_OUT(Code)                                                                                    \
-  template bool can_mix<Code>(Scalar, std::span<const NumberMap>, std::span<const Code>);                        \
-  template std::vector<std::byte> encode_mixed<Code>(const PatchElements&, Scalar, std::span<const NumberMap>,   \
-                                                     std::span<Code>, int, Pace*);                               \
-  template Result<> decode_mixed<Code>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,          \
+#define MAILLE_LEFT_OUT(Code)                                                                           \
+  template bool can_mix<Code>(Scalar, std::span<const NumberMap>, std::span<const Code>);               \
+  template std::vector<std::byte> encode_mixed<Code>(                                                   \
+      const PatchElements&, Scalar, std::span<const NumberMap>, std::span<Code>, int, Pace*);           \
+  template Result<> decode_mixed<Code>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes, \
                                        std::span<Code>, Pace*)
 MAILLE_LEFT_OUT(int32_t);
 MAILLE_LEFT_OUT(int64_t);

@@ -22,8 +22,8 @@ class ChunkPull {
   Result<bool> next(ChunkHeader& header, Bytes& content);
   /// From here on chunks can be had again.
   void mark();
-  /// Back to the mark, for bytes that have not arrived yet: the stream gave an error of kind `network`, and may
-  /// be asked once more.
+  /// Back to the mark, for bytes that have not arrived yet: the stream gave an error of kind `network`, and
+  /// may be asked once more.
   void rewind();
   std::string name() const { return bytes_->name(); }
 

@@ -21,10 +21,29 @@ class Trickle final : public ByteStream {
     return count;
   }
   std::string name() const override { return "<pipe>"; }
+  bool at_end() const { return at_ == bytes_.size(); }
 
  private:
   const std::vector<std::byte>& bytes_;
   size_t at_ = 0;
+};
+
+/// Every second time the bytes have not arrived yet, once `hesitates`.
+class Hesitant final : public ByteStream {
+ public:
+  Hesitant(const std::vector<std::byte>& bytes, const bool& hesitates)
+      : pipe_(bytes), hesitates_(hesitates) {}
+  Result<size_t> read(std::span<std::byte> out) override {
+    waits_ = hesitates_ && !waits_ && !pipe_.at_end();
+    if (waits_) return failure(ErrorCode::network, "not yet");
+    return pipe_.read(out);
+  }
+  std::string name() const override { return "<slow>"; }
+
+ private:
+  Trickle pipe_;
+  const bool& hesitates_;
+  bool waits_ = false;
 };
 
 Bytes bytes_of(const std::vector<float>& values) {
@@ -85,6 +104,30 @@ void expect_column(const std::vector<std::byte>& bytes, uint64_t cells) {
   }
   EXPECT_EQ(seen, cells);
   EXPECT_EQ(points, 4 * (cells + 1));
+}
+
+TEST(StreamReader, gives_a_piece_later_whose_bytes_had_not_arrived) {
+  constexpr uint64_t cells = 30000;
+  const std::vector<std::byte> bytes = written_column(cells, false);
+  bool hesitates = false;
+  StreamReader reader = *StreamReader::open(std::make_unique<Hesitant>(bytes, hesitates));
+  hesitates = true;
+  StreamPiece piece;
+  uint64_t seen = 0, refused = 0;
+  for (;;) {
+    const auto more = reader.next(piece);
+    if (!more) {
+      ASSERT_EQ(more.error().code, ErrorCode::network) << more.error().message;
+      ++refused;
+      continue;
+    }
+    if (!*more) break;
+    ASSERT_EQ(piece.first_cell, seen);
+    seen += piece.cell_count();
+    ASSERT_EQ(piece.connectivity.back(), Column::cell(seen - 1).back());
+  }
+  EXPECT_EQ(seen, cells);
+  EXPECT_GT(refused, 10u);
 }
 
 TEST(Stream, RunsWithMemoryForTheFrontOnly) {
