@@ -103,11 +103,12 @@ Ordering in_front_order(const Mesh& mesh) {
 }
 
 /// What the connectivity of the first cells takes in an order; with the numbers of points if they are kept.
-/// Without mixing: that makes all orders smaller, and takes longer.
+/// Mostly without mixing: that makes all orders smaller, and takes longer.
 class Trial {
  public:
-  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false)
-      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(Mixing::none, numbered, indexed) {}
+  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false,
+        Mixing mixing = Mixing::none)
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered, indexed) {}
 
   /// Goes on until so many cells are done, or all.
   void run(uint64_t most_cells) {
@@ -203,9 +204,9 @@ Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
 }
 
 /// Where any order will do: as they are, if that is a good order, else as the front meets them.
-Ordering choose_orders(const Mesh& mesh) {
+Ordering choose_orders(const Mesh& mesh, Mixing mixing) {
   Ordering given = as_they_are(mesh);
-  Trial natural(mesh, given);
+  Trial natural(mesh, given, false, false, mixing);
   natural.run(few);
   constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
   if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) {
@@ -213,7 +214,7 @@ Ordering choose_orders(const Mesh& mesh) {
     if (regular * natural.bytes() <= natural.cells()) return given;
   }
   Ordering front = in_front_order(mesh);
-  Trial trial(mesh, front);
+  Trial trial(mesh, front, false, false, mixing);
   trial.run(natural.cells());
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);
@@ -420,7 +421,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   Executor& executor = options.executor ? *options.executor : serial_executor();
   const Ordering ordering = options.order == Order::keep
                                 ? keep_order(mesh, mixing_at(options.effort), executor)
-                                : choose_orders(mesh);
+                                : choose_orders(mesh, std::min(mixing_at(options.effort), Mixing::some));
   maps.mixing_pays = mixing_pays(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
   if (ordering.apart) {
     stream_options.any_order = true;

@@ -106,12 +106,11 @@ inline Mixing mixing_at(int effort) {
 inline bool mixes_values(int effort, bool pays) {
   return effort >= 7 || (effort >= 4 && pays);
 }
-/// Where mixing of values takes next to no time, or hardly more than the cells do, which take long if they do
-/// not come in the order of a sweep (`scattered`), or are few. It is what tetrahedra gain most from, and they
-/// have few points.
+/// Where mixing of values takes a tenth of a second, or where cells do not come in the order of a sweep
+/// (`scattered`) and take long themselves, and points are few, as in tetrahedra.
 inline bool mixing_pays(uint64_t numbers, uint64_t cells, bool scattered) {
-  constexpr uint64_t very_few = uint64_t{1} << 15, few = uint64_t{1} << 17;
-  return numbers <= very_few || (numbers <= 3 * cells && (scattered || numbers <= few));
+  constexpr uint64_t few = uint64_t{1} << 17;
+  return numbers <= few || (scattered && numbers <= 3 * cells);
 }
 
 }  // namespace maille

@@ -286,7 +286,7 @@ TEST(CellCoder, AnyBytesDecodeOrAreRefused) {
     for (std::byte& byte : topology) byte = static_cast<std::byte>(random() >> (round % 3 == 0 ? 6 : 0));
     for (std::byte& byte : numbers) byte = static_cast<std::byte>(random() >> (round % 2 == 0 ? 6 : 0));
     RangeDecoder cells{Bytes(topology)}, names{Bytes(numbers)};
-    CellCoder<RangeDecoder> coder(round % 2 == 0, round % 5 != 0);
+    CellCoder<RangeDecoder> coder(static_cast<Mixing>(round % mixing_count), round % 5 != 0);
     CodedCells out;
     StreamedCell cell;
     for (unsigned i = 0; i < 5000; ++i) {
