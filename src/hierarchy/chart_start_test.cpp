@@ -53,7 +53,9 @@ TEST(ChartStart, GivesTheSameMeshWithAndWithoutIt) {
 }
 
 TEST(ChartStart, IsThereForMeshesInWindows) {
-  const Mesh mesh = rough_sphere();
+  Mesh mesh = rough_sphere();
+  mesh.blocks[0].type = CellType::triangle;
+  mesh.blocks[0].offsets.clear();
   SourceBuilding building;
   building.sizes.chart_faces = 200;
   building.window_faces = 6000;

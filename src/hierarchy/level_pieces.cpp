@@ -324,7 +324,9 @@ Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rul
   piece.faces = {corners, {}};
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
+    if (rules.adaptive && !MAILLE_TRY(encode_fan_patch(part.mesh, FanModels::adaptive))) continue;
     MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
+    if (rules.adaptive) break;
   }
   return {};
 }

@@ -125,8 +125,10 @@ class SourceEncoder {
     const size_t count = charts_in_start(charts);
     for (size_t i = 0; i < count; ++i) {
       const auto window = static_cast<uint32_t>((2 * i + 1) * windows_->count() / (2 * count));
+      // The outermost of these charts have rims that fans are not made for.
+      constexpr uint64_t charts_around = 16;
       MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))),
-                                 rules_.sizes.chart_faces, rules_));
+                                 charts_around * rules_.sizes.chart_faces, rules_));
     }
     return finish_start(0);
   }
