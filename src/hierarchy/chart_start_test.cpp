@@ -5,12 +5,12 @@
 #include "container/file_reader.h"
 #include "hierarchy/random_file.h"
 #include "hierarchy/random_layout.h"
+#include "mesh/mesh_as_source.h"
 #include "support/codec.h"
 #include "support/random.h"
 #include "support/random_file.h"
 #include "support/shapes.h"
 #include "surface/adaptive_start.h"
-#include "volume/mesh_in_parts.h"
 
 namespace maille::testing {
 namespace {
@@ -62,8 +62,8 @@ TEST(ChartStart, IsThereForMeshesInWindows) {
   building.space.memory = uint64_t{1} << 30;
   std::vector<std::byte> bytes;
   const auto sink = memory_sink(bytes);
-  MeshInParts source(mesh);
-  const auto report = encode_random(source, *sink, adaptive(5), building);
+  const auto source = mesh_as_source(mesh);
+  const auto report = encode_random(*source, *sink, adaptive(5), building);
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_FALSE(start_of(bytes).empty());
   const RandomFile whole = random_file(mesh, adaptive(5), 4096);

@@ -64,7 +64,7 @@ constexpr size_t per_block = 512;
 
 Written write(const Hexahedra& cells, bool sweep, bool numbered) {
   Written written;
-  CellCoder<RangeEncoder> coder(true, numbered);
+  CellCoder<RangeEncoder> coder(Mixing::some, numbered);
   RangeEncoder topology, numbers;
   StreamedCell cell;
   for (size_t i = 0; i < cells.size(); ++i) {
@@ -96,7 +96,7 @@ Written write(const Hexahedra& cells, bool sweep, bool numbered) {
 }
 
 std::vector<uint32_t> read(const Written& written, size_t count, bool sweep, bool numbered) {
-  CellCoder<RangeDecoder> coder(true, numbered);
+  CellCoder<RangeDecoder> coder(Mixing::some, numbered);
   RangeDecoder topology(written.cells), numbers(written.numbers);
   CodedCells out;
   StreamedCell cell;
