@@ -84,7 +84,9 @@ TEST(ChartStart, IsRefusedWhereItIsDamaged) {
     std::vector<std::byte> damaged = start;
     damaged[random.below(damaged.size())] ^= static_cast<std::byte>(1 + random.below(255));
     const auto read = read_start(damaged, Scalar::f32);  // or another start, which is as good
-    if (!read) EXPECT_EQ(read.error().code, ErrorCode::corrupt);
+    if (!read) {
+      EXPECT_EQ(read.error().code, ErrorCode::corrupt);
+    }
   }
 }
 
