@@ -322,11 +322,16 @@ Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rul
   }
   const std::vector<uint32_t> corners = ball_of_triangles(piece, faces);
   piece.faces = {corners, {}};
+  size_t done = 0;
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
     if (rules.adaptive && !MAILLE_TRY(encode_fan_patch(part.mesh, FanModels::adaptive))) continue;
-    MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
-    if (rules.adaptive) break;
+    if (done++ == 0 || !rules.adaptive) {
+      MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
+      continue;
+    }
+    MAILLE_CHECK(rules.samples[0].add_probe(part.mesh, part.numbers.points, window.mesh.points));
+    if (done > probes_of_start) break;
   }
   return {};
 }
@@ -335,6 +340,12 @@ Result<> sample_chart(const CoarseChart& chart, PieceRules& rules) {
   const JoinedCharts joined = join({&chart, 1}, {}, rules);
   const MeshPart part = coarse_part(piece_of(joined, rules), joined.charts[0]);
   return add_to_sample(1, part, joined.arrays[0], rules);
+}
+
+Result<> probe_chart(const CoarseChart& chart, PieceRules& rules) {
+  const JoinedCharts joined = join({&chart, 1}, {}, rules);
+  const MeshPart part = coarse_part(piece_of(joined, rules), joined.charts[0]);
+  return rules.samples[1].add_probe(part.mesh, part.numbers.points, joined.arrays[0]);
 }
 
 Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules, bool alone,

@@ -67,6 +67,8 @@ struct PieceRules {
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules);
 /// Of those of all other levels.
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules);
+/// One that tells what the start saves.
+Result<> probe_chart(const CoarseChart& chart, PieceRules& rules);
 
 /// `alone`: the level has no other piece. One chart alone is not simplified.
 Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules, bool alone,

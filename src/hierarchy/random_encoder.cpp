@@ -168,7 +168,7 @@ class RandomEncoder {
     });
   }
 
-  /// A few charts, evenly over all of them.
+  /// A few charts, evenly over all of them, and others between them.
   Result<> make_start(uint32_t set, const std::vector<MeshPart>& parts) {
     const size_t count = charts_in_start(parts.size());
     StartSample sample;
@@ -176,10 +176,14 @@ class RandomEncoder {
       const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * count)];
       MAILLE_CHECK(sample.add(part.mesh, part.numbers.points, *arrays_[0].array));
     }
-    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, *arrays_[0].array));
+    for (size_t i = 1; count != 0 && i <= probes_of_start; ++i) {
+      const MeshPart& part = parts[i * parts.size() / (probes_of_start + 1)];
+      MAILLE_CHECK(sample.add_probe(part.mesh, part.numbers.points, *arrays_[0].array));
+    }
     uint64_t faces = 0;
     for (const MeshPart& part : parts) faces += part.mesh.cell_count();
-    if (!is_worth_it(bytes, faces)) return {};
+    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, *arrays_[0].array, faces));
+    if (bytes.empty()) return {};
     tables_[set] = std::move(bytes);
     starts_[set] = MAILLE_TRY(read_start(tables_[set], arrays_[0].array->type));
     return {};

@@ -137,14 +137,19 @@ class SourceEncoder {
     for (size_t i = 0; i < count; ++i)
       MAILLE_CHECK(
           sample_chart(MAILLE_TRY(load(pending_[(2 * i + 1) * pending_.size() / (2 * count)])), rules_));
+    for (size_t i = 1; count != 0 && i <= probes_of_start; ++i)
+      MAILLE_CHECK(
+          probe_chart(MAILLE_TRY(load(pending_[i * pending_.size() / (probes_of_start + 1)])), rules_));
     MAILLE_CHECK(finish_start(1));
     rules_.sampled.bytes = {};
     return {};
   }
   Result<> finish_start(uint32_t set) {
-    std::vector<std::byte> bytes = MAILLE_TRY(rules_.samples[set].finish(rules_.maps[0], rules_.sampled));
     // Coarser levels have a third of the faces.
-    if (!is_worth_it(bytes, description().cells / (set == 0 ? 1 : 3))) return {};
+    const uint64_t faces = description().cells / (set == 0 ? 1 : 3);
+    std::vector<std::byte> bytes =
+        MAILLE_TRY(rules_.samples[set].finish(rules_.maps[0], rules_.sampled, faces));
+    if (bytes.empty()) return {};
     tables_[set] = std::move(bytes);
     rules_.starts[set] = MAILLE_TRY(read_start(tables_[set], description().point_type));
     return {};

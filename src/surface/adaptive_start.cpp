@@ -1,6 +1,6 @@
 #include "surface/adaptive_start.h"
 
-#include <algorithm>
+#include <numeric>
 #include <string>
 
 #include "base/bytes.h"
@@ -27,26 +27,41 @@ size_t charts_in_start(size_t charts) {
   return charts < 32 ? 0 : charts < 128 ? 1 : 2;
 }
 
-Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+namespace {
+
+/// Adds the triangles of a patch, and their points: what else there is says nothing of them.
+Result<> append_patch(Mesh& sample, const Mesh& mesh, const std::vector<uint32_t>& points,
+                      const Array& array) {
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive));
   if (!coded || coded->patch.fans.triangles() == 0) return {};
-  if (mesh_.blocks.empty()) {
-    mesh_.blocks.emplace_back().type = CellType::triangle;
-    mesh_.points = make_array(array.name, array.domain, array.type, array.components);
+  if (sample.blocks.empty()) {
+    sample.blocks.emplace_back().type = CellType::triangle;
+    sample.points = make_array(array.name, array.domain, array.type, array.components);
   }
-  // Triangles alone: what else there is says nothing of them.
-  const auto first = static_cast<uint32_t>(mesh_.point_count());
+  const auto first = static_cast<uint32_t>(sample.point_count());
   const FanSurface& fans = coded->patch.fans;
-  for (const uint32_t v : fans.corners) mesh_.blocks[0].connectivity.push_back(first + v);
+  for (const uint32_t v : fans.corners) sample.blocks[0].connectivity.push_back(first + v);
   const size_t size = array.tuple_size();
   for (uint32_t v = 0; v < fans.vertices; ++v) {
     const std::byte* const tuple = array.bytes.data() + points[coded->sources.points[v]] * size;
-    mesh_.points.bytes.insert(mesh_.points.bytes.end(), tuple, tuple + size);
+    sample.points.bytes.insert(sample.points.bytes.end(), tuple, tuple + size);
   }
   return {};
 }
 
-Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Array& all) {
+}  // namespace
+
+Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  return append_patch(mesh_, mesh, points, array);
+}
+
+Result<> StartSample::add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  MAILLE_CHECK(append_patch(probes_.emplace_back(), mesh, points, array));
+  if (probes_.back().blocks.empty()) probes_.pop_back();
+  return {};
+}
+
+Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Array& all, uint64_t faces) {
   if (mesh_.blocks.empty()) return std::vector<std::byte>();
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
   if (!coded) return std::vector<std::byte>();
@@ -56,8 +71,32 @@ Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const 
   out.put_count(coded->bytes.size());
   out.put_bytes(coded->bytes);
   out.put_bytes(encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all));
+  std::vector<std::byte> sample = out.take();
+  if (!MAILLE_TRY(pays(sample, maps, faces))) sample.clear();
   mesh_ = {};
-  return out.take();
+  probes_.clear();
+  return sample;
+}
+
+Result<bool> StartSample::pays(const std::vector<std::byte>& sample, const ArrayMaps& maps,
+                               uint64_t faces) const {
+  const auto start = MAILLE_TRY(read_start(sample, mesh_.points.type));
+  uint64_t with = 0, without = 0, probed = 0;
+  for (const Mesh& probe : probes_) {
+    std::vector<uint32_t> points(probe.point_count());
+    std::iota(points.begin(), points.end(), 0u);
+    const auto alone = MAILLE_TRY(encode_fan_patch(probe, FanModels::adaptive));
+    const auto started = MAILLE_TRY(encode_from_start(probe, points, probe.points, *start));
+    if (!alone || !started) continue;
+    const FanSurface& fans = alone->patch.fans;
+    without += alone->bytes.size() +
+               encode_adaptive_positions(fans, probe.points, maps, alone->sources.points).size();
+    with += started->coded.bytes.size() + started->positions.size();
+    probed += probe.cell_count();
+  }
+  const auto saved = static_cast<double>(without) - static_cast<double>(with);
+  return probed > 0 && saved / static_cast<double>(probed) * static_cast<double>(faces) >
+                           static_cast<double>(sample.size());
 }
 
 namespace {

@@ -21,24 +21,26 @@ bool can_share_start(const ArrayToCode& positions, int effort);
 /// How many of so many patches are the sample: it must save more than it takes, and readers shall find the
 /// first charts in the first 64 KiB of a file.
 size_t charts_in_start(size_t charts);
+/// How many others are coded with and without it, to see what it saves.
+inline constexpr size_t probes_of_start = 4;
 
-/// Does a sample of so many bytes save more than it takes? It saves about half a bit a face.
-inline bool is_worth_it(const std::vector<std::byte>& sample, uint64_t faces) {
-  return !sample.empty() && 32 * uint64_t{sample.size()} < faces;
-}
-
-/// Patches of triangles that are to be the sample.
+/// Patches of triangles that are to be the sample, and others that tell whether it saves more than it takes:
+/// where each patch has maps or repeats of its own, it does not.
 class StartSample {
  public:
   /// `array`: its positions, `points`: by point of the mesh, the tuple. Patches that fans are not made for
   /// are left out.
   Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
-  /// The sample as it stands in the file; none where no patch fits. `maps` hold for all patches; `all`: their
-  /// positions, or a good part of them.
-  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all);
+  Result<> add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
+  /// The sample as it stands in the file; none where it does not pay for so many faces. `maps` hold for all
+  /// patches; `all`: their positions, or a good part of them.
+  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all, uint64_t faces);
 
  private:
+  Result<bool> pays(const std::vector<std::byte>& sample, const ArrayMaps& maps, uint64_t faces) const;
+
   Mesh mesh_;
+  std::vector<Mesh> probes_;
 };
 
 /// Decodes the sample. `type`: of the positions. Safe on any bytes. Error: corrupt.
