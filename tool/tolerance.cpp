@@ -77,7 +77,7 @@ Result<Tolerances> parse_tolerances(const CompressOptions& options) {
 Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input) {
   for (const auto& [name, tolerance] : tolerances.arrays) {
     const bool found = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
-                                   [&](const Array& array) { return array.name == name; });
+                                   [&name = name](const Array& array) { return array.name == name; });
     if (found) continue;
     std::vector<std::string> known = {"position"};
     for (const Array& array : mesh.arrays) known.push_back(array.name);

@@ -88,13 +88,13 @@ TEST(RangeCoder, EveryOperationComesBack) {
 
 TEST(RangeCoder, CarriesRunThroughManyWords) {
   // Always the upper end of the interval: the encoder's number is all ones until a last step up.
-  for (int count = 1; count < 300; ++count) {
+  for (uint32_t count = 1; count < 300; ++count) {
     RangeEncoder encoder;
-    for (int i = 0; i < count; ++i) encoder.code(false, 65512 - i % 3);
+    for (uint32_t i = 0; i < count; ++i) encoder.code(false, 65512 - i % 3);
     encoder.code(true, 24);
     const auto bytes = encoder.finish();
     RangeDecoder decoder(bytes);
-    for (int i = 0; i < count; ++i) ASSERT_FALSE(decoder.code(false, 65512 - i % 3));
+    for (uint32_t i = 0; i < count; ++i) ASSERT_FALSE(decoder.code(false, 65512 - i % 3));
     ASSERT_TRUE(decoder.code(false, 24));
     EXPECT_FALSE(decoder.exhausted());
   }

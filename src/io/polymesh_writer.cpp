@@ -418,7 +418,7 @@ void PolyMeshWriter::note() {
   for (const auto& [key, value] : description_.metadata) {
     const auto known = {foam_patch_prefix,        foam_entries_prefix,      foam_type_prefix,
                         foam_cell_zones.metadata, foam_face_zones.metadata, foam_point_zones.metadata};
-    const auto begins = [&](const char* prefix) { return key.starts_with(prefix); };
+    const auto begins = [&key = key](const char* prefix) { return key.starts_with(prefix); };
     if (std::none_of(known.begin(), known.end(), begins)) note_metadata(key, notes_);
   }
 }

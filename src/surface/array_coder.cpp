@@ -440,9 +440,10 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
     out.put(coding.normal->flags());
   } else {
     out.put(coding.tuple.predictor);
-    out.put(static_cast<uint8_t>(
-        coding.tuple.whole_values | coding.tuple.repeats << 1 | maps.octahedral.has_value() << 2 |
-        static_cast<unsigned>(coding.tuple.placement) << 3 | (refined ? refined_flag : 0u)));
+    out.put(static_cast<uint8_t>(unsigned{coding.tuple.whole_values} | unsigned{coding.tuple.repeats} << 1 |
+                                 unsigned{maps.octahedral.has_value()} << 2 |
+                                 static_cast<unsigned>(coding.tuple.placement) << 3 |
+                                 (refined ? refined_flag : 0u)));
   }
   if (maps.octahedral) {
     out.put_count(static_cast<uint64_t>(maps.octahedral->steps));

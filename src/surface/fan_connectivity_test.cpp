@@ -90,7 +90,7 @@ TEST(Fans, SurfacesOfAnyGenusAndSizeComeBack) {
 }
 
 TEST(Fans, VerticesOfManyTrianglesComeBack) {
-  for (const uint32_t valence : {3, 12, 13, 16, 17, 300}) {
+  for (const uint32_t valence : {3u, 12u, 13u, 16u, 17u, 300u}) {
     EXPECT_EQ(round_trip(shapes::fan(valence, true)), "") << valence;
     EXPECT_EQ(round_trip(shapes::fan(valence, false)), "") << valence;
   }

@@ -123,9 +123,10 @@ UniqueFaces without_copies(std::span<const uint32_t> corners, uint32_t points) {
   }
   result.all_corners = corners;
   if (result.copies.empty()) return result;
-  for (const uint32_t face : result.face)
-    result.corners.insert(result.corners.end(), corners.begin() + 3 * size_t{face},
-                          corners.begin() + 3 * size_t{face} + 3);
+  for (const uint32_t face : result.face) {
+    const auto triangle = std::span(corners).subspan(3 * size_t{face}, 3);
+    result.corners.insert(result.corners.end(), triangle.begin(), triangle.end());
+  }
   result.all_corners = result.corners;
   return result;
 }

@@ -109,7 +109,7 @@ TEST(SharedFans, SmallPatchesFarApartHaveSixteenBitsOfTheirOwn) {
 
 TEST(SharedFans, ManyPatchesOfWhichSomeAreLearntFromComeBack) {
   Patches patches;
-  for (int i = 0; i < 150; ++i) patches.add(shapes::torus(6 + i % 7, 5 + i % 3), 0.1 * i);
+  for (uint32_t i = 0; i < 150; ++i) patches.add(shapes::torus(6 + i % 7, 5 + i % 3), 0.1 * i);
   patches.encode({Tolerance::Kind::bits, 14.0});
   expect_round_trip(patches);
 }

@@ -499,7 +499,7 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
     const CellShape& solid_shape = Hull::shape_of(solid);
     if (solid_shape.dimension != 3) return false;
     for (unsigned f = solid.open & solid_shape.faces_at[corner]; f != 0; f &= f - 1) {
-      const CellFace& face = solid_shape.face[__builtin_ctz(f)];
+      const CellFace& face = solid_shape.face[static_cast<unsigned>(__builtin_ctz(f))];
       if (face.size != shape.corners) continue;
       unsigned at_a = 4, at_b = 4, shared = 0;
       for (unsigned i = 0; i < face.size; ++i) {

@@ -53,7 +53,7 @@ std::vector<DelayedCell> delayed(const Mesh& mesh, uint64_t delay) {
 TEST(DelayBuffer, EveryCellComesOutOnceAndPointsEndWithTheirLastCell) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const Mesh mesh = soup(seed, 200, 60);
-    for (const uint64_t delay : {1, 3, 40, 1000}) {
+    for (const uint64_t delay : {1u, 3u, 40u, 1000u}) {
       const std::vector<DelayedCell> out = delayed(mesh, delay);
       auto wanted = cells_of(mesh);
       std::vector<std::vector<uint64_t>> found;

@@ -13,7 +13,7 @@ namespace {
 using namespace testing;
 
 /// So little that points go in ranges, pages are thrown out, and cells are sorted in parts of 64.
-constexpr WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
+const WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
 
 std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& options) {
   const auto parts_in_memory = mesh_as_source(mesh);

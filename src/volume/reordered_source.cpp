@@ -52,7 +52,7 @@ class CellPlaces {
       for (uint64_t i = 0; i < count; ++i) add(position(bytes.data() + i * size));
     }
     double widest = 0;
-    for (int c = 0; c < 3; ++c) widest = std::max(widest, high_[c] - low_[c]);
+    for (unsigned c = 0; c < 3; ++c) widest = std::max(widest, high_[c] - low_[c]);
     scale_ = widest > 0 && widest < 1e300 ? 1048575.0 / widest : 0;
     return {};
   }

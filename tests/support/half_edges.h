@@ -25,8 +25,7 @@ inline Surface star() {
 /// A grid that lacks five of its quads, two of them side by side.
 inline Surface with_holes() {
   Surface surface = shapes::grid(9, 9);
-  for (const size_t hole : {70, 60, 40, 12, 11})
-    surface.faces.erase(surface.faces.begin() + static_cast<ptrdiff_t>(hole));
+  for (const int hole : {70, 60, 40, 12, 11}) surface.faces.erase(surface.faces.begin() + hole);
   return surface;
 }
 
