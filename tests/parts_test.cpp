@@ -34,7 +34,7 @@ TEST(Parts, AnyMeshComesBack) {
   RandomMeshOptions meshes;
   meshes.other_cells = true;
   for (const int effort : {2, 5, 8}) {
-    for (const uint64_t most_cells : {1, 7, 30}) {
+    for (const uint64_t most_cells : {1u, 7u, 30u}) {
       const auto property = [&](const Mesh& mesh) {
         return round_trip(mesh, in_parts(most_cells, Order::canonical, effort));
       };

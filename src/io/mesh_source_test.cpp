@@ -110,7 +110,7 @@ Mesh joined(Mesh mesh) {
 
 TEST(MeshSource, GivesInPartsWhatIsReadWhole) {
   for (const char* name : {"appended_raw.vtu", "appended_lz4.vtu", "appended_lzma.vtu"}) {
-    for (const uint64_t step : {1, 3, 100}) {
+    for (const uint64_t step : {1u, 3u, 100u}) {
       const auto source = file_source(sample_path(name));
       ASSERT_TRUE(source);
       const auto mesh = read_in_parts(**source, step);

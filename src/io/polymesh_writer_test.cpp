@@ -400,7 +400,7 @@ TEST(PolyMeshSink, WritesInPartsTheBytesOfTheWriterInMemory) {
     if (seed % 2 != 0) {
       CellBlock& patch = mesh.blocks.back();
       const uint64_t kept = patch.size() / 2;
-      patch.connectivity.resize(patch.cell(kept).data() - patch.connectivity.data());
+      patch.connectivity.resize(static_cast<size_t>(patch.cell(kept).data() - patch.connectivity.data()));
       if (!patch.offsets.empty()) patch.offsets.resize(kept + 1);
       mesh.metadata = {{"openfoam.patch.defaultFaces", "patch"}, {"openfoam.patch.wall", "wall"}};
     }

@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(HttpSource, ReadsFilesSmallerThanTheFirstRequest) {
-  for (const size_t size : {0, 1, 4095, 4096, 4097, 65535, 65536, 65537}) {
+  for (const size_t size : {0u, 1u, 4095u, 4096u, 4097u, 65535u, 65536u, 65537u}) {
     const std::string content = test_content().substr(0, size);
     const TestServer server([&](const TestRequest& request, TestConnection& connection) {
       connection.send(good_answer(request, content));
