@@ -14,7 +14,7 @@
 #include "container/file_reader.h"
 #include "hierarchy/mesh_geometry.h"
 #include "hierarchy/random_file.h"
-#include "io/mesh_as_source.h"
+#include "mesh/mesh_as_source.h"
 
 namespace maille {
 namespace {
