@@ -167,7 +167,9 @@ TEST(LineBlocks, EndWhereLinesEnd) {
   for (LineBlocks lines(*source, 0, 16); !lines.at_end();) {
     const auto block = lines.read();
     ASSERT_TRUE(block);
-    if (!lines.at_end()) EXPECT_TRUE(block->ends_with("\n") && !block->ends_with("\\\n"));
+    if (!lines.at_end()) {
+      EXPECT_TRUE(block->ends_with("\n") && !block->ends_with("\\\n"));
+    }
     read += *block;
   }
   EXPECT_EQ(read, text);
