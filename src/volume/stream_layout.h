@@ -107,8 +107,8 @@ inline bool mixes_values(int effort, bool pays) {
   return effort >= 7 || (effort >= 4 && pays);
 }
 /// Where mixing of values takes a tenth of a second. Where cells do not come in the order of a sweep
-/// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as tetrahedra
-/// have.
+/// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as
+/// tetrahedra have.
 inline bool mixing_pays(uint64_t numbers, uint64_t cells, bool scattered) {
   constexpr uint64_t few = uint64_t{1} << 17;
   return numbers <= few || (scattered && (numbers <= 2 * few || numbers <= 3 * cells));
