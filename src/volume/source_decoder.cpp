@@ -11,6 +11,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "volume/piece_pipeline.h"
 #include "volume/stream_file.h"
 #include "volume/stream_layout.h"
 
@@ -177,26 +178,13 @@ Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& optio
   StreamReader reader = MAILLE_TRY(
       StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
   SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
-  Executor& executor = options.executor ? *options.executor : serial_executor();
-  std::array<StreamPiece, 2> pieces;
-  bool more = MAILLE_TRY(reader.next(pieces[0]));
-  for (unsigned k = 0; more; k = 1 - k) {
-    // One piece is written while the next is decoded.
-    Result<bool> following = false;
-    Result<> written;
-    executor.parallel_for(2, [&](size_t task) {
-      if (task == 0) {
-        following = reader.next(pieces[1 - k]);
-      } else {
-        written = feeder.add(pieces[k]);
-      }
-    });
-    MAILLE_CHECK(written);
-    more = MAILLE_TRY(following);
-    const auto done = static_cast<double>(pieces[k].first_cell + pieces[k].cell_count());
+  const auto add = [&](const StreamPiece& piece) { return feeder.add(piece); };
+  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece& piece) -> Result<> {
+    const auto done = static_cast<double>(piece.first_cell + piece.cell_count());
     if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))
       return cancelled();
-  }
+    return {};
+  }));
   return sink.commit();
 }
 

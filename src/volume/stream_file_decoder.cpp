@@ -3,13 +3,13 @@
 #include <maille/stream.h>
 
 #include <algorithm>
-#include <array>
 
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "volume/cell_order.h"
 #include "volume/mesh_order.h"
+#include "volume/piece_pipeline.h"
 #include "volume/stream_layout.h"
 #include "volume/time_steps.h"
 
@@ -236,24 +236,11 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   const auto order = MAILLE_TRY(order_of(source, reader.description()));
   MeshCollector collector(reader.description(), options);
-  Executor& executor = options.executor ? *options.executor : serial_executor();
-  std::array<StreamPiece, 2> pieces;
-  bool more = MAILLE_TRY(reader.next(pieces[0]));
-  for (unsigned k = 0; more; k = 1 - k) {
-    // One piece goes to its place while the next is decoded.
-    Result<bool> following = false;
-    Result<> added;
-    executor.parallel_for(2, [&](size_t task) {
-      if (task == 0) {
-        following = reader.next(pieces[1 - k]);
-      } else {
-        added = collector.add(pieces[k], source.name());
-      }
-    });
-    MAILLE_CHECK(added);
-    more = MAILLE_TRY(following);
+  const auto add = [&](const StreamPiece& piece) { return collector.add(piece, source.name()); };
+  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece&) -> Result<> {
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
-  }
+    return {};
+  }));
   return collector.finish(source.name(), order);
 }
 
