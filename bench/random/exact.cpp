@@ -7,23 +7,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "hierarchy/mesh_geometry.h"
 #include "hierarchy/random_file.h"
+#include "measures.h"
 #include "mesh/mesh_as_source.h"
 
 namespace maille {
 namespace {
-
-double cpu_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// What was found of a file: an empty text where all is as it was.
 struct Checked {

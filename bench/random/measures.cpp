@@ -10,15 +10,12 @@
 #include "surface/surface_normals.h"
 
 namespace maille {
-namespace {
 
 double cpu_seconds() {
   timespec now;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
-
-}  // namespace
 
 Result<std::vector<ChartBytes>> read_all(RandomReader& reader) {
   const Selection all =

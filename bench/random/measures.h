@@ -16,6 +16,9 @@ struct ChartBytes {
   std::vector<std::byte> bytes;
 };
 
+/// CPU time of this process.
+double cpu_seconds();
+
 /// All charts, as they are in the file.
 Result<std::vector<ChartBytes>> read_all(RandomReader& reader);
 

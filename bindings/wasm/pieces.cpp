@@ -20,20 +20,6 @@ OpenPieces* open_pieces(Reader& reader) {
   return static_cast<OpenPieces*>(reader.pieces.get());
 }
 
-void add_values(Reader& reader, BufferKind kind, const StreamArray& array,
-                const std::vector<std::byte>& bytes) {
-  Buffer buffer{kind};
-  buffer.type = static_cast<uint32_t>(array.type);
-  buffer.components = array.components;
-  buffer.domain = static_cast<uint32_t>(array.domain);
-  buffer.role = static_cast<uint32_t>(array.role);
-  buffer.name = array.name.data();
-  buffer.name_size = static_cast<uint32_t>(array.name.size());
-  buffer.bytes = bytes.data();
-  buffer.size = static_cast<uint32_t>(bytes.size());
-  reader.buffers.push_back(buffer);
-}
-
 void list_piece(Reader& reader, const OpenPieces& pieces) {
   const StreamPiece& piece = pieces.piece;
   const StreamDescription& description = pieces.stream.description();
@@ -51,11 +37,11 @@ void list_piece(Reader& reader, const OpenPieces& pieces) {
   list.push_back(wide_numbers(reader, BufferKind::piece_points, piece.points));
   list.push_back(numbers_of(BufferKind::piece_point_slots, Scalar::u32, piece.point_slots));
   list.push_back(numbers_of(BufferKind::piece_ended_slots, Scalar::u32, piece.ended_slots));
-  add_values(reader, BufferKind::points, description.positions, piece.positions);
+  add_array(reader.buffers, BufferKind::points, description.positions, piece.positions);
   size_t of_points = 0, of_cells = 0;
   for (const StreamArray& array : description.arrays)
-    add_values(
-        reader, BufferKind::array, array,
+    add_array(
+        reader.buffers, BufferKind::array, array,
         array.domain == Domain::point ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++]);
 }
 

@@ -104,7 +104,9 @@ struct Reader {
   }
 };
 
-inline void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array& array) {
+/// `array`: an Array or a StreamArray, whose tuples are `bytes`.
+template <class Described>
+void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Described& array, Bytes bytes) {
   Buffer buffer{kind};
   buffer.type = static_cast<uint32_t>(array.type);
   buffer.components = array.components;
@@ -112,9 +114,12 @@ inline void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array
   buffer.role = static_cast<uint32_t>(array.role);
   buffer.name = array.name.data();
   buffer.name_size = static_cast<uint32_t>(array.name.size());
-  buffer.bytes = array.bytes.data();
-  buffer.size = static_cast<uint32_t>(array.bytes.size());
+  buffer.bytes = bytes.data();
+  buffer.size = static_cast<uint32_t>(bytes.size());
   buffers.push_back(buffer);
+}
+inline void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array& array) {
+  add_array(buffers, kind, array, array.bytes);
 }
 
 template <class T>
