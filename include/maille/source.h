@@ -65,8 +65,10 @@ class Sink {
 
 /// Appends to `out`, which must outlive the sink.
 std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out);
-/// A file that appears whole or not at all: written to a temporary name in the same folder, fsync, rename,
-/// fsync of the folder. A sink destroyed before commit() removes its temporary file. Error: write_failed,
+/// A file that appears whole or not at all: written without a name, fsync, then named (a link; over an older
+/// file a link under a temporary name and rename), fsync of the folder. A process that ends before commit()
+/// leaves nothing, however it ends; on file systems that have no files without names (NFS, FAT) the temporary
+/// name is there from the beginning, and a sink destroyed before commit() removes it. Error: write_failed,
 /// with the system's reason (no such folder, no permission, disk full) before anything is written where that
 /// can be known.
 Result<std::unique_ptr<Sink>> file_sink(const std::string& path);
@@ -77,7 +79,7 @@ Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size
 /// Standard output; commit() flushes.
 std::unique_ptr<Sink> stdout_sink();
 
-/// Removes the temporary files of every open file_sink. Safe to call from a signal handler.
+/// Removes the temporary files of every open file_sink that has one. Safe to call from a signal handler.
 void remove_unfinished_files() noexcept;
 
 }  // namespace maille

@@ -2,11 +2,10 @@
 
 #include <maille/source.h>
 
-#include <optional>
+#include <memory>
 #include <string>
 
-#include "base/posix.h"
-#include "base/unfinished.h"
+#include "base/pending_file.h"
 
 namespace maille {
 
@@ -14,23 +13,16 @@ namespace maille {
 class RegionFile {
  public:
   explicit RegionFile(std::string path) : path_(std::move(path)) {}
-  ~RegionFile();
-  RegionFile(const RegionFile&) = delete;
-  RegionFile& operator=(const RegionFile&) = delete;
 
   Result<> open();
   Result<> write_at(uint64_t offset, Bytes bytes);
   /// Makes the file durable and visible.
-  Result<> commit();
+  Result<> commit() { return file_->commit(); }
   const std::string& path() const { return path_; }
 
  private:
   std::string path_;
-  PathParts place_;
-  std::string temporary_;
-  Descriptor folder_, file_;
-  std::optional<UnfinishedRegistration> registration_;
-  bool committed_ = false;
+  std::unique_ptr<PendingFile> file_;
 };
 
 }  // namespace maille

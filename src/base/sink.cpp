@@ -1,11 +1,10 @@
 #include <fcntl.h>
 #include <maille/source.h>
 #include <sys/stat.h>
-#include <cstdlib>
 
+#include "base/pending_file.h"
 #include "base/posix.h"
 #include "base/result.h"
-#include "base/unfinished.h"
 
 namespace maille {
 namespace {
@@ -88,62 +87,21 @@ class DirectSink final : public Sink {
 
 // ---- files that appear whole or not at all --------------------------------------------------------------
 
-/// fsync(), again after an interruption.
-bool sync(int fd) {
-  int result = 0;
-  do {
-    result = ::fsync(fd);
-  } while (result != 0 && errno == EINTR);
-  return result == 0;
-}
-
 class FileSink final : public Sink {
  public:
-  FileSink(std::string path, PathParts place, Descriptor folder, Descriptor file, std::string temporary,
-           UnfinishedRegistration registration)
-      : path_(std::move(path)),
-        final_name_(std::move(place.name)),
-        temporary_(std::move(temporary)),
-        folder_(std::move(folder)),
-        file_(std::move(file)),
-        output_(file_.get(), path_),
-        registration_(std::move(registration)) {}
-  FileSink(const FileSink&) = delete;
-  FileSink& operator=(const FileSink&) = delete;
-
-  ~FileSink() override {
-    if (!committed_) ::unlinkat(folder_.get(), temporary_.c_str(), 0);
-  }
+  explicit FileSink(std::unique_ptr<PendingFile> file)
+      : file_(std::move(file)), output_(file_->descriptor(), file_->path()) {}
 
   Result<> write(Bytes bytes) override { return output_.write(bytes); }
-
   Result<> commit() override {
-    if (committed_) return {};
     MAILLE_CHECK(output_.flush());
-    if (!sync(file_.get()) || !file_.close()) return cannot_write(path_);
-    const char* const from = temporary_.c_str();
-    if (::renameat(folder_.get(), from, folder_.get(), final_name_.c_str()) != 0) return cannot_write(path_);
-    committed_ = true;
-    // Some file systems cannot sync a folder, and need not.
-    if (!sync(folder_.get()) && errno != EINVAL && errno != ENOTSUP) {
-      return failure(ErrorCode::write_failed,
-                     path_ + " is written but may not survive a power loss: its folder cannot be synced: " +
-                         std::strerror(errno));
-    }
-    return {};
+    return file_->commit();
   }
-
-  std::string name() const override { return path_; }
+  std::string name() const override { return file_->path(); }
 
  private:
-  std::string path_;
-  std::string final_name_;
-  std::string temporary_;
-  Descriptor folder_;
-  Descriptor file_;
+  std::unique_ptr<PendingFile> file_;
   BufferedOutput output_;
-  UnfinishedRegistration registration_;
-  bool committed_ = false;
 };
 
 Result<std::unique_ptr<Sink>> direct_sink(const std::string& path) {
@@ -153,33 +111,8 @@ Result<std::unique_ptr<Sink>> direct_sink(const std::string& path) {
   return std::make_unique<DirectSink>(std::move(file), fd, path);
 }
 
-/// The file a symbolic link leads to, so that writing through a link keeps the link.
-std::string resolve_link(const std::string& path) {
-  struct stat info {};
-  if (::lstat(path.c_str(), &info) != 0 || !S_ISLNK(info.st_mode)) return path;
-  char* const resolved = ::realpath(path.c_str(), nullptr);
-  const std::string target = resolved == nullptr ? path : resolved;
-  std::free(resolved);
-  return target;
-}
-
-Result<std::unique_ptr<Sink>> replacing_sink(const std::string& path, mode_t mode, bool keep_mode) {
-  const PathParts place = split_path(resolve_link(path));
-  const std::string what = path + ": folder " + place.folder;
-  Descriptor folder(::open(place.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!folder.valid()) return cannot_write(what);
-
-  for (int attempt = 0;; ++attempt) {
-    std::string temporary = temporary_name(place.name);
-    UnfinishedRegistration registration(folder.get(), temporary);
-    Descriptor file(::openat(folder.get(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-    if (file.valid()) {
-      if (keep_mode) ::fchmod(file.get(), mode);  // best effort: some file systems have no modes
-      return std::make_unique<FileSink>(path, place, std::move(folder), std::move(file), std::move(temporary),
-                                        std::move(registration));
-    }
-    if (errno != EEXIST || attempt == 100) return cannot_write(what);
-  }
+Result<std::unique_ptr<Sink>> replacing_sink(const std::string& path, std::optional<mode_t> mode) {
+  return std::make_unique<FileSink>(MAILLE_TRY(PendingFile::create(path, mode)));
 }
 
 }  // namespace
@@ -191,7 +124,7 @@ std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out) {
 Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) {
-    if (!path.empty() && path.back() != '/') return replacing_sink(path, 0666, false);
+    if (!path.empty() && path.back() != '/') return replacing_sink(path, {});
     errno = path.empty() ? ENOENT : EISDIR;
     return cannot_write(path.empty() ? "a file without a name" : path);
   }
@@ -202,7 +135,7 @@ Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
   if (!S_ISREG(info.st_mode)) return direct_sink(path);
   // rename() would replace a write-protected file without asking.
   if (::access(path.c_str(), W_OK) != 0) return cannot_write(path);
-  return replacing_sink(path, info.st_mode & 07777, true);
+  return replacing_sink(path, info.st_mode & 07777);
 }
 
 std::unique_ptr<Sink> stdout_sink() {

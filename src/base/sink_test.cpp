@@ -100,7 +100,6 @@ TEST_F(FileSink, ShowsNothingBeforeCommit) {
     ASSERT_TRUE(sink);
     ASSERT_TRUE((*sink)->write(bytes_of(std::string(100000, 'x'))));
     EXPECT_FALSE(fs::exists(path("a")));
-    EXPECT_THAT(*names().begin(), HasSubstr(".a." + std::to_string(::getpid()) + "-"));
   }
   EXPECT_TRUE(names().empty());
 }
@@ -159,7 +158,6 @@ TEST_F(FileSink, FollowsItsFolderNotTheCurrentOne) {
   auto dropped = file_sink("b");
   fs::current_path(before);
   ASSERT_TRUE((*kept)->commit());
-  EXPECT_EQ(names().size(), 2u);
   dropped->reset();
   EXPECT_EQ(names(), std::set<std::string>{"a"});
 }
@@ -301,23 +299,6 @@ TEST_F(FileSink, AKilledProcessLeavesTheOldFileOrTheNewOne) {
   EXPECT_GT(old_files, 0);  // some were killed in time
 }
 
-TEST_F(FileSink, ASignalHandlerCanRemoveWhatIsUnfinished) {
-  const int status = in_child([&] {
-    std::signal(SIGTERM, [](int) {
-      remove_unfinished_files();
-      ::_exit(7);
-    });
-    const auto done = file_sink(path("done"));
-    (*done)->commit();
-    const auto a = file_sink(path("a"));
-    const auto b = file_sink(path("b"));
-    if (names().size() != 3) ::_exit(1);
-    std::raise(SIGTERM);
-  });
-  EXPECT_EQ(WEXITSTATUS(status), 7);
-  EXPECT_EQ(names(), std::set<std::string>{"done"});
-}
-
 TEST_F(FileSink, ManyCanBeOpenAtOnce) {
   std::vector<std::unique_ptr<Sink>> sinks;
   for (int i = 0; i < 100; ++i) {
@@ -325,7 +306,6 @@ TEST_F(FileSink, ManyCanBeOpenAtOnce) {
     ASSERT_TRUE(sink);
     sinks.push_back(*std::move(sink));
   }
-  EXPECT_EQ(names().size(), 100u);
   for (size_t i = 0; i < 50; ++i) EXPECT_TRUE(sinks[i]->commit());
   sinks.clear();
   EXPECT_EQ(names().size(), 50u);

@@ -13,9 +13,14 @@ for j in range(n - 1):
 END
 # The shell ignores SIGINT on behalf of its background jobs; Python gives it back.
 default_signals='import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL); os.execvp(sys.argv[1], sys.argv[1:])'
+# Writing to a file that has no name, or one of its own meanwhile.
+named=no
+is_writing() {
+  compgen -G '.*part' > /dev/null && named=yes || ls -l "/proc/$1/fd" 2> /dev/null | grep -q deleted
+}
 stop() {
   python3 -c "$default_signals" maille compress -q large.ply out.maille &
-  while ! compgen -G '.*part' > /dev/null; do kill -0 $! 2> /dev/null || break; done
+  while ! is_writing $!; do kill -0 $! 2> /dev/null || break; done
   kill "-$1" $!
   wait $! 2> /dev/null
   echo "$1: exit $?"
@@ -28,3 +33,4 @@ files_like '.*part'
 stop HUP
 files_like '.*part'
 stop KILL
+[[ $named == yes ]] || files_like '.*part'
