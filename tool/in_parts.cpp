@@ -115,9 +115,7 @@ Result<std::optional<InputInParts>> open_surface_in_parts(const CompressOptions&
   if (!format || (*format != "ply" && *format != "stl" && *format != "obj")) return std::nullopt;
   auto source = unmapped_source(options.input);
   if (!source) return std::nullopt;
-  // Only in memory the order can be kept.
-  const uint64_t most =
-      options.keep_order ? options.common.memory : std::min(small_bytes, options.common.memory);
+  const uint64_t most = std::min(small_bytes, options.common.memory);
   const uint64_t size = (*source)->size();
   const auto fits = [&](uint64_t faces) { return random_bytes_of_face * faces + size < most; };
   auto mesh = *format == "ply" ? open_mesh_source(**source, {options.common.memory})
@@ -157,8 +155,7 @@ Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, 
   return failure(
       ErrorCode::memory_bound,
       fmt::format("{}: levels of detail of {} faces take about {} MB in memory, more than --memory allows "
-                  "({} MB); `maille convert` it to a .ply file, which is built in parts as far as its order "
-                  "need not be kept",
+                  "({} MB); `maille convert` it to a .ply file, which is built in parts",
                   name, mesh.cell_count(), megabytes(needed), common.memory >> 20));
 }
 

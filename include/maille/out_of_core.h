@@ -32,7 +32,7 @@ struct WorkingSpace {
 /// they do, points in the order in which cells meet them; reordered() goes before where cells are in no
 /// order. Errors: those of encode(), of the source, write_failed, memory_bound.
 ///
-/// Mode `random`: one block of triangles, quads or polygons, arrays of points and cells, order canonical. The
+/// Mode `random`: one block of triangles, quads or polygons, arrays of points and cells, either order. The
 /// levels are built as in memory, but a window at a time; the file is the same for any memory and executor.
 /// `space.memory` is for all of it: 96 MB, two bytes a point, and 100 MB for each window that is worked on at
 /// once; with less than that for one the error is memory_bound. A few dozen bytes a face go to temporary

@@ -46,14 +46,32 @@ FileWriter FileWriter::resume(Sink& sink, uint64_t end, const Digest& digest) {
 
 Result<> FileWriter::write_stream(const StreamKey& key, Bytes bytes) {
   const ChunkHeader header = {.type = type_of(key), .patch = key.patch, .number = key.number};
-  return for_each_part(header, bytes, [&](const ChunkHeader& part, Bytes content) -> Result<> {
-    const uint64_t checksum = MAILLE_TRY(write_chunk(part, content));
-    digest_.add_chunk(part, checksum);
-    FieldWriter fields(index_);
-    ChunkHeader::visit(part, fields);
-    index_.put(checksum);
-    return {};
-  });
+  return for_each_part(header, bytes,
+                       [&](const ChunkHeader& part, Bytes content) { return write_part(part, content); });
+}
+
+Result<> FileWriter::write_stream(
+    const StreamKey& key, uint64_t size,
+    const std::function<Result<>(uint64_t offset, std::span<std::byte>)>& read) {
+  ChunkHeader header = {.type = type_of(key), .patch = key.patch, .number = key.number};
+  std::vector<std::byte> content;
+  for (uint64_t at = 0, part = 0; part == 0 || at < size; at += content.size(), ++part) {
+    content.resize(std::min<uint64_t>(size - at, max_chunk_bytes));
+    MAILLE_CHECK(read(at, content));
+    header.part_and_last = static_cast<uint32_t>(2 * part + (at + content.size() == size ? 1 : 0));
+    header.size = static_cast<uint32_t>(content.size());
+    MAILLE_CHECK(write_part(header, content));
+  }
+  return {};
+}
+
+Result<> FileWriter::write_part(const ChunkHeader& part, Bytes content) {
+  const uint64_t checksum = MAILLE_TRY(write_chunk(part, content));
+  digest_.add_chunk(part, checksum);
+  FieldWriter fields(index_);
+  ChunkHeader::visit(part, fields);
+  index_.put(checksum);
+  return {};
 }
 
 Result<uint64_t> FileWriter::finish() {

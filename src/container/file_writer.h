@@ -3,6 +3,8 @@
 #include <maille/file.h>
 #include <maille/source.h>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "container/layout.h"
@@ -23,6 +25,9 @@ class FileWriter {
   /// A key is written once. A chunk costs 21 to 36 bytes beside its content, so many tiny streams are better
   /// one.
   Result<> write_stream(const StreamKey& key, Bytes bytes);
+  /// The same of `size` bytes, with memory for one chunk: `read` fills a span with those from an offset on.
+  Result<> write_stream(const StreamKey& key, uint64_t size,
+                        const std::function<Result<>(uint64_t offset, std::span<std::byte>)>& read);
   /// Writes index and footer. Does not commit the sink, except, where the file goes on, before the footer:
   /// there must be no footer without what it vouches for. Returns the size of the file.
   Result<uint64_t> finish();
@@ -34,6 +39,7 @@ class FileWriter {
  private:
   FileWriter(Sink& sink, const Digest& digest) : sink_(&sink), digest_(digest) {}
   Result<> write(Bytes bytes);
+  Result<> write_part(const ChunkHeader& part, Bytes content);
   Result<uint64_t> write_chunk(const ChunkHeader& header, Bytes content);
   Result<> write_index();
 

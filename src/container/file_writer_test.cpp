@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "base/hash.h"
 #include "container/testing.h"
 
@@ -68,6 +71,26 @@ TEST(FileWriter, OverheadOfALargeFileIsItsSizeWithoutContents) {
   ASSERT_TRUE(writer->write_stream({"POSN"}, noise(200000, 1)));
   ASSERT_TRUE(writer->finish());
   EXPECT_EQ(writer->overhead_bytes(), file.size() - 200000);
+}
+
+TEST(FileWriter, WritesAStreamChunkByChunkAsInOnePiece) {
+  for (const size_t size : {size_t{0}, size_t{5}, size_t{max_chunk_bytes}, 2 * max_chunk_bytes + size_t{3}}) {
+    const std::vector<std::byte> content = noise(size, 1);
+    std::array<std::vector<std::byte>, 2> files;
+    for (size_t i = 0; i < 2; ++i) {
+      const auto sink = memory_sink(files[i]);
+      auto writer = FileWriter::begin(*sink, {});
+      const auto read = [&](uint64_t offset, std::span<std::byte> out) -> Result<> {
+        EXPECT_LE(out.size(), max_chunk_bytes);
+        std::copy_n(content.begin() + static_cast<ptrdiff_t>(offset), out.size(), out.begin());
+        return {};
+      };
+      ASSERT_TRUE(i == 0 ? writer->write_stream({"ORDR"}, content)
+                         : writer->write_stream({"ORDR"}, size, read));
+      ASSERT_TRUE(writer->finish());
+    }
+    EXPECT_TRUE(files[0] == files[1]) << size;
+  }
 }
 
 TEST(FileWriter, PassesTheErrorOfItsSinkOn) {

@@ -25,6 +25,7 @@ struct Piece {
   const LocalPositions* positions = nullptr;
   LevelVertices vertices;
   std::span<const uint32_t> ids;
+  std::span<const uint32_t> cell_ids;  ///< of a window, if the order is kept
 };
 
 /// Some faces as a mesh of their own, whose points are those of the faces and `more`.
@@ -69,6 +70,18 @@ struct SharedBy {
   }
 };
 
+ElementOrder order_of(const Piece& piece, const PatchSources& sources) {
+  ElementOrder order;
+  for (const uint32_t point : sources.points) order.points.push_back(piece.ids[point]);
+  for (size_t i = 0; i < sources.cells.size(); ++i) {
+    const uint32_t cell = sources.cells[i];
+    const auto first = piece.faces.face(cell).data() - piece.faces.corners.data();
+    order.cells.push_back(piece.cell_ids[cell]);
+    order.rotation.push_back(sources.first_corner[i] - static_cast<uint32_t>(first));
+  }
+  return order;
+}
+
 Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, MeshPart part,
                                 const Chart& chart, const SharedBy* shared) {
   const uint32_t set = shared != nullptr ? 0 : 1;
@@ -89,6 +102,7 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);
     coded.bytes = chart_bytes(part.mesh, patch, points);
+    if (rules.of_chart.order == Order::keep) coded.order = order_of(piece, patch.sources);
   } else {
     coded.bytes = chart_bytes(part.mesh, patch, std::nullopt);
   }
@@ -182,6 +196,7 @@ Piece piece_of(const WindowMesh& window, const PieceRules& rules) {
   piece.positions = &window.positions;
   piece.vertices = {window.positions.numbers, window.class_of, window.held};
   piece.ids = window.ids;
+  piece.cell_ids = window.cell_ids;
   return piece;
 }
 

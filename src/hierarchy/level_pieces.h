@@ -10,6 +10,7 @@
 #include "hierarchy/level_builder.h"
 #include "hierarchy/mesh_windows.h"
 #include "surface/adaptive_start.h"
+#include "surface/element_order.h"
 
 namespace maille {
 
@@ -36,6 +37,7 @@ struct ChartOfPiece {
   uint64_t triangles = 0;
   uint64_t topology = 0;
   std::vector<uint64_t> arrays;  ///< bytes, positions first
+  ElementOrder order;            ///< of a chart of level 0, if it is kept
 };
 struct GroupOfPiece {
   std::vector<uint32_t> inputs;  ///< places in the piece

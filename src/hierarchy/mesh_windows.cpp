@@ -71,9 +71,10 @@ tl::unexpected<Error> refused(const char* what) {
 }  // namespace
 
 Result<MeshWindows> MeshWindows::distribute(MeshSource& mesh, const std::vector<ArrayMaps>& maps,
-                                            uint64_t faces, const WorkingSpace& space,
+                                            uint64_t faces, bool numbered, const WorkingSpace& space,
                                             const Progress& progress) {
   MeshWindows windows(mesh, maps);
+  windows.layout_.numbered = numbered;
   MAILLE_CHECK(windows.lay_out());
   MAILLE_CHECK(windows.measure());
   MAILLE_CHECK(windows.cut(faces));
@@ -232,7 +233,7 @@ Result<> MeshWindows::deal_faces(const Progress& progress) {
         to = std::copy_n(values.bytes.data() + i * values.tuple_size(), values.tuple_size(), to);
       const std::span<const uint64_t> nodes =
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      MAILLE_CHECK(deal_face(nodes, tuples, record));
+      MAILLE_CHECK(deal_face(first + i, nodes, tuples, record));
       if (!pace.step()) return cancelled();
     }
   }
@@ -241,7 +242,7 @@ Result<> MeshWindows::deal_faces(const Progress& progress) {
 
 /// To the window of most of its corners, of those the first in number: for triangles any two agree, or that
 /// of the lowest point counts.
-Result<> MeshWindows::deal_face(std::span<const uint64_t> nodes, Bytes tuples,
+Result<> MeshWindows::deal_face(uint64_t face, std::span<const uint64_t> nodes, Bytes tuples,
                                 std::vector<std::byte>& record) {
   if (layout_.degree != 0 && nodes.size() != layout_.degree)
     return failure(ErrorCode::malformed_input, "a face has another number of corners than its block");
@@ -278,6 +279,7 @@ Result<> MeshWindows::deal_face(std::span<const uint64_t> nodes, Bytes tuples,
     if ((owner & requested_bit) == 0) answers_[from].push_back({static_cast<uint32_t>(node), 0, 0});
     owner = static_cast<uint16_t>(owner | requested_bit);
   }
+  if (layout_.numbered) put(static_cast<uint32_t>(face));
   record.insert(record.end(), tuples.begin(), tuples.end());
   corners_[window] += nodes.size();
   return faces_->append(window, record);
@@ -420,6 +422,10 @@ void MeshWindows::add_faces(const LoadedWindow& window, uint32_t own, WindowMesh
       if (v < own) used[v] = 1;
     }
     if (layout_.degree == 0) block.offsets.push_back(block.connectivity.size());
+    if (layout_.numbered) {
+      made.cell_ids.push_back(number_in(window.faces.data() + at));
+      at += 4;
+    }
     tuples.push_back(window.faces.data() + at);
     at += layout_.cell_bytes;
   }

@@ -31,16 +31,19 @@ struct WindowMesh {
   LocalPositions positions;
   std::vector<uint32_t> unused;    ///< points without a face in the whole mesh
   std::vector<uint32_t> ids;       ///< by point: its number in the whole mesh
+  std::vector<uint32_t> cell_ids;  ///< by face, if they are kept: its number in the whole mesh
   std::vector<uint32_t> class_of;  ///< by point: the one that stands for all at its place
   std::vector<uint32_t> copies;    ///< by point: its number among those of the same position, bit for bit
   std::vector<uint8_t> outside;    ///< by point: other windows have it
   std::vector<uint8_t> held;       ///< by point: other windows have one that it stands for
 };
 
-/// Records of points are number and tuples, of faces number of corners (if it varies), corners and tuples.
+/// Records of points are number and tuples, of faces number of corners (if it varies), corners, number (if
+/// those are kept) and tuples.
 struct WindowLayout {
   CellType type = CellType::triangle;
   uint32_t degree = 3;  ///< 0: varies
+  bool numbered = false;
   Scalar point_type = Scalar::f32;
   std::vector<Array> arrays;               ///< positions, then those of the mesh; without tuples
   size_t point_bytes = 0, cell_bytes = 0;  ///< of all tuples of a point, of a cell
@@ -48,9 +51,9 @@ struct WindowLayout {
 
 class MeshWindows {
  public:
-  /// Reads the mesh three times. `faces`: of a window, about.
+  /// Reads the mesh three times. `faces`: of a window, about. `numbered`: windows know the numbers of faces.
   static Result<MeshWindows> distribute(MeshSource& mesh, const std::vector<ArrayMaps>& maps, uint64_t faces,
-                                        const WorkingSpace& space, const Progress& progress);
+                                        bool numbered, const WorkingSpace& space, const Progress& progress);
 
   uint32_t count() const { return windows_; }
   const Vector3& origin() const { return origin_; }
@@ -84,7 +87,8 @@ class MeshWindows {
   Result<> cut(uint64_t faces);
   Result<> deal_points(const Progress& progress);
   Result<> deal_faces(const Progress& progress);
-  Result<> deal_face(std::span<const uint64_t> nodes, Bytes tuples, std::vector<std::byte>& record);
+  Result<> deal_face(uint64_t face, std::span<const uint64_t> nodes, Bytes tuples,
+                     std::vector<std::byte>& record);
   Result<> answer();
   std::vector<uint64_t> keys_of(const Array& positions) const;
   Result<> read_foreign(LoadedWindow& window);

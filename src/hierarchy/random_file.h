@@ -21,7 +21,7 @@ struct SourceBuilding {
   uint64_t window_faces = uint64_t{1} << 19;
   WorkingSpace space;
 };
-/// The same for a mesh that is read in parts, except for its order. Errors: also those of the source.
+/// The same for a mesh that is read in parts. Errors: also those of the source.
 Result<EncodeReport> encode_random(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                    const SourceBuilding& building = {});
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options);

@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/pace.h"
 #include "base/result.h"
+#include "hierarchy/chart_orders.h"
 #include "hierarchy/level_pieces.h"
 #include "hierarchy/random_file.h"
 #include "hierarchy/random_writer.h"
@@ -48,8 +49,9 @@ class SourceEncoder {
     MAILLE_CHECK(check());
     rules_.maps = MAILLE_TRY(sample_maps(mesh_, options_));
     coded_ = MAILLE_TRY(ScratchFile::create(building_.space.folder));
-    windows_ = MAILLE_TRY(MeshWindows::distribute(mesh_, rules_.maps, building_.window_faces, building_.space,
-                                                  options_.progress));
+    if (keeps_order()) orders_ = MAILLE_TRY(ChartOrders::create(building_.space.folder));
+    windows_ = MAILLE_TRY(MeshWindows::distribute(mesh_, rules_.maps, building_.window_faces, keeps_order(),
+                                                  building_.space, options_.progress));
     MAILLE_CHECK(plan(std::max(windows_->largest(), building_.window_faces)));
     MAILLE_CHECK(set_rules());
     MAILLE_CHECK(make_tables_of_windows());
@@ -60,13 +62,9 @@ class SourceEncoder {
 
  private:
   const MeshDescription& description() const { return mesh_.description(); }
+  bool keeps_order() const { return options_.order == Order::keep; }
 
   Result<> check() {
-    if (options_.order == Order::keep) {
-      return failure(ErrorCode::unsupported,
-                     "the order of a mesh larger than memory cannot be kept in mode \"random\"; leave "
-                     "--keep-order away, or give it the memory for the whole mesh");
-    }
     Mesh named;
     named.arrays = description().arrays;
     named.arrays.insert(named.arrays.end(), description().mesh_arrays.begin(),
@@ -319,6 +317,8 @@ class SourceEncoder {
       extents_[numbers[i]] = chart.extent;
       triangles_ += chart.triangles;
       count(level, chart);
+      // Charts of level 0 come in the order of their numbers.
+      if (level == 0 && orders_) MAILLE_CHECK(orders_->add(chart.order));
     }
     for (GroupOfPiece& group : piece.groups) {
       for (uint32_t& input : group.inputs) input = numbers[input];
@@ -447,11 +447,28 @@ class SourceEncoder {
     };
     FileWriter writer = MAILLE_TRY(write_random(sink, contents, options_.progress));
     EncodeReport report = report_of_charts(contents);
+    if (orders_) report.order_bytes = MAILLE_TRY(write_order(writer, indexed.charts));
     report.file_bytes = MAILLE_TRY(writer.finish());
     MAILLE_CHECK(sink.commit());
-    report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.positions.coded_bytes;
+    report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.order_bytes -
+                         report.positions.coded_bytes;
     for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
     return report;
+  }
+
+  /// `charts`: by group, in the order of the file. How many bytes the order takes.
+  Result<uint64_t> write_order(FileWriter& writer, const std::vector<std::vector<uint32_t>>& charts) {
+    std::vector<uint32_t> finest;
+    for (const std::vector<uint32_t>& group : charts) {
+      for (const uint32_t chart : group) {
+        if (hierarchy_.charts[chart].level == 0) finest.push_back(chart);
+      }
+    }
+    ScratchFile coded = MAILLE_TRY(ScratchFile::create(building_.space.folder));
+    MAILLE_CHECK(orders_->encode(finest, description().points, coded));
+    const auto read = [&](uint64_t offset, std::span<std::byte> out) { return coded.read_at(offset, out); };
+    MAILLE_CHECK(writer.write_stream(random_order_key, coded.size(), read));
+    return coded.size();
   }
 
   ArrayReport report_of_array(const Array& array, const ArrayMaps& maps, uint64_t coded_bytes) const {
@@ -498,6 +515,7 @@ class SourceEncoder {
   std::vector<CodedPlace> places_;
   std::vector<ChartExtent> extents_;
   std::optional<ScratchFile> coded_, packed_;
+  std::optional<ChartOrders> orders_;  ///< if the order is kept
   std::vector<PendingChart> pending_;  ///< of the next level
   std::vector<uint32_t> producers_;    ///< of these
   size_t first_group_ = 0;             ///< of the level

@@ -52,7 +52,9 @@ std::string round_trip_in_parts(Mesh mesh, const SourceBuilding& building,
   if (file.unsupported) return "";
   if (!file.error.empty()) return file.error;
   const auto decoded = decode_bytes(file.bytes);
-  return decoded ? differences_between(mesh, *decoded) : decoded.error().message;
+  if (!decoded) return decoded.error().message;
+  const bool same_order = options.order == Order::keep;
+  return differences_between(mesh, *decoded, same_order);
 }
 
 Mesh rough_sphere(uint32_t n, uint64_t seed = 1) {
@@ -94,6 +96,19 @@ TEST(RandomSource, GivesSurfacesBackAtEveryEffort) {
   }
 }
 
+TEST(RandomSource, KeepsTheOrder) {
+  RandomMeshOptions meshes;
+  meshes.faces = 200;
+  meshes.several_blocks = false;
+  EncodeOptions options;
+  options.order = Order::keep;
+  const auto round_trip = [&](const Mesh& mesh) {
+    return round_trip_in_parts(mesh, small_windows(40), options);
+  };
+  EXPECT_EQ(check_random_surfaces(2, 200, meshes, round_trip), "");
+  EXPECT_EQ(round_trip_in_parts(unwelded(rough_sphere(40)), small_windows(200), options), "");
+}
+
 TEST(RandomSource, TellsPointsAtOnePlaceApart) {
   // On a coarse lattice many points of one window lie at a place, some of them on the borders of charts.
   EncodeOptions options;
@@ -123,9 +138,10 @@ TEST(RandomSource, KeepsABoundForNumbersThatNoSampleHas) {
 TEST(RandomSource, IsTheSameForAnyNumberOfThreadsAndAnyMemory) {
   const auto threads = thread_executor(3);
   const Mesh mesh = rough_sphere(60);
-  const RandomFile serial = file_in_parts(mesh, small_windows(500));
-  ASSERT_EQ(serial.error, "");
   EncodeOptions options;
+  options.order = Order::keep;
+  const RandomFile serial = file_in_parts(mesh, small_windows(500), options);
+  ASSERT_EQ(serial.error, "");
   options.executor = threads.get();
   EXPECT_TRUE(serial.bytes == file_in_parts(mesh, small_windows(500), options).bytes);
   SourceBuilding little = small_windows(500);
@@ -202,9 +218,6 @@ TEST(RandomSource, HasAFewChartsAtItsRoot) {
 
 TEST(RandomSource, SaysWhatItCannotDo) {
   const Mesh mesh = rough_sphere(20);
-  EncodeOptions options;
-  options.order = Order::keep;
-  EXPECT_NE(file_in_parts(mesh, small_windows(100), options).error.find("--keep-order"), std::string::npos);
   SourceBuilding little = small_windows(100);
   little.space.memory = 1 << 20;
   EXPECT_NE(file_in_parts(mesh, little).error.find("--memory"), std::string::npos);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <utility>
 
 #include "base/result.h"
 #include "entropy/integer_model.h"
@@ -18,45 +18,85 @@ tl::unexpected<Error> corrupt(const char* what) {
 
 /// Steps from one element's number to the next one's, in the context of the size of the step before: files
 /// keep neighbours together, if in another order than ours.
-template <class Coder>
-class StepCoder {
+class StepModel {
  public:
-  explicit StepCoder(Coder& coder) : coder_(coder) {}
-
-  uint32_t code(uint32_t number) {
+  template <class Coder>
+  uint32_t code(Coder& coder, uint32_t number) {
     const auto step = static_cast<int32_t>(number - before_ - 1);
     const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
-    const uint32_t coded = models_[context_].code(coder_, zigzag);
+    const uint32_t coded = models_[context_].code(coder, zigzag);
     context_ = std::min(bit_length(coded), 15u);
     return before_ += 1 + (coded >> 1 ^ (0 - (coded & 1)));
   }
 
  private:
-  Coder& coder_;
   std::array<CountModel, 16> models_;
   unsigned context_ = 0;
   uint32_t before_ = none_before;
   static constexpr uint32_t none_before = 0xffffffff;
 };
 
-template <class Coder>
-void code_permutation(Coder& coder, std::vector<uint32_t>& numbers) {
-  StepCoder<Coder> steps(coder);
-  for (uint32_t& number : numbers) {
-    number = steps.code(number);
-    if (coder.exhausted()) return;
+class RotationModel {
+ public:
+  template <class Coder>
+  uint32_t code(Coder& coder, uint32_t rotation) {
+    return before_ = models_[std::min(before_, 3u)].code(coder, rotation);
   }
-}
 
-template <class Coder>
-void code_rotations(Coder& coder, std::vector<uint32_t>& rotations) {
-  std::array<CountModel, 4> models;
-  uint32_t before = 0;
-  for (uint32_t& rotation : rotations) {
-    rotation = models[std::min(before, 3u)].code(coder, rotation);
-    before = rotation;
-    if (coder.exhausted()) return;
+ private:
+  std::array<CountModel, 4> models_;
+  uint32_t before_ = 0;
+};
+
+/// A RansEncoder whose bytes can be taken meanwhile: its blocks do not know of each other.
+class BlockwiseEncoder {
+ public:
+  static constexpr bool encoding = true;
+
+  bool code(bool bit, uint32_t probability) {
+    block_.code(bit, probability);
+    count();
+    return bit;
   }
+  uint32_t code_raw(uint32_t value, unsigned bits) {
+    block_.code_raw(value, bits);
+    count();
+    return value;
+  }
+  void put(uint32_t start, uint32_t frequency, unsigned bits, unsigned lane) {
+    block_.put(start, frequency, bits, lane);
+    count();
+  }
+  std::vector<std::byte> take() { return std::exchange(bytes_, {}); }
+  std::vector<std::byte> finish() {
+    end_block();
+    return take();
+  }
+
+ private:
+  void count() {
+    if (++operations_ == operations_per_block) end_block();
+  }
+  void end_block() {
+    const std::vector<std::byte> block = std::exchange(block_, RansEncoder()).finish();
+    bytes_.insert(bytes_.end(), block.begin(), block.end());
+    operations_ = 0;
+  }
+
+  RansEncoder block_;
+  std::vector<std::byte> bytes_;
+  uint32_t operations_ = 0;
+};
+
+/// False: the stream is too short.
+template <class Model>
+bool decode_numbers(RansDecoder& decoder, std::vector<uint32_t>& numbers) {
+  Model model;
+  for (uint32_t& number : numbers) {
+    number = model.code(decoder, 0);
+    if (decoder.exhausted()) return false;
+  }
+  return true;
 }
 
 bool is_permutation(std::span<const uint32_t> numbers) {
@@ -113,12 +153,39 @@ void move_tuples(Array& array, std::span<const uint32_t> places, uint64_t count)
   array.bytes = std::move(bytes);
 }
 
+struct OrderEncoder::State {
+  template <class Model>
+  void add(Model& model, std::span<const uint32_t> numbers) {
+    for (const uint32_t number : numbers) model.code(coder, number);
+  }
+  BlockwiseEncoder coder;
+  StepModel points, cells;
+  RotationModel rotations;
+};
+
+OrderEncoder::OrderEncoder() : state_(std::make_unique<State>()) {}
+OrderEncoder::~OrderEncoder() = default;
+void OrderEncoder::add_points(std::span<const uint32_t> numbers) {
+  state_->add(state_->points, numbers);
+}
+void OrderEncoder::add_cells(std::span<const uint32_t> numbers) {
+  state_->add(state_->cells, numbers);
+}
+void OrderEncoder::add_rotations(std::span<const uint32_t> rotations) {
+  state_->add(state_->rotations, rotations);
+}
+std::vector<std::byte> OrderEncoder::take() {
+  return state_->coder.take();
+}
+std::vector<std::byte> OrderEncoder::finish() {
+  return state_->coder.finish();
+}
+
 std::vector<std::byte> encode_order(const ElementOrder& order) {
-  RansEncoder encoder;
-  ElementOrder coded = order;
-  code_permutation(encoder, coded.points);
-  code_permutation(encoder, coded.cells);
-  code_rotations(encoder, coded.rotation);
+  OrderEncoder encoder;
+  encoder.add_points(order.points);
+  encoder.add_cells(order.cells);
+  encoder.add_rotations(order.rotation);
   return encoder.finish();
 }
 
@@ -128,10 +195,10 @@ Result<ElementOrder> decode_order(Bytes bytes, uint32_t points, uint32_t cells) 
   order.cells.resize(cells);
   order.rotation.resize(cells);
   RansDecoder decoder(bytes);
-  code_permutation(decoder, order.points);
-  code_permutation(decoder, order.cells);
-  code_rotations(decoder, order.rotation);
-  if (decoder.exhausted() || !is_permutation(order.points) || !is_permutation(order.cells)) {
+  const bool whole = decode_numbers<StepModel>(decoder, order.points) &&
+                     decode_numbers<StepModel>(decoder, order.cells) &&
+                     decode_numbers<RotationModel>(decoder, order.rotation);
+  if (!whole || !is_permutation(order.points) || !is_permutation(order.cells)) {
     return corrupt("not a permutation of the elements");
   }
   return order;

@@ -4,6 +4,7 @@
 #include <maille/source.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,28 @@ struct ElementOrder {
 };
 
 std::vector<std::byte> encode_order(const ElementOrder& order);
+
+/// The same an element at a time, for orders that memory does not hold: all points, then all cells, then all
+/// rotations.
+class OrderEncoder {
+ public:
+  OrderEncoder();
+  ~OrderEncoder();
+  OrderEncoder(const OrderEncoder&) = delete;
+  OrderEncoder& operator=(const OrderEncoder&) = delete;
+
+  void add_points(std::span<const uint32_t> numbers);
+  void add_cells(std::span<const uint32_t> numbers);
+  void add_rotations(std::span<const uint32_t> rotations);
+  /// The bytes since the last call, all but those of the last few elements: about a megabyte waits.
+  std::vector<std::byte> take();
+  /// The rest.
+  std::vector<std::byte> finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Inverse. Safe on any bytes: permutations of the given sizes, or corrupt.
 Result<ElementOrder> decode_order(Bytes bytes, uint32_t points, uint32_t cells);
