@@ -66,11 +66,19 @@ std::vector<uint8_t> split_along(const SpatialGraph& graph, const std::vector<fl
   return split_order(graph, order, wished);
 }
 
-/// Breadth first from the node that lies farthest along the axis; where a component ends, on from the lowest
-/// node that is left.
+std::vector<uint32_t> farthest_first(const std::vector<float>& along) {
+  std::vector<uint32_t> order(along.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](uint32_t a, uint32_t b) { return along[a] != along[b] ? along[a] > along[b] : a < b; });
+  return order;
+}
+
+/// Breadth first from the node that lies farthest along the axis; where a component ends, on from the
+/// farthest that is left: a part of components that lie anywhere would have a large box.
 std::vector<uint8_t> split_by_growth(const SpatialGraph& graph, const std::vector<float>& along,
                                      uint64_t wished) {
-  std::vector<uint32_t> order;
+  std::vector<uint32_t> order, starts;
   std::vector<uint8_t> seen(graph.size());
   const auto take = [&](uint32_t node) {
     if (!seen[node]) order.push_back(node);
@@ -78,14 +86,15 @@ std::vector<uint8_t> split_by_growth(const SpatialGraph& graph, const std::vecto
   };
   take(static_cast<uint32_t>(std::max_element(along.begin(), along.end()) - along.begin()));
   uint64_t weight = 0;
-  uint32_t unseen = 0;
+  size_t start = 0;
   for (size_t next = 0; next < order.size() && weight < wished; ++next) {
     const uint32_t node = order[next];
     weight += graph.weight(node);
     for (uint32_t a = graph.first[node]; a < graph.first[node + 1]; ++a) take(graph.neighbour[a]);
-    if (next + 1 < order.size()) continue;
-    while (unseen < graph.size() && seen[unseen]) ++unseen;
-    if (unseen < graph.size()) take(unseen);
+    if (next + 1 < order.size() || order.size() == graph.size()) continue;
+    if (starts.empty()) starts = farthest_first(along);
+    while (seen[starts[start]]) ++start;
+    take(starts[start]);
   }
   return split_order(graph, order, wished);
 }
