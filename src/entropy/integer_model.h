@@ -23,6 +23,9 @@ class CountModel {
     return static_cast<uint32_t>(number - 1 + escape);
   }
 
+  /// That of small numbers.
+  SymbolModel& small() { return small_; }
+
  private:
   static constexpr unsigned escape = 15;
 

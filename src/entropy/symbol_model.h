@@ -67,6 +67,23 @@ class SymbolModel {
     return symbol;
   }
 
+  // What it has learnt, to be written down.
+  uint32_t frequency(unsigned symbol) const {
+    const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
+    return static_cast<uint32_t>(end - cumulative_[symbol]);
+  }
+  unsigned visits() const { return visits_; }
+  static constexpr unsigned most_visits = symbol_rates.size() - 1;
+  /// Each frequency is 1 at least; together they are 2^15.
+  void set(const std::array<uint32_t, 16>& frequencies, unsigned visits) {
+    uint32_t sum = 0;
+    for (unsigned i = 0; i < 16; ++i) {
+      cumulative_[i] = static_cast<int16_t>(sum);
+      sum += frequencies[i];
+    }
+    visits_ = static_cast<uint16_t>(visits);
+  }
+
  private:
   static constexpr int highest = 32768;
 
@@ -84,10 +101,6 @@ class SymbolModel {
 
   uint32_t start(unsigned symbol) const {
     return static_cast<uint32_t>(cumulative_[symbol]);
-  }
-  uint32_t frequency(unsigned symbol) const {
-    const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
-    return static_cast<uint32_t>(end - cumulative_[symbol]);
   }
 
 #ifdef __SSE2__

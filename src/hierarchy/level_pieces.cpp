@@ -337,16 +337,19 @@ Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rul
   }
   const std::vector<uint32_t> corners = ball_of_triangles(piece, faces);
   piece.faces = {corners, {}};
+  // The outermost charts have rims that fans are not made for.
+  const size_t most = faces / rules.sizes.chart_faces / 2;
+  constexpr size_t probes_of_window = 2;
   size_t done = 0;
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
     if (rules.adaptive && !MAILLE_TRY(encode_fan_patch(part.mesh, FanModels::adaptive))) continue;
-    if (done++ == 0 || !rules.adaptive) {
+    if (done++ < most || !rules.adaptive) {
       MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
       continue;
     }
     MAILLE_CHECK(rules.samples[0].add_probe(part.mesh, part.numbers.points, window.mesh.points));
-    if (done > probes_of_start) break;
+    if (done == most + probes_of_window) break;
   }
   return {};
 }

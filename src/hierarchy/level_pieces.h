@@ -65,7 +65,8 @@ struct PieceRules {
   std::array<std::shared_ptr<const AdaptiveStart>, chart_sets> starts;
 };
 
-/// A part of the sample that tables of level 0 are made of, or their start: charts of about so many faces.
+/// A part of the sample that tables of level 0 are made of, or their start: charts of about so many faces, of
+/// half as many for a start.
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules);
 /// Of those of all other levels.
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules);

@@ -22,6 +22,8 @@ namespace {
 /// Charts that tables are made of.
 constexpr size_t charts_in_sample = 128;
 constexpr uint32_t windows_in_sample = 8;
+/// And starts, for which the positions of all of these are held.
+constexpr size_t windows_in_start = 4;
 /// Memory that does not depend on the mesh, and of a piece for each of its faces, about.
 constexpr uint64_t fixed_memory = uint64_t{96} << 20;
 constexpr uint64_t memory_per_face = 200;
@@ -121,12 +123,11 @@ class SourceEncoder {
   Result<> make_start_of_windows() {
     const auto charts = static_cast<size_t>(description().cells / rules_.sizes.chart_faces);
     const size_t count = charts_in_start(charts);
-    for (size_t i = 0; i < count; ++i) {
-      const auto window = static_cast<uint32_t>((2 * i + 1) * windows_->count() / (2 * count));
-      // The outermost of these charts have rims that fans are not made for.
-      constexpr uint64_t charts_around = 16;
+    const size_t windows = std::min({count, windows_in_start, size_t{windows_->count()}});
+    for (size_t i = 0; i < windows; ++i) {
+      const auto window = static_cast<uint32_t>((2 * i + 1) * windows_->count() / (2 * windows));
       MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))),
-                                 charts_around * rules_.sizes.chart_faces, rules_));
+                                 2 * (count / windows) * rules_.sizes.chart_faces, rules_));
     }
     return finish_start(0);
   }

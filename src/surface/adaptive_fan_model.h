@@ -38,8 +38,14 @@ class AdaptiveFanModel {
     return numbers_[static_cast<size_t>(kind)].code(coder, value);
   }
 
-  /// For the next patch.
-  void forget_recent() { recent_ = 0; }
+  /// All that is learnt, but how long numbers of 15 and more are.
+  template <class Visitor>
+  void visit_models(Visitor& visitor) {
+    for (SymbolModel& model : near_) visitor(model);
+    for (SymbolModel& model : far_) visitor(model);
+    visitor(rare_);
+    for (CountModel& model : numbers_) visitor(model.small());
+  }
 
  private:
   static constexpr unsigned escape = 15;

@@ -233,6 +233,17 @@ struct AdaptivePositionModels {
     if (repeats == AdaptiveCoding::Repeats::candidates) candidates.resize(candidate_contexts);
     if (repeats != AdaptiveCoding::Repeats::none) offsets.resize(offset_contexts);
   }
+  template <class Visitor>
+  void visit_models(Visitor& visitor) {
+    for (SymbolModel& model : by_size) visitor(model);
+    for (SymbolModel& model : by_spread) visitor(model);
+    visitor(low);
+    for (SymbolModel& model : head) visitor(model);
+    for (SymbolModel& model : pattern) visitor(model);
+    for (SymbolModel& model : candidates) visitor(model);
+    for (SymbolModel& model : offsets) visitor(model);
+  }
+
   std::array<SymbolModel, size_classes * 4> by_size;
   std::array<SymbolModel, before_classes * spread_classes> by_spread;
   SymbolModel low;

@@ -6,6 +6,7 @@
 #include "base/result.h"
 #include "entropy/rans.h"
 #include "surface/adaptive_position_coder.h"
+#include "surface/model_states.h"
 #include "surface/number_maps.h"
 
 namespace maille {
@@ -259,6 +260,13 @@ std::vector<Codes3> all_codes(const Array* array, std::span<const NumberMap> map
   return codes_of(*array, maps, all);
 }
 
+void put_head(ByteWriter& out, std::span<const NumberMap> maps, const AdaptiveCoding& coding) {
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
+                                                                          << 1));
+  for (const NumberMap& map : maps) write_map(out, map);
+  for (const uint8_t base : coding.base) out.put(base);
+}
+
 /// Positions with these maps, and how they are coded best.
 class PositionsToCode {
  public:
@@ -277,12 +285,8 @@ class PositionsToCode {
   double size() const { return choice_.size + static_cast<double>(written_maps_.size()); }
 
   std::vector<std::byte> write() {
-    const AdaptiveCoding& coding = choice_.coding;
     ByteWriter out;
-    out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.centre) | static_cast<unsigned>(coding.repeats)
-                                                                            << 1));
-    out.put_bytes(written_maps_.bytes());
-    for (const uint8_t base : coding.base) out.put(base);
+    put_head(out, maps_, choice_.coding);
     out.put_bytes(encoder_.write(choice_.coding, count_));
     return out.take();
   }
@@ -363,30 +367,53 @@ Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t
   return decode_vertices(decoder, start.coding, fans, start.maps, points, array, {start.models.get()});
 }
 
-Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
-                                   PositionsStart* end) {
-  ByteReader in(bytes);
+std::vector<std::byte> write_positions_head(const PositionsStart& start) {
+  ByteWriter out;
+  put_head(out, start.maps, start.coding);
+  return out.take();
+}
+
+Result<PositionsStart> read_positions_head(ByteReader& in, Scalar type) {
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || flags > most_flags) return corrupt("coded in an unknown way");
-  if (size_of(array.type) > 4) return corrupt("the type is too wide");
-  std::vector<NumberMap> maps;
-  for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
-  AdaptiveCoding coding;
+  if (size_of(type) > 4) return corrupt("the type is too wide");
+  PositionsStart read;
+  for (unsigned k = 0; k < 3; ++k) read.maps.push_back(MAILLE_TRY(read_map(in, type)));
+  AdaptiveCoding& coding = read.coding;
   coding.centre = static_cast<Centre>(flags & 1);
   coding.repeats = static_cast<Repeats>(flags >> 1);
   for (uint8_t& base : coding.base) base = in.get<uint8_t>();
   if (!in.ok() || *std::max_element(coding.base.begin(), coding.base.end()) > 15)
     return corrupt("coded in an impossible way");
+  return read;
+}
+
+void code_positions_start(RansEncoder& encoder, PositionsStart& start) {
+  code_side(encoder, start.coding);
+  ModelStateCoder states(encoder);
+  start.models->visit_models(states);
+}
+
+Result<> code_positions_start(RansDecoder& decoder, PositionsStart& start) {
+  if (!code_side(decoder, start.coding)) return corrupt("the dictionaries are damaged");
+  start.models = std::make_unique<AdaptivePositionModels>(start.coding.repeats);
+  ModelStateCoder states(decoder);
+  start.models->visit_models(states);
+  return {};
+}
+
+Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
+                                   PositionsStart* end) {
+  ByteReader in(bytes);
+  PositionsStart read = MAILLE_TRY(read_positions_head(in, array.type));
   MAILLE_CHECK(check_counts(fans, bytes, points));
 
   RansDecoder decoder(in.get_bytes(in.remaining()), 3);
-  if (!code_side(decoder, coding)) return corrupt("the dictionaries are damaged");
+  if (!code_side(decoder, read.coding)) return corrupt("the dictionaries are damaged");
   ModelsAround models;
-  if (end != nullptr) models.end = &end->models;
-  MAILLE_CHECK(decode_vertices(decoder, coding, fans, maps, points, array, models));
-  if (end == nullptr) return {};
-  end->maps = std::move(maps);
-  end->coding = std::move(coding);
+  if (end != nullptr) models.end = &read.models;
+  MAILLE_CHECK(decode_vertices(decoder, read.coding, fans, read.maps, points, array, models));
+  if (end != nullptr) *end = std::move(read);
   return {};
 }
 

@@ -14,6 +14,9 @@
 namespace maille {
 
 struct PositionsStart;
+class ByteReader;
+class RansDecoder;
+class RansEncoder;
 
 /// Positions of the vertices of adaptive fans, vertex after vertex: weights follow the valences around,
 /// residuals are coded with adaptive models in the context of what is left of neighbours and how far
@@ -31,6 +34,13 @@ std::vector<std::byte> encode_position_sample(const FanSurface& fans, const Arra
 /// given: what is known behind them.
 Result<> decode_adaptive_positions(const FanSurface& fans, Bytes bytes, uint32_t points, Array& array,
                                    PositionsStart* end = nullptr);
+
+/// What is known before positions: maps and coding, then with the coder of the rest what models have learnt.
+/// The inverse is safe on any bytes: error corrupt.
+std::vector<std::byte> write_positions_head(const PositionsStart& start);
+Result<PositionsStart> read_positions_head(ByteReader& in, Scalar type);
+void code_positions_start(RansEncoder& encoder, PositionsStart& start);
+Result<> code_positions_start(RansDecoder& decoder, PositionsStart& start);
 
 /// The same for positions of which something is known: maps, coding, and what models have learnt.
 std::vector<std::byte> encode_adaptive_positions(const FanSurface& fans, const Array& array,

@@ -1,15 +1,18 @@
 #include "surface/adaptive_start.h"
 
+#include <algorithm>
 #include <numeric>
 #include <string>
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "entropy/rans.h"
 #include "surface/adaptive_fan_model.h"
 #include "surface/adaptive_position_coder.h"
 #include "surface/adaptive_positions.h"
 #include "surface/fan_positions.h"
 #include "surface/mixed_array.h"
+#include "surface/model_states.h"
 
 namespace maille {
 struct AdaptiveStart {
@@ -23,8 +26,7 @@ bool can_share_start(const ArrayToCode& positions, int effort) {
 }
 
 size_t charts_in_start(size_t charts) {
-  // The first saves 5 % of what all take, the second 1 % more.
-  return charts < 32 ? 0 : charts < 128 ? 1 : 2;
+  return charts < 8 ? 0 : std::min<size_t>(charts, 32);
 }
 
 namespace {
@@ -49,6 +51,47 @@ Result<> append_patch(Mesh& sample, const Mesh& mesh, const std::vector<uint32_t
   return {};
 }
 
+Result<FanPatchDecoder> begin_with_models(Bytes bytes, uint32_t points, uint64_t corners,
+                                          const AdaptiveFanModel* start, AdaptiveFanModel* end) {
+  ByteReader in(bytes);
+  const uint64_t triangles = in.get_count();
+  const Bytes fans = in.get_bytes(in.get_count());
+  FanPatchDecoder decoder;
+  MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
+  decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
+  return decoder;
+}
+
+/// A patch of the sample, coded.
+struct CodedSample {
+  Bytes fans, positions;
+  uint32_t points;
+  uint64_t corners;
+  Scalar type;
+};
+
+/// What models know behind it.
+Result<AdaptiveStart> learn(const CodedSample& sample) {
+  AdaptiveStart start;
+  const FanPatchDecoder decoder =
+      MAILLE_TRY(begin_with_models(sample.fans, sample.points, sample.corners, nullptr, &start.fans));
+  Array array = make_array("position", Domain::point, sample.type, 3);
+  MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, sample.positions, sample.points, array,
+                                         &start.positions));
+  return start;
+}
+
+std::vector<std::byte> write_start(AdaptiveStart& start) {
+  ByteWriter out;
+  out.put_bytes(write_positions_head(start.positions));
+  RansEncoder encoder;
+  code_positions_start(encoder, start.positions);
+  ModelStateCoder states(encoder);
+  start.fans.visit_models(states);
+  out.put_bytes(encoder.finish());
+  return out.take();
+}
+
 }  // namespace
 
 Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
@@ -65,22 +108,21 @@ Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const 
   if (mesh_.blocks.empty()) return std::vector<std::byte>();
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
   if (!coded) return std::vector<std::byte>();
-  ByteWriter out;
-  out.put_count(mesh_.point_count());
-  out.put_count(mesh_.blocks[0].connectivity.size());
-  out.put_count(coded->bytes.size());
-  out.put_bytes(coded->bytes);
-  out.put_bytes(encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all));
-  std::vector<std::byte> sample = out.take();
-  if (!MAILLE_TRY(pays(sample, maps, faces))) sample.clear();
+  const std::vector<std::byte> positions =
+      encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all);
+  const auto count = static_cast<uint32_t>(mesh_.point_count());
+  const uint64_t corners = mesh_.blocks[0].connectivity.size();
+  AdaptiveStart learnt = MAILLE_TRY(learn({coded->bytes, positions, count, corners, mesh_.points.type}));
+  std::vector<std::byte> bytes = write_start(learnt);
+  if (!MAILLE_TRY(pays(bytes, maps, faces))) bytes.clear();
   mesh_ = {};
   probes_.clear();
-  return sample;
+  return bytes;
 }
 
-Result<bool> StartSample::pays(const std::vector<std::byte>& sample, const ArrayMaps& maps,
+Result<bool> StartSample::pays(const std::vector<std::byte>& bytes, const ArrayMaps& maps,
                                uint64_t faces) const {
-  const auto start = MAILLE_TRY(read_start(sample, mesh_.points.type));
+  const auto start = MAILLE_TRY(read_start(bytes, mesh_.points.type));
   uint64_t with = 0, without = 0, probed = 0;
   for (const Mesh& probe : probes_) {
     std::vector<uint32_t> points(probe.point_count());
@@ -95,39 +137,19 @@ Result<bool> StartSample::pays(const std::vector<std::byte>& sample, const Array
     probed += probe.cell_count();
   }
   const auto saved = static_cast<double>(without) - static_cast<double>(with);
-  return probed > 0 && saved / static_cast<double>(probed) * static_cast<double>(faces) >
-                           static_cast<double>(sample.size());
+  return probed > 0 &&
+         saved / static_cast<double>(probed) * static_cast<double>(faces) > static_cast<double>(bytes.size());
 }
-
-namespace {
-
-Result<FanPatchDecoder> begin_with_models(Bytes bytes, uint32_t points, uint64_t corners,
-                                          const AdaptiveFanModel* start, AdaptiveFanModel* end) {
-  ByteReader in(bytes);
-  const uint64_t triangles = in.get_count();
-  const Bytes fans = in.get_bytes(in.get_count());
-  FanPatchDecoder decoder;
-  MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
-  decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
-  return decoder;
-}
-
-}  // namespace
 
 Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type) {
   ByteReader in(bytes);
-  const uint64_t points = in.get_count(), corners = in.get_count();
-  const Bytes topology = in.get_bytes(in.get_count());
-  const Bytes positions = in.get_bytes(in.remaining());
-  if (!in.ok() || points > most_fan_points)
-    return failure(ErrorCode::corrupt, "the start of the charts is not whole");
-  const auto count = static_cast<uint32_t>(points);
   auto start = std::make_shared<AdaptiveStart>();
-  const FanPatchDecoder decoder =
-      MAILLE_TRY(begin_with_models(topology, count, corners, nullptr, &start->fans));
-  Array array = make_array("position", Domain::point, type, 3);
-  MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, positions, count, array, &start->positions));
-  start->fans.forget_recent();
+  start->positions = MAILLE_TRY(read_positions_head(in, type));
+  RansDecoder decoder(in.get_bytes(in.remaining()));
+  MAILLE_CHECK(code_positions_start(decoder, start->positions));
+  ModelStateCoder states(decoder);
+  start->fans.visit_models(states);
+  if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the start of the charts is not whole");
   return std::shared_ptr<const AdaptiveStart>(std::move(start));
 }
 

@@ -11,15 +11,14 @@ namespace maille {
 
 class AdaptiveFanModel;
 
-/// What the adaptive models of fans and positions know before a patch: what they learnt from a sample of the
-/// patches of a file. Patches of a few thousand faces would pay a twentieth of their size for learning it
+/// What the adaptive models of fans and positions know before a patch: about what they learnt from a sample of
+/// the patches of a file. Patches of a few thousand faces would pay a twentieth of their size for learning it
 /// each by itself. docs/format.md, "Start of charts".
 struct AdaptiveStart;
 
 /// Do adaptive models of this effort begin with a sample, and do these positions fit?
 bool can_share_start(const ArrayToCode& positions, int effort);
-/// How many of so many patches are the sample: it must save more than it takes, and readers shall find the
-/// first charts in the first 64 KiB of a file.
+/// How many of so many patches are the sample. What they teach takes some kilobytes, however many they are.
 size_t charts_in_start(size_t charts);
 /// How many others are coded with and without it, to see what it saves.
 inline constexpr size_t probes_of_start = 4;
@@ -32,8 +31,8 @@ class StartSample {
   /// are left out.
   Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   Result<> add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
-  /// The sample as it stands in the file; none where it does not pay for so many faces. `maps` hold for all
-  /// patches; `all`: their positions, or a good part of them.
+  /// What was learnt as it stands in the file; nothing where it does not pay for so many faces. `maps` hold
+  /// for all patches; `all`: their positions, or a good part of them.
   Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all, uint64_t faces);
 
  private:
@@ -43,7 +42,7 @@ class StartSample {
   std::vector<Mesh> probes_;
 };
 
-/// Decodes the sample. `type`: of the positions. Safe on any bytes. Error: corrupt.
+/// Inverse. `type`: of the positions. Safe on any bytes. Error: corrupt.
 Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type);
 
 /// A patch with these models, for encode_patch(). None when fans are not made for it.
