@@ -90,9 +90,11 @@ double half_side(const Centres& centres, const std::array<double, 3>& middle, si
 
 Result<ReadForBox> read_for_boxes(RandomReader& reader, const ChartSet& set,
                                   const std::vector<ChartBytes>& charts, double part) {
-  const Centres centres = MAILLE_TRY(centres_of_faces(set, charts));
+  Centres centres = MAILLE_TRY(centres_of_faces(set, charts));
+  // So that the boxes are the same however the mesh is cut.
+  std::sort(centres.begin(), centres.end());
   const auto wanted = static_cast<size_t>(part * static_cast<double>(centres.size()));
-  constexpr size_t boxes = 20;
+  constexpr size_t boxes = 200;
   ReadForBox mean;
   for (size_t b = 0; b < boxes && wanted > 0; ++b) {
     const std::array<double, 3> middle = centres[centres.size() * (2 * b + 1) / (2 * boxes)];
