@@ -11,9 +11,9 @@ namespace maille {
 
 class AdaptiveFanModel;
 
-/// What the adaptive models of fans and positions know before a patch: about what they learnt from a sample of
-/// the patches of a file. Patches of a few thousand faces would pay a twentieth of their size for learning it
-/// each by itself. docs/format.md, "Start of charts".
+/// What the adaptive models of fans and positions know before a patch: about what they learnt from a sample
+/// of the patches of a file. Patches of a few thousand faces would pay a twentieth of their size for learning
+/// it each by itself. docs/format.md, "Start of charts".
 struct AdaptiveStart;
 
 /// Do adaptive models of this effort begin with a sample, and do these positions fit?
