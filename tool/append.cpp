@@ -59,6 +59,17 @@ Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, Pro
   return LoadedMesh{std::move(read.mesh), std::move(read.notes)};
 }
 
+Result<std::vector<StreamStep>> known_steps(const std::string& path) {
+  const Input file = TOOL_TRY(open_maille(path));
+  if (const auto info = inspect(*file.source); info && info->mode != Mode::stream) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: is of mode {}; only files of mode stream take steps of time, "
+                               "`maille compress --mode stream` makes one",
+                               path, name_of(info->mode)));
+  }
+  return list_steps(*file.source);
+}
+
 Result<> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
   const Stopwatch whole;
   StepReport report;
@@ -71,7 +82,7 @@ Result<> append_one(const AppendOptions& options, const Step& step, const Tolera
     EncodeOptions encoding;
     encoding.arrays = tolerances.arrays;
     encoding.executor = threads.executor();
-    const auto known = TOOL_TRY(list_steps(*TOOL_TRY(open_maille(options.file)).source));
+    const auto known = TOOL_TRY(known_steps(options.file));
     time = step.time.value_or(time_in(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
     report = TOOL_TRY(append_step(options.file, time, loaded.mesh, encoding));
   }

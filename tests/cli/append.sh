@@ -31,4 +31,5 @@ maille decompress -q -f --time 0.2 run.maille step.vtk && maille diff step.vtk f
 try maille decompress -q -f --time 0.4 flow.maille step.vtk
 try maille decompress -q -f --step 9 flow.maille step.vtk
 try maille append -q flow.maille cube.ply
+maille compress -q cube.ply && try maille append -q cube.maille cube.ply
 try maille append -q flow.maille flow_1.vtk --error 0.1
