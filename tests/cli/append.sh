@@ -42,5 +42,9 @@ maille decompress -q -f --time 0.2 run.maille step.vtk && maille diff step.vtk f
 try maille decompress -q -f --time 0.4 flow.maille step.vtk
 try maille decompress -q -f --step 9 flow.maille step.vtk
 try maille append -q flow.maille cube.ply
+sed 's/^2 2 2$/2 2 2.5/' flow_1.vtk > moved.vtk
+try maille append -q flow.maille moved.vtk
+sed 's/^8 0 1 4 3 9/8 1 0 4 3 9/' flow_1.vtk > turned.vtk
+try maille append -q flow.maille turned.vtk
 maille compress -q cube.ply && try maille append -q cube.maille cube.ply
 try maille append -q flow.maille flow_1.vtk --error 0.1
