@@ -34,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (data[0] % 2 == 0) {
     fuzzing::decode_file(input);
   } else {
-    fuzzing::decode_file(fuzzing::file_of_streams(input));
+    fuzzing::decode_file(fuzzing::file_of_streams(input, Mode::single));
   }
   return 0;
 }

@@ -6,8 +6,9 @@
 #include <fstream>
 
 #include "fuzzing.h"
+#include "hierarchy/random_file.h"
 #include "io/gzip.h"
-#include "packed_cells.h"
+#include "packed_streams.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "surface/adaptive_positions.h"
@@ -44,7 +45,7 @@ void save_file(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   if (!file) return;
   const std::string name = std::to_string(seed);
   save(folder / "decode_fuzz" / (name + ".file"), 0, *file);
-  save(folder / "decode_fuzz" / (name + ".streams"), 1, streams_of_file(*file));
+  save(folder / "decode_fuzz" / (name + ".streams"), 1, streams_of_file(*file, Mode::single));
 }
 
 /// What a description would say of the mesh; `first` is the number of points, with what a fuzzer has there
@@ -120,10 +121,26 @@ void save_stream(const std::filesystem::path& folder, uint64_t seed, const Mesh&
   const auto file = encoded(mesh, options);
   if (!file) return;
   const std::string name = std::to_string(seed);
-  for (const auto& [ending, bytes] : {std::pair(".file", *file), {".streams", cell_streams_of(*file)}}) {
+  for (const auto& [ending, bytes] :
+       {std::pair(".file", *file), {".streams", streams_of_file(*file, Mode::stream)}}) {
     save(folder / "stream_fuzz" / (name + ending), std::to_integer<uint8_t>(bytes[0]),
          Bytes(bytes).subspan(1));
   }
+}
+
+/// Charts so small that there are many, and levels.
+void save_charts(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
+  EncodeOptions options = options_for(seed, mesh);
+  options.mode = Mode::random;
+  std::vector<std::byte> file;
+  const auto sink = memory_sink(file);
+  HierarchyOptions small;
+  small.chart_faces = 12;
+  if (!encode_random(mesh, *sink, options, small)) return;
+  const std::string name = std::to_string(seed);
+  save(folder / "random_fuzz" / (name + ".file"), static_cast<uint8_t>(2 * seed), file);
+  save(folder / "random_fuzz" / (name + ".streams"), static_cast<uint8_t>(2 * seed + 1),
+       streams_of_file(file, Mode::random));
 }
 
 }  // namespace
@@ -141,6 +158,7 @@ int main(int count, char** arguments) {
     fuzzing::save_file(arguments[1], seed, mesh);
     fuzzing::save_topology(arguments[1], seed, mesh);
     fuzzing::save_fans(arguments[1], seed, mesh);
+    if (seed < 100) fuzzing::save_charts(arguments[1], seed, mesh);
     if (seed < 80) fuzzing::save_stream(arguments[1], seed, testing::random_volume(seed));
     if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
     if (seed < 20) fuzzing::save_foreign(arguments[1], 1000 + seed, testing::random_volume(seed));

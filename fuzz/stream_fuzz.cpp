@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "fuzzing.h"
-#include "packed_cells.h"
+#include "packed_streams.h"
 #include "volume/mesh_from_parts.h"
 #include "volume/stream_file.h"
 
@@ -116,7 +116,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size == 0) return 0;
   const Bytes input = std::as_bytes(std::span(data, size));
   const std::vector<std::byte> packed =
-      data[0] == 0x89 ? std::vector<std::byte>() : file_of_cell_streams(input);
+      data[0] == 0x89 ? std::vector<std::byte>() : file_of_streams(input, Mode::stream);
   const Bytes file = data[0] == 0x89 ? input : Bytes(packed);
   const auto source = memory_source(file, "x.maille");
   if (const auto info = inspect(*source); !info)

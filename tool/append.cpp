@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <maille/decode.h>
+#include <maille/file.h>
 #include <maille/series.h>
 #include <maille/stream.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "compress_one.h"
 #include "files.h"
@@ -59,6 +62,88 @@ Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, Pro
   return LoadedMesh{std::move(read.mesh), std::move(read.notes)};
 }
 
+Result<FileInfo> inspect_stream(const std::string& path, const Source& file) {
+  FileInfo info = TOOL_TRY(inspect(file));
+  if (info.mode == Mode::stream) return info;
+  return failure(ErrorCode::usage,
+                 fmt::format("{}: is of mode {}; only files of mode stream take steps of time, "
+                             "`maille compress --mode stream` makes one",
+                             path, name_of(info.mode)));
+}
+
+/// The corners of all cells of a mesh, one after the other.
+class Corners {
+ public:
+  explicit Corners(const Mesh& mesh) : mesh_(mesh) {}
+  bool next_is(uint64_t point) {
+    while (block_ < mesh_.blocks.size() && at_ == mesh_.blocks[block_].connectivity.size()) {
+      ++block_;
+      at_ = 0;
+    }
+    return block_ < mesh_.blocks.size() && mesh_.blocks[block_].connectivity[at_++] == point;
+  }
+
+ private:
+  const Mesh& mesh_;
+  size_t block_ = 0, at_ = 0;
+};
+
+constexpr const char* moved = "its points lie elsewhere";
+constexpr const char* other_cells = "its cells have other points";
+
+/// What is not as in the step, piece by piece; nullptr: nothing. `exact`: positions, too.
+Result<const char*> difference_of_pieces(StreamReader& reader, const Mesh& step, bool exact) {
+  const size_t size = step.points.tuple_size();
+  Corners corners(step);
+  StreamPiece piece;
+  while (TOOL_TRY(reader.next(piece))) {
+    for (size_t i = 0; exact && i < piece.points.size(); ++i) {
+      const uint64_t number = piece.points[i];
+      if (number >= step.point_count() ||
+          std::memcmp(piece.positions.data() + i * size, step.points.bytes.data() + number * size, size) != 0)
+        return moved;
+    }
+    for (const uint64_t point : piece.connectivity) {
+      if (!corners.next_is(point)) return other_cells;
+    }
+  }
+  return nullptr;
+}
+
+/// The same for a file whose pieces come in another order than the input: that is put back in memory only.
+Result<const char*> difference_of_whole(const Source& file, const Mesh& step, bool exact,
+                                        const StreamReadOptions& reading) {
+  DecodeOptions decoding;
+  decoding.limits = reading.limits;
+  decoding.arrays.emplace();
+  decoding.executor = reading.executor;
+  const Mesh mesh = TOOL_TRY(decode(file, decoding));
+  if (exact && mesh.points.bytes != step.points.bytes) return moved;
+  Corners corners(step);
+  for (const CellBlock& block : mesh.blocks) {
+    for (const uint32_t point : block.connectivity) {
+      if (!corners.next_is(point)) return other_cells;
+    }
+  }
+  return nullptr;
+}
+
+/// A step has values only: points that moved, or other cells, would be lost without a word. Positions that
+/// were rounded are not looked at, nor is a file in any order, which takes no steps.
+Result<> check_same_mesh(const std::string& file_name, const Source& file, const FileInfo& info,
+                         const std::string& step_name, const Mesh& step, const StreamReadOptions& reading) {
+  if (info.order != Order::keep) return {};
+  const bool exact = info.positions.lossless && info.positions.type == step.points.type;
+  auto reader = StreamReader::open(file, 0, reading);
+  const char* const difference = TOOL_TRY(reader ? difference_of_pieces(*reader, step, exact)
+                                                 : difference_of_whole(file, step, exact, reading));
+  if (difference == nullptr) return {};
+  return failure(ErrorCode::usage,
+                 fmt::format("{}: is not the mesh of {} at another time: {}; a step has the same "
+                             "points and cells, and other values of arrays",
+                             step_name, file_name, difference));
+}
+
 Result<> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
   const Stopwatch whole;
   StepReport report;
@@ -71,7 +156,16 @@ Result<> append_one(const AppendOptions& options, const Step& step, const Tolera
     EncodeOptions encoding;
     encoding.arrays = tolerances.arrays;
     encoding.executor = threads.executor();
-    const auto known = TOOL_TRY(list_steps(*TOOL_TRY(open_maille(options.file)).source));
+    const Input file = TOOL_TRY(open_maille(options.file));
+    const FileInfo info = TOOL_TRY(inspect_stream(options.file, *file.source));
+    const bool same_counts =
+        info.points == loaded.mesh.point_count() && info.cells == loaded.mesh.cell_count();
+    if (!step.number && same_counts) {
+      const StreamReadOptions reading{.limits = {options.common.memory}, .executor = threads.executor()};
+      TOOL_CHECK(
+          check_same_mesh(options.file, *file.source, info, input_name(step.path), loaded.mesh, reading));
+    }
+    const auto known = TOOL_TRY(list_steps(*file.source));
     time = step.time.value_or(time_in(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
     report = TOOL_TRY(append_step(options.file, time, loaded.mesh, encoding));
   }

@@ -216,6 +216,16 @@ std::string about_misread_option(const CLI::App& verb, const std::string& option
   return fmt::format("'{}' is no effort; give one of -1 to -9", option);
 }
 
+/// `message`: "--error: 1 required X missing".
+std::string about_missing_value(const CLI::App& app, const std::string& message) {
+  const std::string name = message.substr(0, message.find(':'));
+  const auto verbs = app.get_subcommands();
+  const CLI::Option* const option = verbs.empty() ? nullptr : verbs.front()->get_option_no_throw(name);
+  const int values = option == nullptr ? 1 : option->get_expected_min();
+  return values <= 1 ? name + " needs a value"
+                     : fmt::format("{} needs {} numbers, separated by commas", name, values);
+}
+
 std::string about_extras(const CLI::App& verb) {
   const std::vector<std::string> extras = verb.remaining();
   for (const std::string& extra : extras) {
@@ -276,9 +286,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::RequiredError&) {
     return usage_failure(parser, fmt::format("{} is missing", missing_argument(parser)));
   } catch (const CLI::ArgumentMismatch& error) {
-    // "--error: 1 required X missing"
-    const std::string message = error.what();
-    return usage_failure(parser, message.substr(0, message.find(':')) + " needs a value");
+    return usage_failure(parser, about_missing_value(parser.app, error.what()));
   } catch (const CLI::ParseError& error) {
     return usage_failure(parser, error.what());
   }

@@ -130,7 +130,7 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   encoding.executor = executor;
   EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, options.delay, progress));
   progress.clear();
-  return Compressed{std::move(report), input.source ? input.source->size() : 0};
+  return Compressed{std::move(report), input.bytes()};
 }
 
 /// Of a folder, which has none of its own, those of the files in it.

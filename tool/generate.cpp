@@ -170,7 +170,8 @@ Result<int> write_stream(const GenerateOptions& options, const BlockDescription&
   } else if (!options.common.quiet) {
     say(fmt::format("{} -> {}: {}, {}, patches as labels of array \"patch\"; at most {} in use; {}",
                     options.input, output_name(options.output), counted(report.points, "point"),
-                    counted(report.cells, "cell and outer face"), counted(report.most_live_points, "point"),
+                    counted(report.cells, "cell") + " and outer faces",
+                    counted(report.most_live_points, "point"),
                     human_bytes(static_cast<double>(sink.count()))));
   }
   return 0;

@@ -226,12 +226,14 @@ class RecordedStdin final : public ByteStream {
       return count;
     }
     const size_t count = TOOL_TRY(input_->read(out));
+    *bytes_ += count;
     if (*recording_)
       record_->insert(record_->end(), out.begin(), out.begin() + static_cast<ptrdiff_t>(count));
     return count;
   }
   std::string name() const override { return "standard input"; }
   std::shared_ptr<bool> recording() const { return recording_; }
+  std::shared_ptr<uint64_t> bytes() const { return bytes_; }
 
  private:
   std::unique_ptr<ByteStream> input_ = descriptor_stream(STDIN_FILENO, "standard input");
@@ -239,6 +241,7 @@ class RecordedStdin final : public ByteStream {
   size_t at_ = 0;
   std::vector<std::byte>* record_;
   std::shared_ptr<bool> recording_ = std::make_shared<bool>(true);
+  std::shared_ptr<uint64_t> bytes_ = std::make_shared<uint64_t>(0);
 };
 
 }  // namespace
@@ -250,12 +253,13 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
     if (isatty(STDIN_FILENO) == 1) return std::nullopt;
     auto input = std::make_unique<RecordedStdin>(&begin);
     const auto recording = input->recording();
+    auto bytes = input->bytes();
     auto reader = StreamReader::open(std::move(input), reading);
     *recording = false;
     if (!reader) return std::nullopt;
     begin = {};
     keep_memory_small();
-    return InputStream{nullptr, *std::move(reader)};
+    return InputStream{nullptr, *std::move(reader), std::move(bytes)};
   }
   if (!is_regular(path)) return std::nullopt;
   auto source = unmapped_source(path);
@@ -263,7 +267,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
   auto reader = StreamReader::open(source_stream(**source), reading);
   if (!reader) return std::nullopt;
   keep_memory_small();
-  return InputStream{*std::move(source), *std::move(reader)};
+  return InputStream{*std::move(source), *std::move(reader), nullptr};
 }
 
 Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin) {
@@ -509,6 +513,8 @@ class StreamedGeneration final : public GeneratedOutput {
     return {};
   }
   Result<> points(uint64_t first, std::span<const double> coordinates) override {
+    alive_ += coordinates.size() / 3;
+    if (alive_ > options_.common.memory / bytes_of_live_point) return too_many_points();
     return writer_->add_points(first, std::as_bytes(coordinates));
   }
   Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) override {
@@ -517,12 +523,24 @@ class StreamedGeneration final : public GeneratedOutput {
   Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
                  std::span<const uint8_t> last_use) override {
     done_ += nodes.size() / nodes_of(type);
+    for (const uint8_t last : last_use) alive_ -= last;
     if (watch_) watch_({"cells", static_cast<double>(done_) / static_cast<double>(cells_)});
     return add(zones_[block], type, nodes, last_use);
   }
   Result<StreamReport> finish() { return writer_->finish(); }
 
  private:
+  /// The writer's tables for a point and the cells around it, about.
+  static constexpr uint64_t bytes_of_live_point = 288;
+
+  Result<> too_many_points() const {
+    return failure(
+        ErrorCode::memory_bound,
+        fmt::format(
+            "{}: more than {} points are in use at once, which takes more than --memory allows ({} MB); "
+            "allow more, or refine less",
+            options_.input, alive_ - 1, options_.common.memory >> 20));
+  }
   static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
     const auto place = std::find(labels.begin(), labels.end(), name) - labels.begin();
     if (static_cast<size_t>(place) == labels.size()) labels.push_back(name);
@@ -543,7 +561,7 @@ class StreamedGeneration final : public GeneratedOutput {
   Progress watch_;
   std::optional<StreamWriter> writer_;
   std::vector<uint16_t> zones_, patches_, labels_;
-  uint64_t cells_ = 0, done_ = 0;
+  uint64_t cells_ = 0, done_ = 0, alive_ = 0;
 };
 
 }  // namespace

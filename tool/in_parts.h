@@ -32,6 +32,9 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
 struct InputStream {
   std::unique_ptr<Source> source;  ///< none for a pipe
   StreamReader reader;
+  std::shared_ptr<uint64_t> bytes_read;  ///< of a pipe, so far
+
+  uint64_t bytes() const { return source ? source->size() : *bytes_read; }
 };
 /// Nothing where the input is no .maille file of mode stream. What was read from standard input to find that
 /// out is in `begin`.

@@ -255,7 +255,9 @@ void Parser::add_verify() {
       verb("verify",
            "Check a .maille file: checksums, then everything decoded.\n"
            "With --against, also that it holds the original mesh: exactly what was stored lossless, "
-           "within its bound what was not. Exit code 1 when it does not, 6 when the file is damaged.",
+           "within its bound what was not. Exit code 1 when it does not, 6 when the file is damaged. "
+           "From a pipe a file of mode stream is decoded as it comes, without memory for all of it, but not "
+           "the steps of time behind it.",
            "maille verify dragon.maille\n"
            "maille verify dragon.maille --against dragon.ply");
   file(v, "-i,--input,FILE", verify.input, "A .maille file; - is standard input")->required();

@@ -181,6 +181,23 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   return verdict;
 }
 
+/// What decoding the mesh from front to back does not see: the index, and steps of time, which stand behind
+/// it.
+Result<std::vector<std::string>> damage_behind_mesh(const Source& source, const CommonOptions& common,
+                                                    Executor* executor) {
+  std::vector<std::string> damage = TOOL_TRY(verify_checksums(source));
+  if (!damage.empty()) return damage;
+  const size_t steps = TOOL_TRY(list_steps(source)).size();
+  StreamPiece piece;
+  for (size_t step = 1; step <= steps; ++step) {
+    StreamReader reader =
+        TOOL_TRY(StreamReader::open(source, step, {.limits = {common.memory}, .executor = executor}));
+    while (TOOL_TRY(reader.next(piece))) {
+    }
+  }
+  return damage;
+}
+
 /// Nothing where the file is no stream of cells, which is decoded as it comes, also from a pipe.
 Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::vector<std::byte>& begin) {
   const Threads threads(options.common.threads);
@@ -199,11 +216,14 @@ Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::v
       verdict.damage.push_back(more.error().message);
       return verdict;
     }
-    if (!*more) return verdict;
+    if (!*more) break;
     verdict.points += piece.points.size();
     verdict.cells += piece.cell_count();
     if (watch) watch({"cells", 0});
   }
+  if (stream->source)
+    verdict.damage = TOOL_TRY(damage_behind_mesh(*stream->source, options.common, threads.executor()));
+  return verdict;
 }
 
 Result<Verdict> judge(const VerifyOptions& options) {

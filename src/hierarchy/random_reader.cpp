@@ -57,8 +57,9 @@ Result<RandomReader> RandomReader::open(const Source& source, const DecodeOption
   RandomReader reader(source, options);
   reader.header_ = MAILLE_TRY(FrontChunks(source).header());
   if (reader.header_.mode != Mode::random) {
-    return failure(ErrorCode::usage,
-                   source.name() + ": is no file of mode \"random\"; only these can be read in parts");
+    return failure(ErrorCode::usage, source.name() +
+                                         ": is no file of mode \"random\"; only these can be read in parts, "
+                                         "`maille compress --mode random` makes one");
   }
   auto read = reader.read_front();
   if (!read && read.error().code == ErrorCode::corrupt && source.forget(0, source.size()))

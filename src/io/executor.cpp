@@ -1,15 +1,21 @@
 #include <maille/executor.h>
 #include <tbb/blocked_range.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+
+#include <algorithm>
 
 namespace maille {
 namespace {
 
 class ThreadExecutor final : public Executor {
  public:
+  /// TBB has no more threads than cores, and prints a warning where more are asked for.
   explicit ThreadExecutor(unsigned threads)
-      : arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
+      : arena_(threads == 0 ? tbb::task_arena::automatic
+                            : std::min(static_cast<int>(std::min(threads, 1u << 16)),
+                                       tbb::info::default_concurrency())) {}
 
   void parallel_for(size_t count, const std::function<void(size_t)>& work) override {
     arena_.execute([&] { tbb::parallel_for(size_t{0}, count, work); });

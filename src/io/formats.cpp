@@ -104,6 +104,7 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
   // The only format that is a folder.
   if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
   const auto first = MAILLE_TRY(first_bytes_of(source));
+  if (first.empty()) return failure(ErrorCode::malformed_input, source.name() + ": it is empty");
   if (const Format* format = format_by_content(first)) return format;
   return unknown_format(source.name(), first,
                         "neither the name nor the first bytes tell the format; say which of these it is: ");

@@ -100,7 +100,9 @@ class GmshReader {
   Result<> read_names();
   Result<> read_nodes_2();
   Result<> read_elements_2();
-  Result<> read_entities();
+  Result<> read_entities(bool partitioned);
+  Result<> read_partitions();
+  Result<> skip_parent();
   Result<> read_nodes_4();
   Result<> read_elements_4();
   Result<> read_periodic();
@@ -139,7 +141,8 @@ class GmshReader {
     return binary_ ? malformed_byte(in_.name(), in_.scanner.position(), what) : in_.malformed(what);
   }
   std::string name_of_group(CellType type, int64_t physical) const {
-    const auto found = names_.find({dimension_of(type), physical < 0 ? -physical : physical});
+    const auto found =
+        names_.find({dimension_of(type), physical < 0 ? -std::max(physical, -INT64_MAX) : physical});
     return found == names_.end() ? "" : found->second;
   }
 
@@ -295,7 +298,29 @@ Result<> GmshReader::read_elements_2() {
   return {};
 }
 
-Result<> GmshReader::read_entities() {
+Result<> GmshReader::read_partitions() {
+  int64_t partitions = 0, ghosts = 0, value = 0;
+  if (!size(partitions) || !size(ghosts)) return expected("the numbers of partitions and ghosts");
+  for (int64_t i = 0; i < ghosts; ++i) {
+    if (!integer(value) || !integer(value)) return expected("an entity of ghosts and its partition");
+  }
+  notes_.push_back("partitions left out");
+  return {};
+}
+
+Result<> GmshReader::skip_parent() {
+  int64_t partitions = 0, value = 0;
+  if (!integer(value) || !integer(value) || !size(partitions))
+    return expected("an entity's parent and its number of partitions");
+  for (int64_t i = 0; i < partitions; ++i) {
+    if (!integer(value)) return expected("a partition of an entity");
+  }
+  return {};
+}
+
+/// Of a mesh that was partitioned, elements are of the entities of partitions: these have the groups.
+Result<> GmshReader::read_entities(bool partitioned) {
+  if (partitioned) MAILLE_CHECK(read_partitions());
   int64_t counts[4] = {};
   for (int64_t& count : counts) {
     if (!size(count) || count < 0) return expected("the numbers of entities");
@@ -306,10 +331,12 @@ Result<> GmshReader::read_entities() {
       int64_t tag = 0, groups = 0, group = 0;
       double box = 0;
       if (!integer(tag)) return expected("the tag of an entity");
+      if (partitioned) MAILLE_CHECK(skip_parent());
       for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) {
         if (!real(box)) return expected("the box of an entity");
       }
       std::vector<int64_t>& physical = entities_[{dimension, tag}];
+      physical.clear();
       if (!size(groups)) return expected("the number of groups of an entity");
       for (int64_t k = 0; k < groups; ++k) {
         if (!integer(group)) return expected("a group of an entity");
@@ -478,6 +505,12 @@ Result<> GmshReader::skip_section(const std::string& name) {
 }
 
 Result<> GmshReader::read_section(const std::string& name) {
+  if (name == "NOD" && version_ == 0) {
+    return failure(ErrorCode::unsupported,
+                   in_.name() +
+                       ": it has version 1 of Gmsh's format; versions 2 and 4.1 can be read: save it "
+                       "again with gmsh -format msh41");
+  }
   if (name != "MeshFormat" && version_ == 0) return in_.malformed("the file should begin with $MeshFormat");
   if (name == "MeshFormat") return read_format();
   if (name == "PhysicalNames") return read_names();
@@ -489,7 +522,8 @@ Result<> GmshReader::read_section(const std::string& name) {
     elements_.finish();
     return {};
   }
-  if (name == "Entities" && version_ == 4) return read_entities();
+  if (name == "Entities" && version_ == 4) return read_entities(false);
+  if (name == "PartitionedEntities" && version_ == 4) return read_entities(true);
   if (name == "NodeData") return read_data(Domain::point);
   if (name == "ElementData") return read_data(Domain::cell);
   if (name == "Periodic") return read_periodic();
@@ -517,6 +551,11 @@ Result<ReadResult> GmshReader::read() {
   in_.scanner.skip_byte_order_mark();
   while (!in_.at_end()) {
     const std::string word(in_.word());
+    if (version_ == 0 && word.starts_with('(')) {
+      return failure(
+          ErrorCode::unsupported,
+          in_.name() + ": it seems to be a mesh of ANSYS Fluent, which cannot be read; only Gmsh's .msh can");
+    }
     if (word.empty() || word[0] != '$')
       return in_.malformed("there should be the name of a section, but found \"" + word.substr(0, 40) + "\"");
     const std::string name = word.substr(1);

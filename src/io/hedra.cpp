@@ -70,7 +70,7 @@ class HedraReader {
         if (!in_.integer(point)) return in_.expected("a point of face " + std::to_string(i + 1));
         if (point < 1 || static_cast<uint64_t>(point) > points)
           return in_.malformed("face " + std::to_string(i + 1) + " uses point " + std::to_string(point) +
-                               ", but there are " + std::to_string(points));
+                               ", but they are 1 to " + std::to_string(points));
         corners_.push_back(static_cast<uint32_t>(point - 1));
       }
       ends_.push_back(corners_.size());
@@ -84,10 +84,12 @@ class HedraReader {
       int64_t signed_face = 0;
       if (!in_.integer(signed_face))
         return in_.expected("a face of cell " + std::to_string(cells_.count() + 1));
-      const auto face = static_cast<uint64_t>(signed_face < 0 ? -signed_face : signed_face);
+      const auto number = static_cast<uint64_t>(signed_face);
+      const uint64_t face = signed_face < 0 ? 0 - number : number;
       if (face < 1 || face > ends_.size())
         return in_.malformed("cell " + std::to_string(cells_.count() + 1) + " uses face " +
-                             std::to_string(signed_face) + ", but there are " + std::to_string(ends_.size()));
+                             std::to_string(signed_face) + ", but they are 1 to " +
+                             std::to_string(ends_.size()));
       const uint64_t begin = face == 1 ? 0 : ends_[face - 2];
       const auto corners = std::span(corners_).subspan(begin, ends_[face - 1] - begin);
       // One face may be named by many cells.

@@ -63,7 +63,8 @@ class MeditReader {
 Result<> MeditReader::read_vertices() {
   points_ = MAILLE_TRY(count());
   if (positions_.size() != 0) return expected("one section Vertices only");
-  if (points_ > max_points) return expected("fewer than 2^32 points");
+  if (points_ > max_points)
+    return failure(ErrorCode::malformed_input, name_ + ": there are 2^32 points or more");
   for (uint64_t i = 0; i < points_; ++i) {
     MAILLE_CHECK(pace_.step(i, points_, 3 * sizeof(double) + sizeof(int32_t), position()));
     for (int64_t k = 0; k < dimension_; ++k) {

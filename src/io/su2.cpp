@@ -19,6 +19,9 @@ constexpr char zone_name[] = "su2:zone";
 constexpr std::string_view known_keys[] = {"NZONE", "IZONE", "NDIME",      "NELEM",
                                            "NPOIN", "NMARK", "MARKER_TAG", "MARKER_ELEMS"};
 
+/// Of partitioned meshes of old versions: it has points of other partitions where others have elements.
+constexpr const char* halo_marker = "SEND_RECEIVE";
+
 bool is_known(std::string_view key) {
   return std::find(std::begin(known_keys), std::end(known_keys), key) != std::end(known_keys);
 }
@@ -37,6 +40,7 @@ class Su2Reader {
   Result<ReadResult> read();
 
  private:
+  std::string lines_to_next_key();
   Result<> read_line(const std::string& key, std::string_view value);
   Result<uint64_t> count(std::string_view value, const std::string& key) const;
   Result<> read_elements(uint64_t count, const std::string& name);
@@ -139,21 +143,28 @@ Result<> Su2Reader::read_line(const std::string& key, std::string_view value) {
     marker_ = from_word(trim(value));
   } else if (key == "MARKER_ELEMS") {
     const uint64_t elements = MAILLE_TRY(count(value, key));
-    return read_elements(elements, marker_);
+    if (marker_ != halo_marker) return read_elements(elements, marker_);
+  } else if (key == "SEND_TO" && marker_ == halo_marker) {
+    lines_to_next_key();
+    notes_.push_back("marker SEND_RECEIVE left out: which points halves of a partition share");
   } else if (key != "NMARK") {
-    // This line and those behind it up to the next key.
-    other_ += key + "=" + std::string(value) + "\n";
-    for (in_.skip_white(); !in_.scanner.at_end(); in_.skip_white()) {
-      const TextScanner before = in_.scanner;
-      const std::string_view line = in_.scanner.rest_of_line();
-      if (line.find('=') != std::string_view::npos) {
-        in_.scanner = before;
-        break;
-      }
-      other_ += std::string(line) + "\n";
-    }
+    other_ += key + "=" + std::string(value) + "\n" + lines_to_next_key();
   }
   return {};
+}
+
+std::string Su2Reader::lines_to_next_key() {
+  std::string lines;
+  for (in_.skip_white(); !in_.scanner.at_end(); in_.skip_white()) {
+    const TextScanner before = in_.scanner;
+    const std::string_view line = in_.scanner.rest_of_line();
+    if (line.find('=') != std::string_view::npos) {
+      in_.scanner = before;
+      break;
+    }
+    lines += std::string(line) + "\n";
+  }
+  return lines;
 }
 
 Result<ReadResult> Su2Reader::read() {

@@ -180,6 +180,44 @@ TEST(GmshReader, ReadsVersion41) {
   EXPECT_EQ(result->notes.size(), 2u);
 }
 
+TEST(GmshReader, ElementsOfPartitionsHaveTheirGroups) {
+  // The entities of a mesh that was partitioned: elements are of those of the partitions.
+  std::string text = gmsh_41;
+  const auto put = [&](const std::string& what, const std::string& by) {
+    text.replace(text.find(what), what.size(), by);
+  };
+  put("$Nodes", R"($PartitionedEntities
+2
+1
+9 2
+0 1 1 0
+8 1 1 1 2 0 0 0 1 1 0 1 5 0
+9 2 3 2 1 2 0 0 0 1 1 0 1 7 1 8
+$EndPartitionedEntities
+$Nodes)");
+  put("1 1 1 1\n", "1 8 1 1\n");
+  put("2 3 2 2\n", "2 9 2 2\n");
+  const auto result = read_text(gmsh_format(), text);
+  ASSERT_TRUE(result) << result.error().message;
+  const Mesh& mesh = result->mesh;
+  ASSERT_EQ(mesh.blocks.size(), 2u);
+  EXPECT_EQ(mesh.blocks[0].name, "left side");
+  EXPECT_EQ(mesh.blocks[1].name, "plate");
+  EXPECT_THAT(values_of<int32_t>(mesh, "gmsh:physical", Domain::cell), ElementsAre(5, 7, 7));
+  EXPECT_EQ(result->notes.size(), 3u);
+}
+
+TEST(GmshReader, SaysWhatElseAnMshFileMayBe) {
+  const auto old = read_text(gmsh_format(), "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
+  ASSERT_FALSE(old);
+  EXPECT_EQ(old.error().code, ErrorCode::unsupported);
+  EXPECT_THAT(old.error().message, HasSubstr("version 1 of Gmsh's format"));
+  const auto fluent = read_text(gmsh_format(), "(0 \"a comment\")\n(2 3)\n");
+  ASSERT_FALSE(fluent);
+  EXPECT_EQ(fluent.error().code, ErrorCode::unsupported);
+  EXPECT_THAT(fluent.error().message, HasSubstr("ANSYS Fluent"));
+}
+
 TEST(GmshWriter, KeepsNumbersGroupsAndVersion) {
   for (const bool ascii : {true, false}) {
     const auto first = read_text(gmsh_format(), gmsh_41);
@@ -274,6 +312,32 @@ FFD_CORNER_POINTS= 2
   const std::string text = write_text(su2_format(), mesh).text;
   EXPECT_THAT(text, HasSubstr("MARKER_TAG= far%20field\nMARKER_ELEMS= 2\n"));
   EXPECT_THAT(text, HasSubstr("FFD_NBOX= 1\n"));
+}
+
+TEST(Su2Reader, LeavesOutHalosOfPartitions) {
+  const auto result = read_text(su2_format(), R"(NDIME= 2
+NELEM= 1
+5 0 1 2 0
+NPOIN= 3 3
+0 0 0
+1 0 1
+1 1 2
+NMARK= 2
+MARKER_TAG= SEND_RECEIVE
+MARKER_ELEMS= 2
+SEND_TO= 2
+1 0 0
+1 1 0
+MARKER_TAG= wall
+MARKER_ELEMS= 1
+3 0 1
+)");
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_EQ(result->mesh.blocks.size(), 2u);
+  EXPECT_EQ(result->mesh.blocks[1].name, "wall");
+  EXPECT_EQ(result->mesh.metadata, (Metadata{{"su2.dimension", "2"}}));
+  ASSERT_EQ(result->notes.size(), 1u);
+  EXPECT_THAT(result->notes[0], HasSubstr("SEND_RECEIVE left out"));
 }
 
 TEST(HedraReader, TurnsFacesOver) {

@@ -338,6 +338,8 @@ Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std:
                               Budget& budget) {
   const std::string type_name = node.attribute("type").as_string();
   const std::optional<Scalar> type = scalar_of_vtk(type_name);
+  if (type_name == "Bit")
+    return malformed(where, "bits, the type \"Bit\", are not read; save the array as UInt8");
   if (!type) return malformed(where, "its type is \"" + type_name + "\", which is no VTK number type");
   const long long components = node.attribute("NumberOfComponents").as_llong(1);
   if (components < 1 || components > 0xffff) {

@@ -282,7 +282,8 @@ TEST(VtpReader, NamesWhatIsWrong) {
   expect("NumberOfPoints=\"5\"", "NumberOfPoints=\"18446744073709551615\"", "NumberOfPoints is");
   expect("type=\"PolyData\"", "type=\"UnstructuredGrid\"", "only PolyData");
   expect("0 0 1  0 255 7", "0 0 1  0 256 7", "does not fit its type");
-  expect("Int64\" Name=\"id\"", "Bit\" Name=\"id\"", "no VTK number type");
+  expect("Int64\" Name=\"id\"", "Complex\" Name=\"id\"", "no VTK number type");
+  expect("Int64\" Name=\"id\"", "Bit\" Name=\"id\"", "save the array as UInt8");
   expect("</PointData>", "</PiontData>", "line 14: not well-formed XML");
   expect("byte_order", "compressor=\"vtkZstdDataCompressor\" byte_order", "save it again with zlib");
 }

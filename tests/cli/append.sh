@@ -26,9 +26,25 @@ for step in 0 1 2 3; do
 done
 maille decompress -q -f --time 0.3 flow.maille step.vtk && maille diff step.vtk flow_3.vtk
 maille verify flow.maille
+# A step that is damaged, and one that was cut short.
+at=$(maille info --json --chunks flow.maille | json '[c["offset"] for c in j["chunks"] if c["type"] == "SVAL"][-1]')
+cp flow.maille flipped.maille
+printf '\377\377' | dd of=flipped.maille bs=1 seek=$((at + 30)) conv=notrunc status=none
+head -c $((at + 30)) flow.maille > short.maille
+for file in flipped short; do
+  maille verify $file.maille > answer 2>&1
+  echo "$file: verify $?"
+  maille verify $file.maille --against flow_0.vtk > answer 2>&1
+  echo "$file: verify --against $?"
+done
 maille compress -q run.pvd && maille info --json run.maille | json '[step["time"] for step in j["steps"]]'
 maille decompress -q -f --time 0.2 run.maille step.vtk && maille diff step.vtk flow_2.vtk
 try maille decompress -q -f --time 0.4 flow.maille step.vtk
 try maille decompress -q -f --step 9 flow.maille step.vtk
 try maille append -q flow.maille cube.ply
+sed 's/^2 2 2$/2 2 2.5/' flow_1.vtk > moved.vtk
+try maille append -q flow.maille moved.vtk
+sed 's/^8 0 1 4 3 9/8 1 0 4 3 9/' flow_1.vtk > turned.vtk
+try maille append -q flow.maille turned.vtk
+maille compress -q cube.ply && try maille append -q cube.maille cube.ply
 try maille append -q flow.maille flow_1.vtk --error 0.1

@@ -5,7 +5,9 @@ maille compress -q --threads 0 ./wave.ply all.maille
 mkdir elsewhere
 cp wave.ply elsewhere
 maille compress -q elsewhere/wave.ply elsewhere.maille
+maille compress -q -T 1000 wave.ply many.maille
 cmp one.maille two.maille
+cmp one.maille many.maille
 cmp one.maille all.maille
 cmp one.maille elsewhere.maille
 # The name is part of the file, unless the provenance is left out.

@@ -16,4 +16,6 @@ try maille generate blockMeshDict
 try maille generate blockMeshDict x.maille --count
 try maille generate blockMeshDict a.maille
 try maille generate blockMeshDict x.maille --refine 1000 --memory 1M
+try maille generate blockMeshDict x.maille --any-order --refine 40 --memory 2M
 files_like 'x.*'
+maille generate blockMeshDict --any-order - | maille compress --json - streamed.maille | json 'j["input_bytes"] > 500'
