@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "container/chunk_finder.h"
 #include "hierarchy/rebuild_index.h"
+#include "surface/left_out.h"
 #include "surface/mesh_description.h"
 
 namespace maille {
@@ -91,6 +92,7 @@ Result<> RandomReader::read_front() {
 }
 
 Result<> RandomReader::read_by_key() {
+  if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
   Front front;
   front.description = MAILLE_TRY(file.read_stream(random_description_key));
@@ -116,6 +118,7 @@ Result<> RandomReader::read_by_key() {
 
 /// The index from what stands in the pages of charts.
 Result<> RandomReader::rebuild() {
+  if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
   RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, sets_, options_));
   if (directory_.finest.arrays.size() == description_.arrays.size() + 1) {
@@ -195,6 +198,7 @@ bool RandomReader::set_index_page(const PageChunk& chunk) {
 }
 
 Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() const {
+  if (charts_alone) return left_out_of_charts();
   if (!file_) file_ = std::make_unique<FileReader>(MAILLE_TRY(FileReader::open(*source_, known_types)));
   return std::cref(*file_);
 }

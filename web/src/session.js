@@ -1,7 +1,7 @@
 // Work on one file in one decoder, wherever that runs: asks for bytes until a call has all it needs. Threads have
 // one each (worker.js), and so has MeshFile, for the index.
 
-import {Decoder, DecoderFile, ErrorCode, GoesOn, NEEDS_FULL, WantsBytes} from './decoder.js';
+import {Decoder, DecoderFile, decoderFor, ErrorCode, GoesOn, WantsBytes} from './decoder.js';
 
 /** Of what is not the front nothing is kept from one call to the next: other charts are next. */
 const KEPT_FRONT = 256 * 1024;
@@ -15,12 +15,13 @@ const KEPT_MEMORY = 64 * 2 ** 20;
 
 export class Session {
   /**
-   * @param modules {module, isFull, full}: the decoder to begin with, and a function that gives the one that has all modes
+   * @param modules {module, kind, other(kind)}: the decoder to begin with, 'charts', 'small' or 'full', and a function that
+   *   gives {module, kind} of one that has at least what `kind` has
    * @param about {size, name, mode, meshBytes} of the file
    * @param read (ranges, signal) => Promise of their bytes
    */
-  constructor({module, isFull, full}, about, read) {
-    Object.assign(this, {module, isFull, full, about, read});
+  constructor({module, kind, other}, about, read) {
+    Object.assign(this, {module, kind, other, about, read});
   }
 
   get memoryBytes() {
@@ -34,9 +35,10 @@ export class Session {
         await (this.opened ??= this.#open());
         return await this.#call(call, given, signal, onProgress);
       } catch (error) {
-        if (error.code !== NEEDS_FULL || this.isFull) throw error;
+        const wanted = decoderFor[error.code];
+        if (!wanted || wanted === this.kind || this.kind === 'full') throw error;
         this.close();
-        Object.assign(this, {module: await this.full(), isFull: true});
+        Object.assign(this, await this.other(wanted));
       } finally {
         this.#tidy(call);
       }
