@@ -1,5 +1,7 @@
 #include "placement.h"
 
+#include <emmintrin.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -13,7 +15,7 @@ double number_at(const std::byte* bytes) {
   return static_cast<double>(value);
 }
 
-double any_number_at(Scalar type, const std::byte* bytes) {
+[[gnu::noinline]] double any_number_at(Scalar type, const std::byte* bytes) {
   switch (type) {
     case Scalar::i8:
       return number_at<int8_t>(bytes);
@@ -39,9 +41,30 @@ double any_number_at(Scalar type, const std::byte* bytes) {
   return 0;
 }
 
-/// Three numbers of the usual type for every vertex of a chart.
+/// Two lanes of double in single precision, in one instruction: clang 14 makes some for each lane of what it
+/// has for this.
+__m128 demoted(__m128d value) {
+  __m128 result;
+  asm("local.get %1\n f32x4.demote_zero_f64x2\n local.set %0" : "=r"(result) : "r"(value));
+  return result;
+}
+__m128 relative_to(__m128d low, __m128d high, const std::byte* from) {
+  const __m128 numbers = _mm_loadu_ps(reinterpret_cast<const float*>(from));
+  const __m128d first = _mm_cvtps_pd(numbers), second = _mm_cvtps_pd(_mm_movehl_ps(numbers, numbers));
+  return _mm_movelh_ps(demoted(_mm_sub_pd(first, low)), demoted(_mm_sub_pd(second, high)));
+}
+
+/// Three numbers of the usual type for every vertex of a chart; of four vertices there are three times four.
 void place_floats(const std::byte* bytes, size_t vertices, const Vector3& origin, float* to) {
-  for (size_t i = 0; i < vertices; ++i, bytes += 3 * sizeof(float), to += 3) {
+  const __m128d xy = _mm_set_pd(origin[1], origin[0]), zx = _mm_set_pd(origin[0], origin[2]),
+                yz = _mm_set_pd(origin[2], origin[1]);
+  size_t i = 0;
+  for (; i + 4 <= vertices; i += 4, bytes += 48, to += 12) {
+    _mm_storeu_ps(to, relative_to(xy, zx, bytes));
+    _mm_storeu_ps(to + 4, relative_to(yz, xy, bytes + 16));
+    _mm_storeu_ps(to + 8, relative_to(zx, yz, bytes + 32));
+  }
+  for (; i < vertices; ++i, bytes += 12, to += 3) {
     for (unsigned k = 0; k < 3; ++k)
       to[k] = static_cast<float>(number_at<float>(bytes + k * sizeof(float)) - origin[k]);
   }

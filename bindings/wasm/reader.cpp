@@ -149,6 +149,8 @@ MAILLE_EXPORT int32_t maille_groups(Reader* reader, uint32_t first, uint32_t cou
 
 MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
   if (!reader->file) return no_file(*reader);
+  // Its memory, still in the cache, is for this one.
+  reader->mesh = {};
   const int32_t outcome = reader->keep(reader->file->read({group, chart}), reader->mesh);
   return charts_alone && outcome == done && !is_plain(reader->mesh) ? not_in_charts : outcome;
 }
@@ -169,7 +171,6 @@ MAILLE_EXPORT int32_t maille_clip(Reader* reader, const double* packed, uint32_t
 
 /// numbers: none, or group, chart, face, three corners, three weights, position (3), distance.
 MAILLE_EXPORT int32_t maille_hit(Reader* reader, const double* ray) {
-  if (charts_alone) return not_in_charts;
   if (!reader->file) return no_file(*reader);
   std::optional<SurfacePoint> found;
   const int32_t outcome =

@@ -240,7 +240,8 @@ struct alignas(32) PackedFields {
   std::array<uint16_t, 4> back;
   uint8_t shift_y, shift_z, bits;
 };
-constexpr auto packed_fields = [] {
+MAILLE_TABLE packed_fields = [] {
+  MAILLE_LATER;
   std::array<PackedFields, narrow_sizes * 64> table{};
   for (unsigned size = 0; size < narrow_sizes; ++size) {
     for (unsigned shape = 0; shape < shapes; ++shape) {
