@@ -382,17 +382,19 @@ Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<Ch
                                                             ChartUse use) const {
   const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
   MAILLE_CHECK(check_memory(places, bytes));
-  std::vector<Result<DecodedChart>> results(places.size());
+  // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
+  std::vector<std::optional<Result<DecodedChart>>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
-  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i], use); });
+  executor.parallel_for(places.size(),
+                        [&](size_t i) { results[i].emplace(decode(places[i], bytes[i], use)); });
   std::vector<DecodedChart> charts;
-  for (Result<DecodedChart>& result : results) {
-    if (result) {
-      charts.push_back(std::move(*result));
+  for (std::optional<Result<DecodedChart>>& result : results) {
+    if (*result) {
+      charts.push_back(std::move(**result));
     } else if (problems != nullptr) {
-      problems->push_back(result.error().message);
+      problems->push_back(result->error().message);
     } else {
-      return tl::unexpected(std::move(result).error());
+      return tl::unexpected(std::move(*result).error());
     }
   }
   return charts;
