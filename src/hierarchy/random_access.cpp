@@ -195,8 +195,7 @@ Result<GroupInfo> File::group(uint32_t number) {
 
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
-  std::vector<DecodedChart> charts =
-      MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show));
+  std::vector<DecodedChart> charts = MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show));
   return std::move(charts[0].mesh);
 }
 Result<Mesh> File::extract(const Selection& selection) {

@@ -35,8 +35,8 @@ export class Session {
         await (this.opened ??= this.#open());
         return await this.#call(call, given, signal, onProgress);
       } catch (error) {
-        const wanted = decoderFor[error.code];
-        if (!wanted || wanted === this.kind || this.kind === 'full') throw error;
+        const wanted = this.#needed(error);
+        if (!wanted) throw error;
         this.close();
         Object.assign(this, await this.other(wanted));
       } finally {
@@ -48,15 +48,28 @@ export class Session {
   /** What a call gives at once; null: bytes are wanted first, and are on their way. */
   now(call, ...given) {
     if (!this.file) return null;
-    const result = this.file[call](...given);
-    if (!(result instanceof WantsBytes)) return result;
-    this.pending ??= this.#fetch(result, call).catch(() => {}).finally(() => { this.pending = null; });
+    let later;
+    try {
+      const result = this.file[call](...given);
+      if (!(result instanceof WantsBytes)) return result;
+      later = () => this.#fetch(result, call);
+    } catch (error) {
+      if (!this.#needed(error)) throw error;
+      later = () => this.run({call, arguments: given});  // in another decoder
+    }
+    this.pending ??= later().catch(() => {}).finally(() => { this.pending = null; });
     return null;
   }
 
   close() {
     this.file?.close();
     this.file = this.decoder = this.opened = null;
+  }
+
+  /** Which decoder has what this one leaves out; none: it is another error. */
+  #needed({code}) {
+    const wanted = decoderFor[code];
+    return wanted === this.kind || this.kind === 'full' ? undefined : wanted;
   }
 
   async #open() {

@@ -9,6 +9,7 @@ import {fileURLToPath} from 'node:url';
 
 import {Decoder, DecoderFile} from '../src/decoder.js';
 import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
+import {Session} from '../src/session.js';
 import {checksumOf} from './checksum.js';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
@@ -116,6 +117,7 @@ test('a file loads the decoder that it needs, and a larger one when it asks for 
   const bear = (...options) => compressed('tri/bear.off', ...options);
   try {
     assert.deepEqual(await loaded(bear('--mode', 'random'), chart), ['charts']);
+    assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.pick([0, 0, 1e3], [0, 0, -1])), ['charts']);
     assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.decode()), ['charts', 'small']);
     assert.deepEqual(await loaded(bear('--mode', 'random', '-9'), chart), ['charts', 'full']);
     assert.deepEqual(await loaded(bear('-5'), file => file.decode()), ['charts', 'small']);
@@ -126,6 +128,21 @@ test('a file loads the decoder that it needs, and a larger one when it asks for 
     globalThis.fetch = own;
     await setDecoder(new URL('maille.wasm', dist));
   }
+});
+
+test('what a renderer asks for within a frame comes later where it takes another decoder', async () => {
+  const bytes = readFileSync(compressed('tri/bear.off', '--mode', 'random')), asked = [];
+  const other = async kind => { asked.push(kind); return {module: await ready({mode: 'single'}), kind}; };
+  const read = async ranges => ranges.map(({offset, size}) => bytes.subarray(offset, offset + size));
+  const session = new Session({kind: 'charts', other}, {size: bytes.length, name: 'x', mode: 'random'}, read);
+  const refuse = () => { throw new MailleError(1003, 'left out'); };
+  Object.assign(session, {opened: Promise.resolve(), file: {select: refuse, forgetBehind() {}, close() {}}});
+  assert.equal(session.now('select', {}), null);
+  assert.equal(session.now('select', {}), null);
+  while (session.pending) await session.pending;
+  assert.deepEqual(asked, ['small']);
+  assert.ok(session.now('select', {}).length > 0);
+  session.close();
 });
 
 test('a ray meets the original where the whole mesh has its nearest triangle', async () => {
