@@ -15,8 +15,7 @@ add_compile_options(-fno-exceptions -fno-rtti -msimd128 -msse2 -Wno-shorten-64-t
 # Preset wasm compiles for size (-Oz; without -finline-functions emscripten 3.1.6 leaves inlining to its linker, and that
 # makes code twice as large). What runs for each triangle or cell is compiled for speed.
 set(maille_fast_on_web
-  base/hash.cpp entropy/static_rans.cpp surface/fan_decoder.cpp surface/fan_positions.cpp surface/shared_fans.cpp
-  surface/fan_patch.cpp hierarchy/chart_codec.cpp surface/adaptive_fan_decoder.cpp entropy/mixing.cpp
+  surface/fan_decoder.cpp surface/fan_positions.cpp surface/adaptive_fan_decoder.cpp entropy/mixing.cpp
   surface/mixed_array.cpp surface/position_predictor.cpp volume/cell_coder.cpp volume/cell_coder_corners.cpp
   volume/cell_coder_slow.cpp volume/cell_coder_indices.cpp volume/mixed_values.cpp volume/tuple_values.cpp
   volume/patterns.cpp volume/stream_reader.cpp)

@@ -244,7 +244,8 @@ void Boundary::gather_vertices(const std::vector<uint32_t>& vertices, Drawable& 
   for (const uint32_t vertex : vertices) drawable.points.push_back(vertices_[vertex].point);
   std::vector<Array> positions;
   take_arrays({&position_array_, 1}, Domain::point, vertex_values_, 0, vertices, positions);
-  place(positions[0], {}, {}, drawable);
+  drawable.positions.resize(3 * positions[0].count());
+  drawable.origin = place(positions[0], {}, {}, drawable.positions);
   take_arrays(point_arrays_, Domain::point, vertex_values_, position_array_.tuple_size(), vertices,
               drawable.arrays);
 }

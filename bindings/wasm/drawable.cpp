@@ -173,7 +173,8 @@ Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
   const Vertices vertices(mesh, polygons);
   Drawable drawable;
   drawable.points = vertices.points;
-  place(mesh.points, drawable.points, origin, drawable);
+  drawable.positions.resize(3 * drawable.points.size());
+  drawable.origin = place(mesh.points, drawable.points, origin, drawable.positions);
   for (const Polygon& polygon : polygons.list) {
     for (uint32_t k = 2; k < polygon.size; ++k) {
       for (const uint32_t corner : {0u, k - 1, k}) {

@@ -6,9 +6,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <numeric>
-
-#include "placement.h"
 
 namespace maille::wasm {
 namespace {
@@ -21,7 +18,6 @@ struct Request {
   Detail detail;
 };
 constexpr size_t plain_numbers = 17;
-constexpr size_t most_kept_positions = 1u << 16;
 
 Request request_of(const double* n, uint32_t count) {
   Request request;
@@ -153,17 +149,22 @@ MAILLE_EXPORT int32_t maille_groups(Reader* reader, uint32_t first, uint32_t cou
 
 MAILLE_EXPORT int32_t maille_read_chart(Reader* reader, uint32_t group, uint32_t chart) {
   if (!reader->file) return no_file(*reader);
-  return reader->keep(reader->file->read({group, chart}), reader->mesh);
+  // Its memory, still in the cache, is for this one.
+  reader->mesh = {};
+  const int32_t outcome = reader->keep(reader->file->read({group, chart}), reader->mesh);
+  return charts_alone && outcome == done && !is_plain(reader->mesh) ? not_in_charts : outcome;
 }
 
 /// The charts that were selected last, as one mesh.
 MAILLE_EXPORT int32_t maille_extract(Reader* reader) {
+  if (charts_alone) return not_in_charts;
   if (!reader->file) return no_file(*reader);
   return reader->keep(reader->file->extract(reader->selection), reader->mesh);
 }
 
 /// Faces of the mesh at hand that touch a region.
 MAILLE_EXPORT int32_t maille_clip(Reader* reader, const double* packed, uint32_t count) {
+  if (charts_alone) return not_in_charts;
   reader->mesh = maille::clip(reader->mesh, request_of(packed, count).region);
   return done;
 }
@@ -187,6 +188,7 @@ MAILLE_EXPORT int32_t maille_hit(Reader* reader, const double* ray) {
 
 /// The whole mesh, of a file of any mode.
 MAILLE_EXPORT int32_t maille_decode(Reader* reader) {
+  if (charts_alone) return not_in_charts;
   return reader->keep(maille::decode(reader->bytes, reader->options()), reader->mesh);
 }
 
@@ -222,34 +224,18 @@ void list_exact(Reader& reader) {
   for (const Array& array : reader.mesh.arrays) add_array(list, BufferKind::array, array);
 }
 
-/// 0, 1, 2, ...: the same for all charts, never fewer than before.
-const std::vector<uint32_t>& counted(size_t count) {
-  static std::vector<uint32_t> numbers;
-  const size_t before = numbers.size();
-  if (before < count) {
-    numbers.resize(count);
-    std::iota(numbers.begin() + static_cast<ptrdiff_t>(before), numbers.end(), static_cast<uint32_t>(before));
-  }
-  return numbers;
-}
-
-/// Without copies of what the mesh has.
+/// Vertices are the points of the mesh, triangles its cells, in their order: JavaScript counts them itself.
 void list_plain(Reader& reader, const std::optional<Vector3>& origin) {
   std::vector<Buffer>& list = reader.buffers;
   const Mesh& mesh = reader.mesh;
-  Drawable& drawable = reader.drawable;
-  place(mesh.points, {}, origin, drawable);
-  reader.numbers.assign(drawable.origin.x.begin(), drawable.origin.x.end());
-  list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, drawable.positions, 3));
-  const size_t triangles = mesh.blocks[0].connectivity.size() / 3;
-  Buffer numbers = numbers_of(BufferKind::drawn_points, Scalar::u32,
-                              counted(std::max<size_t>(mesh.point_count(), triangles)));
-  numbers.size = static_cast<uint32_t>(mesh.point_count() * sizeof(uint32_t));
-  list.push_back(numbers);
-  list.push_back(numbers_of(BufferKind::drawn_triangles, Scalar::u32, mesh.blocks[0].connectivity, 3));
-  numbers.kind = BufferKind::drawn_cells;
-  numbers.size = static_cast<uint32_t>(triangles * sizeof(uint32_t));
-  list.push_back(numbers);
+  PackedChart& packed = reader.packed;
+  packed.pack(mesh, origin);
+  reader.numbers.assign(packed.origin.x.begin(), packed.origin.x.end());
+  list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, packed.positions, 3));
+  const std::vector<uint32_t>& corners = mesh.blocks[0].connectivity;
+  list.push_back(packed.triangles.size() == corners.size()
+                     ? numbers_of(BufferKind::drawn_triangles, Scalar::u16, packed.triangles, 3)
+                     : numbers_of(BufferKind::drawn_triangles, Scalar::u32, corners, 3));
   for (const Array& array : mesh.arrays) {
     if (array.domain == Domain::point) add_array(list, BufferKind::drawn_array, array);
     if (array.domain == Domain::cell) add_array(list, BufferKind::array, array);
@@ -263,7 +249,7 @@ void list_mesh(Reader& reader, Wanted wanted) {
   // Charts fit at their borders, bit for bit, where all are drawn from one origin.
   std::optional<Vector3> origin;
   if (reader.file) origin = reader.file->sphere().centre;
-  if (wanted == Wanted::drawn && is_plain(reader.mesh)) return list_plain(reader, origin);
+  if (charts_alone || (wanted == Wanted::drawn && is_plain(reader.mesh))) return list_plain(reader, origin);
   reader.drawable = draw(reader.mesh, origin);
   if (wanted == Wanted::surface) spread_cell_arrays(reader.mesh, reader.drawable);
   list_drawn(reader);
@@ -281,9 +267,9 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
   const auto wanted = static_cast<Wanted>(number);
   reader->buffers.clear();
   reader->wide.clear();
-  if (wanted == Wanted::exact) {
+  if (wanted == Wanted::exact && !charts_alone) {
     list_exact(*reader);
-  } else if (wanted == Wanted::surface_of_pieces) {
+  } else if (wanted == Wanted::surface_of_pieces && !charts_alone) {
     list_drawn(*reader);
   } else {
     list_mesh(*reader, wanted);
@@ -296,10 +282,8 @@ MAILLE_EXPORT uint32_t maille_buffer_count(Reader* reader) {
 /// The mesh at hand is no longer wanted.
 MAILLE_EXPORT void maille_clear(Reader* reader) {
   reader->mesh = {};
-  // Room for positions stays for the next chart.
-  std::vector<float> positions = std::move(reader->drawable.positions);
   reader->drawable = {};
-  if (positions.size() < most_kept_positions) reader->drawable.positions = std::move(positions);
+  reader->packed.release();
   reader->buffers.clear();
   reader->wide.clear();
 }

@@ -10,6 +10,7 @@
 
 #include "arrived_bytes.h"
 #include "drawable.h"
+#include "placement.h"
 
 // Emscripten exports what is `used`.
 #define MAILLE_EXPORT extern "C" __attribute__((used))
@@ -17,6 +18,14 @@
 namespace maille::wasm {
 
 inline constexpr int32_t done = 0, wants_bytes = 1000, goes_on = 1001;
+/// What the decoder of charts says of what it leaves out but the small one has.
+inline constexpr int32_t not_in_charts = 1003;
+// Not inline: what is compiled for that decoder has a value of its own.
+#ifdef MAILLE_CHART_DECODER
+constexpr bool charts_alone = true;
+#else
+constexpr bool charts_alone = false;
+#endif
 
 /// What a buffer holds, as web/maille.js numbers it.
 enum class BufferKind : uint32_t {
@@ -72,6 +81,7 @@ struct Reader {
   Selection selection;
   Mesh mesh;
   Drawable drawable;
+  PackedChart packed;
   std::unique_ptr<Pieces> pieces;
   std::vector<std::vector<double>> wide;  ///< what buffers have of numbers of 64 bits
   std::vector<Buffer> buffers;
@@ -122,13 +132,13 @@ inline void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array
   add_array(buffers, kind, array, array.bytes);
 }
 
-template <class T>
-Buffer numbers_of(BufferKind kind, Scalar type, const std::vector<T>& values, uint32_t components = 1) {
+template <class Values>
+Buffer numbers_of(BufferKind kind, Scalar type, const Values& values, uint32_t components = 1) {
   Buffer buffer{kind};
   buffer.type = static_cast<uint32_t>(type);
   buffer.components = components;
   buffer.bytes = values.data();
-  buffer.size = static_cast<uint32_t>(values.size() * sizeof(T));
+  buffer.size = static_cast<uint32_t>(values.size() * sizeof(values[0]));
   return buffer;
 }
 

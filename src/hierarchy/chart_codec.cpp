@@ -120,7 +120,7 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
   }
   if (decoding) {
     here.insert(here.end(), elsewhere.begin(), elsewhere.end());
-    std::inplace_merge(here.begin(), here.end() - static_cast<ptrdiff_t>(elsewhere.size()), here.end());
+    std::sort(here.begin(), here.end());
     here.erase(std::unique(here.begin(), here.end()), here.end());
     for (const uint32_t point : here) shared.push_back({point, 0});
   }
@@ -180,7 +180,8 @@ class ChartStreams final : public StreamSource {
   Result<std::vector<std::byte>> read_stream(const StreamKey& key) const override {
     const Bytes* stream = find(key);
     if (stream == nullptr) return corrupt("a stream is missing");
-    return std::vector<std::byte>(stream->begin(), stream->end());
+    // From pointers: with iterators some libraries copy byte by byte.
+    return std::vector<std::byte>(stream->data(), stream->data() + stream->size());
   }
 
  private:

@@ -195,7 +195,8 @@ Result<GroupInfo> File::group(uint32_t number) {
 
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
-  return MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show))[0].mesh;
+  std::vector<DecodedChart> charts = MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show));
+  return std::move(charts[0].mesh);
 }
 Result<Mesh> File::extract(const Selection& selection) {
   return state_->extract(selection, nullptr);

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "container/chunk_finder.h"
 #include "hierarchy/rebuild_index.h"
+#include "surface/left_out.h"
 #include "surface/mesh_description.h"
 
 namespace maille {
@@ -92,6 +93,7 @@ Result<> RandomReader::read_front() {
 }
 
 Result<> RandomReader::read_by_key() {
+  if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
   Front front;
   front.description = MAILLE_TRY(file.read_stream(random_description_key));
@@ -117,6 +119,7 @@ Result<> RandomReader::read_by_key() {
 
 /// The index from what stands in the pages of charts.
 Result<> RandomReader::rebuild() {
+  if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
   RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, sets_, options_));
   if (directory_.finest.arrays.size() == description_.arrays.size() + 1) {
@@ -196,6 +199,7 @@ bool RandomReader::set_index_page(const PageChunk& chunk) {
 }
 
 Result<std::reference_wrapper<const FileReader>> RandomReader::whole_file() const {
+  if (charts_alone) return left_out_of_charts();
   if (!file_) file_ = std::make_unique<FileReader>(MAILLE_TRY(FileReader::open(*source_, known_types)));
   return std::cref(*file_);
 }
@@ -379,17 +383,19 @@ Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<Ch
                                                             ChartUse use) const {
   const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
   MAILLE_CHECK(check_memory(places, bytes));
-  std::vector<Result<DecodedChart>> results(places.size());
+  // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
+  std::vector<std::optional<Result<DecodedChart>>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
-  executor.parallel_for(places.size(), [&](size_t i) { results[i] = decode(places[i], bytes[i], use); });
+  executor.parallel_for(places.size(),
+                        [&](size_t i) { results[i].emplace(decode(places[i], bytes[i], use)); });
   std::vector<DecodedChart> charts;
-  for (Result<DecodedChart>& result : results) {
-    if (result) {
-      charts.push_back(std::move(*result));
+  for (std::optional<Result<DecodedChart>>& result : results) {
+    if (*result) {
+      charts.push_back(std::move(**result));
     } else if (problems != nullptr) {
-      problems->push_back(result.error().message);
+      problems->push_back(result->error().message);
     } else {
-      return tl::unexpected(std::move(result).error());
+      return tl::unexpected(std::move(*result).error());
     }
   }
   return charts;

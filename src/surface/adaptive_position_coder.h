@@ -260,8 +260,9 @@ struct PositionsStart {
   std::unique_ptr<AdaptivePositionModels> models;
 };
 
-/// Codes one vertex after the other. `start`: what its models know already. `repeating`: with repeats, which
-/// are looked for beforehand. The encoder finds the codes in `wanted`; both put them into `points`.
+/// Codes one vertex after the other. `start`: what its models know already. `repeating`: with repeats, if
+/// there are any, which are looked for beforehand; `curved`: with curved maps, if there are any. The encoder
+/// finds the codes in `wanted`; both put them into `points`.
 template <class Coder, bool curved, bool repeating>
 class AdaptivePositionCoder {
  public:
@@ -296,7 +297,9 @@ class AdaptivePositionCoder {
     }
     known_ = 0;
     if constexpr (Coder::encoding) codes_ = wanted_[v];
-    if constexpr (repeating) code_repeats(v, *references, kind);
+    if constexpr (repeating) {
+      if (coding_.repeats != AdaptiveCoding::Repeats::none) code_repeats(v, *references, kind);
+    }
     code_residuals(v, *references, ValenceRows::parallelograms(ValenceRows::group_of(kind)));
     if constexpr (repeating && !Coder::encoding) {
       if (coding_.repeats == AdaptiveCoding::Repeats::candidates) find_indices(repeats_[v]);

@@ -52,11 +52,16 @@ void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface&
 template <class Coder>
 void code_vertices(Coder& coder, const AdaptiveCoding& coding, const FanSurface& fans, AdaptivePoints& points,
                    std::span<const Codes3> wanted, uint32_t count, const ModelsAround& models = {}) {
+#ifdef __EMSCRIPTEN__
+  // Which does what the others do: each would be 10 KB to wait for.
+  const auto code = code_vertices<Coder, true, true>;
+#else
   const bool repeating = coding.repeats != Repeats::none;
   const auto code =
       points.any_curved()
           ? (repeating ? code_vertices<Coder, true, true> : code_vertices<Coder, true, false>)
           : (repeating ? code_vertices<Coder, false, true> : code_vertices<Coder, false, false>);
+#endif
   code(coder, coding, fans, points, wanted, count, models);
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <optional>
 
 #include "base/chunks.h"
 #include "base/result.h"
@@ -107,19 +108,20 @@ Executor& executor_of(const Options& options) {
 /// the error of the first patch that has one.
 template <class Value, class Options, class Work>
 Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
-  std::vector<Result<Value>> results(count);
+  // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
+  std::vector<std::optional<Result<Value>>> results(count);
   PatchProgress progress(options.progress, count);
   Options of_patch = options;
   of_patch.executor = nullptr;
   if (count > 1) of_patch.progress = progress.of_patch();
   executor_of(options).parallel_for(count, [&](size_t i) {
-    results[i] = work(static_cast<uint32_t>(i), of_patch);
+    results[i].emplace(work(static_cast<uint32_t>(i), of_patch));
     if (count > 1) progress.finish_patch();
   });
   std::vector<Value> values;
-  for (Result<Value>& result : results) {
-    if (!result) return tl::unexpected(std::move(result).error());
-    values.push_back(std::move(*result));
+  for (std::optional<Result<Value>>& result : results) {
+    if (!*result) return tl::unexpected(std::move(*result).error());
+    values.push_back(std::move(**result));
   }
   return values;
 }

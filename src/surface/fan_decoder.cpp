@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "base/cold.h"
 #include "base/pages.h"
 #include "base/result.h"
 #include "entropy/static_rans.h"
@@ -504,13 +505,13 @@ Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
 
 }  // namespace
 
-FanTables read_fan_tables(RansDecoder& side) {
+MAILLE_COLD FanTables read_fan_tables(RansDecoder& side) {
   StaticTables events = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
   return {std::move(events),
           read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
 }
 
-FanSlots::FanSlots(const FanTables& tables) {
+MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) {
   const auto fill = [](const StaticTables& from, size_t more, auto& to) {
     to.resize(from.tables.size() + more);
     for (size_t i = 0; i < from.tables.size(); ++i) to[i].fill(from.tables[i]);
@@ -524,7 +525,7 @@ FanSlots::FanSlots(const FanTables& tables) {
 }
 
 /// A row for each class of next and last; small meshes feel every microsecond.
-void FanSlots::fill_table_at(const StaticTables& tables) {
+MAILLE_COLD void FanSlots::fill_table_at(const StaticTables& tables) {
   const auto idle = static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable));
   std::array<std::array<uint16_t, most_seen + 1>, fan_contexts / 10> rows;
   for (unsigned next = 0; next <= most_seen; ++next) {

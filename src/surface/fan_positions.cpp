@@ -11,6 +11,7 @@
 #endif
 
 #include "base/bytes.h"
+#include "base/cold.h"
 #include "base/pages.h"
 #include "base/result.h"
 #include "base/unfilled.h"
@@ -239,7 +240,8 @@ struct alignas(32) PackedFields {
   std::array<uint16_t, 4> back;
   uint8_t shift_y, shift_z, bits;
 };
-constexpr auto packed_fields = [] {
+MAILLE_TABLE packed_fields = [] {
+  MAILLE_LATER;
   std::array<PackedFields, narrow_sizes * 64> table{};
   for (unsigned size = 0; size < narrow_sizes; ++size) {
     for (unsigned shape = 0; shape < shapes; ++shape) {
@@ -356,7 +358,14 @@ uint32_t store_lattice(const NarrowPoints& points, __m128i bias, uint32_t begin,
       value = _mm_max_pd(_mm_set1_pd(-most_f32), value);
       value = _mm_min_pd(_mm_set1_pd(most_f32), value);
     }
+#ifdef __EMSCRIPTEN__
+    // Which its clang makes of the intrinsic lane by lane.
+    __m128 result;
+    asm("local.get %1\n f32x4.demote_zero_f64x2\n local.set %0" : "=r"(result) : "r"(value));
+    return result;
+#else
     return _mm_cvtpd_ps(value);
+#endif
   };
   for (uint32_t v = begin; v + 1 < end; ++v, out = next_tuple(out)) {
     const __m128i codes = codes_of(points, bias, v);
@@ -414,7 +423,7 @@ struct Sections {
   size_t in_states = 0;  ///< bytes of raw bits that stand in the states of the classes, the last ones
 };
 
-Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) {
+MAILLE_COLD Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) {
   Sections sections;
   const size_t size = in.remaining();
   if (in_states) {
@@ -431,7 +440,7 @@ Result<Sections> read_sections(ByteReader& in, uint32_t points, bool in_states) 
   return sections;
 }
 
-Result<ClassTables> read_class_tables(RansDecoder& side, unsigned sizes, uint8_t flags) {
+MAILLE_COLD Result<ClassTables> read_class_tables(RansDecoder& side, unsigned sizes, uint8_t flags) {
   const StaticTables of_size = read_tables(size_context(sizes, 0), sizes, class_bits, most_size_tables, side);
   const StaticTables of_shape =
       read_tables(shape_context(sizes, 0), shapes, class_bits, most_shape_tables, side);
@@ -457,7 +466,7 @@ struct PositionTables {
 
 namespace {
 
-Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteReader& in, Scalar type) {
+MAILLE_COLD Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteReader& in, Scalar type) {
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
   if (size_of(type) > 4) return corrupt("the type is too wide");

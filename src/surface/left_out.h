@@ -6,11 +6,22 @@
 
 namespace maille {
 
-/// MAILLE_SMALL_DECODER leaves modes and codings out of one of the two decoders for the web. What it says of
-/// these: no error for people, web/src/session.js takes the other decoder then.
-inline tl::unexpected<Error> left_out() {
-  return failure(static_cast<ErrorCode>(1002),
+/// MAILLE_SMALL_DECODER and MAILLE_CHART_DECODER leave modes and codings out of decoders for the web. What
+/// these say of that: no error for people, web/src/session.js takes another decoder then.
+inline tl::unexpected<Error> left_out(int code = 1002) {
+  return failure(static_cast<ErrorCode>(code),
                  "this decoder leaves out how the file is coded; the full one has it");
 }
+/// What the decoder of charts leaves out, but not the small one.
+inline tl::unexpected<Error> left_out_of_charts() {
+  return left_out(1003);
+}
+
+// Not inline: files that are compiled for the decoder of charts have a value of their own.
+#ifdef MAILLE_CHART_DECODER
+constexpr bool charts_alone = true;
+#else
+constexpr bool charts_alone = false;
+#endif
 
 }  // namespace maille

@@ -10,6 +10,7 @@
 #include "surface/element_order.h"
 #include "surface/fan_patch.h"
 #include "surface/fan_positions.h"
+#include "surface/left_out.h"
 #include "surface/mixed_array.h"
 #include "surface/number_maps.h"
 #include "surface/shared_fans.h"
@@ -252,6 +253,7 @@ class PatchDecoder {
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
     } else {
+      if (charts_alone) return not_in_charts();
       topology_ = MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners,
                                              needs_faces(description_, options_)));
     }
@@ -295,6 +297,7 @@ class PatchDecoder {
   }
 
   Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {
+    if (charts_alone) return not_in_charts();
     Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
     if (!pace.report()) return cancelled();
     if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
@@ -322,6 +325,7 @@ class PatchDecoder {
     if (fans_ && !with_places_) {
       cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
     } else {
+      if (charts_alone) return not_in_charts();
       cells = assemble_cells(std::move(topology_), shapes_, with_places_);
     }
     mesh.blocks = std::move(cells.blocks);
@@ -341,6 +345,10 @@ class PatchDecoder {
     uint32_t coding = last_coding;
     while (coding > front_coding && !streams_.has_stream(key(patch_, coding))) --coding;
     return coding;
+  }
+
+  tl::unexpected<Error> not_in_charts() const {
+    return description_.effort >= least_mixed_effort ? left_out() : left_out_of_charts();
   }
 
   const StreamSource& streams_;

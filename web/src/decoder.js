@@ -3,8 +3,8 @@
 const DONE = 0;
 const WANTS_BYTES = 1000;
 const GOES_ON = 1001;
-/** The small decoder does not know what the file has; the other one does. */
-export const NEEDS_FULL = 1002;
+/** What a decoder says of what it leaves out: which one has it. */
+export const decoderFor = {1002: 'full', 1003: 'small'};
 
 /** Kinds of failure, as the command's exit codes name them. */
 export const ErrorCode = {
@@ -244,10 +244,17 @@ export class DecoderFile {
     const address = wanted === undefined ? calls.maille_piece_buffers(this.reader) : calls.maille_buffers(this.reader, wanted);
     const count = calls.maille_buffer_count(this.reader);
     const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS), list = [];
+    let copy, begin = 0, end = 0;
     for (let i = 0; i < words.length; i += BUFFER_WORDS) {
-      const type = words[i + 1], nameSize = words[i + 8], bytes = words[i + 9], size = words[i + 10];
-      // A copy that can be handed to other threads. Empty vectors may have any address.
-      const values = new scalarArrays[type](size === 0 ? 0 : memory.buffer.slice(bytes, bytes + size));
+      const type = words[i + 1], nameSize = words[i + 8], bytes = words[i + 9], size = words[i + 10], Type = scalarArrays[type];
+      if (size > 0 && (bytes < begin || bytes + size > end || (bytes - begin) % Type.BYTES_PER_ELEMENT !== 0)) {
+        // A copy that can be handed to other threads, of all that lies side by side.
+        [begin, end] = [bytes, bytes + size];
+        for (let next = i + BUFFER_WORDS; words[next + 9] === end; next += BUFFER_WORDS) end += words[next + 10];
+        copy = memory.buffer.slice(begin, end);
+      }
+      // Empty vectors may have any address.
+      const values = size === 0 ? new Type(0) : new Type(copy, bytes - begin, size / Type.BYTES_PER_ELEMENT);
       list.push({
         kind: kinds[words[i]], type: scalarNames[type], components: words[i + 2], domain: domains[words[i + 3]], role: roles[words[i + 4]],
         block: words[i + 5], cellType: words[i + 6], name: nameSize === 0 ? '' : this.decoder.text(words[i + 7], nameSize), values,
@@ -290,6 +297,23 @@ export class DecoderFile {
     }
     return piece;
   }
+}
+
+/** What is drawn, with `points` and `cells` where the decoder leaves them out: 0, 1, 2, ..., made when they are asked for. */
+export function withCounts(drawn) {
+  if (!drawn.points) countLater(drawn, 'points', drawn.positions.length / 3);
+  if (!drawn.cells) countLater(drawn, 'cells', drawn.triangles.length / 3);
+  return drawn;
+}
+function countLater(drawn, name, count) {
+  const set = value => Object.defineProperty(drawn, name, {value, enumerable: true, configurable: true, writable: true});
+  const get = () => {
+    const numbers = new Uint32Array(count);
+    for (let i = 0; i < count; ++i) numbers[i] = i;
+    set(numbers);
+    return numbers;
+  };
+  Object.defineProperty(drawn, name, {get, set, enumerable: true, configurable: true});
 }
 
 function describeArray({name, domain, role, type, components, values}) {

@@ -94,9 +94,9 @@ export interface DrawnMesh {
   origin: number[];
   /** Three per vertex. */
   positions: Float32Array;
-  /** Three vertices each. */
-  triangles: Uint32Array;
-  /** By vertex: the point of the mesh. */
+  /** Three vertices each; in 16 bits where that is enough, mostly in one buffer with `positions`. */
+  triangles: Uint16Array | Uint32Array;
+  /** By vertex: the point of the mesh. This and `cells` may be made when they are asked for. */
   points: Uint32Array;
   /** By triangle: the cell of the mesh. */
   cells: Uint32Array;
@@ -245,10 +245,13 @@ export function decode(input: Input, options?: OpenOptions & LongCallOptions & {
 export function decode(input: Input, options: OpenOptions & LongCallOptions & {drawn: true}): Promise<DrawnMesh>;
 
 /**
- * Where the decoder is, if not beside this file: the URL of maille.wasm, with maille-full.wasm beside it; or bytes or a
- * compiled module. `full`: the other one, by itself.
+ * Where the decoder is, if not beside this file: the URL of maille.wasm, with maille-charts.wasm and maille-full.wasm
+ * beside it; or bytes or a compiled module of one. `full`: the full one, by itself.
  */
 export function setDecoder(source: DecoderSource, full?: DecoderSource): Promise<WebAssembly.Module>;
 export type DecoderSource = string | URL | BufferSource | WebAssembly.Module | Response | Promise<Response | BufferSource>;
-/** Loads and compiles the decoder before it is needed; `full`: the one that has all modes. */
-export function ready(options?: {full?: boolean}): Promise<WebAssembly.Module>;
+/**
+ * Loads and compiles a decoder before it is needed: the one with which files of a mode are begun ('random' if nothing is
+ * said); `full`: the one that has all modes.
+ */
+export function ready(options?: {full?: boolean; mode?: 'random' | 'single' | 'stream'}): Promise<WebAssembly.Module>;

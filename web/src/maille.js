@@ -1,7 +1,7 @@
 // Reads .maille files in browsers and node: any part at any level of detail, decoded where it is looked at.
 
 import {bytesOf, CachedBytes} from './bytes.js';
-import {compileDecoder, ErrorCode, MailleError} from './decoder.js';
+import {compileDecoder, ErrorCode, MailleError, withCounts} from './decoder.js';
 import {DecoderPool} from './pool.js';
 import {Session} from './session.js';
 
@@ -11,19 +11,21 @@ const MAGIC = [0x89, 0x4d, 0x41, 0x49, 0x0d, 0x0a, 0x1a, 0x0a];
 const MODES = ['single', 'stream', 'random'];
 const HEADER = 25;
 
-// Charts and the usual levels; and all modes, four times as large, which few files need.
-const SMALL = 'maille.wasm', FULL = 'maille-full.wasm';
+// Charts of triangles; all of modes random and single at the usual levels; all modes: each twice as large as the one before.
+const FILES = {charts: 'maille-charts.wasm', small: 'maille.wasm', full: 'maille-full.wasm'};
+const KINDS = Object.keys(FILES);
 // Written out, so that bundlers see them.
 const besideThis = {
-  [SMALL]: () => new URL('../dist/maille.wasm', import.meta.url),
-  [FULL]: () => new URL('../dist/maille-full.wasm', import.meta.url),
+  charts: () => new URL('../dist/maille-charts.wasm', import.meta.url),
+  small: () => new URL('../dist/maille.wasm', import.meta.url),
+  full: () => new URL('../dist/maille-full.wasm', import.meta.url),
 };
 let given = null;
 const compiled = new Map();
 
 /**
- * Where the decoder is, if not beside this file: the URL of maille.wasm, beside which maille-full.wasm stands; or bytes or a
- * compiled module of either: of the full one if there is to be one only. `full`: of the other one.
+ * Where the decoders are, if not beside this file: the URL of maille.wasm, beside which the others stand; or bytes or a
+ * compiled module of one of them: of the full one if there is to be one only. `full`: of the full one.
  */
 export function setDecoder(source, full) {
   given = {source, full};
@@ -33,38 +35,44 @@ export function setDecoder(source, full) {
 function isAddress(source) {
   return typeof source === 'string' || source instanceof URL;
 }
-async function load(name) {
-  if (given && name === SMALL && !isAddress(given.source)) return compileDecoder(given.source);
-  if (given && name === FULL && given.full && !isAddress(given.full)) return compileDecoder(given.full);
+async function load(kind) {
+  if (given && kind === 'full' && given.full && !isAddress(given.full)) return compileDecoder(given.full);
   // With given bytes of one decoder alone that is what there is.
-  if (given && name === FULL && !given.full && !isAddress(given.source)) return compileDecoder(given.source);
-  const url = given ? addressOf(name) : besideThis[name]();
+  if (given && !isAddress(given.source) && !(kind === 'full' && given.full)) return compileDecoder(given.source);
+  const url = given ? addressOf(kind) : besideThis[kind]();
   if (url.protocol !== 'file:') return compileDecoder(fetch(url));
   const {readFile} = await import('node:fs/promises');
   return compileDecoder(readFile(url));
 }
-function addressOf(name) {
+function addressOf(kind) {
   const base = globalThis.document?.baseURI ?? globalThis.location?.href ?? import.meta.url;
-  if (name === FULL && given.full) return new URL(given.full, base);
+  if (kind === 'full' && given.full) return new URL(given.full, base);
   const small = new URL(given.source, base);
-  return name === SMALL ? small : new URL(FULL, small);
+  return kind === 'small' ? small : new URL(FILES[kind], small);
 }
-function decoder(name) {
-  if (!compiled.has(name)) {
-    const loading = load(name);
-    loading.catch(() => compiled.delete(name));  // the next one tries again
-    compiled.set(name, loading);
+/** Where the one for charts is missing, the small one does as well. */
+function loadOrMore(kind) {
+  return kind === 'charts' ? load(kind).catch(() => decoder('small')) : load(kind);
+}
+function decoder(kind) {
+  if (!compiled.has(kind)) {
+    const loading = loadOrMore(kind);
+    loading.catch(() => compiled.delete(kind));  // the next one tries again
+    compiled.set(kind, loading);
   }
-  return compiled.get(name);
+  return compiled.get(kind);
 }
-/** The compiled decoder; `full`: of all modes. */
-export function ready({full = false} = {}) {
-  return decoder(full ? FULL : SMALL);
+function kindOfMode(mode) {
+  return {random: 'charts', single: 'small'}[mode] ?? 'full';
+}
+/** The compiled decoder with which files of a mode are begun; `full`: of all modes. */
+export function ready({full = false, mode = 'random'} = {}) {
+  return decoder(full ? 'full' : kindOfMode(mode));
 }
 
 /** An open file. */
 export class MeshFile {
-  #needsFull = false;
+  #kind = 'full';
 
   /**
    * @param input URL, Blob, ArrayBuffer, typed array, or {size, readAt(offset, size, signal)}
@@ -97,8 +105,8 @@ export class MeshFile {
     if (!MAGIC.every((byte, i) => header[i] === byte)) throw new MailleError(ErrorCode.corrupt, `${this.name}: is no .maille file`);
     this.mode = MODES[header[20]];
     // What is no known mode is refused by the decoder, with a sentence.
-    this.#needsFull = this.mode === 'stream' || this.mode === undefined;
-    this.module = await ready({full: this.#needsFull});
+    this.#kind = kindOfMode(this.mode);
+    this.module = await decoder(this.#kind);
     const about = {size: this.size, name: this.name, mode: this.mode, meshBytes: this.options.meshBytes};
     const file = {about, modules: () => this.#modules(), read: (ranges, signal) => this.#read(ranges, signal)};
     if (this.mode === 'random') {
@@ -108,12 +116,12 @@ export class MeshFile {
     this.pool = new DecoderPool(file, this.options.workers);
   }
   #modules() {
-    const full = async () => {
-      this.module = await ready({full: true});
-      this.#needsFull = true;
-      return this.module;
+    const other = async kind => {
+      const module = await decoder(kind);
+      if (KINDS.indexOf(kind) > KINDS.indexOf(this.#kind)) Object.assign(this, {module}).#kind = kind;
+      return {module: this.module, kind: this.#kind};
     };
-    return {module: this.module, isFull: this.#needsFull, full};
+    return {module: this.module, kind: this.#kind, other};
   }
   #read(ranges, signal) {
     return Promise.all(ranges.map(({offset, size}) => this.bytes.read(offset, size, signal)));
@@ -162,7 +170,7 @@ export class MeshFile {
   /** A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. */
   async decodeNode({group, chart}, {signal} = {}) {
     this.#expectParts();
-    return this.pool.run({call: 'chart', arguments: [group, chart]}, {signal});
+    return withCounts(await this.pool.run({call: 'chart', arguments: [group, chart]}, {signal}));
   }
 
   /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. */
@@ -174,7 +182,8 @@ export class MeshFile {
 
   /** The whole mesh of a file of any mode; `drawn`: as decodeNode() gives it. */
   async decode({signal, drawn = false, onProgress} = {}) {
-    return this.pool.run({call: 'decode', arguments: [drawn]}, {signal, onProgress});
+    const mesh = await this.pool.run({call: 'decode', arguments: [drawn]}, {signal, onProgress});
+    return drawn ? withCounts(mesh) : mesh;
   }
 
   /**

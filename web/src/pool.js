@@ -5,7 +5,7 @@ import {Session} from './session.js';
 
 export class DecoderPool {
   /**
-   * @param file {modules(): {module, isFull, full}, about, read(ranges, signal)}
+   * @param file {modules(): {module, kind, other(kind)}, about, read(ranges, signal)}: session.js
    * @param count number of threads; 0: none. Default: one less than cores, at most four, in browsers.
    */
   constructor(file, count) {
@@ -100,10 +100,10 @@ class SameThread {
 /** Talks with worker.js: a task, questions that come up, its result. */
 class OwnThread {
   constructor({modules, about, read}) {
-    const {module, isFull, full} = modules();
-    Object.assign(this, {read, full, memoryBytes: 0});
+    const {module, kind, other} = modules();
+    Object.assign(this, {read, other, memoryBytes: 0});
     this.worker = new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
-    this.worker.postMessage({open: {module, isFull, about}});
+    this.worker.postMessage({open: {module, kind, about}});
   }
 
   run(task, {signal, onProgress}) {
@@ -128,9 +128,9 @@ class OwnThread {
     }).finally(() => signal?.removeEventListener('abort', abort));
   }
 
-  async #answer({ranges}, signal) {
+  async #answer({ranges, other}, signal) {
     try {
-      if (!ranges) return this.worker.postMessage({answer: await this.full()});
+      if (!ranges) return this.worker.postMessage({answer: await this.other(other)});
       const parts = (await this.read(ranges, signal)).map(bytes => bytes.slice());
       this.worker.postMessage({answer: parts}, parts.map(bytes => bytes.buffer));
     } catch (error) {

@@ -1,7 +1,7 @@
 // Work on one file in one decoder, wherever that runs: asks for bytes until a call has all it needs. Threads have
 // one each (worker.js), and so has MeshFile, for the index.
 
-import {Decoder, DecoderFile, ErrorCode, GoesOn, NEEDS_FULL, WantsBytes} from './decoder.js';
+import {Decoder, DecoderFile, decoderFor, ErrorCode, GoesOn, WantsBytes} from './decoder.js';
 
 /** Of what is not the front nothing is kept from one call to the next: other charts are next. */
 const KEPT_FRONT = 256 * 1024;
@@ -15,12 +15,13 @@ const KEPT_MEMORY = 64 * 2 ** 20;
 
 export class Session {
   /**
-   * @param modules {module, isFull, full}: the decoder to begin with, and a function that gives the one that has all modes
+   * @param modules {module, kind, other(kind)}: the decoder to begin with, 'charts', 'small' or 'full', and a function that
+   *   gives {module, kind} of one that has at least what `kind` has
    * @param about {size, name, mode, meshBytes} of the file
    * @param read (ranges, signal) => Promise of their bytes
    */
-  constructor({module, isFull, full}, about, read) {
-    Object.assign(this, {module, isFull, full, about, read});
+  constructor({module, kind, other}, about, read) {
+    Object.assign(this, {module, kind, other, about, read});
   }
 
   get memoryBytes() {
@@ -34,9 +35,10 @@ export class Session {
         await (this.opened ??= this.#open());
         return await this.#call(call, given, signal, onProgress);
       } catch (error) {
-        if (error.code !== NEEDS_FULL || this.isFull) throw error;
+        const wanted = this.#needed(error);
+        if (!wanted) throw error;
         this.close();
-        Object.assign(this, {module: await this.full(), isFull: true});
+        Object.assign(this, await this.other(wanted));
       } finally {
         this.#tidy(call);
       }
@@ -46,15 +48,28 @@ export class Session {
   /** What a call gives at once; null: bytes are wanted first, and are on their way. */
   now(call, ...given) {
     if (!this.file) return null;
-    const result = this.file[call](...given);
-    if (!(result instanceof WantsBytes)) return result;
-    this.pending ??= this.#fetch(result, call).catch(() => {}).finally(() => { this.pending = null; });
+    let later;
+    try {
+      const result = this.file[call](...given);
+      if (!(result instanceof WantsBytes)) return result;
+      later = () => this.#fetch(result, call);
+    } catch (error) {
+      if (!this.#needed(error)) throw error;
+      later = () => this.run({call, arguments: given});  // in another decoder
+    }
+    this.pending ??= later().catch(() => {}).finally(() => { this.pending = null; });
     return null;
   }
 
   close() {
     this.file?.close();
     this.file = this.decoder = this.opened = null;
+  }
+
+  /** Which decoder has what this one leaves out; none: it is another error. */
+  #needed({code}) {
+    const wanted = decoderFor[code];
+    return wanted === this.kind || this.kind === 'full' ? undefined : wanted;
   }
 
   async #open() {

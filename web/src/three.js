@@ -24,7 +24,7 @@ export class MailleLoader extends THREE.Loader {
   }
   /** Fetches the decoder before there is a file. */
   preload() {
-    ready().catch(() => {});
+    ready({mode: 'single'}).catch(() => {});
     return this;
   }
   /** Nothing is kept between files; here because other loaders have it. */

@@ -13,8 +13,8 @@ const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  const small = positions.length / 3 <= 65536;
-  geometry.setIndex(new THREE.BufferAttribute(small ? Uint16Array.from(triangles) : triangles, 1));
+  const narrow = positions.length / 3 <= 65536 && !(triangles instanceof Uint16Array);
+  geometry.setIndex(new THREE.BufferAttribute(narrow ? Uint16Array.from(triangles) : triangles, 1));
   for (const array of arrays) {
     const name = attributeNames[array.role];
     if (isOfCells(array) || !name || geometry.hasAttribute(name)) continue;

@@ -16,8 +16,8 @@ function ask(question) {
 
 addEventListener('message', async ({data}) => {
   if (data.open) {
-    const {module, isFull, about} = data.open;
-    session = new Session({module, isFull, full: () => ask({full: true})}, about, ranges => ask({ranges}));
+    const {module, kind, about} = data.open;
+    session = new Session({module, kind, other: wanted => ask({other: wanted})}, about, ranges => ask({ranges}));
   }
   if ('answer' in data) waiting.resolve(data.answer);
   if (data.failed) waiting.reject(new MailleError(data.failed.code, data.failed.message));

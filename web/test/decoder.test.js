@@ -7,7 +7,9 @@ import path from 'node:path';
 import {after, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
 
-import {decode, ErrorCode, MailleError, MeshFile} from '../src/maille.js';
+import {Decoder, DecoderFile} from '../src/decoder.js';
+import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
+import {Session} from '../src/session.js';
 import {checksumOf} from './checksum.js';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
@@ -68,6 +70,79 @@ test('charts of level 0 hold every face once', async () => {
   assert.equal(faces, whole.blocks[0].connectivity.length / 3);
   assert.equal(faces, file.levels[0].faces);
   file.close();
+});
+
+test('charts are the same from the decoder of charts and from that of all modes', async () => {
+  for (const level of ['-1', '-2', '-5']) {
+    const bytes = readFileSync(compressed('tri/bear.off', level, '--mode', 'random', '--bits', '12'));
+    const [charts, full] = await Promise.all([ready(), ready({full: true})].map(async module => {
+      const file = new DecoderFile(await Decoder.create(await module), bytes.length, 'x');
+      file.give(0, bytes);
+      file.open();
+      return file;
+    }));
+    for (const {group, chart} of [0, 1, 2].flatMap(fine => full.select({level: fine}))) {
+      const own = charts.chart(group, chart);
+      assert.ok(own.triangles instanceof Uint16Array && own.triangles.length > 0);
+      assert.deepEqual(own, full.chart(group, chart));
+    }
+  }
+});
+
+test('numbers of points and cells that are their places are there when they are asked for', async () => {
+  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const {positions, triangles, points, cells} = await file.decodeNode((await file.select())[0]);
+  assert.deepEqual(points, Uint32Array.from({length: positions.length / 3}, (_, i) => i));
+  assert.deepEqual(cells, Uint32Array.from({length: triangles.length / 3}, (_, i) => i));
+  file.close();
+});
+
+test('a file loads the decoder that it needs, and a larger one when it asks for it', async () => {
+  const dist = new URL('../dist/', import.meta.url), own = globalThis.fetch;
+  let asked = [], missing = [];
+  globalThis.fetch = async url => {
+    const name = url.pathname.slice(1);
+    asked.push(name);
+    return missing.includes(name) ? new Response(null, {status: 404}) : new Response(readFileSync(new URL(name, dist)));
+  };
+  const loaded = async (file, call) => {
+    asked = [];
+    await setDecoder('http://localhost/maille.wasm');
+    const open = await MeshFile.open(readFileSync(file));
+    await call(open);
+    open.close();
+    return asked.map(name => name.replace(/maille-?|\.wasm/g, '') || 'small');
+  };
+  const chart = async file => file.decodeNode((await file.select())[0]);
+  const bear = (...options) => compressed('tri/bear.off', ...options);
+  try {
+    assert.deepEqual(await loaded(bear('--mode', 'random'), chart), ['charts']);
+    assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.pick([0, 0, 1e3], [0, 0, -1])), ['charts']);
+    assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.decode()), ['charts', 'small']);
+    assert.deepEqual(await loaded(bear('--mode', 'random', '-9'), chart), ['charts', 'full']);
+    assert.deepEqual(await loaded(bear('-5'), file => file.decode()), ['charts', 'small']);
+    assert.deepEqual(await loaded(bear('-9'), file => file.decode()), ['charts', 'small', 'full']);
+    missing = ['maille-charts.wasm'];
+    assert.deepEqual(await loaded(bear('--mode', 'random'), chart), ['charts', 'small']);
+  } finally {
+    globalThis.fetch = own;
+    await setDecoder(new URL('maille.wasm', dist));
+  }
+});
+
+test('what a renderer asks for within a frame comes later where it takes another decoder', async () => {
+  const bytes = readFileSync(compressed('tri/bear.off', '--mode', 'random')), asked = [];
+  const other = async kind => { asked.push(kind); return {module: await ready({mode: 'single'}), kind}; };
+  const read = async ranges => ranges.map(({offset, size}) => bytes.subarray(offset, offset + size));
+  const session = new Session({kind: 'charts', other}, {size: bytes.length, name: 'x', mode: 'random'}, read);
+  const refuse = () => { throw new MailleError(1003, 'left out'); };
+  Object.assign(session, {opened: Promise.resolve(), file: {select: refuse, forgetBehind() {}, close() {}}});
+  assert.equal(session.now('select', {}), null);
+  assert.equal(session.now('select', {}), null);
+  while (session.pending) await session.pending;
+  assert.deepEqual(asked, ['small']);
+  assert.ok(session.now('select', {}).length > 0);
+  session.close();
 });
 
 test('a ray meets the original where the whole mesh has its nearest triangle', async () => {
