@@ -46,12 +46,12 @@ class LevelBuilder {
                std::span<const Chart> charts = {})
       : faces_(faces), vertices_(vertices), sizes_(sizes), charts_(charts) {}
 
-  std::vector<Chart> cut() const {
+  std::vector<Chart> cut(Executor& executor) const {
     const std::vector<uint32_t> joined = joined_on_borders();
     std::vector<uint32_t> corners(faces_.corners.size());
     for (size_t i = 0; i < corners.size(); ++i) corners[i] = joined[faces_.corners[i]];
     const SpatialGraph graph = dual_graph({corners, faces_.first}, vertices_.positions, vertices_.size());
-    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.chart_faces});
+    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.chart_faces}, executor);
     uint32_t count = 0;
     for (const uint32_t part : part_of) count = std::max(count, part + 1);
     std::vector<Chart> charts(count);
@@ -316,8 +316,8 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions) {
 }
 
 std::vector<Chart> cut_into_charts(const FaceLists& faces, const LevelVertices& vertices,
-                                   const ChartSizes& sizes) {
-  return LevelBuilder(faces, vertices, sizes).cut();
+                                   const ChartSizes& sizes, Executor& executor) {
+  return LevelBuilder(faces, vertices, sizes).cut(executor);
 }
 
 std::vector<SimplifiedGroup> simplify_charts(const FaceLists& faces, const LevelVertices& vertices,
