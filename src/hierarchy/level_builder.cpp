@@ -111,26 +111,65 @@ class LevelBuilder {
     return joined;
   }
 
+  /// By vertex: is it in several charts?
+  std::vector<uint8_t> on_borders_of_charts() const {
+    std::vector<uint32_t> owner(vertices_.size(), no_group);
+    std::vector<uint8_t> several(vertices_.size());
+    for (uint32_t i = 0; i < charts_.size(); ++i) {
+      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
+        for (const uint32_t v : {a, b, c}) {
+          several[v] |= owner[v] != no_group && owner[v] != i;
+          owner[v] = i;
+        }
+      });
+    }
+    return several;
+  }
+  /// An edge of a triangle, whose ends are both in several charts.
+  struct BorderEdge {
+    uint64_t ends;
+    uint32_t triangle, chart;
+    bool operator<(const BorderEdge& o) const {
+      return ends != o.ends ? ends < o.ends : triangle < o.triangle;
+    }
+  };
+  /// Charts that share an edge, from both sides, as often as they do: as in a dual graph, triangles at an
+  /// edge are a chain.
+  std::vector<uint64_t> links_of_charts(std::vector<uint32_t>& triangles_of) const {
+    const std::vector<uint8_t> several = on_borders_of_charts();
+    std::vector<BorderEdge> edges;
+    uint32_t triangle = 0;
+    for (uint32_t i = 0; i < charts_.size(); ++i) {
+      const auto add = [&](uint32_t a, uint32_t b) {
+        if (several[a] != 0 && several[b] != 0 && a != b)
+          edges.push_back({uint64_t{std::min(a, b)} << 32 | std::max(a, b), triangle, i});
+      };
+      const uint32_t begin = triangle;
+      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
+        add(a, b);
+        add(b, c);
+        add(c, a);
+        ++triangle;
+      });
+      triangles_of.push_back(triangle - begin);
+    }
+    std::sort(edges.begin(), edges.end());
+    std::vector<uint64_t> links;
+    for (size_t i = 1; i < edges.size(); ++i) {
+      const uint32_t from = edges[i - 1].chart, to = edges[i].chart;
+      if (edges[i - 1].ends != edges[i].ends || from == to) continue;
+      links.push_back(uint64_t{from} << 32 | to);
+      links.push_back(uint64_t{to} << 32 | from);
+    }
+    return links;
+  }
+
   /// Charts of a level, joined by as many edges as they share.
   SpatialGraph chart_graph() const {
     const auto count = static_cast<uint32_t>(charts_.size());
-    std::vector<uint32_t> corners, chart_of;
-    for (uint32_t i = 0; i < count; ++i) {
-      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
-        for (const uint32_t v : {a, b, c}) corners.push_back(v);
-        chart_of.push_back(i);
-      });
-    }
-    const SpatialGraph dual = dual_graph({corners, {}}, vertices_.positions, vertices_.size());
-    std::vector<uint64_t> links;
-    for (uint32_t i = 0; i < dual.size(); ++i) {
-      for (uint32_t a = dual.first[i]; a < dual.first[i + 1]; ++a) {
-        const uint32_t from = chart_of[i], to = chart_of[dual.neighbour[a]];
-        if (from != to) links.push_back(uint64_t{from} << 32 | to);
-      }
-    }
-    std::sort(links.begin(), links.end());
     SpatialGraph graph;
+    std::vector<uint64_t> links = links_of_charts(graph.node_weight);
+    std::sort(links.begin(), links.end());
     graph.first.assign(size_t{count} + 1, 0);
     for (size_t i = 0; i < links.size(); ++i) {
       if (i > 0 && links[i] == links[i - 1]) {
@@ -142,8 +181,6 @@ class LevelBuilder {
       ++graph.first[(links[i] >> 32) + 1];
     }
     for (uint32_t i = 0; i < count; ++i) graph.first[i + 1] += graph.first[i];
-    graph.node_weight.assign(count, 0);
-    for (const uint32_t chart : chart_of) ++graph.node_weight[chart];
     for (uint32_t i = 0; i < count; ++i) {
       const Vector3& centre = charts_[i].sphere.centre;
       graph.place.push_back(
