@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "hierarchy/mesh_geometry.h"
 
@@ -12,26 +13,27 @@ TriangleTree::TriangleTree(std::span<const uint32_t> triangles, std::span<const 
     : triangles_(triangles), positions_(positions) {
   std::vector<Placed> placed(triangles.size() / 3);
   for (uint32_t i = 0; i < placed.size(); ++i) {
-    placed[i].triangle = i;
     for (unsigned c = 0; c < 3; ++c) {
       const Vector3 corner = position(triangles_[size_t{3} * i + c]);
       enclose(placed[i].box, corner, c == 0);
       placed[i].corners = c == 0 ? corner : placed[i].corners + corner;
     }
   }
-  nodes_.reserve(placed.size());
+  nodes_.reserve(placed.size() / 2);
+  order_.resize(placed.size());
+  std::iota(order_.begin(), order_.end(), 0u);
   if (!placed.empty()) build(placed, 0, static_cast<uint32_t>(placed.size()));
-  for (const Placed& one : placed) order_.push_back(one.triangle);
 }
 
 /// Halves by the middles of the triangles along the longest side, so it is log2 deep.
-uint32_t TriangleTree::build(std::vector<Placed>& placed, uint32_t begin, uint32_t end) {
+uint32_t TriangleTree::build(const std::vector<Placed>& placed, uint32_t begin, uint32_t end) {
   const auto at = static_cast<uint32_t>(nodes_.size());
-  Box box = placed[begin].box;
+  Box box = placed[order_[begin]].box;
   for (uint32_t i = begin + 1; i < end; ++i) {
+    const Box& one = placed[order_[i]].box;
     for (unsigned k = 0; k < 3; ++k) {
-      box.low[k] = std::min(box.low[k], placed[i].box.low[k]);
-      box.high[k] = std::max(box.high[k], placed[i].box.high[k]);
+      box.low[k] = std::min(box.low[k], one.low[k]);
+      box.high[k] = std::max(box.high[k], one.high[k]);
     }
   }
   nodes_.push_back({box, begin, end, 0});
@@ -39,10 +41,10 @@ uint32_t TriangleTree::build(std::vector<Placed>& placed, uint32_t begin, uint32
   const Vector3 size = box.high - box.low;
   const unsigned axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
   const uint32_t half = begin + (end - begin) / 2;
-  std::nth_element(placed.begin() + begin, placed.begin() + half, placed.begin() + end,
-                   [axis](const Placed& a, const Placed& b) {
-                     const double x = a.corners[axis], y = b.corners[axis];
-                     return x != y ? x < y : a.triangle < b.triangle;
+  std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end,
+                   [&placed, axis](uint32_t a, uint32_t b) {
+                     const double x = placed[a].corners[axis], y = placed[b].corners[axis];
+                     return x != y ? x < y : a < b;
                    });
   build(placed, begin, half);
   const uint32_t right = build(placed, half, end);

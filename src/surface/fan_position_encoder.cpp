@@ -230,7 +230,7 @@ class PositionEncoder {
   }
 
  private:
-  static constexpr size_t most_samples = 24;
+  static constexpr size_t most_samples = 12;
 
   void train(bool try_selectors) {
     fit();
@@ -243,7 +243,7 @@ class PositionEncoder {
       uint64_t with = UINT64_MAX;
       FittedRows best_rows;
       std::vector<std::vector<uint8_t>> best;
-      for (int round = 0; round < 4; ++round) {
+      for (int round = 0; round < 3; ++round) {
         const ClassCosts costs = class_costs();
         executor_.parallel_for(sample_.size(), [&](size_t i) { choose_selectors(*sample_[i], costs); });
         fit();
