@@ -1,6 +1,7 @@
 #include "hierarchy/bisection.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -143,50 +144,53 @@ void ensure_two_sides(TwoSides& sides) {
   for (size_t i = 0; i < sides.right.size(); ++i) sides.right[i] = i >= sides.right.size() / 2;
 }
 
-Subset take_side(const Subset& whole, const std::vector<uint8_t>& right, uint8_t side) {
-  Subset subset;
-  std::vector<uint32_t> number(whole.graph.size());
+/// Both sides, with the edges within them.
+std::array<Subset, 2> take_sides(const Subset& whole, const std::vector<uint8_t>& right) {
   const SpatialGraph& from = whole.graph;
-  SpatialGraph& to = subset.graph;
-  size_t nodes = 0, edges = 0;
+  std::array<Subset, 2> sides;
+  std::array<size_t, 2> nodes{}, edges{};
   for (uint32_t i = 0; i < from.size(); ++i) {
-    const bool here = right[i] == side;
-    nodes += here;
-    edges += here ? from.first[i + 1] - from.first[i] : 0;
+    ++nodes[right[i]];
+    edges[right[i]] += from.first[i + 1] - from.first[i];
   }
-  to.place.reserve(nodes);
-  subset.nodes.reserve(nodes);
-  const bool with_clusters = !whole.cluster.empty() && nodes >= least_clustered;
-  if (with_clusters) subset.cluster.reserve(nodes);
-  uint32_t cluster = 0, clusters = 0;
-  // All but those that were cut.
-  to.neighbour.reserve(edges);
-  if (!from.node_weight.empty()) to.node_weight.reserve(nodes);
-  if (!from.edge_weight.empty()) to.edge_weight.reserve(edges);
-  for (uint32_t i = 0; i < from.size(); ++i) {
-    if (right[i] != side) continue;
-    number[i] = to.size();
-    to.place.push_back(from.place[i]);
-    if (!from.node_weight.empty()) to.node_weight.push_back(from.node_weight[i]);
-    subset.weight += from.weight(i);
-    subset.nodes.push_back(whole.nodes[i]);
-    if (!with_clusters) continue;
-    if (clusters == 0 || whole.cluster[i] != cluster) ++clusters;
-    cluster = whole.cluster[i];
-    subset.cluster.push_back(clusters - 1);
+  for (unsigned s = 0; s < 2; ++s) {
+    SpatialGraph& to = sides[s].graph;
+    to.place.reserve(nodes[s]);
+    sides[s].nodes.reserve(nodes[s]);
+    if (!whole.cluster.empty() && nodes[s] >= least_clustered) sides[s].cluster.reserve(nodes[s]);
+    // All but those that were cut.
+    to.neighbour.reserve(edges[s]);
+    if (!from.node_weight.empty()) to.node_weight.reserve(nodes[s]);
+    if (!from.edge_weight.empty()) to.edge_weight.reserve(edges[s]);
+    to.first.reserve(nodes[s] + 1);
+    to.first.push_back(0);
   }
-  to.first.reserve(nodes + 1);
-  to.first.push_back(0);
+  std::vector<uint32_t> number(from.size());
+  std::array<uint32_t, 2> cluster{}, clusters{};
   for (uint32_t i = 0; i < from.size(); ++i) {
-    if (right[i] != side) continue;
+    const uint8_t s = right[i];
+    Subset& side = sides[s];
+    number[i] = side.graph.size();
+    side.graph.place.push_back(from.place[i]);
+    if (!from.node_weight.empty()) side.graph.node_weight.push_back(from.node_weight[i]);
+    side.weight += from.weight(i);
+    side.nodes.push_back(whole.nodes[i]);
+    if (side.cluster.capacity() == 0) continue;
+    clusters[s] += clusters[s] == 0 || whole.cluster[i] != cluster[s];
+    cluster[s] = whole.cluster[i];
+    side.cluster.push_back(clusters[s] - 1);
+  }
+  for (uint32_t i = 0; i < from.size(); ++i) {
+    const uint8_t s = right[i];
+    SpatialGraph& to = sides[s].graph;
     for (uint32_t a = from.first[i]; a < from.first[i + 1]; ++a) {
-      if (right[from.neighbour[a]] != side) continue;
+      if (right[from.neighbour[a]] != s) continue;
       to.neighbour.push_back(number[from.neighbour[a]]);
       if (!from.edge_weight.empty()) to.edge_weight.push_back(from.edge_weight[a]);
     }
     to.first.push_back(static_cast<uint32_t>(to.neighbour.size()));
   }
-  return subset;
+  return sides;
 }
 
 Subset whole_graph(const SpatialGraph& graph, uint64_t target) {
@@ -222,10 +226,10 @@ std::vector<Subset> cut_once(Subset subset, const CutOptions& options) {
   TwoSides sides = subset.cluster.empty() ? cut_in_two(subset.graph, balance, options.axes, of_nodes)
                                           : cut_clusters(subset, balance, options.axes);
   ensure_two_sides(sides);
-  result.push_back(take_side(subset, sides.right, 0));
-  result.back().parts = subset.parts / 2;
-  result.push_back(take_side(subset, sides.right, 1));
-  result.back().parts = subset.parts - subset.parts / 2;
+  std::array<Subset, 2> both = take_sides(subset, sides.right);
+  both[0].parts = subset.parts / 2;
+  both[1].parts = subset.parts - subset.parts / 2;
+  for (Subset& side : both) result.push_back(std::move(side));
   return result;
 }
 

@@ -16,12 +16,29 @@ namespace {
 
 /// Around the middle of the box.
 Sphere sphere_of(std::span<const uint32_t> vertices, std::span<const float> positions) {
-  Box box;
-  for (size_t i = 0; i < vertices.size(); ++i) enclose(box, finite_position(positions, vertices[i]), i == 0);
+  const auto position = [&](uint32_t v) {
+    Vector3 p;
+    for (unsigned k = 0; k < 3; ++k) p[k] = static_cast<double>(positions[size_t{3} * v + k]);
+    return p;
+  };
+  // Numbers that are none show in the sum of all.
+  Vector3 low, high, sum;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Vector3 p = position(vertices[i]);
+    for (unsigned k = 0; k < 3; ++k) {
+      low[k] = i == 0 ? p[k] : std::min(low[k], p[k]);
+      high[k] = i == 0 ? p[k] : std::max(high[k], p[k]);
+      sum[k] += p[k];
+    }
+  }
+  const bool finite = std::isfinite(sum[0] + sum[1] + sum[2]);
+  Box box{low, high};
+  for (size_t i = 0; i < vertices.size() && !finite; ++i)
+    enclose(box, finite_position(positions, vertices[i]), i == 0);
   Sphere sphere{(box.low + box.high) * 0.5, 0};
   double farthest = 0;
   for (const uint32_t v : vertices) {
-    const Vector3 d = finite_position(positions, v) - sphere.centre;
+    const Vector3 d = (finite ? position(v) : finite_position(positions, v)) - sphere.centre;
     farthest = std::max(farthest, dot(d, d));
   }
   sphere.radius = std::sqrt(farthest) * (1 + 1e-12);
@@ -338,16 +355,29 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions) {
   constexpr uint32_t nobody = 0xffffffff;
   std::vector<uint32_t> table(places, nobody);
   std::vector<uint32_t> class_of(vertices);
-  for (uint32_t v = 0; v < vertices; ++v) {
-    const std::array<float, 3> place = key(v);
+  const auto place_of = [&](const std::array<float, 3>& place) {
     std::array<uint32_t, 3> bits;
     std::memcpy(bits.data(), place.data(), sizeof bits);
     uint64_t hash = (bits[0] | uint64_t{bits[1]} << 32) * 0x9e3779b97f4a7c15;
     hash = ((hash ^ hash >> 32) + bits[2]) * 0x9e3779b97f4a7c15;
-    size_t at = (hash >> 32) & (places - 1);
+    return (hash >> 32) & (places - 1);
+  };
+  // The table does not fit into a cache: some vertices ahead, a processor is told what will be looked at.
+  constexpr uint32_t ahead = 16;
+  std::array<size_t, ahead> next{};
+  for (uint32_t v = 0; v < vertices + ahead; ++v) {
+    const size_t start = next[v % ahead];
+    if (v < vertices) {
+      next[v % ahead] = place_of(key(v));
+      __builtin_prefetch(&table[next[v % ahead]]);
+    }
+    if (v < ahead) continue;
+    const uint32_t now = v - ahead;
+    const std::array<float, 3> place = key(now);
+    size_t at = start;
     while (table[at] != nobody && key(table[at]) != place) at = (at + 1) & (places - 1);
-    if (table[at] == nobody) table[at] = v;
-    class_of[v] = table[at];
+    if (table[at] == nobody) table[at] = now;
+    class_of[now] = table[at];
   }
   return class_of;
 }

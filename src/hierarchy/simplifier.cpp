@@ -73,6 +73,8 @@ class Simplifier {
     std::iota(to_.begin(), to_.end(), 0u);
     alive_ = to_;
     best_.resize(vertices_);
+    least_.resize(vertices_);
+    changed_.assign(vertices_, 1);
     touched_.resize(vertices_);
     first_.resize(vertices_);
     end_.resize(vertices_);
@@ -130,6 +132,7 @@ class Simplifier {
     if (!with_seams_ || count() <= input_.target + input_.target / 2) return false;
     with_seams_ = false;
     seam_quadric_.clear();
+    changed_.assign(vertices_, 1);
     return true;
   }
   std::vector<uint32_t> find_roots() const {
@@ -308,25 +311,33 @@ class Simplifier {
     return (weight > 0 ? error / weight : dot(step, step)) + 1e-9 * dot(step, step);
   }
 
+  /// What a vertex would be merged into, at which cost; the same as before where nothing around it changed.
+  void find_best(uint32_t v) {
+    changed_[v] = 0;
+    best_[v] = none;
+    find_ring(v);
+    const Kind kind = kind_of_ring();
+    if (kind == Kind::fixed) return;
+    const Quadric quadric = quadric_[v];
+    float least = std::numeric_limits<float>::infinity();
+    uint32_t best = none;
+    for (const Neighbour& other : ring_) {
+      if (kind == Kind::border && !other.is_feature()) continue;
+      const auto c = static_cast<float>(cost(v, quadric, other.vertex));
+      if (!(c < least || (c == least && other.vertex < best))) continue;
+      least = c;
+      best = other.vertex;
+    }
+    best_[v] = best;
+    least_[v] = least;
+  }
+
   void find_candidates() {
     candidates_.clear();
     for (const uint32_t v : alive_) {
       if (input_.locked[v]) continue;
-      find_ring(v);
-      const Kind kind = kind_of_ring();
-      if (kind == Kind::fixed) continue;
-      const Quadric quadric = quadric_[v];
-      float least = std::numeric_limits<float>::infinity();
-      uint32_t best = none;
-      for (const Neighbour& other : ring_) {
-        if (kind == Kind::border && !other.is_feature()) continue;
-        const auto c = static_cast<float>(cost(v, quadric, other.vertex));
-        if (!(c < least || (c == least && other.vertex < best))) continue;
-        least = c;
-        best = other.vertex;
-      }
-      best_[v] = best;
-      if (best != none) candidates_.push_back(candidate_of(least, v));
+      if (changed_[v]) find_best(v);
+      if (best_[v] != none) candidates_.push_back(candidate_of(least_[v], v));
     }
     for (const Component& one : components_) {
       if (!gone_[one.name] && faces_of_component_[one.name] > 0)
@@ -430,10 +441,16 @@ class Simplifier {
     to_[u] = v;
     touched_[u] = touched_[v] = 1;
     merged_.push_back(v);
+    note_changes(u);
+    note_changes(v);
     quadric_[v] += quadric_[u];
     if (with_seams_) seam_quadric_[v] += seam_quadric_[u];
     if (!components_.empty()) faces_of_component_[component_of_[u]] -= vanishing;
     return vanishing;
+  }
+  void note_changes(uint32_t v) {
+    changed_[v] = 1;
+    for (const Others& t : others(v)) changed_[t.next] = changed_[t.previous] = 1;
   }
   /// Corners of u take the values that v has in the faces between both. False: some have no such face, or
   /// two that differ: the collapse would cross a seam.
@@ -516,7 +533,9 @@ class Simplifier {
   std::vector<Neighbour> ring_;          ///< of the vertex at hand
   std::vector<uint32_t> place_in_ring_;  ///< by vertex
   std::vector<Candidate> candidates_;
-  std::vector<uint32_t> best_;  ///< by vertex: what it would be merged into
+  std::vector<uint32_t> best_;    ///< by vertex: what it would be merged into
+  std::vector<float> least_;      ///< at this cost
+  std::vector<uint8_t> changed_;  ///< by vertex: that may be another one now
   std::vector<uint8_t> touched_;
   std::vector<uint32_t> merged_;  ///< into these others were, in this pass
 
