@@ -144,6 +144,40 @@ void ensure_two_sides(TwoSides& sides) {
   for (size_t i = 0; i < sides.right.size(); ++i) sides.right[i] = i >= sides.right.size() / 2;
 }
 
+/// Room for so many nodes and edges.
+void make_room(Subset& side, const Subset& whole, size_t nodes, size_t edges) {
+  SpatialGraph& to = side.graph;
+  side.nodes.resize(nodes);
+  to.place.resize(nodes);
+  to.first.resize(nodes + 1);
+  to.neighbour.resize(edges);
+  if (!whole.graph.node_weight.empty()) to.node_weight.resize(nodes);
+  if (!whole.graph.edge_weight.empty()) to.edge_weight.resize(edges);
+  if (!whole.cluster.empty() && nodes >= least_clustered) side.cluster.resize(nodes);
+}
+
+/// Nodes of both sides. Returns the number of each in its side.
+std::vector<uint32_t> take_nodes(const Subset& whole, const std::vector<uint8_t>& right,
+                                 std::array<Subset, 2>& sides) {
+  const SpatialGraph& from = whole.graph;
+  std::vector<uint32_t> number(from.size());
+  std::array<uint32_t, 2> count{}, cluster{}, clusters{};
+  for (uint32_t i = 0; i < from.size(); ++i) {
+    const uint8_t s = right[i];
+    Subset& side = sides[s];
+    const uint32_t n = number[i] = count[s]++;
+    side.graph.place[n] = from.place[i];
+    if (!from.node_weight.empty()) side.graph.node_weight[n] = from.node_weight[i];
+    side.weight += from.weight(i);
+    side.nodes[n] = whole.nodes[i];
+    if (side.cluster.empty()) continue;
+    clusters[s] += n == 0 || whole.cluster[i] != cluster[s];
+    cluster[s] = whole.cluster[i];
+    side.cluster[n] = clusters[s] - 1;
+  }
+  return number;
+}
+
 /// Both sides, with the edges within them.
 std::array<Subset, 2> take_sides(const Subset& whole, const std::vector<uint8_t>& right) {
   const SpatialGraph& from = whole.graph;
@@ -153,42 +187,25 @@ std::array<Subset, 2> take_sides(const Subset& whole, const std::vector<uint8_t>
     ++nodes[right[i]];
     edges[right[i]] += from.first[i + 1] - from.first[i];
   }
-  for (unsigned s = 0; s < 2; ++s) {
-    SpatialGraph& to = sides[s].graph;
-    to.place.reserve(nodes[s]);
-    sides[s].nodes.reserve(nodes[s]);
-    if (!whole.cluster.empty() && nodes[s] >= least_clustered) sides[s].cluster.reserve(nodes[s]);
-    // All but those that were cut.
-    to.neighbour.reserve(edges[s]);
-    if (!from.node_weight.empty()) to.node_weight.reserve(nodes[s]);
-    if (!from.edge_weight.empty()) to.edge_weight.reserve(edges[s]);
-    to.first.reserve(nodes[s] + 1);
-    to.first.push_back(0);
-  }
-  std::vector<uint32_t> number(from.size());
-  std::array<uint32_t, 2> cluster{}, clusters{};
-  for (uint32_t i = 0; i < from.size(); ++i) {
-    const uint8_t s = right[i];
-    Subset& side = sides[s];
-    number[i] = side.graph.size();
-    side.graph.place.push_back(from.place[i]);
-    if (!from.node_weight.empty()) side.graph.node_weight.push_back(from.node_weight[i]);
-    side.weight += from.weight(i);
-    side.nodes.push_back(whole.nodes[i]);
-    if (side.cluster.capacity() == 0) continue;
-    clusters[s] += clusters[s] == 0 || whole.cluster[i] != cluster[s];
-    cluster[s] = whole.cluster[i];
-    side.cluster.push_back(clusters[s] - 1);
-  }
+  for (unsigned s = 0; s < 2; ++s) make_room(sides[s], whole, nodes[s], edges[s]);
+  const std::vector<uint32_t> number = take_nodes(whole, right, sides);
+  std::array<uint32_t, 2> edge{};
   for (uint32_t i = 0; i < from.size(); ++i) {
     const uint8_t s = right[i];
     SpatialGraph& to = sides[s].graph;
+    uint32_t& at = edge[s];
     for (uint32_t a = from.first[i]; a < from.first[i + 1]; ++a) {
-      if (right[from.neighbour[a]] != s) continue;
-      to.neighbour.push_back(number[from.neighbour[a]]);
-      if (!from.edge_weight.empty()) to.edge_weight.push_back(from.edge_weight[a]);
+      const uint32_t neighbour = from.neighbour[a];
+      // What was cut is written over.
+      to.neighbour[at] = number[neighbour];
+      if (!from.edge_weight.empty()) to.edge_weight[at] = from.edge_weight[a];
+      at += right[neighbour] == s;
     }
-    to.first.push_back(static_cast<uint32_t>(to.neighbour.size()));
+    to.first[number[i] + 1] = at;
+  }
+  for (unsigned s = 0; s < 2; ++s) {
+    sides[s].graph.neighbour.resize(edge[s]);
+    if (!from.edge_weight.empty()) sides[s].graph.edge_weight.resize(edge[s]);
   }
   return sides;
 }

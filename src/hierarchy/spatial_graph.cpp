@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/sort_few.h"
+
 namespace maille {
 namespace {
 
@@ -21,20 +23,6 @@ void for_each_edge(const FaceLists& faces, F f) {
       const uint32_t a = corners[k], b = corners[k + 1 == corners.size() ? 0 : k + 1];
       if (a != b) f(std::min(a, b), std::max(a, b), i);
     }
-  }
-}
-
-/// Nearly always three or so.
-void sort_few(std::span<uint64_t> edges) {
-  if (edges.size() > 16) {
-    std::sort(edges.begin(), edges.end());
-    return;
-  }
-  for (size_t i = 1; i < edges.size(); ++i) {
-    const uint64_t edge = edges[i];
-    size_t at = i;
-    for (; at > 0 && edges[at - 1] > edge; --at) edges[at] = edges[at - 1];
-    edges[at] = edge;
   }
 }
 
