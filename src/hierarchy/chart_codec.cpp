@@ -62,17 +62,11 @@ std::vector<uint32_t> points_on_borders(const Mesh& mesh, Number number) {
   const auto add = [&](uint32_t before, uint32_t at, uint32_t next) { neighbours[at - 1] ^= before ^ next; };
   for (const CellBlock& block : mesh.blocks) {
     const std::vector<uint32_t>& corners = block.connectivity;
-    // The first corners of a fan are one point: a number that is read just after it was written takes time,
-    // so it is kept.
-    uint32_t kept_of = 0, kept = 0;
     for (size_t i = 0; block.type == CellType::triangle && i + 2 < corners.size(); i += 3) {
       const uint32_t a = coded(corners[i]), b = coded(corners[i + 1]), c = coded(corners[i + 2]);
-      const uint32_t known = neighbours[a - 1];
-      kept = (a == kept_of ? kept : known) ^ b ^ c;
-      neighbours[a - 1] = kept;
-      kept_of = a == b || a == c ? 0 : a;
       add(a, b, c);
       add(b, c, a);
+      add(c, a, b);
     }
     for (uint64_t i = 0; block.type != CellType::triangle && i < block.size(); ++i) {
       const auto cell = block.cell(i);
