@@ -172,10 +172,9 @@ class RandomEncoder {
   Result<> make_start(uint32_t set, const std::vector<MeshPart>& parts) {
     const size_t count = charts_in_start(parts.size());
     StartSample sample;
-    const size_t all_tries = count * tries_of_start;
-    for (size_t i = 0; i < all_tries; ++i) {
-      const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * all_tries)];
-      MAILLE_CHECK(sample.add(part.mesh, part.numbers.points, *arrays_[0].array, i % tries_of_start));
+    for (size_t i = 0; i < count; ++i) {
+      const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * count)];
+      MAILLE_CHECK(sample.add(part.mesh, part.numbers.points, *arrays_[0].array));
     }
     for (size_t i = 1; count != 0 && i <= probes_of_start; ++i) {
       const MeshPart& part = parts[i * parts.size() / (probes_of_start + 1)];

@@ -49,76 +49,54 @@ Result<> append_patch(Mesh& sample, const Mesh& mesh, const std::vector<uint32_t
   return {};
 }
 
-/// As it stands in the file; none where fans are not made for it.
-Result<std::vector<std::byte>> code_sample(const Mesh& mesh, const ArrayMaps& maps, const Array& all) {
-  if (mesh.blocks.empty()) return std::vector<std::byte>();
-  const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive));
-  if (!coded) return std::vector<std::byte>();
-  ByteWriter out;
-  out.put_count(mesh.point_count());
-  out.put_count(mesh.blocks[0].connectivity.size());
-  out.put_count(coded->bytes.size());
-  out.put_bytes(coded->bytes);
-  out.put_bytes(encode_position_sample(coded->patch.fans, mesh.points, maps, coded->sources.points, all));
-  return out.take();
-}
-
 }  // namespace
 
-Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array,
-                          size_t attempt) {
-  return append_patch(meshes_[attempt], mesh, points, array);
+Result<> StartSample::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  return append_patch(mesh_, mesh, points, array);
 }
 
 Result<> StartSample::add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
-  MAILLE_CHECK(append_patch(probes_.emplace_back().mesh, mesh, points, array));
-  if (probes_.back().mesh.blocks.empty()) probes_.pop_back();
+  MAILLE_CHECK(append_patch(probes_.emplace_back(), mesh, points, array));
+  if (probes_.back().blocks.empty()) probes_.pop_back();
   return {};
 }
 
 Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Array& all, uint64_t faces) {
-  MAILLE_CHECK(code_probes(maps));
-  std::vector<std::byte> best;
-  double most = 0;
-  for (const Mesh& mesh : meshes_) {
-    std::vector<std::byte> sample = MAILLE_TRY(code_sample(mesh, maps, all));
-    if (sample.empty()) continue;
-    const double saves = MAILLE_TRY(saved(sample, faces));
-    if (!(saves > most)) continue;
-    most = saves;
-    best = std::move(sample);
-  }
-  meshes_ = {};
+  if (mesh_.blocks.empty()) return std::vector<std::byte>();
+  const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
+  if (!coded) return std::vector<std::byte>();
+  ByteWriter out;
+  out.put_count(mesh_.point_count());
+  out.put_count(mesh_.blocks[0].connectivity.size());
+  out.put_count(coded->bytes.size());
+  out.put_bytes(coded->bytes);
+  out.put_bytes(encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all));
+  std::vector<std::byte> sample = out.take();
+  if (!MAILLE_TRY(pays(sample, maps, faces))) sample.clear();
+  mesh_ = {};
   probes_.clear();
-  return best;
+  return sample;
 }
 
-Result<> StartSample::code_probes(const ArrayMaps& maps) {
-  for (Probe& probe : probes_) {
-    const auto alone = MAILLE_TRY(encode_fan_patch(probe.mesh, FanModels::adaptive));
-    if (!alone) continue;
-    probe.bytes =
-        alone->bytes.size() +
-        encode_adaptive_positions(alone->patch.fans, probe.mesh.points, maps, alone->sources.points).size();
-  }
-  return {};
-}
-
-/// Of all faces, less what the sample takes.
-Result<double> StartSample::saved(const std::vector<std::byte>& sample, uint64_t faces) const {
-  if (probes_.empty()) return 0;
-  const auto start = MAILLE_TRY(read_start(sample, probes_[0].mesh.points.type));
-  double bytes = 0, probed = 0;
-  for (const Probe& probe : probes_) {
-    std::vector<uint32_t> points(probe.mesh.point_count());
+Result<bool> StartSample::pays(const std::vector<std::byte>& sample, const ArrayMaps& maps,
+                               uint64_t faces) const {
+  const auto start = MAILLE_TRY(read_start(sample, mesh_.points.type));
+  uint64_t with = 0, without = 0, probed = 0;
+  for (const Mesh& probe : probes_) {
+    std::vector<uint32_t> points(probe.point_count());
     std::iota(points.begin(), points.end(), 0u);
-    const auto started = MAILLE_TRY(encode_from_start(probe.mesh, points, probe.mesh.points, *start));
-    if (probe.bytes == 0 || !started) continue;
-    bytes += static_cast<double>(probe.bytes) -
-             static_cast<double>(started->coded.bytes.size() + started->positions.size());
-    probed += static_cast<double>(probe.mesh.cell_count());
+    const auto alone = MAILLE_TRY(encode_fan_patch(probe, FanModels::adaptive));
+    const auto started = MAILLE_TRY(encode_from_start(probe, points, probe.points, *start));
+    if (!alone || !started) continue;
+    const FanSurface& fans = alone->patch.fans;
+    without += alone->bytes.size() +
+               encode_adaptive_positions(fans, probe.points, maps, alone->sources.points).size();
+    with += started->coded.bytes.size() + started->positions.size();
+    probed += probe.cell_count();
   }
-  return probed > 0 ? bytes / probed * static_cast<double>(faces) - static_cast<double>(sample.size()) : 0;
+  const auto saved = static_cast<double>(without) - static_cast<double>(with);
+  return probed > 0 && saved / static_cast<double>(probed) * static_cast<double>(faces) >
+                           static_cast<double>(sample.size());
 }
 
 namespace {

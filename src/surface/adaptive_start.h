@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,31 +24,23 @@ size_t charts_in_start(size_t charts);
 /// How many others are coded with and without it, to see what it saves.
 inline constexpr size_t probes_of_start = 4;
 
-/// Samples to choose from: which charts are taken makes two percent.
-inline constexpr size_t tries_of_start = 3;
-
 /// Patches of triangles that are to be the sample, and others that tell whether it saves more than it takes:
 /// where each patch has maps or repeats of its own, it does not.
 class StartSample {
  public:
   /// `array`: its positions, `points`: by point of the mesh, the tuple. Patches that fans are not made for
-  /// are left out. `attempt`: of the samples the one that saves most is taken.
-  Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array, size_t attempt = 0);
+  /// are left out.
+  Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   Result<> add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   /// The sample as it stands in the file; none where it does not pay for so many faces. `maps` hold for all
   /// patches; `all`: their positions, or a good part of them.
   Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all, uint64_t faces);
 
  private:
-  Result<double> saved(const std::vector<std::byte>& sample, uint64_t faces) const;
-  Result<> code_probes(const ArrayMaps& maps);
+  Result<bool> pays(const std::vector<std::byte>& sample, const ArrayMaps& maps, uint64_t faces) const;
 
-  std::array<Mesh, tries_of_start> meshes_;
-  struct Probe {
-    Mesh mesh;
-    uint64_t bytes = 0;  ///< without a start
-  };
-  std::vector<Probe> probes_;
+  Mesh mesh_;
+  std::vector<Mesh> probes_;
 };
 
 /// Decodes the sample. `type`: of the positions. Safe on any bytes. Error: corrupt.
