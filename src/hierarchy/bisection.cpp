@@ -1,10 +1,12 @@
 #include "hierarchy/bisection.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
 
+#include "hierarchy/clusters.h"
 #include "hierarchy/minimum_cut.h"
 #include "hierarchy/principal_axes.h"
 
@@ -14,7 +16,8 @@ namespace {
 /// Some nodes of the graph, in rising order, with the edges between them.
 struct Subset {
   SpatialGraph graph;
-  std::vector<uint32_t> nodes;  ///< numbers in the whole graph
+  std::vector<uint32_t> nodes;    ///< numbers in the whole graph
+  std::vector<uint32_t> cluster;  ///< by node: rising from 0; empty: it is small, or has none
   uint64_t weight = 0;
   uint32_t parts = 1;
 };
@@ -99,28 +102,48 @@ std::vector<uint8_t> split_by_growth(const SpatialGraph& graph, const std::vecto
   return split_order(graph, order, wished);
 }
 
+/// Nodes in a cluster, and nodes that it takes to look at clusters first: the larger the clusters, the less
+/// time it takes; cuts become longer from 64 on.
+constexpr uint32_t cluster_size = 32;
+constexpr size_t least_clustered = 2048;
+
+/// How wide bands are, as times the length of the cut.
+struct BandFactors {
+  uint32_t of_starts, of_best;
+};
+constexpr BandFactors of_nodes{8, 16}, of_clusters{4, 8};
+
 /// One cut of each start in a narrow band, and two more of the better one in a wide band.
-TwoSides cut_in_two(const Subset& subset, const CutOptions& options) {
-  const SpatialGraph& graph = subset.graph;
-  const Balance balance = balance_of(subset, options.slack);
+TwoSides cut_in_two(const SpatialGraph& graph, const Balance& balance, unsigned most_axes,
+                    const BandFactors& factors) {
   const auto axes = principal_axes(graph);
   const std::vector<float> along = projections(graph, axes[0]);
   BandCut band(graph);
   std::optional<TwoSides> best;
   const auto offer = [&](std::vector<uint8_t> right) {
     TwoSides sides = weigh_sides(graph, std::move(right));
-    band.improve(sides, balance, 8);
+    band.improve(sides, balance, factors.of_starts);
     if (!best || sides.cut < best->cut) best = std::move(sides);
   };
   offer(split_along(graph, along, balance.wished));
-  for (unsigned k = 1; k < options.axes; ++k) {
+  for (unsigned k = 1; k < most_axes; ++k) {
     offer(split_along(graph, projections(graph, axes[k]), balance.wished));
   }
   offer(split_by_growth(graph, along, balance.wished));
   for (unsigned round = 0; round < 2; ++round) {
-    if (!band.improve(*best, balance, 16)) break;
+    if (!band.improve(*best, balance, factors.of_best)) break;
   }
   return std::move(*best);
+}
+
+/// Along clusters, then refined in a narrow band.
+TwoSides cut_clusters(const Subset& subset, const Balance& balance, unsigned axes) {
+  const TwoSides coarse = cut_in_two(contracted(subset.graph, subset.cluster), balance, axes, of_clusters);
+  std::vector<uint8_t> right(subset.graph.size());
+  for (size_t i = 0; i < right.size(); ++i) right[i] = coarse.right[subset.cluster[i]];
+  TwoSides sides = weigh_sides(subset.graph, std::move(right));
+  BandCut(subset.graph).improve(sides, balance, of_nodes.of_starts);
+  return sides;
 }
 
 /// Halves the list where no cut leaves nodes on both sides.
@@ -130,77 +153,134 @@ void ensure_two_sides(TwoSides& sides) {
   for (size_t i = 0; i < sides.right.size(); ++i) sides.right[i] = i >= sides.right.size() / 2;
 }
 
-Subset take_side(const Subset& whole, const std::vector<uint8_t>& right, uint8_t side,
-                 std::vector<uint32_t>& number) {
-  Subset subset;
+/// Room for so many nodes and edges.
+void make_room(Subset& side, const Subset& whole, size_t nodes, size_t edges) {
+  SpatialGraph& to = side.graph;
+  side.nodes.resize(nodes);
+  to.place.resize(nodes);
+  to.first.resize(nodes + 1);
+  to.neighbour.resize(edges);
+  if (!whole.graph.node_weight.empty()) to.node_weight.resize(nodes);
+  if (!whole.graph.edge_weight.empty()) to.edge_weight.resize(edges);
+  if (!whole.cluster.empty() && nodes >= least_clustered) side.cluster.resize(nodes);
+}
+
+/// Nodes of both sides. Returns the number of each in its side.
+std::vector<uint32_t> take_nodes(const Subset& whole, const std::vector<uint8_t>& right,
+                                 std::array<Subset, 2>& sides) {
   const SpatialGraph& from = whole.graph;
-  SpatialGraph& to = subset.graph;
-  size_t nodes = 0, edges = 0;
+  std::vector<uint32_t> number(from.size());
+  std::array<uint32_t, 2> count{}, cluster{}, clusters{};
   for (uint32_t i = 0; i < from.size(); ++i) {
-    const bool here = right[i] == side;
-    nodes += here;
-    edges += here ? from.first[i + 1] - from.first[i] : 0;
+    const uint8_t s = right[i];
+    Subset& side = sides[s];
+    const uint32_t n = number[i] = count[s]++;
+    side.graph.place[n] = from.place[i];
+    if (!from.node_weight.empty()) side.graph.node_weight[n] = from.node_weight[i];
+    side.weight += from.weight(i);
+    side.nodes[n] = whole.nodes[i];
+    if (side.cluster.empty()) continue;
+    clusters[s] += n == 0 || whole.cluster[i] != cluster[s];
+    cluster[s] = whole.cluster[i];
+    side.cluster[n] = clusters[s] - 1;
   }
-  to.place.reserve(nodes);
-  subset.nodes.reserve(nodes);
-  // All but those that were cut.
-  to.neighbour.reserve(edges);
-  if (!from.node_weight.empty()) to.node_weight.reserve(nodes);
-  if (!from.edge_weight.empty()) to.edge_weight.reserve(edges);
+  return number;
+}
+
+/// Both sides, with the edges within them.
+std::array<Subset, 2> take_sides(const Subset& whole, const std::vector<uint8_t>& right) {
+  const SpatialGraph& from = whole.graph;
+  std::array<Subset, 2> sides;
+  std::array<size_t, 2> nodes{}, edges{};
   for (uint32_t i = 0; i < from.size(); ++i) {
-    if (right[i] != side) continue;
-    number[i] = to.size();
-    to.place.push_back(from.place[i]);
-    if (!from.node_weight.empty()) to.node_weight.push_back(from.node_weight[i]);
-    subset.weight += from.weight(i);
-    subset.nodes.push_back(whole.nodes[i]);
+    ++nodes[right[i]];
+    edges[right[i]] += from.first[i + 1] - from.first[i];
   }
-  to.first.reserve(nodes + 1);
-  to.first.push_back(0);
+  for (unsigned s = 0; s < 2; ++s) make_room(sides[s], whole, nodes[s], edges[s]);
+  const std::vector<uint32_t> number = take_nodes(whole, right, sides);
+  std::array<uint32_t, 2> edge{};
   for (uint32_t i = 0; i < from.size(); ++i) {
-    if (right[i] != side) continue;
+    const uint8_t s = right[i];
+    SpatialGraph& to = sides[s].graph;
+    uint32_t& at = edge[s];
     for (uint32_t a = from.first[i]; a < from.first[i + 1]; ++a) {
-      if (right[from.neighbour[a]] != side) continue;
-      to.neighbour.push_back(number[from.neighbour[a]]);
-      if (!from.edge_weight.empty()) to.edge_weight.push_back(from.edge_weight[a]);
+      const uint32_t neighbour = from.neighbour[a];
+      // What was cut is written over.
+      to.neighbour[at] = number[neighbour];
+      if (!from.edge_weight.empty()) to.edge_weight[at] = from.edge_weight[a];
+      at += right[neighbour] == s;
     }
-    to.first.push_back(static_cast<uint32_t>(to.neighbour.size()));
+    to.first[number[i] + 1] = at;
   }
-  return subset;
+  for (unsigned s = 0; s < 2; ++s) {
+    sides[s].graph.neighbour.resize(edge[s]);
+    if (!from.edge_weight.empty()) sides[s].graph.edge_weight.resize(edge[s]);
+  }
+  return sides;
 }
 
 Subset whole_graph(const SpatialGraph& graph, uint64_t target) {
   Subset subset;
-  subset.graph = graph;
-  subset.nodes.resize(graph.size());
-  std::iota(subset.nodes.begin(), subset.nodes.end(), 0u);
+  if (graph.size() >= least_clustered) {
+    ClusteredNodes clustered = cluster_nodes(graph, cluster_size);
+    subset.graph = reordered(graph, clustered.order);
+    subset.nodes = std::move(clustered.order);
+    subset.cluster = std::move(clustered.cluster);
+  } else {
+    subset.graph = graph;
+    subset.nodes.resize(graph.size());
+    std::iota(subset.nodes.begin(), subset.nodes.end(), 0u);
+  }
   for (uint32_t i = 0; i < graph.size(); ++i) subset.weight += graph.weight(i);
   const uint64_t parts = std::max<uint64_t>(1, (subset.weight + target / 2) / target);
   subset.parts = static_cast<uint32_t>(std::min<uint64_t>(parts, graph.size()));
   return subset;
 }
 
+bool is_part(const Subset& subset) {
+  return subset.parts <= 1 || subset.nodes.size() <= 1;
+}
+
+/// What becomes of a subset in one step: itself, or its two sides.
+std::vector<Subset> cut_once(Subset subset, const CutOptions& options) {
+  std::vector<Subset> result;
+  if (is_part(subset)) {
+    result.push_back(std::move(subset));
+    return result;
+  }
+  const Balance balance = balance_of(subset, options.slack);
+  TwoSides sides = subset.cluster.empty() ? cut_in_two(subset.graph, balance, options.axes, of_nodes)
+                                          : cut_clusters(subset, balance, options.axes);
+  ensure_two_sides(sides);
+  std::array<Subset, 2> both = take_sides(subset, sides.right);
+  both[0].parts = subset.parts / 2;
+  both[1].parts = subset.parts - subset.parts / 2;
+  for (Subset& side : both) result.push_back(std::move(side));
+  return result;
+}
+
 }  // namespace
 
-std::vector<uint32_t> cut_into_parts(const SpatialGraph& graph, const CutOptions& options) {
+std::vector<uint32_t> cut_into_parts(const SpatialGraph& graph, const CutOptions& options,
+                                     Executor& executor) {
   std::vector<uint32_t> part_of(graph.size());
-  std::vector<uint32_t> number(graph.size());
-  std::vector<Subset> waiting;
-  if (graph.size() > 0) waiting.push_back(whole_graph(graph, options.target));
-  for (uint32_t parts = 0; !waiting.empty();) {
-    const Subset subset = std::move(waiting.back());
-    waiting.pop_back();
-    if (subset.parts <= 1 || subset.nodes.size() <= 1) {
-      for (const uint32_t node : subset.nodes) part_of[node] = parts;
-      ++parts;
-      continue;
+  std::vector<Subset> subsets;
+  if (graph.size() > 0) subsets.push_back(whole_graph(graph, options.target));
+  // In the order of the tree of cuts, all of one depth at once.
+  while (!std::all_of(subsets.begin(), subsets.end(), is_part)) {
+    std::vector<std::vector<Subset>> sides(subsets.size());
+    executor.parallel_for(subsets.size(),
+                          [&](size_t i) { sides[i] = cut_once(std::move(subsets[i]), options); });
+    subsets.clear();
+    for (std::vector<Subset>& both : sides) {
+      for (Subset& side : both) {
+        if (is_part(side)) side.graph = {};
+        subsets.push_back(std::move(side));
+      }
     }
-    TwoSides sides = cut_in_two(subset, options);
-    ensure_two_sides(sides);
-    waiting.push_back(take_side(subset, sides.right, 1, number));
-    waiting.back().parts = subset.parts - subset.parts / 2;
-    waiting.push_back(take_side(subset, sides.right, 0, number));
-    waiting.back().parts = subset.parts / 2;
+  }
+  for (uint32_t part = 0; part < subsets.size(); ++part) {
+    for (const uint32_t node : subsets[part].nodes) part_of[node] = part;
   }
   return part_of;
 }

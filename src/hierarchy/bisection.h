@@ -1,5 +1,7 @@
 #pragma once
 
+#include <maille/executor.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -16,9 +18,12 @@ struct CutOptions {
 
 /// Cuts a graph by recursive bisection, each cut a minimum cut in a band around a cut to start with: across
 /// the longest axis of inertia, or around what grows from one end along the edges, which follows layers that
-/// are near in space but far on the surface. The number of the part by node; parts are numbered along the
+/// are near in space but far on the surface. Large graphs are cut as clusters of nodes first, and the cut is
+/// refined. The number of the part by node; parts are numbered along the
 /// tree of cuts, left before right, so neighbours in number are mostly neighbours on the surface. Depth is
-/// log2 of the number of parts. The same on every machine: doubles in fixed order, ties by node number.
-std::vector<uint32_t> cut_into_parts(const SpatialGraph& graph, const CutOptions& options);
+/// log2 of the number of parts. The same on every machine, for any
+/// executor: doubles in fixed order, ties by node number.
+std::vector<uint32_t> cut_into_parts(const SpatialGraph& graph, const CutOptions& options,
+                                     Executor& executor = serial_executor());
 
 }  // namespace maille

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "hierarchy/clusters.h"
 #include "hierarchy/minimum_cut.h"
 #include "support/cases.h"
 #include "support/faces_in_space.h"
@@ -98,6 +99,39 @@ TEST(BandCut, NeverLeavesTheBalance) {
     EXPECT_LE(sides.left_weight, half + slack);
     EXPECT_EQ(sides.cut, weigh_sides(graph, sides.right).cut);
   }
+}
+
+TEST(Clusters, HangTogetherAndHaveEveryNodeOnce) {
+  const SpatialGraph graph = hills(64, 3).graph();
+  const ClusteredNodes clustered = cluster_nodes(graph, 32);
+  std::vector<uint32_t> nodes = clustered.order;
+  std::sort(nodes.begin(), nodes.end());
+  for (uint32_t i = 0; i < graph.size(); ++i) ASSERT_EQ(nodes[i], i);
+  const SpatialGraph ordered = reordered(graph, clustered.order);
+  std::vector<uint32_t> size(clustered.cluster.back() + 1);
+  for (uint32_t i = 0; i < ordered.size(); ++i) {
+    const uint32_t own = clustered.cluster[i];
+    bool beside = size[own]++ == 0;
+    for (uint32_t a = ordered.first[i]; a < ordered.first[i + 1]; ++a)
+      beside = beside || (ordered.neighbour[a] < i && clustered.cluster[ordered.neighbour[a]] == own);
+    EXPECT_TRUE(beside) << "node " << i << " does not touch what its cluster has";
+  }
+  EXPECT_LE(*std::max_element(size.begin(), size.end()), 32u);
+}
+
+TEST(Clusters, KeepWeightsAndCutsWhenTheyBecomeNodes) {
+  const SpatialGraph graph = hills(32, 3).graph();
+  const ClusteredNodes clustered = cluster_nodes(graph, 16);
+  const SpatialGraph ordered = reordered(graph, clustered.order);
+  const SpatialGraph coarse = contracted(ordered, clustered.cluster);
+  uint64_t weight = 0;
+  for (uint32_t i = 0; i < coarse.size(); ++i) weight += coarse.weight(i);
+  EXPECT_EQ(weight, graph.size());
+  std::vector<uint8_t> right(coarse.size()), right_nodes(graph.size());
+  for (uint32_t i = 0; i < coarse.size(); ++i) right[i] = i % 3 == 0;
+  for (uint32_t i = 0; i < graph.size(); ++i) right_nodes[i] = right[clustered.cluster[i]];
+  EXPECT_EQ(weigh_sides(coarse, right).cut, weigh_sides(ordered, right_nodes).cut);
+  EXPECT_EQ(weigh_sides(coarse, right).left_weight, weigh_sides(ordered, right_nodes).left_weight);
 }
 
 TEST(Bisection, CutsAPlaneAboutAsShortAsSquaresWould) {

@@ -20,7 +20,7 @@ class Builder {
   Result<Hierarchy> run() {
     class_of_ = lowest_at_place(positions_);
     MAILLE_CHECK(report(0));
-    result_.charts = cut_into_charts(faces_, {positions_, class_of_, {}}, sizes());
+    result_.charts = cut_into_charts(faces_, {positions_, class_of_, {}}, sizes(), executor_);
     const uint64_t all = triangles_from(0);
     uint64_t before = all;
     for (uint32_t begin = 0, end = size(); end - begin > 1; begin = end, end = size()) {

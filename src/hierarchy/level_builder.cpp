@@ -16,12 +16,29 @@ namespace {
 
 /// Around the middle of the box.
 Sphere sphere_of(std::span<const uint32_t> vertices, std::span<const float> positions) {
-  Box box;
-  for (size_t i = 0; i < vertices.size(); ++i) enclose(box, finite_position(positions, vertices[i]), i == 0);
+  const auto position = [&](uint32_t v) {
+    Vector3 p;
+    for (unsigned k = 0; k < 3; ++k) p[k] = static_cast<double>(positions[size_t{3} * v + k]);
+    return p;
+  };
+  // Numbers that are none show in the sum of all.
+  Vector3 low, high, sum;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Vector3 p = position(vertices[i]);
+    for (unsigned k = 0; k < 3; ++k) {
+      low[k] = i == 0 ? p[k] : std::min(low[k], p[k]);
+      high[k] = i == 0 ? p[k] : std::max(high[k], p[k]);
+      sum[k] += p[k];
+    }
+  }
+  const bool finite = std::isfinite(sum[0] + sum[1] + sum[2]);
+  Box box{low, high};
+  for (size_t i = 0; i < vertices.size() && !finite; ++i)
+    enclose(box, finite_position(positions, vertices[i]), i == 0);
   Sphere sphere{(box.low + box.high) * 0.5, 0};
   double farthest = 0;
   for (const uint32_t v : vertices) {
-    const Vector3 d = finite_position(positions, v) - sphere.centre;
+    const Vector3 d = (finite ? position(v) : finite_position(positions, v)) - sphere.centre;
     farthest = std::max(farthest, dot(d, d));
   }
   sphere.radius = std::sqrt(farthest) * (1 + 1e-12);
@@ -46,12 +63,12 @@ class LevelBuilder {
                std::span<const Chart> charts = {})
       : faces_(faces), vertices_(vertices), sizes_(sizes), charts_(charts) {}
 
-  std::vector<Chart> cut() const {
+  std::vector<Chart> cut(Executor& executor) const {
     const std::vector<uint32_t> joined = joined_on_borders();
     std::vector<uint32_t> corners(faces_.corners.size());
     for (size_t i = 0; i < corners.size(); ++i) corners[i] = joined[faces_.corners[i]];
     const SpatialGraph graph = dual_graph({corners, faces_.first}, vertices_.positions, vertices_.size());
-    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.chart_faces});
+    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.chart_faces}, executor);
     uint32_t count = 0;
     for (const uint32_t part : part_of) count = std::max(count, part + 1);
     std::vector<Chart> charts(count);
@@ -111,26 +128,65 @@ class LevelBuilder {
     return joined;
   }
 
+  /// By vertex: is it in several charts?
+  std::vector<uint8_t> on_borders_of_charts() const {
+    std::vector<uint32_t> owner(vertices_.size(), no_group);
+    std::vector<uint8_t> several(vertices_.size());
+    for (uint32_t i = 0; i < charts_.size(); ++i) {
+      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
+        for (const uint32_t v : {a, b, c}) {
+          several[v] |= owner[v] != no_group && owner[v] != i;
+          owner[v] = i;
+        }
+      });
+    }
+    return several;
+  }
+  /// An edge of a triangle, whose ends are both in several charts.
+  struct BorderEdge {
+    uint64_t ends;
+    uint32_t triangle, chart;
+    bool operator<(const BorderEdge& o) const {
+      return ends != o.ends ? ends < o.ends : triangle < o.triangle;
+    }
+  };
+  /// Charts that share an edge, from both sides, as often as they do: as in a dual graph, triangles at an
+  /// edge are a chain.
+  std::vector<uint64_t> links_of_charts(std::vector<uint32_t>& triangles_of) const {
+    const std::vector<uint8_t> several = on_borders_of_charts();
+    std::vector<BorderEdge> edges;
+    uint32_t triangle = 0;
+    for (uint32_t i = 0; i < charts_.size(); ++i) {
+      const auto add = [&](uint32_t a, uint32_t b) {
+        if (several[a] != 0 && several[b] != 0 && a != b)
+          edges.push_back({uint64_t{std::min(a, b)} << 32 | std::max(a, b), triangle, i});
+      };
+      const uint32_t begin = triangle;
+      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
+        add(a, b);
+        add(b, c);
+        add(c, a);
+        ++triangle;
+      });
+      triangles_of.push_back(triangle - begin);
+    }
+    std::sort(edges.begin(), edges.end());
+    std::vector<uint64_t> links;
+    for (size_t i = 1; i < edges.size(); ++i) {
+      const uint32_t from = edges[i - 1].chart, to = edges[i].chart;
+      if (edges[i - 1].ends != edges[i].ends || from == to) continue;
+      links.push_back(uint64_t{from} << 32 | to);
+      links.push_back(uint64_t{to} << 32 | from);
+    }
+    return links;
+  }
+
   /// Charts of a level, joined by as many edges as they share.
   SpatialGraph chart_graph() const {
     const auto count = static_cast<uint32_t>(charts_.size());
-    std::vector<uint32_t> corners, chart_of;
-    for (uint32_t i = 0; i < count; ++i) {
-      for_each_triangle(faces_, vertices_.class_of, charts_[i], [&](uint32_t a, uint32_t b, uint32_t c) {
-        for (const uint32_t v : {a, b, c}) corners.push_back(v);
-        chart_of.push_back(i);
-      });
-    }
-    const SpatialGraph dual = dual_graph({corners, {}}, vertices_.positions, vertices_.size());
-    std::vector<uint64_t> links;
-    for (uint32_t i = 0; i < dual.size(); ++i) {
-      for (uint32_t a = dual.first[i]; a < dual.first[i + 1]; ++a) {
-        const uint32_t from = chart_of[i], to = chart_of[dual.neighbour[a]];
-        if (from != to) links.push_back(uint64_t{from} << 32 | to);
-      }
-    }
-    std::sort(links.begin(), links.end());
     SpatialGraph graph;
+    std::vector<uint64_t> links = links_of_charts(graph.node_weight);
+    std::sort(links.begin(), links.end());
     graph.first.assign(size_t{count} + 1, 0);
     for (size_t i = 0; i < links.size(); ++i) {
       if (i > 0 && links[i] == links[i - 1]) {
@@ -142,8 +198,6 @@ class LevelBuilder {
       ++graph.first[(links[i] >> 32) + 1];
     }
     for (uint32_t i = 0; i < count; ++i) graph.first[i + 1] += graph.first[i];
-    graph.node_weight.assign(count, 0);
-    for (const uint32_t chart : chart_of) ++graph.node_weight[chart];
     for (uint32_t i = 0; i < count; ++i) {
       const Vector3& centre = charts_[i].sphere.centre;
       graph.place.push_back(
@@ -301,23 +355,36 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions) {
   constexpr uint32_t nobody = 0xffffffff;
   std::vector<uint32_t> table(places, nobody);
   std::vector<uint32_t> class_of(vertices);
-  for (uint32_t v = 0; v < vertices; ++v) {
-    const std::array<float, 3> place = key(v);
+  const auto place_of = [&](const std::array<float, 3>& place) {
     std::array<uint32_t, 3> bits;
     std::memcpy(bits.data(), place.data(), sizeof bits);
     uint64_t hash = (bits[0] | uint64_t{bits[1]} << 32) * 0x9e3779b97f4a7c15;
     hash = ((hash ^ hash >> 32) + bits[2]) * 0x9e3779b97f4a7c15;
-    size_t at = (hash >> 32) & (places - 1);
+    return (hash >> 32) & (places - 1);
+  };
+  // The table does not fit into a cache: some vertices ahead, a processor is told what will be looked at.
+  constexpr uint32_t ahead = 16;
+  std::array<size_t, ahead> next{};
+  for (uint32_t v = 0; v < vertices + ahead; ++v) {
+    const size_t start = next[v % ahead];
+    if (v < vertices) {
+      next[v % ahead] = place_of(key(v));
+      __builtin_prefetch(&table[next[v % ahead]]);
+    }
+    if (v < ahead) continue;
+    const uint32_t now = v - ahead;
+    const std::array<float, 3> place = key(now);
+    size_t at = start;
     while (table[at] != nobody && key(table[at]) != place) at = (at + 1) & (places - 1);
-    if (table[at] == nobody) table[at] = v;
-    class_of[v] = table[at];
+    if (table[at] == nobody) table[at] = now;
+    class_of[now] = table[at];
   }
   return class_of;
 }
 
 std::vector<Chart> cut_into_charts(const FaceLists& faces, const LevelVertices& vertices,
-                                   const ChartSizes& sizes) {
-  return LevelBuilder(faces, vertices, sizes).cut();
+                                   const ChartSizes& sizes, Executor& executor) {
+  return LevelBuilder(faces, vertices, sizes).cut(executor);
 }
 
 std::vector<SimplifiedGroup> simplify_charts(const FaceLists& faces, const LevelVertices& vertices,

@@ -33,7 +33,7 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions);
 
 /// Charts of level 0, with their faces and spheres.
 std::vector<Chart> cut_into_charts(const FaceLists& faces, const LevelVertices& vertices,
-                                   const ChartSizes& sizes);
+                                   const ChartSizes& sizes, Executor& executor = serial_executor());
 
 /// A group without what it inherits from finer ones.
 struct SimplifiedGroup {

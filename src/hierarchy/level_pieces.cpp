@@ -371,7 +371,7 @@ Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules
   const Piece piece = piece_of(window, rules);
   LevelPiece result;
   result.rounding = window.positions.rounding;
-  std::vector<Chart> charts = cut_into_charts(piece.faces, piece.vertices, rules.sizes);
+  std::vector<Chart> charts = cut_into_charts(piece.faces, piece.vertices, rules.sizes, executor);
   // Points alone need a chart, too.
   if (charts.empty() && (alone || !window.unused.empty())) charts.emplace_back();
   SharedBy shared{std::vector<uint8_t>(window.ids.size()), window.outside, window.copies};

@@ -30,6 +30,12 @@ TwoSides weigh_sides(const SpatialGraph& graph, std::vector<uint8_t> right) {
   return sides;
 }
 
+BandCut::BandCut(const SpatialGraph& graph) : graph_(graph), index_(graph.size(), outside) {
+  uint64_t sum = 0;
+  for (const uint32_t weight : graph.node_weight) sum += weight;
+  if (sum > 0) mean_weight_ = std::max<uint64_t>(1, sum / graph.size());
+}
+
 bool BandCut::improve(TwoSides& sides, const Balance& balance, uint32_t factor) {
   find_band(sides, balance, factor);
   bool better = false;
@@ -52,7 +58,7 @@ void BandCut::find_band(const TwoSides& sides, const Balance& balance, uint32_t 
     }
     if (on_cut) seeds.push_back(i);
   }
-  const uint64_t widest = uint64_t{factor} * seeds.size() / 2 + 64;
+  const uint64_t widest = (uint64_t{factor} * seeds.size() / 2 + 64) * mean_weight_;
   const auto room = [widest](uint64_t from, uint64_t to) {
     return from < to ? std::min(to - from, widest) : 0;
   };

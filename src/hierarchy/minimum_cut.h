@@ -23,12 +23,12 @@ struct Balance {
 TwoSides weigh_sides(const SpatialGraph& graph, std::vector<uint8_t> right);
 
 /// Replaces a cut by a minimum cut within a band around it. The band is as wide as the balance allows for any
-/// cut in it, and `factor` times as wide as the cut is long at most: so the result is balanced without
-/// repair. The nodes that a maximum flow (Dinic 1970) leaves reachable from the source are the same for every
-/// maximum flow, so the cut does not depend on the order of paths. True if the cut became smaller.
+/// cut in it, and holds `factor` times as many nodes as the cut is long at most: so the result is balanced
+/// without repair. The nodes that a maximum flow (Dinic 1970) leaves reachable from the source are the same
+/// for every maximum flow, so the cut does not depend on the order of paths. True if the cut became smaller.
 class BandCut {
  public:
-  explicit BandCut(const SpatialGraph& graph) : graph_(graph), index_(graph.size(), outside) {}
+  explicit BandCut(const SpatialGraph& graph);
   bool improve(TwoSides& sides, const Balance& balance, uint32_t factor);
 
  private:
@@ -50,6 +50,7 @@ class BandCut {
   void apply(TwoSides& sides, const Balance& balance, uint64_t flow);
 
   const SpatialGraph& graph_;
+  uint64_t mean_weight_ = 1;
   std::vector<uint32_t> index_;  ///< by node: in the band, or `outside`
   std::vector<uint32_t> band_;   ///< nodes
   std::vector<uint32_t> first_arc_, current_, level_, queue_, path_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -18,15 +19,32 @@ constexpr unsigned most_passes = 40;
 
 enum class Kind : uint8_t { interior, border, fixed };
 
-/// A vertex to be merged into another, or (to == none) a component, named by its first triangle, to be
-/// removed.
-struct Candidate {
+/// A vertex to be merged into another, or a component to be removed, named by its lowest vertex: as one
+/// number that orders them by cost, then by vertex. Costs are not negative.
+using Candidate = uint64_t;
+constexpr uint32_t whole_component = 1u << 31;
+Candidate candidate_of(float cost, uint32_t from) {
+  uint32_t bits;
+  std::memcpy(&bits, &cost, sizeof bits);
+  return uint64_t{bits} << 32 | from;
+}
+float cost_of(Candidate candidate) {
+  const auto bits = static_cast<uint32_t>(candidate >> 32);
   float cost;
-  uint32_t from, to;
-  bool operator<(const Candidate& o) const {
-    if (cost != o.cost) return cost < o.cost;
-    return from != o.from ? from < o.from : to < o.to;
-  }
+  std::memcpy(&cost, &bits, sizeof cost);
+  return cost;
+}
+
+/// What the neighbours of a vertex ask for.
+struct Vertex {
+  Vector3 position;
+  double at_home = 0;  ///< the error of its quadric where it is
+  double weight = 0;   ///< of its quadric
+};
+
+/// The other corners of a triangle at a vertex.
+struct Others {
+  uint32_t next, previous;
 };
 
 struct Neighbour {
@@ -51,8 +69,16 @@ class Simplifier {
         triangles_(input.triangles.begin(), input.triangles.end()),
         vertices_(static_cast<uint32_t>(input.locked.size())) {
     place_vertices();
-    root_.resize(vertices_);
-    std::iota(root_.begin(), root_.end(), 0u);
+    to_.resize(vertices_);
+    std::iota(to_.begin(), to_.end(), 0u);
+    alive_ = to_;
+    best_.resize(vertices_);
+    least_.resize(vertices_);
+    changed_.assign(vertices_, 1);
+    touched_.resize(vertices_);
+    first_.resize(vertices_);
+    end_.resize(vertices_);
+    place_in_ring_.resize(vertices_);
     if (!input.values.empty()) {
       corners_.resize(triangles_.size());
       std::iota(corners_.begin(), corners_.end(), 0u);
@@ -61,6 +87,8 @@ class Simplifier {
       with_seams_ = true;
     }
     drop_degenerate();
+    list_faces();
+    find_components();
     add_quadrics();
   }
 
@@ -69,7 +97,7 @@ class Simplifier {
     double widening = 1.5;
     for (unsigned pass = 0; pass < most_passes && count() > input_.target && idle < 2; ++pass) {
       const uint32_t goal = count() - input_.target;
-      if (stale_) list_rings();
+      if (stale_) list_faces();
       find_candidates();
       if (candidates_.empty()) {
         if (!give_up_seams()) break;
@@ -92,7 +120,7 @@ class Simplifier {
     result_.triangles = std::move(triangles_);
     result_.corners = std::move(corners_);
     result_.faces = std::move(face_of_);
-    result_.root = std::move(root_);
+    result_.root = find_roots();
     result_.view_error = std::sqrt(worst_);
     return std::move(result_);
   }
@@ -103,9 +131,17 @@ class Simplifier {
   bool give_up_seams() {
     if (!with_seams_ || count() <= input_.target + input_.target / 2) return false;
     with_seams_ = false;
-    stale_ = true;
     seam_quadric_.clear();
+    changed_.assign(vertices_, 1);
     return true;
+  }
+  std::vector<uint32_t> find_roots() const {
+    std::vector<uint32_t> roots(vertices_);
+    for (uint32_t v = 0; v < vertices_; ++v) {
+      uint32_t& root = roots[v] = v;
+      while (to_[root] != root) root = to_[root];
+    }
+    return roots;
   }
   uint32_t value_at(size_t slot) const { return with_seams_ ? input_.values[corners_[slot]] : 0; }
   void keep_triangle(size_t from, const uint32_t* vertices, size_t to) {
@@ -135,12 +171,13 @@ class Simplifier {
     Box box;
     for (size_t i = 0; i < triangles_.size(); ++i)
       enclose(box, finite_position(input_.positions, triangles_[i]), i == 0);
-    position_.resize(vertices_);
+    vertex_.resize(vertices_);
     for (uint32_t v = 0; v < vertices_; ++v) {
       const Vector3 p = finite_position(input_.positions, v);
-      for (unsigned k = 0; k < 3; ++k) position_[v][k] = p[k] - (box.low[k] + box.high[k]) / 2;
+      for (unsigned k = 0; k < 3; ++k) vertex_[v].position[k] = p[k] - (box.low[k] + box.high[k]) / 2;
     }
   }
+  const Vector3& position(uint32_t v) const { return vertex_[v].position; }
 
   static bool is_degenerate(const uint32_t* t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
   void drop_degenerate() {
@@ -155,7 +192,7 @@ class Simplifier {
   }
 
   Vector3 normal(uint32_t a, uint32_t b, uint32_t c) const {
-    return cross(position_[b] - position_[a], position_[c] - position_[a]);
+    return cross(position(b) - position(a), position(c) - position(a));
   }
 
   /// A plane for each face, and for each face at a border edge one that stands on it.
@@ -172,222 +209,248 @@ class Simplifier {
       if (length == 0) continue;
       n = n * (1 / length);
       Quadric q;
-      q.add_plane(n, position_[v[0]], area);
+      q.add_plane(n, position(v[0]), area);
       q.weight = area;
       for (unsigned k = 0; k < 3; ++k) quadric_[v[k]] += q;
     }
     const double cap = 0.5 * std::sqrt(area_sum / std::max(input_.target, 1u));
     cap_ = input_.to_the_end ? std::numeric_limits<double>::infinity() : cap * cap;
-    list_rings();
-    for (uint32_t v = 0; v < vertices_; ++v) add_border_planes(v);
+    for (const uint32_t v : alive_) add_border_planes(v);
+    seam_at_home_.resize(seam_quadric_.size());
+    for (const uint32_t v : alive_) look_at_home(v);
+  }
+  void look_at_home(uint32_t v) {
+    vertex_[v].weight = quadric_[v].weight;
+    vertex_[v].at_home = quadric_[v].at(position(v));
+    if (with_seams_) seam_at_home_[v] = seam_quadric_[v].at(position(v));
   }
   void add_border_planes(uint32_t v) {
-    for (const Neighbour& other : ring(v)) {
+    find_ring(v);
+    for (const Neighbour& other : ring_) {
       if (!other.is_feature() || other.vertex < v) continue;
       const bool border = other.faces % 2 == 1;
+      const uint32_t w = other.vertex;
       std::vector<Quadric>& quadrics = border ? quadric_ : seam_quadric_;
-      for_each_face(v, [&](const uint32_t* t) {
-        const uint32_t w = other.vertex;
-        if (t[0] != w && t[1] != w && t[2] != w) return;
-        const Vector3 edge = position_[w] - position_[v];
-        Vector3 n = cross(normal(t[0], t[1], t[2]), edge);
+      for (const Others& t : others(v)) {
+        if (t.next != w && t.previous != w) continue;
+        const Vector3 edge = position(w) - position(v);
+        Vector3 n = cross(normal(v, t.next, t.previous), edge);
         const double length = std::sqrt(dot(n, n));
-        if (length == 0) return;
+        if (length == 0) continue;
         n = n * (1 / length);
         Quadric q;
-        q.add_plane(n, position_[v], (border ? border_weight : seam_weight) * dot(edge, edge));
+        q.add_plane(n, position(v), (border ? border_weight : seam_weight) * dot(edge, edge));
         quadrics[v] += q;
         quadrics[w] += q;
-      });
+      }
     }
   }
 
-  /// Faces and neighbours of every vertex.
-  void list_rings() {
+  /// The faces of every vertex. Those without any are left out from now on.
+  void list_faces() {
     stale_ = false;
-    first_face_.assign(size_t{vertices_} + 1, 0);
-    for (const uint32_t v : triangles_) ++first_face_[v + 1];
-    for (uint32_t v = 0; v < vertices_; ++v) first_face_[v + 1] += first_face_[v];
-    faces_.resize(triangles_.size());
-    std::vector<uint32_t>& next = scratch_;
-    next.assign(first_face_.begin(), first_face_.end() - 1);
-    for (uint32_t i = 0; i < triangles_.size(); ++i) faces_[next[triangles_[i]]++] = i / 3;
-    first_neighbour_.assign(1, 0);
-    neighbours_.clear();
-    std::vector<uint32_t>& seen = scratch_;
-    seen.assign(vertices_, none);
-    for (uint32_t v = 0; v < vertices_; ++v) {
-      const auto begin = static_cast<uint32_t>(neighbours_.size());
-      for_each_face(v, [&](const uint32_t* t) {
-        const auto slot = static_cast<size_t>(t - triangles_.data());
-        const uint32_t value = value_at(slot + (t[0] == v ? 0 : t[1] == v ? 1 : 2));
-        for (unsigned k = 0; k < 3; ++k) {
-          const uint32_t w = t[k];
-          if (w == v) continue;
-          if (seen[w] == none || seen[w] < begin) {
-            seen[w] = static_cast<uint32_t>(neighbours_.size());
-            neighbours_.push_back({w, 0, value});
-          }
-          Neighbour& neighbour = neighbours_[seen[w]];
-          ++neighbour.faces;
-          neighbour.seam = neighbour.seam || neighbour.value != value;
-        }
-      });
-      first_neighbour_.push_back(static_cast<uint32_t>(neighbours_.size()));
+    std::vector<uint32_t>& counts = end_;
+    for (const uint32_t v : alive_) counts[v] = 0;
+    for (const uint32_t v : triangles_) ++counts[v];
+    uint32_t sum = 0;
+    size_t kept = 0;
+    for (const uint32_t v : alive_) {
+      const uint32_t count = counts[v];
+      first_[v] = end_[v] = sum;
+      sum += count;
+      if (count > 0) alive_[kept++] = v;
+    }
+    alive_.resize(kept);
+    others_.resize(sum);
+    if (!corners_.empty()) slots_.resize(sum);
+    for (uint32_t t = 0; t < triangles_.size(); t += 3) {
+      const uint32_t a = triangles_[t], b = triangles_[t + 1], c = triangles_[t + 2];
+      if (!corners_.empty()) {
+        for (unsigned k = 0; k < 3; ++k) slots_[end_[triangles_[t + k]]] = t + k;
+      }
+      others_[end_[a]++] = {b, c};
+      others_[end_[b]++] = {c, a};
+      others_[end_[c]++] = {a, b};
     }
   }
-  std::span<const Neighbour> ring(uint32_t v) const {
-    return std::span(neighbours_).subspan(first_neighbour_[v], first_neighbour_[v + 1] - first_neighbour_[v]);
-  }
-  template <class F>
-  void for_each_face(uint32_t v, F f) const {
-    for (uint32_t i = first_face_[v]; i < first_face_[v + 1]; ++i) f(&triangles_[size_t{3} * faces_[i]]);
+  std::span<const Others> others(uint32_t v) const {
+    return std::span(others_).subspan(first_[v], end_[v] - first_[v]);
   }
 
-  Kind kind_of(uint32_t v) const {
-    if (input_.locked[v]) return Kind::fixed;
+  /// The neighbours of a vertex, with the number of faces at the edge to each.
+  void find_ring(uint32_t v) {
+    ring_.clear();
+    for (uint32_t i = first_[v]; i < end_[v]; ++i) {
+      const uint32_t value = with_seams_ ? value_at(slots_[i]) : 0;
+      for (const uint32_t w : {others_[i].next, others_[i].previous}) {
+        // The place of a vertex that is not in the ring is any.
+        uint32_t& place = place_in_ring_[w];
+        if (place >= ring_.size() || ring_[place].vertex != w) {
+          place = static_cast<uint32_t>(ring_.size());
+          ring_.push_back({w, 0, value});
+        }
+        Neighbour& neighbour = ring_[place];
+        ++neighbour.faces;
+        neighbour.seam = neighbour.seam || neighbour.value != value;
+      }
+    }
+  }
+  Kind kind_of_ring() const {
     unsigned features = 0;
-    for (const Neighbour& other : ring(v)) features += other.is_feature();
+    for (const Neighbour& other : ring_) features += other.is_feature();
     return features == 0 ? Kind::interior : features == 2 ? Kind::border : Kind::fixed;
   }
 
-  double cost(uint32_t from, uint32_t to) const {
-    const Quadric &a = quadric_[from], &b = quadric_[to];
-    const Vector3 step = position_[to] - position_[from];
+  double cost(uint32_t from, const Quadric& quadric, uint32_t to) const {
+    const Vertex &a = vertex_[from], &b = vertex_[to];
+    const Vector3 step = b.position - a.position;
     const double weight = a.weight + b.weight;
-    double error = std::max(0.0, a.at(position_[to]) + at_home_[to]);
-    if (with_seams_) error += std::max(0.0, seam_quadric_[from].at(position_[to]) + seam_at_home_[to]);
+    double error = std::max(0.0, quadric.at(b.position) + b.at_home);
+    if (with_seams_) error += std::max(0.0, seam_quadric_[from].at(b.position) + seam_at_home_[to]);
     // Among equal ones the shortest; without area, the distance is all there is.
     return (weight > 0 ? error / weight : dot(step, step)) + 1e-9 * dot(step, step);
   }
 
-  /// The error that a vertex has where it is: each of its neighbours asks for it.
-  void find_errors_at_home(const std::vector<Quadric>& quadrics, std::vector<double>& errors) const {
-    errors.resize(quadrics.size());
-    for (uint32_t v = 0; v < quadrics.size(); ++v) {
-      if (first_face_[v] != first_face_[v + 1]) errors[v] = quadrics[v].at(position_[v]);
+  /// What a vertex would be merged into, at which cost; the same as before where nothing around it changed.
+  void find_best(uint32_t v) {
+    changed_[v] = 0;
+    best_[v] = none;
+    find_ring(v);
+    const Kind kind = kind_of_ring();
+    if (kind == Kind::fixed) return;
+    const Quadric quadric = quadric_[v];
+    float least = std::numeric_limits<float>::infinity();
+    uint32_t best = none;
+    for (const Neighbour& other : ring_) {
+      if (kind == Kind::border && !other.is_feature()) continue;
+      const auto c = static_cast<float>(cost(v, quadric, other.vertex));
+      if (!(c < least || (c == least && other.vertex < best))) continue;
+      least = c;
+      best = other.vertex;
     }
+    best_[v] = best;
+    least_[v] = least;
   }
 
   void find_candidates() {
     candidates_.clear();
-    find_errors_at_home(quadric_, at_home_);
-    find_errors_at_home(seam_quadric_, seam_at_home_);
-    for (uint32_t v = 0; v < vertices_; ++v) {
-      if (first_face_[v] == first_face_[v + 1]) continue;
-      const Kind kind = kind_of(v);
-      if (kind == Kind::fixed) continue;
-      Candidate best{std::numeric_limits<float>::infinity(), v, none};
-      for (const Neighbour& other : ring(v)) {
-        if (kind == Kind::border && !other.is_feature()) continue;
-        const auto c = static_cast<float>(cost(v, other.vertex));
-        if (c < best.cost || (c == best.cost && other.vertex < best.to)) best = {c, v, other.vertex};
-      }
-      if (best.to != none) candidates_.push_back(best);
+    for (const uint32_t v : alive_) {
+      if (input_.locked[v]) continue;
+      if (changed_[v]) find_best(v);
+      if (best_[v] != none) candidates_.push_back(candidate_of(least_[v], v));
     }
-    add_components();
+    for (const Component& one : components_) {
+      if (!gone_[one.name] && faces_of_component_[one.name] > 0)
+        candidates_.push_back(candidate_of(one.cost, one.name | whole_component));
+    }
   }
 
-  uint32_t component(uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
   /// Components without locked vertices: what is lost is half their size.
-  void add_components() {
-    parent_.resize(vertices_);
-    std::iota(parent_.begin(), parent_.end(), 0u);
+  void find_components() {
+    std::vector<uint32_t>& parent = component_of_;
+    parent = to_;
+    const auto find = [&](uint32_t v) {
+      while (parent[v] != v) v = parent[v] = parent[parent[v]];
+      return v;
+    };
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       for (unsigned k = 1; k < 3; ++k) {
-        const uint32_t a = component(triangles_[t]), b = component(triangles_[t + k]);
-        parent_[std::max(a, b)] = std::min(a, b);
+        const uint32_t a = find(triangles_[t]), b = find(triangles_[t + k]);
+        parent[std::max(a, b)] = std::min(a, b);
       }
     }
-    for (uint32_t v = 0; v < vertices_; ++v) parent_[v] = component(v);
-    is_locked_.assign(vertices_, 0);
-    low_.assign(vertices_, {});
-    high_.assign(vertices_, {});
+    for (uint32_t v = 0; v < vertices_; ++v) parent[v] = find(v);
+    std::vector<uint8_t> is_locked(vertices_);
+    for (const uint32_t v : alive_) is_locked[parent[v]] |= input_.locked[v];
+    const auto is_free = [&](uint32_t v) { return is_locked[parent[v]] == 0; };
+    if (std::none_of(alive_.begin(), alive_.end(), is_free)) return;
+    measure_components(is_locked);
+  }
+  void measure_components(const std::vector<uint8_t>& is_locked) {
+    gone_.assign(vertices_, 0);
     faces_of_component_.assign(vertices_, 0);
-    for (uint32_t v = 0; v < vertices_; ++v) {
-      const uint32_t c = parent_[v];
-      is_locked_[c] |= input_.locked[v];
-      for (unsigned k = 0; k < 3; ++k) {
-        low_[c][k] = v == c ? position_[v][k] : std::min(low_[c][k], position_[v][k]);
-        high_[c][k] = v == c ? position_[v][k] : std::max(high_[c][k], position_[v][k]);
-      }
-    }
-    for (size_t t = 0; t < triangles_.size(); t += 3) ++faces_of_component_[parent_[triangles_[t]]];
-    for (uint32_t v = 0; v < vertices_; ++v) {
-      if (parent_[v] != v || is_locked_[v] || faces_of_component_[v] == 0) continue;
-      const Vector3 box = high_[v] - low_[v];
-      candidates_.push_back({static_cast<float>(dot(box, box) / 4), v, none});
+    for (size_t t = 0; t < triangles_.size(); t += 3) ++faces_of_component_[component_of_[triangles_[t]]];
+    std::vector<Box> boxes(vertices_);
+    // The lowest vertex of a component comes first.
+    for (const uint32_t v : alive_) enclose(boxes[component_of_[v]], position(v), component_of_[v] == v);
+    for (const uint32_t v : alive_) {
+      if (component_of_[v] != v || is_locked[v] != 0) continue;
+      const Vector3 size = boxes[v].high - boxes[v].low;
+      components_.push_back({v, static_cast<float>(dot(size, size) / 4)});
     }
   }
+  bool is_gone(uint32_t v) const { return !components_.empty() && gone_[component_of_[v]] != 0; }
 
   float pass_limit(uint32_t goal, double widening) {
     const size_t n = std::min<size_t>(candidates_.size() - 1, goal / 2);
     const auto nth = candidates_.begin() + static_cast<ptrdiff_t>(n);
     std::nth_element(candidates_.begin(), nth, candidates_.end());
-    return static_cast<float>(std::min(static_cast<double>(nth->cost) * widening, cap_));
+    return static_cast<float>(std::min(static_cast<double>(cost_of(*nth)) * widening, cap_));
   }
 
   /// Collapses in the order of their costs. Returns how many triangles that removes.
   uint32_t apply(uint32_t goal, double widening) {
     const float limit = pass_limit(goal, widening);
-    std::erase_if(candidates_, [limit](const Candidate& c) { return !(c.cost <= limit); });
+    std::erase_if(candidates_, [limit](Candidate c) { return !(cost_of(c) <= limit); });
     std::sort(candidates_.begin(), candidates_.end());
-    touched_.assign(vertices_, 0);
-    to_.resize(vertices_);
-    std::iota(to_.begin(), to_.end(), 0u);
-    gone_.assign(vertices_, 0);
+    merged_.clear();
     replacements_.clear();
     if (!corners_.empty()) replaced_.assign(vertices_, {0, 0});
     uint32_t removed = 0;
-    for (const Candidate& candidate : candidates_) {
+    for (const Candidate candidate : candidates_) {
       if (removed >= goal) break;
-      const uint32_t faces =
-          candidate.to == none ? remove_component(candidate, goal - removed) : collapse(candidate);
-      if (faces > 0) worst_ = std::max(worst_, static_cast<double>(candidate.cost));
+      const auto from = static_cast<uint32_t>(candidate);
+      const float cost = cost_of(candidate);
+      const uint32_t faces = (from & whole_component) != 0
+                                 ? remove_component(from & ~whole_component, cost, goal - removed)
+                                 : collapse(from, best_[from]);
+      if (faces > 0) worst_ = std::max(worst_, static_cast<double>(cost));
       removed += faces;
+    }
+    for (const uint32_t v : merged_) {
+      touched_[v] = 0;
+      look_at_home(v);
     }
     return removed;
   }
 
-  uint32_t remove_component(const Candidate& candidate, uint32_t goal) {
-    const uint32_t faces = faces_of_component_[candidate.from];
+  uint32_t remove_component(uint32_t component, float cost, uint32_t goal) {
+    const uint32_t faces = faces_of_component_[component];
     if (faces > goal && faces - goal > input_.target / 2) return 0;
-    gone_[candidate.from] = 1;
-    result_.lost_component = std::max(result_.lost_component, std::sqrt(static_cast<double>(candidate.cost)));
+    gone_[component] = 1;
+    result_.lost_component = std::max(result_.lost_component, std::sqrt(static_cast<double>(cost)));
     return faces;
   }
 
-  uint32_t collapse(const Candidate& candidate) {
-    const uint32_t u = candidate.from, v = candidate.to;
-    if (touched_[u] || touched_[v] || gone_[parent_[u]]) return 0;
+  uint32_t collapse(uint32_t u, uint32_t v) {
+    if (touched_[u] || touched_[v] || is_gone(u)) return 0;
     uint32_t vanishing = 0, surviving = 0;
-    bool turned = false;
-    for_each_face(u, [&](const uint32_t* t) {
-      uint32_t before[3], after[3];
-      for (unsigned k = 0; k < 3; ++k) {
-        before[k] = to_[t[k]];
-        after[k] = before[k] == u ? v : before[k];
-      }
-      if (is_degenerate(before)) return;
-      if (is_degenerate(after)) {
+    for (const Others& t : others(u)) {
+      const uint32_t a = to_[t.next], b = to_[t.previous];
+      if (a == b) continue;
+      if (a == v || b == v) {
         ++vanishing;
-        return;
+        continue;
       }
       ++surviving;
-      turned = turned || turns(before, after);
-    });
+      if (turns(u, v, a, b)) return 0;
+    }
     // A vertex whose faces all vanish would take a component with it at the price of a collapse.
-    if (turned || surviving == 0) return 0;
+    if (surviving == 0) return 0;
     if (!corners_.empty() && !replace_corners(u, v)) return 0;
     to_[u] = v;
     touched_[u] = touched_[v] = 1;
+    merged_.push_back(v);
+    note_changes(u);
+    note_changes(v);
     quadric_[v] += quadric_[u];
     if (with_seams_) seam_quadric_[v] += seam_quadric_[u];
-    faces_of_component_[parent_[u]] -= vanishing;
+    if (!components_.empty()) faces_of_component_[component_of_[u]] -= vanishing;
     return vanishing;
+  }
+  void note_changes(uint32_t v) {
+    changed_[v] = 1;
+    for (const Others& t : others(v)) changed_[t.next] = changed_[t.previous] = 1;
   }
   /// Corners of u take the values that v has in the faces between both. False: some have no such face, or
   /// two that differ: the collapse would cross a seam.
@@ -399,15 +462,14 @@ class Simplifier {
                           [value](const Replacement& r) { return r.value == value; });
     };
     const auto for_each_corner = [&](auto f) {
-      for_each_face(u, [&](const uint32_t* t) {
-        const auto slot = static_cast<size_t>(t - triangles_.data());
-        size_t at_u = slot, at_v = none;
+      for (uint32_t i = first_[u]; i < end_[u]; ++i) {
+        const size_t at_u = slots_[i], first = at_u - at_u % 3;
+        size_t at_v = none;
         for (unsigned k = 0; k < 3; ++k) {
-          if (t[k] == u) at_u = slot + k;
-          if (t[k] == v) at_v = slot + k;
+          if (triangles_[first + k] == v) at_v = first + k;
         }
         f(input_.values[corners_[at_u]], at_v);
-      });
+      }
     };
     for_each_corner([&](uint32_t value, size_t at_v) {
       if (at_v == none) return;
@@ -428,11 +490,13 @@ class Simplifier {
     replaced_[u] = {begin, static_cast<uint32_t>(replacements_.size())};
     return true;
   }
-  bool turns(const uint32_t* before, const uint32_t* after) const {
-    const Vector3 a = normal(before[0], before[1], before[2]), b = normal(after[0], after[1], after[2]);
-    const double length = std::sqrt(dot(a, a) * dot(b, b));
-    if (dot(b, b) == 0) return dot(a, a) != 0;
-    return dot(a, b) < flip_limit * length;
+  /// Does the triangle with a and b turn when its third corner goes from u to v?
+  bool turns(uint32_t u, uint32_t v, uint32_t a, uint32_t b) const {
+    const Vector3 before = normal(u, a, b), after = normal(v, a, b);
+    const double left = dot(after, after);
+    if (left == 0) return dot(before, before) != 0;
+    const double same = dot(before, after);
+    return same < 0 || same * same < flip_limit * flip_limit * (dot(before, before) * left);
   }
 
   void rebuild() {
@@ -440,12 +504,11 @@ class Simplifier {
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       uint32_t after[3];
       for (unsigned k = 0; k < 3; ++k) after[k] = to_[triangles_[t + k]];
-      if (gone_[parent_[triangles_[t]]] || is_degenerate(after)) continue;
+      if (is_gone(triangles_[t]) || is_degenerate(after)) continue;
       keep_triangle(t, after, kept);
       kept += 3;
     }
     resize_triangles(kept);
-    for (uint32_t& r : root_) r = to_[r];
   }
 
   const SimplifierInput& input_;
@@ -454,22 +517,36 @@ class Simplifier {
   std::vector<uint32_t> corners_;  ///< by corner of these: that of the input whose values it has
   std::vector<uint32_t> face_of_;  ///< by triangle: that of the input
   bool with_seams_ = false;
-  bool stale_ = true;  ///< the rings are not those of the triangles
+  bool stale_ = true;  ///< the lists of faces are not those of the triangles
   uint32_t vertices_;
-  std::vector<Vector3> position_;
+  std::vector<Vertex> vertex_;
   std::vector<Quadric> quadric_;
   std::vector<Quadric> seam_quadric_;  ///< planes on seams, as long as these are kept
-  std::vector<double> at_home_, seam_at_home_;
-  std::vector<uint32_t> root_;
+  std::vector<double> seam_at_home_;
+  std::vector<uint32_t> to_;  ///< by vertex: what it was merged into; itself, if it is there
   double cap_ = 0, worst_ = 0;
 
-  std::vector<uint32_t> first_face_, faces_, first_neighbour_, scratch_;
-  std::vector<Neighbour> neighbours_;
+  std::vector<uint32_t> alive_;          ///< vertices that have faces, rising
+  std::vector<uint32_t> first_, end_;    ///< by vertex: in others_
+  std::vector<Others> others_;           ///< by vertex and face
+  std::vector<uint32_t> slots_;          ///< likewise the corner in triangles_; with values only
+  std::vector<Neighbour> ring_;          ///< of the vertex at hand
+  std::vector<uint32_t> place_in_ring_;  ///< by vertex
   std::vector<Candidate> candidates_;
-  std::vector<uint32_t> parent_, faces_of_component_;
-  std::vector<Vector3> low_, high_;
-  std::vector<uint8_t> is_locked_, touched_, gone_;
-  std::vector<uint32_t> to_;
+  std::vector<uint32_t> best_;    ///< by vertex: what it would be merged into
+  std::vector<float> least_;      ///< at this cost
+  std::vector<uint8_t> changed_;  ///< by vertex: that may be another one now
+  std::vector<uint8_t> touched_;
+  std::vector<uint32_t> merged_;  ///< into these others were, in this pass
+
+  struct Component {
+    uint32_t name;
+    float cost;
+  };
+  std::vector<uint32_t> component_of_;  ///< by vertex: the lowest one that hangs together with it
+  std::vector<Component> components_;   ///< those without locked vertices; where there is none:
+  std::vector<uint8_t> gone_;           ///< by component: empty
+  std::vector<uint32_t> faces_of_component_;
   std::vector<Replacement> replacements_;
   std::vector<std::pair<uint32_t, uint32_t>> replaced_;  ///< by vertex of a pass: from, to in these
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/sort_few.h"
+
 namespace maille {
 namespace {
 
@@ -35,7 +37,7 @@ EdgeTable edges_of(const FaceLists& faces, uint32_t vertices) {
     table.edges[next[a]++] = uint64_t{b} << 32 | face;
   });
   for (uint32_t v = 0; v < vertices; ++v) {
-    std::sort(table.edges.begin() + table.first[v], table.edges.begin() + table.first[v + 1]);
+    sort_few(std::span(table.edges).subspan(table.first[v], table.first[v + 1] - table.first[v]));
   }
   return table;
 }
@@ -70,16 +72,20 @@ void link(const EdgeTable& table, SpatialGraph& graph) {
 
 /// Numbers that are none lie at 0: a total order needs some place.
 std::array<float, 3> mean_of(std::span<const uint32_t> corners, std::span<const float> positions) {
-  std::array<double, 3> sum{};
-  for (const uint32_t corner : corners) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const float number = positions[size_t{3} * corner + k];
-      if (std::isfinite(number)) sum[k] += static_cast<double>(number);
-    }
-  }
   const auto count = static_cast<double>(std::max<size_t>(corners.size(), 1));
   std::array<float, 3> mean;
-  for (unsigned k = 0; k < 3; ++k) mean[k] = static_cast<float>(sum[k] / count);
+  for (unsigned k = 0; k < 3; ++k) {
+    const auto number = [&](uint32_t corner) {
+      return static_cast<double>(positions[size_t{3} * corner + k]);
+    };
+    double sum = 0;
+    for (const uint32_t corner : corners) sum += number(corner);
+    if (!std::isfinite(sum)) {
+      sum = 0;
+      for (const uint32_t corner : corners) sum += std::isfinite(number(corner)) ? number(corner) : 0;
+    }
+    mean[k] = static_cast<float>(sum / count);
+  }
   return mean;
 }
 

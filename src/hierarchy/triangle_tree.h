@@ -25,19 +25,18 @@ class TriangleTree {
     uint32_t begin, end;  ///< triangles in order_ (leaf)
     uint32_t right;       ///< the left child follows the node; 0: a leaf
   };
-  static constexpr uint32_t leaf_size = 4;
+  static constexpr uint32_t leaf_size = 8;
 
   Vector3 position(uint32_t vertex) const { return finite_position(positions_, vertex); }
   struct Placed {
     Box box;
     Vector3 corners;  ///< their sum
-    uint32_t triangle;
   };
-  uint32_t build(std::vector<Placed>& placed, uint32_t begin, uint32_t end);
+  uint32_t build(const std::vector<Placed>& placed, uint32_t begin, uint32_t end);
 
   std::span<const uint32_t> triangles_;
   std::span<const float> positions_;
-  std::vector<uint32_t> order_;
+  std::vector<uint32_t> order_;  ///< the triangles, leaf by leaf
   std::vector<Node> nodes_;
 };
 

@@ -76,25 +76,23 @@ struct CodedPatch {
   CodedPatch(const Vertices& of, Points at)
       : vertices(of), points(std::move(at)), chosen(of.count, fitted_selector) {}
 
-  /// References to a vertex itself count as 0, as its position is not known yet.
-  Codes predict(uint32_t v, const Row& row) const {
+  /// With each of the rows; references to a vertex itself count as 0, as its position is not known yet.
+  template <size_t count>
+  [[gnu::always_inline]] std::array<Codes, count> residuals_of(uint32_t v, const Row* rows) const {
     const VertexReferences references = vertices.references(v);
     const auto is_itself = [&](uint32_t r) { return r >= v; };
-    if (std::any_of(references.at.begin(), references.at.end(), is_itself)) {
-      Row without = row;
+    if (std::none_of(references.at.begin(), references.at.end(), is_itself)) [[likely]]
+      return points.template residuals<count>(v, references, rows);
+    std::array<Row, count> without;
+    for (size_t s = 0; s < count; ++s) {
+      without[s] = rows[s];
       for (unsigned k = 0; k < 8; ++k) {
-        if (is_itself(references.at[k])) without[k] = 0;
+        if (is_itself(references.at[k])) without[s][k] = 0;
       }
-      return points.predict(references, without);
     }
-    return points.predict(references, row);
+    return points.template residuals<count>(v, references, without.data());
   }
-  Codes residuals_of(uint32_t v, const Row& row) const {
-    const Codes predicted = predict(v, row);
-    Codes result;
-    for (unsigned k = 0; k < 3; ++k) result[k] = points.residual(v, k, predicted[k]);
-    return result;
-  }
+  Codes residuals_of(uint32_t v, const Row& row) const { return residuals_of<1>(v, &row)[0]; }
 };
 
 /// How often everything occurs, by context.
@@ -170,7 +168,11 @@ class PositionEncoder {
   }
   /// A patch that the tables were not made with, coded with them. False: they have no place for it.
   bool code_another(Patch& patch) const {
-    if (with_selectors_) choose_selectors(patch, costs_);
+    if (with_selectors_) {
+      choose_selectors(patch, costs_);
+    } else {
+      classify(patch);
+    }
     ClassCounts counts(Points::sizes);
     count_classes(patch, counts);
     const auto has_all = [](const std::vector<Histogram>& found, const StaticTables& tables) {
@@ -228,7 +230,7 @@ class PositionEncoder {
   }
 
  private:
-  static constexpr size_t most_samples = 24;
+  static constexpr size_t most_samples = 12;
 
   void train(bool try_selectors) {
     fit();
@@ -241,7 +243,7 @@ class PositionEncoder {
       uint64_t with = UINT64_MAX;
       FittedRows best_rows;
       std::vector<std::vector<uint8_t>> best;
-      for (int round = 0; round < 4; ++round) {
+      for (int round = 0; round < 3; ++round) {
         const ClassCosts costs = class_costs();
         executor_.parallel_for(sample_.size(), [&](size_t i) { choose_selectors(*sample_[i], costs); });
         fit();
@@ -271,11 +273,16 @@ class PositionEncoder {
   /// The others as the sample has it.
   void code_all() {
     const ClassCosts costs = class_costs();
-    if (with_selectors_)
-      executor_.parallel_for(patches_.size(), [&](size_t i) { choose_selectors(patches_[i], costs); });
+    executor_.parallel_for(patches_.size(), [&](size_t i) {
+      if (with_selectors_) {
+        choose_selectors(patches_[i], costs);
+      } else {
+        classify(patches_[i]);
+      }
+    });
     std::vector<Patch*> all;
     for (Patch& patch : patches_) all.push_back(&patch);
-    find_classes(all);
+    count_classes(all);
   }
 
   void set_rows() {
@@ -413,25 +420,32 @@ class PositionEncoder {
     std::vector<std::array<uint32_t, shapes>> shape;  ///< with the raw bits
     std::array<std::array<uint32_t, selectors>, selector_contexts> selector;
   };
-  /// Per vertex the selector that is cheapest with the tables of the last counts.
+  /// Per vertex the selector that is cheapest with the tables of the last counts, and what it leaves.
   void choose_selectors(Patch& patch, const ClassCosts& costs) const {
+    patch.classes.resize(patch.vertices.count);
+    patch.residuals.resize(patch.vertices.count);
     std::array<Before, group_lanes> lanes{};
     for_each_group(patch.vertices.count, [&](uint32_t v, unsigned lane) {
       Before& before = lanes[lane];
       const unsigned kind = patch.vertices.kind(v);
       uint64_t least = UINT64_MAX;
       SizeAndShape best{};
+      unsigned chosen = 0;
+      const auto residuals = patch.template residuals_of<selectors>(v, &rows_[kind * selectors]);
       for (unsigned s = 0; s < selectors; ++s) {
-        const SizeAndShape classes = size_and_shape(patch.residuals_of(v, row(patch, v, s)));
+        const SizeAndShape classes = size_and_shape(residuals[s]);
         const uint64_t cost = uint64_t{costs.selector[selector_context(before.selector, kind)][s]} +
                               costs.size[size_context(before.size, quality_of_kind[kind])][classes.size] +
                               costs.shape[shape_context(classes.size, before.zeros)][classes.shape];
         if (cost >= least) continue;
         least = cost;
         best = classes;
-        patch.chosen[v] = static_cast<uint8_t>(s);
+        chosen = s;
       }
-      before.follow(best, patch.chosen[v]);
+      patch.chosen[v] = static_cast<uint8_t>(chosen);
+      patch.classes[v] = best;
+      patch.residuals[v] = residuals[chosen];
+      before.follow(best, chosen);
     });
   }
   ClassCosts class_costs() const {
@@ -470,9 +484,10 @@ class PositionEncoder {
     return field_of(classes.size, step_in(steps_of_shape[classes.shape], k));
   }
 
-  /// Classes of the sample with the selectors chosen; what they cost, roughly.
+  /// Classes of the sample with the selectors chosen, and what they cost, roughly.
   uint64_t measure(bool with_selectors) {
-    uint64_t cost = find_classes(sample_) << 16;
+    for (Patch* patch : sample_) classify(*patch);
+    uint64_t cost = count_classes(sample_) << 16;
     have_selectors_ = with_selectors;
     for (const Histogram& counts : counts_.sizes) cost += entropy_of(counts);
     for (const Histogram& counts : counts_.shapes) cost += entropy_of(counts);
@@ -481,8 +496,8 @@ class PositionEncoder {
     }
     return cost;
   }
-  /// Classes of these, and counts over all of them. Returns the number of raw bits.
-  uint64_t find_classes(const std::vector<Patch*>& patches) {
+  /// Counts over all of these. Returns the number of raw bits.
+  uint64_t count_classes(const std::vector<Patch*>& patches) {
     // Sums over pieces of work: counts of each patch would take too much memory.
     const size_t pieces = std::min<size_t>(patches.size(), 16);
     std::vector<uint64_t> bits(pieces);
@@ -497,15 +512,18 @@ class PositionEncoder {
     for (const uint64_t one : bits) sum += one;
     return sum;
   }
-  uint64_t count_classes(Patch& patch, ClassCounts& counts) const {
+  /// What the selectors chosen leave.
+  void classify(Patch& patch) const {
     patch.classes.resize(patch.vertices.count);
     patch.residuals.resize(patch.vertices.count);
-    uint64_t bits = 0;
     for (uint32_t v = 0; v < patch.vertices.count; ++v) {
       patch.residuals[v] = patch.residuals_of(v, row(patch, v, patch.chosen[v]));
       patch.classes[v] = size_and_shape(patch.residuals[v]);
-      bits += all_raw_bits(patch.classes[v]);
     }
+  }
+  uint64_t count_classes(const Patch& patch, ClassCounts& counts) const {
+    uint64_t bits = 0;
+    for (const SizeAndShape& classes : patch.classes) bits += all_raw_bits(classes);
     visit_symbols(
         patch, [&](unsigned context, unsigned symbol) { ++counts.sizes[context][symbol]; },
         [&](unsigned context, unsigned symbol) { ++counts.shapes[context][symbol]; },

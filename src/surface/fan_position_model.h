@@ -231,17 +231,14 @@ struct SizeAndShape {
   unsigned shape;
 };
 template <class Residuals>
-SizeAndShape size_and_shape(const Residuals& residuals) {
-  const std::array<unsigned, 3> classes{class_of(residuals[0]), class_of(residuals[1]),
-                                        class_of(residuals[2])};
-  const unsigned size = std::max({classes[0], classes[1], classes[2]});
-  unsigned steps = 0;
-  for (unsigned k = 0; k < 3; ++k) {
-    const unsigned step =
-        classes[k] == 0 ? unsigned{zero_residual} : std::min<unsigned>(size - classes[k], two_less);
-    steps |= step << (2 * k);
-  }
-  return {size, shape_of_steps[steps]};
+[[gnu::always_inline]] inline SizeAndShape size_and_shape(const Residuals& residuals) {
+  const unsigned x = class_of(residuals[0]), y = class_of(residuals[1]), z = class_of(residuals[2]);
+  const unsigned size = std::max(std::max(x, y), z);
+  const auto step = [size](unsigned c) {
+    const unsigned less = std::min<unsigned>(size - c, two_less);
+    return c == 0 ? unsigned{zero_residual} : less;
+  };
+  return {size, shape_of_steps[step(x) | step(y) << 2 | step(z) << 4]};
 }
 
 /// The raw bits of a residual: of a known class c, where the residual is not below -2^c, the number itself if
@@ -329,6 +326,38 @@ struct NarrowPoints {
   int32_t residual(uint32_t v, unsigned k, int32_t predicted) const {
     return static_cast<int16_t>(points[v][k] - predicted);
   }
+  /// Of a vertex, with each of some rows.
+  template <size_t count>
+  std::array<Codes, count> residuals(uint32_t v, const VertexReferences& references, const Row* rows) const {
+    std::array<Codes, count> all;
+#ifdef __SSE2__
+    const auto at = [&](uint32_t point) {
+      return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(points.data() + point));
+    };
+    const auto pair = [&](unsigned r) {
+      return _mm_unpacklo_epi16(at(references.at[r]), at(references.at[r + 1]));
+    };
+    const __m128i a = pair(0), b = pair(2), c = pair(4), d = pair(6), own = at(v);
+    for (size_t s = 0; s < count; ++s) {
+      const __m128i weights = _mm_load_si128(reinterpret_cast<const __m128i*>(rows[s].data()));
+      __m128i sum = _mm_set1_epi32(weight_sum / 2);
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(a, _mm_shuffle_epi32(weights, 0x00)));
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(b, _mm_shuffle_epi32(weights, 0x55)));
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(c, _mm_shuffle_epi32(weights, 0xaa)));
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(d, _mm_shuffle_epi32(weights, 0xff)));
+      sum = _mm_srai_epi32(sum, weight_bits);
+      const auto three =
+          static_cast<uint64_t>(_mm_cvtsi128_si64(_mm_sub_epi16(own, _mm_packs_epi32(sum, sum))));
+      for (unsigned k = 0; k < 3; ++k) all[s][k] = static_cast<int16_t>(three >> (16 * k) & 0xffff);
+    }
+#else
+    for (size_t s = 0; s < count; ++s) {
+      const Codes predicted = predict(references, rows[s]);
+      for (unsigned k = 0; k < 3; ++k) all[s][k] = residual(v, k, predicted[k]);
+    }
+#endif
+    return all;
+  }
   void reconstruct(uint32_t v, const Codes& predicted, const Codes& residuals) {
     for (unsigned k = 0; k < 3; ++k) points[v][k] = static_cast<int16_t>(predicted[k] + residuals[k]);
   }
@@ -374,6 +403,15 @@ struct WidePoints {
   }
   int32_t residual(uint32_t v, unsigned k, int32_t predicted) const {
     return static_cast<int32_t>(static_cast<uint32_t>(codes[v][k]) - static_cast<uint32_t>(predicted));
+  }
+  template <size_t count>
+  std::array<Codes, count> residuals(uint32_t v, const VertexReferences& references, const Row* rows) const {
+    std::array<Codes, count> all;
+    for (size_t s = 0; s < count; ++s) {
+      const Codes predicted = predict(references, rows[s]);
+      for (unsigned k = 0; k < 3; ++k) all[s][k] = residual(v, k, predicted[k]);
+    }
+    return all;
   }
   void reconstruct(uint32_t v, const Codes& predicted, const Codes& residuals) {
     Codes sum;

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/sort_few.h"
+
 namespace maille {
 
 bool is_simple(std::span<const uint32_t> corners) {
@@ -76,7 +78,7 @@ bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count
                                table.starts[point + 1] - table.starts[point]);
     edges.clear();
     for (const uint32_t h : half_edges) edges.push_back(uint64_t{edge_of(surface, h).high} << 32 | h);
-    std::sort(edges.begin(), edges.end());
+    sort_few(edges);
     for (size_t i = 0; i < edges.size(); ++i) half_edges[i] = static_cast<uint32_t>(edges[i]);
     for (size_t i = 0; i < edges.size();) {
       size_t end = i + 1;
