@@ -162,17 +162,29 @@ export class DecoderFile {
     });
   }
 
-  /** One chart, for drawing. */
-  chart(group, chart) {
-    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn(Wanted.drawn));
+  /** One chart, for drawing; `lean`: see MeshFile.decodeNode(). */
+  chart(group, chart, lean = false) {
+    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn(Wanted.drawn, lean));
   }
   /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
   extract(request) {
     return this.#outcome(this.decoder.calls.maille_extract(this.reader), () => {
-      const packed = this.#pack(request);
-      if (request.clip) this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
-      this.decoder.calls.maille_release(packed.address);
+      if (request.clip) this.#clip(request);
       return this.#exact();
+    });
+  }
+  /** The same as a PLY file: {bytes, points, faces, notes}; `notes`: sentences about what PLY does not hold. */
+  extractPly(request) {
+    const {calls, memory} = this.decoder;
+    if (!calls.maille_ply) throw new MailleError(NEEDS_FULL, 'the small decoder writes no files');
+    return this.#outcome(calls.maille_extract(this.reader), () => {
+      if (request.clip) this.#clip(request);
+      return this.#outcome(calls.maille_ply(this.reader), () => {
+        const [address, size, points, faces] = this.#numbers(), notes = this.#message().split('\n').filter(Boolean);
+        const bytes = new Uint8Array(memory.buffer.slice(address, address + size));
+        calls.maille_clear(this.reader);
+        return {bytes, points, faces, notes};
+      });
     });
   }
   /** The whole mesh of a file of any mode. */
@@ -217,8 +229,17 @@ export class DecoderFile {
     if (outcome === DONE) return value();
     if (outcome === WANTS_BYTES) return new WantsBytes(this.#numbers());
     if (outcome === GOES_ON) return new GoesOn(this.#numbers()[0]);
+    throw new MailleError(outcome, this.#message());
+  }
+  #message() {
     const {calls} = this.decoder;
-    throw new MailleError(outcome, this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader)));
+    return this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader));
+  }
+  /** Leaves of the mesh at hand the faces that touch a region. */
+  #clip(request) {
+    const packed = this.#pack(request);
+    this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
+    this.decoder.calls.maille_release(packed.address);
   }
   #numbers() {
     const {calls, memory} = this.decoder;
@@ -238,8 +259,8 @@ export class DecoderFile {
     return {address: this.decoder.put(new Uint8Array(numbers.buffer)), count: numbers.length};
   }
 
-  /** @param wanted nothing: the piece at hand */
-  #buffers(wanted) {
+  /** @param wanted nothing: the piece at hand; `lean`: see MeshFile.decodeNode() */
+  #buffers(wanted, lean = false) {
     const {calls, memory} = this.decoder;
     const address = wanted === undefined ? calls.maille_piece_buffers(this.reader) : calls.maille_buffers(this.reader, wanted);
     const count = calls.maille_buffer_count(this.reader);
@@ -247,23 +268,24 @@ export class DecoderFile {
     for (let i = 0; i < words.length; i += BUFFER_WORDS) {
       const type = words[i + 1], nameSize = words[i + 8], bytes = words[i + 9], size = words[i + 10];
       // A copy that can be handed to other threads. Empty vectors may have any address.
-      const values = new scalarArrays[type](size === 0 ? 0 : memory.buffer.slice(bytes, bytes + size));
+      const copy = () => new scalarArrays[type](size === 0 ? 0 : memory.buffer.slice(bytes, bytes + size));
+      const kind = kinds[words[i]], values = lean ? leanest(kind, memory.buffer, bytes, size, list[0]) ?? copy() : copy();
       list.push({
-        kind: kinds[words[i]], type: scalarNames[type], components: words[i + 2], domain: domains[words[i + 3]], role: roles[words[i + 4]],
+        kind, type: scalarNames[type], components: words[i + 2], domain: domains[words[i + 3]], role: roles[words[i + 4]],
         block: words[i + 5], cellType: words[i + 6], name: nameSize === 0 ? '' : this.decoder.text(words[i + 7], nameSize), values,
       });
     }
     return list;
   }
 
-  #drawn(wanted) {
-    const list = this.#buffers(wanted), drawn = {origin: [...this.#numbers()], arrays: []};
+  #drawn(wanted, lean) {
+    const list = this.#buffers(wanted, lean), drawn = {origin: [...this.#numbers()], arrays: []};
     this.decoder.calls.maille_clear(this.reader);
     for (const buffer of list) {
       const {kind, values} = buffer;
       if (kind === 'drawnArray' || kind === 'array') drawn.arrays.push(describeArray(buffer));
       else if (kind === 'triangleArray') drawn.arrays.push({...describeArray(buffer), domain: 'triangle'});
-      else drawn[kind] = values;
+      else drawn[kind] = values === COUNTED ? null : values;
     }
     return drawn;
   }
@@ -290,6 +312,15 @@ export class DecoderFile {
     }
     return piece;
   }
+}
+
+/** Numbers 0, 1, 2, ... need not be handed over, and few charts need triangles of 32 bits. undefined: nothing to be spared. */
+const COUNTED = Symbol('0, 1, 2, ...');
+function leanest(kind, buffer, bytes, size, positions) {
+  if (size === 0 || !['points', 'triangles', 'cells'].includes(kind)) return undefined;
+  const numbers = new Uint32Array(buffer, bytes, size / 4);
+  if (kind === 'triangles') return positions.values.length <= 3 * 65536 ? new Uint16Array(numbers) : undefined;
+  return numbers.every((number, i) => number === i) ? COUNTED : undefined;
 }
 
 function describeArray({name, domain, role, type, components, values}) {
