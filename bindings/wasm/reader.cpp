@@ -302,6 +302,7 @@ MAILLE_EXPORT void maille_clear(Reader* reader) {
   if (positions.size() < most_kept_positions) reader->drawable.positions = std::move(positions);
   reader->buffers.clear();
   reader->wide.clear();
+  reader->written = {};
 }
 
 }  // namespace maille::wasm

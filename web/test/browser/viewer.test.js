@@ -1,6 +1,6 @@
 // The page of `maille view` and `maille serve`, as people use it.
 import assert from 'node:assert/strict';
-import {execFileSync, spawnSync} from 'node:child_process';
+import {execFileSync} from 'node:child_process';
 import {existsSync, mkdirSync, readFileSync, statSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
@@ -102,8 +102,7 @@ test('a region is what `maille extract` gives', {skip}, async () => {
   const box = (await page.textContent('#region pre')).match(/--box=(\S+)/)[1];
   execFileSync(maille, ['extract', '-q', '-f', path.join(folder, 'armadillo.maille'), native, `--box=${box}`]);
   assert.ok(statSync(own).size > 1000);
-  const {status, stdout} = spawnSync(maille, ['diff', native, own], {encoding: 'utf8'});
-  assert.equal(status, 0, stdout);
+  assert.ok(readFileSync(native).equals(readFileSync(own)));
   assert.deepEqual(page.complaints, []);
   await page.close();
 });

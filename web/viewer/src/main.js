@@ -11,7 +11,7 @@ import {Region} from './region.js';
 import {Settings} from './settings.js';
 import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
-import {bytesText, count, rateText} from './text.js';
+import {bytesText, count, rateText, sentence} from './text.js';
 
 const find = id => document.getElementById(id);
 
@@ -72,7 +72,7 @@ class Viewer {
     this.region.setBox(null, null);
     this.model = model;
     this.failures = 0;
-    this.lastShown = '';
+    this.lastShown = null;
     this.knownFields = model.fields.size;
     document.title = `${name} · maille`;
     document.body.classList.toggle('is-random', model.refines);
@@ -153,12 +153,9 @@ class Viewer {
     if (!model) return;
     if (!(this.frozen && model.refines)) this.done = model.update(stage.camera, stage.renderer);
     if (!model.refines) return;
-    const shown = model.object.shown;
-    if (shown === this.lastShownSet) return;
-    this.lastShownSet = shown;
-    const key = [...shown].join();
-    if (key === this.lastShown) return;
-    this.lastShown = key;
+    const {shown} = model.object;
+    if (shown === this.lastShown) return;
+    this.lastShown = shown;
     if (this.showsSpheres) this.spheres.show(model);
     stage.touch();
   }
@@ -249,11 +246,6 @@ function nameOf(input) {
   } catch {
     return last;  // not everything with a % is an escape
   }
-}
-
-function sentence({message}) {
-  const text = String(message).trim();
-  return text.charAt(0).toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.');
 }
 
 try {
