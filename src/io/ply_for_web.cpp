@@ -1,5 +1,5 @@
-// What the full decoder for the web has of the file formats: binary PLY, for regions that a page saves. It stands before
-// ply_writer.cpp and what that uses: bindings/wasm/CMakeLists.txt.
+// What the full decoder for the web has of the file formats: binary PLY, for regions that a page saves. It
+// stands before ply_writer.cpp and what that uses: bindings/wasm/CMakeLists.txt.
 #ifdef MAILLE_PLY_ONLY
 
 #include "io/buffered_writer.h"
