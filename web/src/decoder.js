@@ -320,7 +320,10 @@ function leanest(kind, buffer, bytes, size, positions) {
   if (size === 0 || !['points', 'triangles', 'cells'].includes(kind)) return undefined;
   const numbers = new Uint32Array(buffer, bytes, size / 4);
   if (kind === 'triangles') return positions.values.length <= 3 * 65536 ? new Uint16Array(numbers) : undefined;
-  return numbers.every((number, i) => number === i) ? COUNTED : undefined;
+  for (let i = 0; i < numbers.length; ++i) {
+    if (numbers[i] !== i) return undefined;
+  }
+  return COUNTED;
 }
 
 function describeArray({name, domain, role, type, components, values}) {

@@ -156,6 +156,11 @@ test('what is no .maille file is named', async () => {
   await assert.rejects(MeshFile.open(42), {code: 2});
 });
 
+test('a file of a newer version is refused with a sentence', async () => {
+  const newer = readFileSync(path.join(root, 'tests/cli/data/newer_format.bin'));
+  await assert.rejects(decode(newer), {name: 'MailleError', code: ErrorCode.unsupported, message: /newer maille/});
+});
+
 test('an aborted call is rejected, and the file stays usable', async () => {
   const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
   const [chart] = await file.select({level: 0});

@@ -154,7 +154,7 @@ test('fields of points and cells of a volume are coloured, with a legend', {skip
 });
 
 test('a small screen with touch', {skip}, async () => {
-  const page = await openViewer('armadillo.maille', {width: 390, height: 780, hasTouch: true, isMobile: true});
+  const page = await openViewer('armadillo.maille', {width: 390, height: 844, hasTouch: true, isMobile: true});
   await screenshot(page, 'phone');
   await page.tap('#panel-button');
   await screenshot(page, 'phone-panel');

@@ -3,7 +3,7 @@
 import * as THREE from 'three';
 
 import {isOfCells, tupleOfTriangle} from '../../src/three.js';
-import {number} from './text.js';
+import {count, number} from './text.js';
 
 /** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
 export const maps = {
@@ -142,7 +142,7 @@ function showPerCell(mesh, perCell) {
   mesh.geometry = own;
 }
 
-/** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text}]}, or null. */
+/** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text, detail}]}, or null. */
 export function legendOf(colouring, model) {
   const {mode, field, component, range} = colouring;
   if (field) {
@@ -158,7 +158,8 @@ export function legendOf(colouring, model) {
     shown.set(level, (shown.get(level) ?? 0) + mesh.userData.triangles);
   }
   const entries = model.file.levels.map((_, level) => ({
-    colour: distinct[level % distinct.length], text: `level ${level}${level === 0 ? ', the original' : ''}`, here: shown.has(level),
+    colour: distinct[level % distinct.length], text: level === 0 ? 'the original' : `level ${level}`, here: shown.has(level),
+    detail: `${count(shown.get(level) ?? 0)} △`,
   }));
   return {title: 'Level of detail', entries: entries.filter(entry => entry.here)};
 }

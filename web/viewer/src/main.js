@@ -145,7 +145,8 @@ class Viewer {
   showStart() {
     find('start').hidden = false;
     find('start-close').hidden = this.model === null;
-    find('address').focus();
+    // A keyboard of glass would cover it.
+    if (!matchMedia('(pointer: coarse)').matches) find('address').focus();
   }
 
   #frame() {
@@ -254,6 +255,7 @@ try {
   if (file) viewer.open(file);
   else viewer.showStart();
 } catch (error) {
+  document.body.classList.add('nothing');
   tell(/webgl/i.test(error.message)
     ? 'This browser has no WebGL 2, which drawing needs: allow hardware acceleration in its settings, or take another browser.'
     : sentence(error), true);
