@@ -40,13 +40,17 @@ export function geometryBytes(geometry) {
 export function arraysOf({index, attributes, userData}) {
   const values = [index, ...Object.values(attributes)].map(attribute => attribute?.array);
   const kept = [userData.cells, userData.points, ...(userData.arrays ?? []).map(array => array.values)];
-  return [...new Set([...values, ...kept].filter(array => array && array.buffer !== counted.buffer))];
+  return [...new Set([...values, ...kept].filter(array => array && !shared.has(array.buffer)))];
 }
 
 /** 0, 1, 2, ...: so are points and cells of most charts, and one array for all saves a fifth of what they take. */
 let counted = new Uint32Array(0);
+const shared = new WeakSet();  // its buffers, now and before
 function countedTo(size) {
-  if (size > counted.length) counted = new Uint32Array(Math.max(4096, 2 * size)).map((_, i) => i);
+  if (size > counted.length) {
+    counted = new Uint32Array(Math.max(4096, 2 * size)).map((_, i) => i);
+    shared.add(counted.buffer);
+  }
   return counted.subarray(0, size);
 }
 

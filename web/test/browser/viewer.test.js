@@ -153,6 +153,21 @@ test('fields of points and cells of a volume are coloured, with a legend', {skip
   await page.close();
 });
 
+test('what colouring by cells takes is counted as memory, and given back', {skip}, async () => {
+  const page = await openViewer('coloured.maille');
+  const held = () => page.evaluate(() => viewer.model.object.heldBytes);
+  const before = await held();
+  await page.selectOption('#colour', 'cell colour');
+  await page.waitForSelector('#legend:not([hidden])');
+  assert.ok(await held() > 1.5 * before);
+  assert.ok(await page.isVisible('#map'));
+  await page.selectOption('#colour', 'plain');
+  assert.equal(await held(), before);
+  assert.ok(!await page.isVisible('#map'));
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
 test('a small screen with touch', {skip}, async () => {
   const page = await openViewer('armadillo.maille', {width: 390, height: 844, hasTouch: true, isMobile: true});
   await screenshot(page, 'phone');
