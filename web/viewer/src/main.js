@@ -48,7 +48,7 @@ class Viewer {
     let opened = false;
     const bytes = (fetched, size) => {
       if (opened || opening.signal.aborted || size === 0) return;
-      showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${bytesText(fetched)} of ${bytesText(size)}` : 'Decoding');
+      showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${name}: ${bytesText(fetched)} of ${bytesText(size)}` : `Decoding ${name}`);
     };
     try {
       const model = await openModel(input, {bytes}, opening.signal);
