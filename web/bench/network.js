@@ -34,9 +34,9 @@ const percent = x => `${(100 * x).toFixed(1)} %`, mb = x => (x / 1e6).toFixed(1)
 const flights = [];
 for (const [budget, share] of [[256e6, 0.5], [8e6, 6.28]]) {
   const server = await serve(bytes);
-  const {seen, fetched, requests, decoded, most} = await fly(server.url, {budget, share});
+  const {seen, fetched, requests, decoded, live} = await fly(server.url, {budget, share});
   server.close();
-  flights.push([mb(budget), percent(seen), percent(fetched), requests, decoded, mb(most), mb(Math.max(0, most - budget))]);
+  flights.push([mb(budget), percent(seen), percent(fetched), requests, decoded, mb(live), mb(Math.max(0, live - budget))]);
 }
 table(`Flying over ${path.basename(mesh)}, 200 views`,
   ['budget, MB', 'charts of the mesh itself that were seen', 'fetched of the file', 'requests', 'charts decoded', 'most held, MB', 'beyond the budget, MB'],
