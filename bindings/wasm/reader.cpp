@@ -286,6 +286,7 @@ MAILLE_EXPORT void maille_clear(Reader* reader) {
   reader->packed.release();
   reader->buffers.clear();
   reader->wide.clear();
+  reader->written = {};
 }
 
 }  // namespace maille::wasm

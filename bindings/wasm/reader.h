@@ -85,6 +85,7 @@ struct Reader {
   std::unique_ptr<Pieces> pieces;
   std::vector<std::vector<double>> wide;  ///< what buffers have of numbers of 64 bits
   std::vector<Buffer> buffers;
+  std::vector<std::byte> written;  ///< a file made of the mesh: save_ply.cpp
   std::vector<double> numbers;
   std::string message;
 

@@ -6,7 +6,7 @@ import path from 'node:path';
 
 import {decode, ready} from '../src/maille.js';
 import {Decoder, DecoderFile} from '../src/decoder.js';
-import {best, build, compressed, read, table} from './support.js';
+import {best, build, compressed, dracoOf, read, table} from './support.js';
 
 const peers = createRequire(process.env.MAILLE_PEERS ? path.join(process.env.MAILLE_PEERS, 'x.js') : import.meta.url);
 const mesh = process.argv[2] ?? 'tri/stanford_dragon_vrip.ply';
@@ -48,14 +48,7 @@ try {
 } catch {}
 
 try {
-  const draco = await peers('draco3d').createEncoderModule({});
-  const encoder = new draco.Encoder(), builder = new draco.MeshBuilder(), from = new draco.Mesh(), coded = new draco.DracoInt8Array();
-  builder.AddFacesToMesh(from, triangles, whole.blocks[0].connectivity);
-  builder.AddFloatAttributeToMesh(from, draco.POSITION, whole.positions.length / 3, 3, Float32Array.from(whole.positions));
-  encoder.SetAttributeQuantization(draco.POSITION, 14);
-  encoder.SetSpeedOptions(3, 3);  // level 7, the default of draco_encoder
-  const size = encoder.EncodeMeshToDracoBuffer(from, coded), data = new Int8Array(size);
-  for (let i = 0; i < size; ++i) data[i] = coded.GetValue(i);
+  const data = await dracoOf(peers, whole, 14), size = data.length;
   const module = await peers('draco3d').createDecoderModule({});
   // As DRACOLoader of three.js does it.
   const ms = best(() => {

@@ -17,6 +17,19 @@ export function compressed(mesh, ...options) {
   return file;
 }
 
+/** The same mesh by draco3d, on a lattice of so many bits, as draco_encoder has it by default: level 7. */
+export async function dracoOf(peers, {positions, blocks: [{connectivity}]}, bits) {
+  const draco = await peers('draco3d').createEncoderModule({});
+  const encoder = new draco.Encoder(), builder = new draco.MeshBuilder(), mesh = new draco.Mesh(), coded = new draco.DracoInt8Array();
+  builder.AddFacesToMesh(mesh, connectivity.length / 3, connectivity);
+  builder.AddFloatAttributeToMesh(mesh, draco.POSITION, positions.length / 3, 3, Float32Array.from(positions));
+  encoder.SetAttributeQuantization(draco.POSITION, bits);
+  encoder.SetSpeedOptions(3, 3);
+  const data = new Int8Array(encoder.EncodeMeshToDracoBuffer(mesh, coded));
+  for (let i = 0; i < data.length; ++i) data[i] = coded.GetValue(i);
+  return data;
+}
+
 export const read = file => readFileSync(file);
 
 /** Runs `work` until `least` ms of CPU time are over, at least `rounds` times; the least ms that one run took. Machines are busy. */

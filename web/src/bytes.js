@@ -156,7 +156,7 @@ class HttpBytes {
       } catch (error) {
         if (error instanceof MailleError) throw error;
         signal.throwIfAborted();
-        problem ??= error.cause?.message ?? error.message;
+        problem ??= `${error.cause?.message ?? error.message}${isElsewhere(this.url) ? '; that server may not allow pages of others (CORS)' : ''}`;
       }
       if (attempt === TRIES) throw this.#failure(`${problem} (tried ${TRIES} times)`);
       await new Promise(resolve => setTimeout(resolve, 100 * 4 ** (attempt - 1)));
@@ -184,6 +184,12 @@ class HttpBytes {
   #failure(what) {
     return new MailleError(ErrorCode.network, `${this.url}: ${what}`);
   }
+}
+
+/** Of another server than the page: browsers do not tell a program why they refuse it. */
+function isElsewhere(url) {
+  const page = globalThis.location?.href;
+  return page !== undefined && new URL(url, page).origin !== new URL(page).origin;
 }
 
 /** Aborts as soon as one of them does. */

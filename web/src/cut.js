@@ -8,7 +8,11 @@ const PAGE = 256;  // groups of one page of the index
 /** Charts this far outside the view are fetched too, after those within: a share of their distance from the eye. */
 const MARGIN = 0.25;
 
-/** The groups of a file, as far as they were read. */
+function keyOf({group, chart}) {
+  return `${group}/${chart}`;
+}
+
+/** The groups of a file, as far as they were read; each chart has its `key`. */
 export class Hierarchy {
   /** @param {MeshFile} file of mode random */
   constructor(file) {
@@ -24,7 +28,11 @@ export class Hierarchy {
     if (this.asked.has(page)) return;
     this.asked.add(page);
     this.file.groups(page * PAGE, PAGE).then(({groups}) => {
-      groups.forEach((group, i) => { this.groups[page * PAGE + i] = group; });
+      groups.forEach((group, i) => {
+        // Made once: every frame looks for all that is in sight.
+        for (const chart of group.charts) chart.key = keyOf(chart);
+        this.groups[page * PAGE + i] = group;
+      });
     }, error => { this.error = error; });
   }
 }
@@ -33,8 +41,9 @@ export class Hierarchy {
  * @param {Hierarchy} hierarchy
  * @param view {eye, pixelsPerRadian, pixels, planes}: planes {normal, offset} of what is in sight
  * @param isHere(chart): can it be shown now?
- * @returns {shown, needed, wanted: [{chart, error, inSight}], waits}: charts to be shown; all that this cut rests on; charts
- *   that a finer cut lacks, those that are seen to be worst first; is a page of the index on its way?
+ * @returns {shown, needed, wanted, waits, error}: charts to be shown; all that this cut rests on; charts that a finer cut
+ *   lacks, those that are seen to be worst first, each with what is seen without it: `error`, `inSight`; is a page of the index
+ *   on its way? The error of what is shown.
  */
 export function cutOf(hierarchy, view, isHere) {
   const cut = {shown: [], needed: [], wanted: [], waits: false, error: 0};
@@ -90,7 +99,10 @@ function takeGroup(group, error, view, isHere, cut) {
       cut.needed.push(chart);
       continue;
     }
-    cut.wanted.push({chart, error, inSight});
+    // On the chart: there may be thousands in every frame.
+    chart.error = error;
+    chart.inSight = inSight;
+    cut.wanted.push(chart);
     if (inSight) complete = false;
   }
   return complete;
@@ -100,8 +112,11 @@ function show(chart, view, isHere, cut) {
   if (isInSight(chart.sphere, view, 0) && isHere(chart)) cut.shown.push(chart);
 }
 
+// These run for all charts in every frame, and make no objects: no hypot(), no closures.
+
 function distanceTo({centre, radius}, {eye}) {
-  return Math.hypot(centre[0] - eye[0], centre[1] - eye[1], centre[2] - eye[2]) - radius;
+  const x = centre[0] - eye[0], y = centre[1] - eye[1], z = centre[2] - eye[2];
+  return Math.sqrt(x * x + y * y + z * z) - radius;
 }
 
 /** Of what a group replaces, in pixels: an error is seen from the nearest point of its sphere. */
@@ -112,6 +127,9 @@ function seenError(group, view) {
 
 function isInSight(sphere, view, margin) {
   const reach = sphere.radius + margin * Math.max(0, distanceTo(sphere, view));
-  const [x, y, z] = sphere.centre;
-  return view.planes.every(({normal, offset}) => normal[0] * x + normal[1] * y + normal[2] * z + offset >= -reach);
+  const x = sphere.centre[0], y = sphere.centre[1], z = sphere.centre[2];
+  for (const {normal, offset} of view.planes) {
+    if (!(normal[0] * x + normal[1] * y + normal[2] * z + offset >= -reach)) return false;
+  }
+  return true;
 }

@@ -4,7 +4,8 @@ const DONE = 0;
 const WANTS_BYTES = 1000;
 const GOES_ON = 1001;
 /** What a decoder says of what it leaves out: which one has it. */
-export const decoderFor = {1002: 'full', 1003: 'small'};
+const NEEDS_FULL = 1002;
+export const decoderFor = {[NEEDS_FULL]: 'full', 1003: 'small'};
 
 /** Kinds of failure, as the command's exit codes name them. */
 export const ErrorCode = {
@@ -169,10 +170,22 @@ export class DecoderFile {
   /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
   extract(request) {
     return this.#outcome(this.decoder.calls.maille_extract(this.reader), () => {
-      const packed = this.#pack(request);
-      if (request.clip) this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
-      this.decoder.calls.maille_release(packed.address);
+      if (request.clip) this.#clip(request);
       return this.#exact();
+    });
+  }
+  /** The same as a PLY file: {bytes, points, faces, notes}; `notes`: sentences about what PLY does not hold. */
+  extractPly(request) {
+    const {calls, memory} = this.decoder;
+    if (!calls.maille_ply) throw new MailleError(NEEDS_FULL, 'the small decoder writes no files');
+    return this.#outcome(calls.maille_extract(this.reader), () => {
+      if (request.clip) this.#clip(request);
+      return this.#outcome(calls.maille_ply(this.reader), () => {
+        const [address, size, points, faces] = this.#numbers(), notes = this.#message().split('\n').filter(Boolean);
+        const bytes = new Uint8Array(memory.buffer.slice(address, address + size));
+        calls.maille_clear(this.reader);
+        return {bytes, points, faces, notes};
+      });
     });
   }
   /** The whole mesh of a file of any mode. */
@@ -217,8 +230,17 @@ export class DecoderFile {
     if (outcome === DONE) return value();
     if (outcome === WANTS_BYTES) return new WantsBytes(this.#numbers());
     if (outcome === GOES_ON) return new GoesOn(this.#numbers()[0]);
+    throw new MailleError(outcome, this.#message());
+  }
+  #message() {
     const {calls} = this.decoder;
-    throw new MailleError(outcome, this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader)));
+    return this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader));
+  }
+  /** Leaves of the mesh at hand the faces that touch a region. */
+  #clip(request) {
+    const packed = this.#pack(request);
+    this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
+    this.decoder.calls.maille_release(packed.address);
   }
   #numbers() {
     const {calls, memory} = this.decoder;

@@ -103,6 +103,11 @@ export interface DrawnMesh {
   /** On points and corners: domain 'point', a tuple for each vertex. */
   arrays: MeshArray[];
 }
+/** The same in less memory: no points and cells where they are 0, 1, 2, ... */
+export interface LeanMesh extends Omit<DrawnMesh, 'points' | 'cells'> {
+  points: Uint32Array | null;
+  cells: Uint32Array | null;
+}
 
 export interface Block {
   name: string;
@@ -221,9 +226,12 @@ export class MeshFile {
   /** Groups of charts from `first` on, for renderers that choose themselves what they show. Mode random. */
   groups(first: number, count?: number, options?: CallOptions): Promise<{all: number; groups: Group[]}>;
   /** A chart, for drawing. Mode random. */
-  decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options?: CallOptions): Promise<DrawnMesh>;
+  decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options?: CallOptions & {lean?: false}): Promise<DrawnMesh>;
+  decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options: CallOptions & {lean: true}): Promise<LeanMesh>;
   /** Faces of a region, bit for bit; `clip` (the default): none that only share a chart with it. Mode random. */
   extract(request?: Request & {clip?: boolean}, options?: LongCallOptions): Promise<Mesh>;
+  /** The same as a PLY file, the bytes of `maille extract`; `notes`: sentences about what PLY does not hold. */
+  extractPly(request?: Request & {clip?: boolean}, options?: LongCallOptions): Promise<{bytes: Uint8Array; points: number; faces: number; notes: string[]}>;
   /** What a ray meets first, on the original; null: nothing. Mode random. */
   pick(origin: ArrayLike<number> & Iterable<number>, direction: ArrayLike<number> & Iterable<number>, options?: CallOptions): Promise<Hit | null>;
 

@@ -10,6 +10,8 @@ export {ErrorCode, MailleError};
 const MAGIC = [0x89, 0x4d, 0x41, 0x49, 0x0d, 0x0a, 0x1a, 0x0a];
 const MODES = ['single', 'stream', 'random'];
 const HEADER = 25;
+/** What extract() gives, unless it is told otherwise. */
+const THE_MESH_ITSELF = {level: 0, clip: true};
 
 // Charts of triangles; all of modes random and single at the usual levels; all modes: each twice as large as the one before.
 const FILES = {charts: 'maille-charts.wasm', small: 'maille.wasm', full: 'maille-full.wasm'};
@@ -167,17 +169,25 @@ export class MeshFile {
     return this.session.run({call: 'groups', arguments: [first, count]}, {signal});
   }
 
-  /** A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. */
-  async decodeNode({group, chart}, {signal} = {}) {
+  /**
+   * A chart, for drawing: {origin, positions, triangles, points, cells, arrays}; positions are relative to origin. `lean`, for
+   * renderers, spares memory: points and cells are null, not lists, where they are 0, 1, 2, ...
+   */
+  async decodeNode({group, chart}, {signal, lean = false} = {}) {
     this.#expectParts();
-    return withCounts(await this.pool.run({call: 'chart', arguments: [group, chart]}, {signal}));
+    const drawn = await this.pool.run({call: 'chart', arguments: [group, chart]}, {signal});
+    return lean ? {points: null, cells: null, ...drawn} : withCounts(drawn);
   }
 
   /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. */
   async extract(request = {}, {signal, onProgress} = {}) {
     this.#expectParts();
-    const full = {level: 0, clip: true, ...request};
-    return this.pool.run({call: 'extractAll', arguments: [full]}, {signal, onProgress});
+    return this.pool.run({call: 'extract', arguments: [{...THE_MESH_ITSELF, ...request}]}, {signal, onProgress});
+  }
+  /** The same as a PLY file, with all arrays, the bytes of `maille extract`: {bytes, points, faces, notes}. */
+  async extractPly(request = {}, {signal, onProgress} = {}) {
+    this.#expectParts();
+    return this.pool.run({call: 'extractPly', arguments: [{...THE_MESH_ITSELF, ...request}]}, {signal, onProgress});
   }
 
   /** The whole mesh of a file of any mode; `drawn`: as decodeNode() gives it. */

@@ -86,9 +86,9 @@ export class Session {
 
   async #call(call, given, signal, onProgress) {
     if (call === 'open') return this.opened;
-    if (call === 'extractAll') {
+    if (call === 'extract' || call === 'extractPly') {
       await this.#until('select', () => this.file.select(...given), signal);
-      return this.#until('extract', () => this.file.extract(...given), signal, onProgress);
+      return this.#until(call, () => this.file[call](...given), signal, onProgress);
     }
     if (call === 'surface' && this.about.mode === 'stream') {
       const [step] = given;

@@ -1,12 +1,12 @@
 /** maille in three.js. docs/viewer.md has it in sentences. */
 import type {BufferGeometry, Camera, Material, Mesh, Loader, Object3D, Raycaster, Sphere, WebGLRenderer} from 'three';
 
-import type {CallOptions, Chart, DrawnMesh, Hit, Input, MeshFile, OpenOptions} from './maille.js';
+import type {CallOptions, Chart, DrawnMesh, LeanMesh, Hit, Input, MeshFile, OpenOptions} from './maille.js';
 
 /** A BufferGeometry of what decodeNode(), surface() or decode({drawn: true}) gives. userData: origin, cells, points, arrays. */
-export function toGeometry(drawn: DrawnMesh): BufferGeometry;
-/** How much memory of the GPU, and of the page for values. */
-export function geometryBytes(geometry: BufferGeometry): number;
+export function toGeometry(drawn: DrawnMesh | LeanMesh): BufferGeometry;
+/** Of bytes fetched, what MailleObject.open() has kept: to open a file by oneself. */
+export function cacheBytesFor(maxBytes?: number): number;
 
 /** Loads whole files of any mode, with the manners of DRACOLoader. */
 export class MailleLoader extends Loader<BufferGeometry> {
@@ -25,7 +25,7 @@ export class MailleLoader extends Loader<BufferGeometry> {
 export interface MailleObjectOptions {
   /** Pixels. */
   errorTarget?: number;
-  /** Of charts kept. */
+  /** Of charts kept; arrays of those that go are given back at once. */
   maxBytes?: number;
   material?: Material | Material[];
   /** Charts that are made ready for the GPU in one frame. */
@@ -48,6 +48,8 @@ export class MailleObject extends Object3D {
   readonly boundingSphere: Sphere;
   /** Once a frame, before render(). Returns whether all that the view needs is shown. */
   update(camera: Camera, renderer: WebGLRenderer): boolean;
+  /** To be called when geometry of charts was changed: how much memory they take now. */
+  weigh(): void;
   /** Asks again for what could not be read. */
   retry(): void;
   pick(raycaster: Raycaster, options?: CallOptions): Promise<Hit | null>;

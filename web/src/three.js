@@ -5,7 +5,7 @@ import * as THREE from 'three';
 import {MeshFile, ready, setDecoder} from './maille.js';
 import {toGeometry} from './three_geometry.js';
 
-export {MailleObject} from './three_object.js';
+export {cacheBytesFor, MailleObject} from './three_object.js';
 export {isOfCells, toGeometry, tupleOfTriangle} from './three_geometry.js';
 
 /** Loads whole files of any mode: `loader.load(url, geometry => ..., onProgress, onError)`, `loadAsync`, `parse`. */

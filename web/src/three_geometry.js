@@ -4,6 +4,8 @@ import * as THREE from 'three';
 
 /** What an array of a mesh is called in three.js, by its role. */
 const attributeNames = {normal: 'normal', colour: 'color', texture_coordinate: 'uv', tangent: 'tangent'};
+/** Of numbers that are kept for the next chart. */
+const MOST_ROOM = 2 ** 18;
 const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 
 /**
@@ -11,10 +13,12 @@ const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
  * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle.
  */
 export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
+  cells ??= countedTo(triangles.length / 3);
+  points ??= countedTo(positions.length / 3);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
   const narrow = positions.length / 3 <= 65536 && !(triangles instanceof Uint16Array);
-  geometry.setIndex(new THREE.BufferAttribute(narrow ? Uint16Array.from(triangles) : triangles, 1));
+  geometry.setIndex(new THREE.BufferAttribute(narrow ? new Uint16Array(triangles) : triangles, 1));
   for (const array of arrays) {
     const name = attributeNames[array.role];
     if (isOfCells(array) || !name || geometry.hasAttribute(name)) continue;
@@ -26,11 +30,28 @@ export function toGeometry({positions, triangles, cells, points, arrays, origin}
   return geometry;
 }
 
-/** How much memory of the GPU, and of the page for values. */
+/** How much memory a geometry takes in the page, with what its userData has; of `whole` there, too: a geometry it stands for. */
 export function geometryBytes(geometry) {
-  const values = [geometry.index, ...Object.values(geometry.attributes)].map(attribute => attribute.array);
-  const kept = [geometry.userData.cells, ...(geometry.userData.arrays ?? []).map(array => array.values)];
-  return [...new Set([...values, ...kept])].reduce((sum, array) => sum + (array?.byteLength ?? 0), 0);
+  const {whole} = geometry.userData;
+  return arraysOf(geometry).reduce((sum, array) => sum + array.byteLength, whole ? geometryBytes(whole) : 0);
+}
+
+/** What a geometry has for itself. */
+export function arraysOf({index, attributes, userData}) {
+  const values = [index, ...Object.values(attributes)].map(attribute => attribute?.array);
+  const kept = [userData.cells, userData.points, ...(userData.arrays ?? []).map(array => array.values)];
+  return [...new Set([...values, ...kept].filter(array => array && !shared.has(array.buffer)))];
+}
+
+/** 0, 1, 2, ...: so are points and cells of most charts, and one array for all saves a fifth of what they take. */
+let counted = new Uint32Array(0);
+const shared = new WeakSet();  // its buffers, now and before
+function countedTo(size) {
+  if (size > counted.length) {
+    counted = new Uint32Array(Math.max(4096, 2 * size)).map((_, i) => i);
+    shared.add(counted.buffer);
+  }
+  return counted.subarray(0, size);
 }
 
 export function isOfCells({domain}) {
@@ -51,24 +72,38 @@ function isNormal(attribute) {
 
 /** Means of the normals of the triangles around, weighted by area; a byte each is too coarse for large flat faces. */
 function normalsOf(positions, triangles) {
-  const sums = new Float32Array(positions.length);
+  const sums = zeros(positions.length);
   for (let i = 0; i < triangles.length; i += 3) {
     const a = 3 * triangles[i], b = 3 * triangles[i + 1], c = 3 * triangles[i + 2];
     const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
     const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
     const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    for (const at of [a, b, c]) {
-      sums[at] += nx;
-      sums[at + 1] += ny;
-      sums[at + 2] += nz;
-    }
+    add(sums, a, nx, ny, nz);
+    add(sums, b, nx, ny, nz);
+    add(sums, c, nx, ny, nz);
   }
-  const normals = new Int16Array(sums.length);
-  for (let i = 0; i < sums.length; i += 3) {
-    const scale = 32767 / (Math.hypot(sums[i], sums[i + 1], sums[i + 2]) || 1);
-    for (let k = 0; k < 3; ++k) normals[i + k] = Math.round(sums[i + k] * scale);
+  const normals = new Int16Array(positions.length);
+  for (let i = 0; i < normals.length; i += 3) {
+    const x = sums[i], y = sums[i + 1], z = sums[i + 2], scale = 32767 / (Math.sqrt(x * x + y * y + z * z) || 1);
+    normals[i] = Math.round(x * scale);
+    normals[i + 1] = Math.round(y * scale);
+    normals[i + 2] = Math.round(z * scale);
   }
   return new THREE.BufferAttribute(normals, 3, true);
+}
+
+function add(sums, at, x, y, z) {
+  sums[at] += x;
+  sums[at + 1] += y;
+  sums[at + 2] += z;
+}
+
+/** Room for sums, the same for all charts: each would leave as much behind as it has positions. */
+let room = new Float32Array(0);
+function zeros(size) {
+  if (size > MOST_ROOM) return new Float32Array(size);
+  if (size > room.length) room = new Float32Array(size);
+  return room.fill(0, 0, size);
 }
 
 /** Runs of triangles with one label (a material, a part) become groups, by the first array of labels on cells. */

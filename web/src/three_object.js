@@ -4,10 +4,21 @@ import * as THREE from 'three';
 
 import {cutOf, Hierarchy} from './cut.js';
 import {MeshFile} from './maille.js';
-import {geometryBytes, toGeometry} from './three_geometry.js';
+import {arraysOf, geometryBytes, toGeometry} from './three_geometry.js';
 
-/** Charts asked for at once: enough for all threads and the network, few enough to turn round soon. */
+/**
+ * Charts asked for at once, and those that wait to be drawn: enough for all threads and the network, few enough to turn round
+ * soon; and where drawing is slow nothing heaps up.
+ */
 const LOADING_AT_ONCE = 12;
+
+const MAX_BYTES = 256e6;
+/** What the objects of one chart take beside its arrays, twice: so many more there may be before a browser collects old ones. */
+const OBJECT_BYTES = 8192;
+/** Bytes fetched that are worth keeping beside charts: they are a quarter of a chart's size and rarely wanted again. */
+export function cacheBytesFor(maxBytes = MAX_BYTES) {
+  return Math.min(32 * 2 ** 20, maxBytes / 32);
+}
 
 /**
  * Events: 'progress' {shown, wanted, triangles, error: pixels} with every update that changed something; 'chart' {mesh, chart}
@@ -16,17 +27,17 @@ const LOADING_AT_ONCE = 12;
 export class MailleObject extends THREE.Object3D {
   /**
    * @param {MeshFile} file of mode random, kept open until dispose()
-   * @param {object} options errorTarget: pixels; maxBytes: of charts kept; material; uploadsPerFrame: charts that are
+   * @param {object} options errorTarget: pixels; maxBytes: of charts kept, whose arrays are gone with them; material; uploadsPerFrame: charts that are
    *   made ready for the GPU in one frame
    */
-  constructor(file, {errorTarget = 1.5, maxBytes = 256e6, material, uploadsPerFrame = 4} = {}) {
+  constructor(file, {errorTarget = 1.5, maxBytes = MAX_BYTES, material, uploadsPerFrame = 4} = {}) {
     super();
     if (file.mode !== 'random') throw new Error(`${file.name}: only files of mode "random" refine themselves; use MailleLoader`);
     Object.assign(this, {file, errorTarget, maxBytes, uploadsPerFrame, heldBytes: 0, triangles: 0, error: Infinity, failed: 0});
     this.material = material ?? new THREE.MeshStandardMaterial({color: 0xc8c4bc, roughness: 0.8, side: THREE.DoubleSide});
     this.hierarchy = new Hierarchy(file);
-    this.charts = new Map();   // by key: {mesh, chart, bytes, used}
-    this.loading = new Map();  // by key: AbortController
+    this.charts = new Map();   // by key: {key, mesh, arrays, bytes, used}
+    this.loading = new Map();  // by key: {chart, controller}
     this.arrived = [];
     this.shown = new Set();    // keys
     this.broken = new Set();   // keys: not asked for again
@@ -39,14 +50,14 @@ export class MailleObject extends THREE.Object3D {
   }
 
   static async open(input, options = {}) {
-    return new MailleObject(await MeshFile.open(input, options), options);
+    const file = await MeshFile.open(input, {cacheBytes: cacheBytesFor(options.maxBytes), ...options});
+    return new MailleObject(file, options);
   }
 
   dispose() {
     this.disposed = true;
-    for (const controller of this.loading.values()) controller.abort();
-    for (const {mesh} of this.charts.values()) mesh.geometry.dispose();
-    this.charts.clear();
+    for (const {controller} of this.loading.values()) controller.abort();
+    for (const key of this.charts.keys()) this.#drop(key);
     this.shown.clear();
     this.arrived = [];
     this.file.close();
@@ -67,14 +78,17 @@ export class MailleObject extends THREE.Object3D {
     ++this.frame;
     const uploaded = this.#upload();
     const view = this.#viewOf(camera, renderer);
-    const cut = cutOf(this.hierarchy, view, chart => this.charts.has(keyOf(chart)));
+    const cut = cutOf(this.hierarchy, view, chart => this.charts.has(chart.key));
     if (this.hierarchy.error) this.#fail(this.hierarchy.error);
-    for (const chart of cut.needed) this.charts.get(keyOf(chart)).used = this.frame;
+    for (const chart of cut.needed) this.charts.get(chart.key).used = this.frame;
     const changed = this.#show(cut.shown);
     this.#forget();
     this.#fetch(cut.wanted);
     this.error = cut.error;
-    const wanted = cut.wanted.filter(({chart, inSight}) => inSight && !this.broken.has(keyOf(chart))).length;
+    let wanted = 0;
+    for (const {key, inSight} of cut.wanted) {
+      if (inSight && !this.broken.has(key)) ++wanted;
+    }
     if (changed || uploaded > 0 || wanted !== this.lastWanted)
       this.dispatchEvent({type: 'progress', shown: this.shown.size, wanted, triangles: this.triangles, error: cut.error});
     this.lastWanted = wanted;
@@ -96,9 +110,11 @@ export class MailleObject extends THREE.Object3D {
     return {planes, eye, pixelsPerRadian, pixels: this.errorTarget * this.pressure};
   }
 
+  /** @returns whether that is a change; the set stays the same otherwise */
   #show(charts) {
+    if (charts.length === this.shown.size && charts.every(({key}) => this.shown.has(key))) return false;
     const before = this.shown;
-    this.shown = new Set(charts.map(keyOf));
+    this.shown = new Set(charts.map(({key}) => key));
     this.triangles = 0;
     for (const key of before) {
       if (!this.shown.has(key) && this.charts.has(key)) this.charts.get(key).mesh.visible = false;
@@ -108,26 +124,26 @@ export class MailleObject extends THREE.Object3D {
       mesh.visible = true;
       this.triangles += mesh.userData.triangles;
     }
-    return before.size !== this.shown.size || [...this.shown].some(key => !before.has(key));
+    return true;
   }
 
   #fetch(wanted) {
-    const keys = new Set(wanted.map(({chart}) => keyOf(chart)));
-    for (const [key, controller] of this.loading) {
-      if (!keys.has(key)) controller.abort();
+    for (const chart of wanted) chart.wanted = this.frame;
+    for (const {chart, controller} of this.loading.values()) {
+      if (chart.wanted !== this.frame) controller.abort();
     }
     const waiting = new Set(this.arrived.map(({key}) => key));
-    for (const {chart} of wanted) {
-      if (this.loading.size >= LOADING_AT_ONCE || this.heldBytes > this.maxBytes) return;
-      const key = keyOf(chart);
+    for (const chart of wanted) {
+      if (this.loading.size + this.arrived.length >= LOADING_AT_ONCE || this.heldBytes > this.maxBytes) return;
+      const {key} = chart;
       if (!this.loading.has(key) && !waiting.has(key) && !this.broken.has(key)) this.#load(key, chart);
     }
   }
 
   #load(key, chart) {
     const controller = new AbortController();
-    this.loading.set(key, controller);
-    this.file.decodeNode(chart, {signal: controller.signal}).then(
+    this.loading.set(key, {chart, controller});
+    this.file.decodeNode(chart, {signal: controller.signal, lean: true}).then(
       drawn => { if (!this.disposed) this.arrived.push({key, chart, drawn}); },
       error => {
         if (controller.signal.aborted || this.disposed) return;
@@ -154,7 +170,7 @@ export class MailleObject extends THREE.Object3D {
     const batch = this.arrived.splice(0, this.uploadsPerFrame);
     for (const {key, chart, drawn} of batch) {
       if (this.charts.has(key)) continue;
-      const geometry = toGeometry(drawn);
+      const geometry = toGeometry(drawn), arrays = arraysOf(geometry);
       const {centre, radius} = chart.sphere;
       geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(...centre).sub(this.inner.position), radius);
       const mesh = new THREE.Mesh(geometry, this.material);
@@ -162,8 +178,8 @@ export class MailleObject extends THREE.Object3D {
       mesh.userData = {chart, triangles: drawn.triangles.length / 3};
       this.inner.add(mesh);
       this.dispatchEvent({type: 'chart', mesh, chart});
-      const bytes = geometryBytes(mesh.geometry);
-      this.charts.set(key, {mesh, chart, bytes, used: this.frame});
+      const bytes = geometryBytes(mesh.geometry) + OBJECT_BYTES;
+      this.charts.set(key, {key, mesh, arrays, bytes, used: this.frame});
       this.heldBytes += bytes;
     }
     return batch.length;
@@ -172,17 +188,36 @@ export class MailleObject extends THREE.Object3D {
   /** What was not needed for longest goes first. Where all of it is needed the view has to do with less. */
   #forget() {
     if (this.heldBytes > this.maxBytes) {
-      const unused = [...this.charts].filter(([, chart]) => chart.used < this.frame).sort(([, a], [, b]) => a.used - b.used);
-      for (const [key, {mesh, bytes}] of unused) {
+      const unused = [];
+      for (const chart of this.charts.values()) {
+        if (chart.used < this.frame) unused.push(chart);
+      }
+      for (const {key} of unused.sort((a, b) => a.used - b.used)) {
         if (this.heldBytes <= this.maxBytes) break;
-        this.inner.remove(mesh);
-        mesh.geometry.dispose();
-        this.charts.delete(key);
-        this.heldBytes -= bytes;
+        this.#drop(key);
       }
     }
     if (this.heldBytes > this.maxBytes) this.pressure *= 1.1;
     else if (this.heldBytes < 0.6 * this.maxBytes) this.pressure = Math.max(1, this.pressure / 1.02);
+  }
+
+  #drop(key) {
+    const {mesh, arrays, bytes} = this.charts.get(key);
+    this.inner.remove(mesh);
+    mesh.geometry.dispose();
+    // At once: until a browser looks for what nobody uses there may be a hundred megabytes of it.
+    for (const buffer of new Set(arrays.map(array => array.buffer))) buffer.transfer?.(0);
+    this.charts.delete(key);
+    this.heldBytes -= bytes;
+  }
+
+  /** To be called when geometry of charts was changed: how much memory they take now. */
+  weigh() {
+    this.heldBytes = 0;
+    for (const chart of this.charts.values()) {
+      chart.bytes = geometryBytes(chart.mesh.geometry) + OBJECT_BYTES;
+      this.heldBytes += chart.bytes;
+    }
   }
 
   /** What a ray of the world meets first, on the exact original: see MeshFile.pick(). null: nothing. */
@@ -192,8 +227,4 @@ export class MailleObject extends THREE.Object3D {
     const direction = raycaster.ray.direction.clone().transformDirection(inverse);
     return this.file.pick(origin.toArray(), direction.toArray(), options);
   }
-}
-
-function keyOf({group, chart}) {
-  return `${group}/${chart}`;
 }

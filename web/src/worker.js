@@ -6,6 +6,7 @@ import {Session} from './session.js';
 let session = null;
 let waiting = null;     // whoever waits for an answer
 let controller = null;  // of the task at hand
+let given = [];         // bytes that came for it
 
 function ask(question) {
   return new Promise((resolve, reject) => {
@@ -19,7 +20,10 @@ addEventListener('message', async ({data}) => {
     const {module, kind, about} = data.open;
     session = new Session({module, kind, other: wanted => ask({other: wanted})}, about, ranges => ask({ranges}));
   }
-  if ('answer' in data) waiting.resolve(data.answer);
+  if ('answer' in data) {
+    if (Array.isArray(data.answer)) given.push(...data.answer);
+    waiting.resolve(data.answer);
+  }
   if (data.failed) waiting.reject(new MailleError(data.failed.code, data.failed.message));
   if (data.abort) controller?.abort();
   if (!data.task) return;
@@ -31,4 +35,6 @@ addEventListener('message', async ({data}) => {
   } catch (error) {
     postMessage({error: {code: error.code ?? 6, message: error.message}});
   }
+  // The decoder has copies. These would stay for megabytes until somebody looks for what nobody uses.
+  for (const bytes of given.splice(0)) bytes.buffer.transfer?.(0);
 });

@@ -191,10 +191,49 @@ test('a region extracted is that part of the original', async () => {
   file.close();
 });
 
+test('a region is saved as the PLY file that `maille extract` writes, with arrays of points, corners and cells', async () => {
+  for (const mesh of ['tri/bear.off', 'poly/fertility_quad.off', 'textured/bunny10k_textured.ply', 'textured/gargo.ply', 'textured/spot.obj']) {
+    const packed = compressed(mesh, '--mode', 'random'), native = path.join(folder, 'region.ply');
+    const file = await MeshFile.open(readFileSync(packed)), {centre, radius} = file.sphere;
+    const box = {low: centre.map(x => x - radius / 2), high: centre.map(x => x + 0.6 * radius)};
+    execFileSync(maille, ['extract', '-q', '-f', packed, native, `--box=${[...box.low, ...box.high]}`]);
+    const {bytes, points, faces} = await file.extractPly({box});
+    assert.ok(points > 0 && faces > 0, mesh);
+    assert.ok(readFileSync(native).equals(bytes), `${mesh}: ${bytes.length} bytes`);
+    const header = Buffer.from(bytes.subarray(0, 2000)).toString('latin1').split('end_header')[0];
+    if (mesh === 'textured/spot.obj') assert.match(header, /property list \w+ \w+ texcoord/);
+    // The decoder that writes files still gives charts.
+    const [chart] = await file.select();
+    assert.ok((await file.decodeNode(chart)).triangles.length > 0);
+    file.close();
+  }
+});
+
+test('a lean chart is the same, without numbers that say nothing', async () => {
+  for (const mesh of ['tri/bear.off', 'textured/spot.obj']) {
+    const file = await MeshFile.open(readFileSync(compressed(mesh, '--mode', 'random')));
+    for (const chart of (await file.select({level: 0})).slice(0, 3)) {
+      const full = await file.decodeNode(chart), lean = await file.decodeNode(chart, {lean: true});
+      const {points, cells, triangles} = lean;
+      assert.deepEqual([...triangles], [...full.triangles]);
+      if (mesh === 'tri/bear.off') assert.deepEqual([triangles.BYTES_PER_ELEMENT, points, cells], [2, null, null]);
+      for (const [name, numbers] of Object.entries({points, cells}))
+        assert.deepEqual(numbers ?? Uint32Array.from(full[name], (_, i) => i), full[name], `${mesh}: ${name}`);
+      assert.deepEqual({...lean, points, cells, triangles}, {...full, points, cells, triangles});
+    }
+    file.close();
+  }
+});
+
 test('what is no .maille file is named', async () => {
   await assert.rejects(MeshFile.open(new Uint8Array(100)), {name: 'MailleError', code: 6, message: /is no \.maille file/});
   await assert.rejects(MeshFile.open(new Uint8Array(3)), {code: 6});
   await assert.rejects(MeshFile.open(42), {code: 2});
+});
+
+test('a file of a newer version is refused with a sentence', async () => {
+  const newer = readFileSync(path.join(root, 'tests/cli/data/newer_format.bin'));
+  await assert.rejects(decode(newer), {name: 'MailleError', code: ErrorCode.unsupported, message: /newer maille/});
 });
 
 test('an aborted call is rejected, and the file stays usable', async () => {

@@ -148,3 +148,61 @@ test('a file that changed on the server is noticed', {skip}, async () => {
   assert.match(await page.textContent('.message.bad'), /changed/);
   await page.close();
 });
+
+test('a server that allows no pages of others is named as that', {skip}, async () => {
+  const closed = createServer((request, response) => response.writeHead(200).end('no header allows this'));
+  await new Promise(resolve => closed.listen(0, '127.0.0.1', resolve));
+  const page = await newPage(browser);
+  await page.goto(`${address}/?file=http://127.0.0.1:${closed.address().port}/mesh.maille`);
+  await page.waitForSelector('.message.bad');
+  assert.match(await page.textContent('.message.bad'), /^http:.*CORS/);
+  behave = null;
+  assert.equal(await page.evaluate(() => viewer.open('/mesh.maille')), true);
+  await settle(page);
+  assert.ok(await trianglesOf(page) > 0);
+  await page.close();
+  closed.close();
+});
+
+test('a chart that is damaged is an event of the object, and a rejected promise of the file', {skip}, async () => {
+  behave = null;
+  const whole = mesh;
+  mesh = Buffer.from(whole);
+  mesh.fill(255, Math.floor(0.8 * mesh.length), Math.floor(0.8 * mesh.length) + 100);
+  const page = await newPage(browser);
+  await page.goto(`${address}/?file=/mesh.maille`);
+  await page.waitForFunction(() => window.viewer?.model);
+  const {said, rejected} = await page.evaluate(async () => {
+    const {object, file} = viewer.model;
+    const event = new Promise(resolve => object.addEventListener('error', resolve));
+    viewer.settings.setTarget(0.01);
+    const {error, chart} = await event;
+    return {said: error.message, rejected: await file.decodeNode(chart).then(() => '', ({code, message}) => `${code} ${message}`)};
+  });
+  assert.match(said, /chart \d+ of group \d+ .*damaged/);
+  assert.equal(rejected, `6 ${said}`);
+  await page.close();
+  mesh = whole;
+});
+
+test('a file dropped onto the page is opened; of another one the page says what it is not', {skip}, async () => {
+  const page = await newPage(browser);
+  await page.goto(address);
+  await page.waitForSelector('#start:not([hidden])');
+  const drop = (name, bytes) => page.evaluate(([name, numbers]) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(numbers)], name));
+    dispatchEvent(new DragEvent('drop', {dataTransfer: transfer, cancelable: true}));
+  }, [name, [...bytes]]);
+  await drop('photo.jpg', Buffer.from('not a mesh, but longer than a header'));
+  await page.waitForSelector('.message.bad');
+  assert.match(await page.textContent('.message.bad'), /^photo\.jpg: is no \.maille file/);
+  assert.ok(await page.isVisible('#start'));
+  await drop('dropped.maille', mesh);
+  await settle(page);
+  assert.equal(await page.textContent('#file-name'), 'dropped.maille');
+  assert.ok(await trianglesOf(page) > 0);
+  assert.ok(!await page.isVisible('.message.bad'));
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});

@@ -3,7 +3,7 @@
 import * as THREE from 'three';
 
 import {isOfCells, tupleOfTriangle} from '../../src/three.js';
-import {number} from './text.js';
+import {count, number} from './text.js';
 
 /** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
 export const maps = {
@@ -50,6 +50,7 @@ export class Colouring {
     Object.assign(this, {mode, component, field: model.fields.get(mode) ?? null});
     this.range = [Infinity, -Infinity];
     for (const mesh of model.meshes) this.apply(mesh);
+    model.weigh?.();
   }
 
   /** Colours one mesh; returns whether the range of values grew. */
@@ -68,7 +69,7 @@ export class Colouring {
   }
 
   #setScalars(mesh) {
-    const {geometry} = mesh, {arrays, cells} = (mesh.userData.whole ?? geometry).userData;
+    const {geometry} = mesh, {arrays, cells} = geometry.userData;
     const array = arrays.find(a => a.name === this.field.name && isOfCells(a) === (this.field.domain === 'cell'));
     const vertices = geometry.getAttribute('position').count, scalars = new Float32Array(vertices).fill(NaN);
     const range = [Infinity, -Infinity];
@@ -128,22 +129,20 @@ function textureOf(colours) {
 
 /** A value of a cell needs corners of its own. */
 function showPerCell(mesh, perCell) {
-  if (perCell === Boolean(mesh.userData.whole)) return;
+  const {whole} = mesh.geometry.userData;
+  if (perCell === Boolean(whole)) return;
+  mesh.geometry.dispose();  // of the GPU
   if (!perCell) {
-    mesh.geometry.dispose();
-    mesh.geometry = mesh.userData.whole;
-    delete mesh.userData.whole;
+    mesh.geometry = whole;
     return;
   }
-  const whole = mesh.geometry, own = whole.toNonIndexed();
-  own.boundingSphere = whole.boundingSphere;
-  own.userData = whole.userData;
-  whole.dispose();  // of the GPU
-  mesh.userData.whole = whole;
+  const own = mesh.geometry.toNonIndexed();
+  own.boundingSphere = mesh.geometry.boundingSphere;
+  own.userData = {...mesh.geometry.userData, whole: mesh.geometry};
   mesh.geometry = own;
 }
 
-/** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text}]}, or null. */
+/** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text, detail}]}, or null. */
 export function legendOf(colouring, model) {
   const {mode, field, component, range} = colouring;
   if (field) {
@@ -159,7 +158,8 @@ export function legendOf(colouring, model) {
     shown.set(level, (shown.get(level) ?? 0) + mesh.userData.triangles);
   }
   const entries = model.file.levels.map((_, level) => ({
-    colour: distinct[level % distinct.length], text: `level ${level}${level === 0 ? ', the original' : ''}`, here: shown.has(level),
+    colour: distinct[level % distinct.length], text: level === 0 ? 'the original' : `level ${level}`, here: shown.has(level),
+    detail: `${count(shown.get(level) ?? 0)} △`,
   }));
   return {title: 'Level of detail', entries: entries.filter(entry => entry.here)};
 }

@@ -11,7 +11,7 @@ import {Region} from './region.js';
 import {Settings} from './settings.js';
 import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
-import {bytesText, count, rateText} from './text.js';
+import {bytesText, count, rateText, sentence} from './text.js';
 
 const find = id => document.getElementById(id);
 
@@ -48,7 +48,7 @@ class Viewer {
     let opened = false;
     const bytes = (fetched, size) => {
       if (opened || opening.signal.aborted || size === 0) return;
-      showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${bytesText(fetched)} of ${bytesText(size)}` : 'Decoding');
+      showProgress(fetched < size ? fetched / size : NaN, fetched < size ? `${name}: ${bytesText(fetched)} of ${bytesText(size)}` : `Decoding ${name}`);
     };
     try {
       const model = await openModel(input, {bytes}, opening.signal);
@@ -72,7 +72,7 @@ class Viewer {
     this.region.setBox(null, null);
     this.model = model;
     this.failures = 0;
-    this.lastShown = '';
+    this.lastShown = null;
     this.knownFields = model.fields.size;
     document.title = `${name} · maille`;
     document.body.classList.toggle('is-random', model.refines);
@@ -145,7 +145,8 @@ class Viewer {
   showStart() {
     find('start').hidden = false;
     find('start-close').hidden = this.model === null;
-    find('address').focus();
+    // A keyboard of glass would cover it.
+    if (!matchMedia('(pointer: coarse)').matches) find('address').focus();
   }
 
   #frame() {
@@ -153,12 +154,9 @@ class Viewer {
     if (!model) return;
     if (!(this.frozen && model.refines)) this.done = model.update(stage.camera, stage.renderer);
     if (!model.refines) return;
-    const shown = model.object.shown;
-    if (shown === this.lastShownSet) return;
-    this.lastShownSet = shown;
-    const key = [...shown].join();
-    if (key === this.lastShown) return;
-    this.lastShown = key;
+    const {shown} = model.object;
+    if (shown === this.lastShown) return;
+    this.lastShown = shown;
     if (this.showsSpheres) this.spheres.show(model);
     stage.touch();
   }
@@ -251,17 +249,13 @@ function nameOf(input) {
   }
 }
 
-function sentence({message}) {
-  const text = String(message).trim();
-  return text.charAt(0).toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.');
-}
-
 try {
   const viewer = window.viewer = new Viewer();
   const file = new URLSearchParams(location.search).get('file');
   if (file) viewer.open(file);
   else viewer.showStart();
 } catch (error) {
+  document.body.classList.add('nothing');
   tell(/webgl/i.test(error.message)
     ? 'This browser has no WebGL 2, which drawing needs: allow hardware acceleration in its settings, or take another browser.'
     : sentence(error), true);

@@ -4,7 +4,7 @@
 import * as THREE from 'three';
 
 import {MeshFile} from '../../src/maille.js';
-import {isOfCells, MailleObject, toGeometry, tupleOfTriangle} from '../../src/three.js';
+import {cacheBytesFor, isOfCells, MailleObject, toGeometry, tupleOfTriangle} from '../../src/three.js';
 import {bytesText, count} from './text.js';
 
 /** Servers without ranges give all of a file: as much as a page can hold. */
@@ -21,7 +21,7 @@ export async function openModel(input, on = {}, signal = undefined) {
     count.fetched += bytes;
     on.bytes?.(count.fetched, file?.size ?? 0);
   };
-  file = await MeshFile.open(input, {maxWhole: MOST_BYTES, fetch: countingFetch(onBytes), signal});
+  file = await MeshFile.open(input, {maxWhole: MOST_BYTES, cacheBytes: cacheBytesFor(budget()), fetch: countingFetch(onBytes), signal});
   try {
     if (file.mode === 'random') return new RefinedModel(file, count);
     const onProgress = ({loaded}) => on.bytes?.(Math.max(count.fetched, loaded ?? 0), file.size);
@@ -76,6 +76,7 @@ class RefinedModel {
     return time > 0 ? this.decoded.slice(1).reduce((sum, [, n]) => sum + n, 0) / time * 1000 : null;
   }
   update(camera, renderer) { return this.object.update(camera, renderer); }
+  weigh() { this.object.weigh(); }
   dispose() { this.object.dispose(); }
 
   /** The exact face that a ray meets: {position, distance, face, number, chart, values}. */

@@ -63,10 +63,11 @@ function scaleOf({colours, ticks}) {
 }
 function entriesOf({entries}) {
   const list = document.createElement('ul');
-  for (const {colour, text} of entries) {
-    const item = document.createElement('li'), patch = document.createElement('i');
+  for (const {colour, text, detail} of entries) {
+    const item = document.createElement('li'), patch = document.createElement('i'), more = document.createElement('span');
     patch.style.background = `#${colour}`;
-    item.append(patch, text);
+    more.textContent = detail;
+    item.append(patch, text, more);
     list.append(item);
   }
   return list;

@@ -2,8 +2,7 @@
 
 import * as THREE from 'three';
 
-import {plyOf} from './ply.js';
-import {count} from './text.js';
+import {count, sentence} from './text.js';
 
 /** Rays through a rectangle, each way. */
 const RAYS = 13;
@@ -66,26 +65,26 @@ export class Region {
     this.#fill();
   }
 
-  /** The faces that have a point in the box, as a file; an error is a rejected promise. */
+  /** The faces that have a point in the box, as MeshFile.extractPly() gives them; an error is a rejected promise. */
   async ply() {
     if (!this.model.refines) throw new Error('Only files of mode "random" give regions: maille compress --mode random');
     const {min, max} = this.box;
-    const mesh = await this.model.file.extract({box: {low: min.toArray(), high: max.toArray()}});
-    return {...plyOf(mesh), mesh};
+    return this.model.file.extractPly({box: {low: min.toArray(), high: max.toArray()}});
   }
 
   async #download(button) {
     button.disabled = true;
     button.textContent = 'Fetching…';
     try {
-      const {blob, left, mesh} = await this.ply(), link = document.createElement('a');
+      const {bytes, points, faces, notes} = await this.ply(), link = document.createElement('a');
+      if (faces === 0) return this.tell('No face has a point in this box.');
       const name = fileName(this.model.file.name).replace(/\.maille$/, '');
-      Object.assign(link, {href: URL.createObjectURL(blob), download: `${name}-region.ply`});
+      Object.assign(link, {href: URL.createObjectURL(new Blob([bytes], {type: 'application/octet-stream'})), download: `${name}-region.ply`});
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
-      this.tell(`${count(mesh.positions.length / 3)} points saved${left.length > 0 ? `, without ${left.join(', ')}` : ''}.`);
+      this.tell([`${count(faces)} faces with ${count(points)} points saved`, ...notes].join('; ') + '.');
     } catch (error) {
-      this.tell(error.message, true);
+      this.tell(sentence(error), true);
     } finally {
       button.disabled = false;
       button.textContent = 'Download PLY';

@@ -89,7 +89,7 @@ export class Settings {
   setAxis(axis) {
     this.axis = axis;
     for (const button of find('clip-axis').querySelectorAll('[data-axis]')) button.setAttribute('aria-pressed', button.dataset.axis === axis);
-    find('clip').disabled = axis === '';
+    find('clip').disabled = find('clip-flip').disabled = axis === '';
     this.#cut();
   }
   #cut() {
@@ -104,7 +104,7 @@ export class Settings {
   /** The choices that a model gives. @param {string | null} chosen null: what suits it */
   offer(model, chosen = null) {
     const fields = [...model.fields.values()], select = find('colour'), groups = [];
-    const options = [new Option('nothing', 'plain')];
+    const options = [new Option('one colour', 'plain')];
     if (fields.some(field => field.role === 'colour' && field.domain === 'point')) options.push(new Option('its own colours', 'own'));
     if (model.refines) options.push(new Option('level of detail', 'level'), new Option('chart', 'chart'));
     for (const [domain, label] of [['point', 'Values of points'], ['cell', 'Values of cells']]) {
@@ -117,12 +117,12 @@ export class Settings {
     const values = [...select.options].map(option => option.value);
     select.value = chosen ?? (values.includes(before) && before !== 'plain' ? before : values.includes('own') ? 'own' : 'plain');
     if (select.selectedIndex < 0) select.value = 'plain';
-    find('map-row').hidden = fields.length === 0;
   }
   setColour(value) {
     find('colour').value = value;
     const {key, component} = parse(value);
     this.viewer.setColour(key, component);
+    find('map-row').hidden = !this.viewer.colouring.field;
   }
   #nextColour() {
     const select = find('colour');

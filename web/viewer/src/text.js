@@ -18,3 +18,9 @@ export function number(x) {
   if (Number.isInteger(x) && Math.abs(x) < 1e6) return String(x);
   return Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : String(Number(x.toPrecision(4)));
 }
+
+/** An error's message, with a full stop, and a capital letter where it does not begin with an address or a file's name. */
+export function sentence({message}) {
+  const text = String(message).trim(), isName = /^\S*[/.:]/.test(text);
+  return (isName ? text : text.charAt(0).toUpperCase() + text.slice(1)) + (/[.!?]$/.test(text) ? '' : '.');
+}
