@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "support/cases.h"
 #include "support/random_volume.h"
 #include "volume/cell_coder.h"
 #include "volume/testing.h"
@@ -73,7 +74,7 @@ Mesh honeycomb(uint32_t nx, uint32_t ny, uint32_t nz) {
 }
 
 TEST(FaceCoder, KeepsAHoneycombForLittle) {
-  const Mesh mesh = honeycomb(20, 20, 20);
+  const Mesh mesh = honeycomb(20, large(20), large(20));
   expect_round_trip(mesh);
   expect_round_trip(mesh, 1);
   std::vector<std::byte> bytes;
@@ -286,7 +287,7 @@ TEST(FaceCoder, DamagedPolyhedraDecodeOrAreRefused) {
     }
     const std::vector<std::byte> right_cells = topology.finish(), right_numbers = numbers.finish();
     std::mt19937 random(2);
-    for (unsigned round = 0; round < 500; ++round) {
+    for (unsigned round = 0; round < cases(500); ++round) {
       std::vector<std::byte> cells = right_cells, names = right_numbers;
       cells[random() % cells.size()] ^= static_cast<std::byte>(1u << random() % 8);
       if (round % 3 == 0) names[random() % names.size()] ^= static_cast<std::byte>(1u << random() % 8);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/cases.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -153,7 +154,8 @@ TEST_F(TimeSteps, AppendingThatStopsAnywhereLeavesTheFileAsItWas) {
   const std::vector<std::byte> before = bytes();
   append(2);
   const std::vector<std::byte> after = bytes();
-  for (size_t size = before.size() + 1; size < after.size(); size += size - before.size() < 64 ? 1 : 611) {
+  for (size_t size = before.size() + 1; size < after.size();
+       size += every(size - before.size() < 64 ? 1 : 611)) {
     write({after.begin(), after.begin() + static_cast<ptrdiff_t>(size)});
     const auto old_step = read(1);
     ASSERT_TRUE(old_step) << size << ": " << old_step.error().message;
@@ -237,7 +239,7 @@ TEST(Salvage, GivesWholeBatchesBeforeAnyCut) {
   const std::vector<std::byte> whole = in_batches(mesh);
   uint64_t most = 0;
   unsigned steps = 0;
-  for (size_t size = 0; size < whole.size(); ++size) {
+  for (size_t size = 0; size < whole.size(); size += every(1)) {
     const auto found = salvage(*memory_source(Bytes(whole).first(size)));
     if (!found) {
       EXPECT_EQ(most, 0u) << size;
