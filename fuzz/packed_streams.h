@@ -14,6 +14,32 @@
 // the clear. Mutations then reach the codec, where changes of a real file mostly end in the container.
 namespace maille::fuzzing {
 
+/// A stream of a file as it is here: the description, which the file has compressed, is in the clear.
+inline void write_clear(FileWriter& writer, const StreamKey& key, Bytes bytes, bool description) {
+  ByteWriter out;
+  if (description) {
+    out.put_count(bytes.size());
+    out.put_bytes(encode_bytes(bytes));
+  } else {
+    out.put_bytes(bytes);
+  }
+  (void)writer.write_stream(key, out.bytes());
+}
+
+/// Inverse, behind its kind and its length.
+inline void put_clear(ByteWriter& out, const FileReader& reader, const StreamKey& key, unsigned kind) {
+  if (!reader.has_stream(key)) return;
+  std::vector<std::byte> bytes = *reader.read_stream(key);
+  if (kind == 0) {
+    ByteReader in(bytes);
+    const uint64_t size = in.get_count();
+    bytes = decode_bytes(in.get_bytes(in.remaining()), size);
+  }
+  out.put(static_cast<uint8_t>(kind));
+  out.put_count(bytes.size());
+  out.put_bytes(bytes);
+}
+
 /// By kind; further kinds are arrays.
 inline constexpr unsigned single_streams = 8;
 inline StreamKey key_of_kind(unsigned kind) {
@@ -35,15 +61,7 @@ inline std::vector<std::byte> file_of_streams(Bytes input) {
     const Bytes bytes = in.get_bytes(size);
     if (!in.ok() || written[kind]) break;
     written[kind] = true;
-    const StreamKey key = key_of_kind(kind);
-    if (kind == 0) {
-      ByteWriter description;
-      description.put_count(bytes.size());
-      description.put_bytes(encode_bytes(bytes));
-      (void)writer->write_stream(key, description.bytes());
-    } else {
-      (void)writer->write_stream(key, bytes);
-    }
+    write_clear(*writer, key_of_kind(kind), bytes, kind == 0);
   }
   (void)writer->finish();
   return file;
@@ -54,19 +72,7 @@ inline std::vector<std::byte> streams_of_file(Bytes file) {
   const auto source = memory_source(file);
   const auto reader = FileReader::open(*source);
   ByteWriter out;
-  for (unsigned kind = 0; kind < 256; ++kind) {
-    const StreamKey key = key_of_kind(kind);
-    if (!reader->has_stream(key)) continue;
-    std::vector<std::byte> bytes = *reader->read_stream(key);
-    if (kind == 0) {
-      ByteReader in(bytes);
-      const uint64_t size = in.get_count();
-      bytes = decode_bytes(in.get_bytes(in.remaining()), size);
-    }
-    out.put(static_cast<uint8_t>(kind));
-    out.put_count(bytes.size());
-    out.put_bytes(bytes);
-  }
+  for (unsigned kind = 0; kind < 256; ++kind) put_clear(out, *reader, key_of_kind(kind), kind);
   return out.take();
 }
 

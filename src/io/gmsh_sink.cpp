@@ -7,7 +7,6 @@
 #include "base/region_file.h"
 #include "base/result.h"
 #include "io/buffered_writer.h"
-#include "io/cell_faces.h"
 #include "io/gmsh.h"
 #include "io/mesh_sources.h"
 
