@@ -154,12 +154,13 @@ TEST_F(TimeSteps, AppendingThatStopsAnywhereLeavesTheFileAsItWas) {
   const std::vector<std::byte> before = bytes();
   append(2);
   const std::vector<std::byte> after = bytes();
+  const Mesh first = at_time(1);
   for (size_t size = before.size() + 1; size < after.size();
-       size += every(size - before.size() < 64 ? 1 : 611)) {
+       size += every(size - before.size() < 64 ? 1 : 2003)) {
     write({after.begin(), after.begin() + static_cast<ptrdiff_t>(size)});
     const auto old_step = read(1);
     ASSERT_TRUE(old_step) << size << ": " << old_step.error().message;
-    ASSERT_EQ(old_step->arrays[0].bytes, at_time(1).arrays[0].bytes);
+    ASSERT_EQ(old_step->arrays[0].bytes, first.arrays[0].bytes);
     ASSERT_FALSE(read(2));
     ASSERT_TRUE(read(0));
   }
