@@ -221,7 +221,7 @@ class HostileMesh : public ::testing::Test {
 };
 
 TEST_F(HostileMesh, WithAllFacesOnOneEdge) {
-  constexpr uint32_t count = 200000;
+  const uint32_t count = large(200000);
   points(count + 2);
   block(CellType::triangle);
   for (uint32_t i = 0; i < count; ++i) cell({i % 2, 1 - i % 2, i + 2});
@@ -229,7 +229,7 @@ TEST_F(HostileMesh, WithAllFacesOnOneEdge) {
 }
 
 TEST_F(HostileMesh, WithAllFacesAtOnePoint) {
-  constexpr uint32_t count = 200000;
+  const uint32_t count = large(200000);
   points(2 * count + 1);
   block(CellType::triangle);
   for (uint32_t i = 0; i < count; ++i) cell({0, 2 * i + 1, 2 * i + 2});
@@ -244,7 +244,7 @@ TEST_F(HostileMesh, WithOneFaceManyTimes) {
 }
 
 TEST_F(HostileMesh, WithALargeFan) {
-  constexpr uint32_t count = 300000;
+  const uint32_t count = large(300000);
   points(count + 1);
   block(CellType::triangle);
   for (uint32_t i = 0; i < count; ++i) cell({0, i + 1, (i + 1) % count + 1});
@@ -253,7 +253,7 @@ TEST_F(HostileMesh, WithALargeFan) {
 
 TEST_F(HostileMesh, WithSmallFacesRoundHugeOnes) {
   constexpr uint32_t degree = 65535;
-  constexpr uint32_t faces = 6;
+  const uint32_t faces = large(6);
   points(faces * degree + 1);
   block(CellType::polygon);
   for (uint32_t face = 0; face < faces; ++face) {
@@ -265,16 +265,17 @@ TEST_F(HostileMesh, WithSmallFacesRoundHugeOnes) {
 }
 
 TEST_F(HostileMesh, WithCellsOfAMillionNodes) {
-  points(1000000);
+  const uint32_t count = large(1000000);
+  points(count);
   block(CellType::polygon);
-  cell_of_run(0, 1000000);
+  cell_of_run(0, count);
   block(CellType::poly_line);
-  cell_of_run(0, 1000000);
+  cell_of_run(0, count);
   expect_back();
 }
 
 TEST_F(HostileMesh, OfPointsOnly) {
-  points(1000000);
+  points(large(1000000));
   block(CellType::triangle);
   expect_back();
 }

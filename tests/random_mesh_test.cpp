@@ -1,3 +1,4 @@
+#include "support/cases.h"
 #include "support/random_mesh_gen.h"
 #include "support/shapes.h"
 
@@ -115,7 +116,7 @@ struct Census {
 };
 
 TEST(RandomMesh, IsValidAndTheSameForASeed) {
-  for (uint64_t seed = 0; seed < 3000; ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000); ++seed) {
     RandomMeshOptions options;
     options.other_cells = seed % 3 == 0;
     const Mesh mesh = random_surface(seed, options);

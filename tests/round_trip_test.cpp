@@ -1,3 +1,4 @@
+#include "support/cases.h"
 #include "support/codec.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
@@ -54,7 +55,7 @@ TEST(RoundTrip, ClassicsComeBack) {
 }
 
 TEST(RoundTrip, OneLargeMeshComesBack) {
-  const Mesh mesh = torus(400, 300);
+  const Mesh mesh = torus(large(400), large(300));
   EXPECT_EQ(round_trip(mesh), "");
   EXPECT_EQ(round_trip(shuffled(mesh, 1), keeping_order()), "");
 }
@@ -153,8 +154,8 @@ std::vector<std::byte> bytes_with(const Mesh& mesh, unsigned threads) {
 }
 
 TEST(Threads, MakeNoDifference) {
-  std::vector<Mesh> meshes = {torus(300, 250)};
-  for (uint64_t seed = 0; seed < 30; ++seed) meshes.push_back(random_surface(seed, {.faces = 400}));
+  std::vector<Mesh> meshes = {torus(large(300), large(250))};
+  for (uint64_t seed = 0; seed < cases(30); ++seed) meshes.push_back(random_surface(seed, {.faces = 400}));
   for (const Mesh& mesh : meshes) {
     const auto encoded = encode_bytes(mesh);
     ASSERT_TRUE(encoded) << encoded.error().message;

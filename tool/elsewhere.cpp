@@ -4,12 +4,12 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
+#include "program_folder.h"
 #include "result.h"
 #include "verbs.h"
 
@@ -27,19 +27,17 @@ std::vector<std::string> arguments() {
 
 /// Becomes the other program: it is beside this one, or where it is installed.
 Result<int> in_full_program() {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const std::string here = program_folder();
   std::vector<std::string> given = arguments();
   std::vector<char*> argv;
   for (std::string& each : given) argv.push_back(each.data());
   argv.push_back(nullptr);
-  for (const fs::path& folder : {here, here / MAILLE_FULL_FOLDER})
-    ::execv((folder / "maille-full").c_str(), argv.data());
+  for (const std::string& folder : {here, here + "/" MAILLE_FULL_FOLDER})
+    ::execv((folder + "/maille-full").c_str(), argv.data());
   return failure(ErrorCode::unsupported,
                  "this verb needs the program maille-full, which cannot be started "
                  "beside " +
-                     here.string() + "/maille: " + std::strerror(errno));
+                     here + "/maille: " + std::strerror(errno));
 }
 
 }  // namespace

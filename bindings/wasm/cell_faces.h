@@ -1,20 +1,12 @@
 #pragma once
 
+#include <maille/faces.h>
 #include <maille/mesh.h>
 
 #include <array>
 #include <span>
 
 namespace maille::wasm {
-
-/// Faces of a solid, by nodes in VTK's order, outwards; curved solids by their corners.
-struct FacesOfSolid {
-  unsigned count = 0;
-  std::array<std::array<uint8_t, 6>, 8> nodes{};
-  std::array<uint8_t, 8> sizes{};
-};
-/// None for what is no solid, and for polyhedra, whose faces stand beside them.
-const FacesOfSolid& faces_of(CellType type);
 
 /// The corners of a flat cell in a ring, which curved faces and pixels do not have first.
 unsigned corners_of(CellType type, size_t nodes);

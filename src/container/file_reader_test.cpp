@@ -7,6 +7,7 @@
 
 #include "base/hash.h"
 #include "container/testing.h"
+#include "support/cases.h"
 
 namespace maille {
 namespace {
@@ -198,7 +199,7 @@ TEST(FileReader, OneFlippedBitCostsAtMostItsChunk) {
   std::vector<std::byte> file = write_file(streams);
   const std::vector<ChunkRecord> records = records_of(file);
   for (size_t bit = 8 * file_header_bytes; bit < 8 * file.size();
-       bit += bit < 3200 || bit > 8 * 70300 ? 1 : 1009) {
+       bit += every(bit < 3200 || bit > 8 * 70300 ? 1 : 1009)) {
     file[bit / 8] ^= std::byte{1} << bit % 8;
     std::unique_ptr<Source> source;
     const auto reader = open_bytes(source, file);

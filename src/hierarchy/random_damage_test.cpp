@@ -112,7 +112,7 @@ std::string reaction(const Sample& sample, const std::vector<std::byte>& damaged
 
 TEST(RandomDamage, EveryTruncationIsNoticed) {
   for (const Sample& sample : samples()) {
-    for (size_t size = 0; size < sample.bytes.size(); size += size < 2000 ? 1 : 7) {
+    for (size_t size = 0; size < sample.bytes.size(); size += every(size < 2000 ? 1 : 7)) {
       const std::vector<std::byte> part(sample.bytes.begin(),
                                         sample.bytes.begin() + static_cast<ptrdiff_t>(size));
       ASSERT_EQ(reaction(sample, part), "") << sample.name << ", first " << size << " bytes";

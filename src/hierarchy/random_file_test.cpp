@@ -443,7 +443,7 @@ TEST(RandomFile, KeepsWithinTheBoundAsked) {
     last = selection.faces;
     const Mesh coarse = open.extract(selection).value();
     const auto triangles = triangles_of(coarse);
-    for (uint64_t i = 0; i < mesh.point_count(); i += 7) {
+    for (uint64_t i = 0; i < mesh.point_count(); i += every(7)) {
       const Vector3 p = point_position(mesh.points, i);
       double least = std::numeric_limits<double>::infinity();
       for (const auto& t : triangles)

@@ -592,6 +592,15 @@ std::span<const GmshType> gmsh_types() {
   return types;
 }
 
+const GmshType* gmsh_type(CellType type, size_t nodes) {
+  if (type == CellType::polygon && nodes == 3) type = CellType::triangle;
+  if (type == CellType::polygon && nodes == 4) type = CellType::quad;
+  for (const GmshType& known : gmsh_types()) {
+    if (known.type == type && known.nodes == nodes) return &known;
+  }
+  return nullptr;
+}
+
 Result<ReadResult> read_gmsh(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   return GmshReader(source, input.text(), options).read();

@@ -23,6 +23,8 @@ struct GmshType {
   std::span<const uint8_t> order;
 };
 std::span<const GmshType> gmsh_types();
+/// Null for cells that Gmsh has no element for.
+const GmshType* gmsh_type(CellType type, size_t nodes);
 
 // Arrays and metadata that hold what Gmsh knows of elements.
 inline constexpr char gmsh_physical_name[] = "gmsh:physical";

@@ -7,7 +7,6 @@
 #include "base/region_file.h"
 #include "base/result.h"
 #include "io/buffered_writer.h"
-#include "io/cell_faces.h"
 #include "io/gmsh.h"
 #include "io/mesh_sources.h"
 
@@ -16,15 +15,6 @@ namespace {
 
 constexpr uint64_t node_bytes = 28;
 constexpr uint64_t element_bytes = 24;  ///< and 4 for each node
-
-const GmshType* type_of(CellType type, size_t nodes) {
-  if (type == CellType::polygon && nodes == 3) type = CellType::triangle;
-  if (type == CellType::polygon && nodes == 4) type = CellType::quad;
-  const auto types = gmsh_types();
-  const auto same = [&](const GmshType& known) { return known.type == type && known.nodes == nodes; };
-  const auto found = std::find_if(types.begin(), types.end(), same);
-  return found == types.end() ? nullptr : &*found;
-}
 
 class GmshSink final : public MeshSink {
  public:
@@ -151,11 +141,11 @@ Result<> GmshSink::check() const {
   // Mixed blocks: where it is known what all cells are, and Gmsh has them all.
   const auto& types = description_.types;
   const bool known = !types.empty() && std::all_of(types.begin(), types.end(), [](const auto& each) {
-    return type_of(each.first, nodes_of(each.first)) != nullptr;
+    return gmsh_type(each.first, nodes_of(each.first)) != nullptr;
   });
   for (const MeshDescription::Block& block : description_.blocks) {
     if (known || block.cells == 0) continue;
-    if (type_of(block.type, nodes_of(block.type)) == nullptr)
+    if (gmsh_type(block.type, nodes_of(block.type)) == nullptr)
       return unsupported("blocks of type " + std::string(name_of(block.type)) +
                          " cannot be written in parts");
   }
@@ -216,7 +206,7 @@ Result<> GmshSink::write_cells(const CellPiece& cells) {
   for (uint64_t i = 0; i < cells.size(); ++i, ++cells_) {
     const auto nodes =
         std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
-    const GmshType* const type = type_of(static_cast<CellType>(cells.types[i]), nodes.size());
+    const GmshType* const type = gmsh_type(static_cast<CellType>(cells.types[i]), nodes.size());
     if (type == nullptr) {
       return unsupported("Gmsh has no cells of type " +
                          std::string(name_of(static_cast<CellType>(cells.types[i]))) + "; write .vtu");

@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "io/budget.h"
-#include "io/cell_faces.h"
 #include "io/cell_store.h"
 #include "io/gmsh.h"
 #include "io/mesh_sources.h"

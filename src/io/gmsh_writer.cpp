@@ -20,15 +20,6 @@ constexpr size_t most_in_block = size_t{1} << 16;
 
 using Group = std::pair<int, int64_t>;  // dimension and tag
 
-const GmshType* type_of(CellType type, size_t nodes) {
-  if (type == CellType::polygon && nodes == 3) type = CellType::triangle;
-  if (type == CellType::polygon && nodes == 4) type = CellType::quad;
-  for (const GmshType& known : gmsh_types()) {
-    if (known.type == type && known.nodes == nodes) return &known;
-  }
-  return nullptr;
-}
-
 std::string in_one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
@@ -190,7 +181,7 @@ Result<> GmshWriter::visit_elements(Visit visit) {
       Element element;
       element.nodes =
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      element.type = type_of(static_cast<CellType>(piece.types[i]), element.nodes.size());
+      element.type = gmsh_type(static_cast<CellType>(piece.types[i]), element.nodes.size());
       if (element.type == nullptr) continue;
       element.cell = first + i;
       ++next;

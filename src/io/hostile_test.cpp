@@ -147,7 +147,7 @@ TEST(HostileInput, ReadersSurviveCutAndRepeatedParts) {
 }
 
 TEST(HostileInput, ReadersSurviveEveryTruncation) {
-  const size_t step = 4 / testing::cases(4);
+  const size_t step = testing::every(1);
   for (const Sample& sample : samples(3)) {
     for (size_t length = 0; length < std::min<size_t>(sample.text.size(), 3000); length += step) {
       expect_survives({sample.format, sample.text.substr(0, length)});

@@ -227,18 +227,12 @@ Result<> PolyMeshReader::add_face_zones() {
     MAILLE_CHECK(budget_.take(uses.size() * (face(i).size() + 12), sizeof(uint32_t)));
     MAILLE_CHECK(zone_faces.add(uses, face(i)));
   }
-  MAILLE_CHECK(zone_faces.sort());
-  for (uint64_t zone = 0; zone < face_zones_.names().size(); ++zone) {
-    MAILLE_CHECK(zone_faces.visit(zone, [&](std::span<const uint32_t> corners) -> Result<> {
-      store_.nodes.insert(store_.nodes.end(), corners.begin(), corners.end());
-      store_.end_cell(zone_faces.type(zone));
-      return {};
-    }));
-    if (zone_faces.count(zone) > 0)
-      shapes_.add(zone_faces.count(zone), zone_faces.type(zone),
-                  foam_face_zone_prefix + face_zones_.names()[zone]);
-  }
-  return {};
+  const auto add_cell = [&](CellType type, std::span<const uint32_t> corners) -> Result<> {
+    store_.nodes.insert(store_.nodes.end(), corners.begin(), corners.end());
+    store_.end_cell(type);
+    return {};
+  };
+  return zone_faces.add_blocks(face_zones_, shapes_, add_cell);
 }
 
 /// Of all elements; those behind the first `elements`, faces of patches, are in no zone.

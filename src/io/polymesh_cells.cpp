@@ -41,12 +41,11 @@ using Faces = std::array<std::span<const uint32_t>, most_faces>;
 bool has_faces(const FoamCell& cell, const Faces& faces, size_t count) {
   std::array<Corners, most_faces> made{}, given{};
   size_t size = 0;
-  for (const auto& places : faces_of(cell.type)) {
+  const FacesOfSolid& expected = faces_of_linear(cell.type);
+  for (unsigned i = 0; i < expected.count; ++i) {
     std::array<uint32_t, 4> face{};
     size_t corners = 0;
-    for (const int8_t place : places) {
-      if (place >= 0) face[corners++] = cell.nodes[static_cast<size_t>(place)];
-    }
+    for (const uint8_t place : expected.face(i)) face[corners++] = cell.nodes[place];
     made[size++] = from_least(std::span(face).first(corners));
   }
   for (size_t i = 0; i < count; ++i) given[i] = from_least(faces[i]);

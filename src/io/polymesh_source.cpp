@@ -360,16 +360,10 @@ Result<> PolyMeshSource::read_zones(FoamZones& zones, const FoamZoneKind& kind, 
 }
 
 Result<> PolyMeshSource::add_face_zones() {
-  MAILLE_CHECK(zone_faces_.sort());
-  for (uint64_t zone = 0; zone < face_zones_.names().size(); ++zone) {
-    MAILLE_CHECK(zone_faces_.visit(zone, [&](std::span<const uint32_t> corners) {
-      return cells_->add(zone_faces_.type(zone), corners);
-    }));
-    if (zone_faces_.count(zone) > 0)
-      shapes_.add(zone_faces_.count(zone), zone_faces_.type(zone),
-                  foam_face_zone_prefix + face_zones_.names()[zone]);
-  }
-  return {};
+  const auto add_cell = [&](CellType type, std::span<const uint32_t> corners) {
+    return cells_->add(type, corners);
+  };
+  return zone_faces_.add_blocks(face_zones_, shapes_, add_cell);
 }
 
 Result<> PolyMeshSource::add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain,

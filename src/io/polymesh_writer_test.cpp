@@ -143,8 +143,9 @@ class RandomGrid {
         return add(CellType::wedge, {p[0], p[3], p[2], p[4], p[7], p[6]});
       case 1: {
         const uint32_t apex = add_point({x + 0.4, y + 0.4, z + 0.4});
-        for (const auto& face : faces_of(CellType::hexahedron)) {
-          const auto node = [&](size_t i) { return p[static_cast<size_t>(face[i])]; };
+        const FacesOfSolid& faces = faces_of(CellType::hexahedron);
+        for (unsigned f = 0; f < faces.count; ++f) {
+          const auto node = [&](size_t i) { return p[faces.nodes[f][i]]; };
           add(CellType::pyramid, {node(3), node(2), node(1), node(0), apex});
         }
         return;

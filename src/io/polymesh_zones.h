@@ -8,6 +8,7 @@
 
 #include "base/scratch_file.h"
 #include "io/budget.h"
+#include "io/cell_store.h"
 #include "io/foam_file.h"
 #include "io/list_sorter.h"
 #include "io/polymesh_groups.h"
@@ -61,16 +62,20 @@ class FoamZoneFaces {
   FoamZoneFaces(uint64_t memory, std::string folder) : sorted_(memory, std::move(folder)) {}
   /// A face as it stands in the file; a zone that has it flipped sees it from the other side.
   Result<> add(std::span<const FoamZones::Use> uses, std::span<const uint32_t> corners);
-  /// Behind the last one.
-  Result<> sort() { return sorted_.sort(); }
-  uint64_t count(uint64_t zone) const { return zone < zones_.size() ? zones_[zone].faces : 0; }
-  CellType type(uint64_t zone) const { return zones_[zone].types.type(); }
-  /// Calls f(corners) for the next zone, in their order.
+  /// Behind the last one: a block of faces for each zone that has some. Calls add_cell(type, corners) for
+  /// each.
   template <class F>
-  Result<> visit(uint64_t zone, F f) {
-    for (uint64_t i = 0; i < count(zone); ++i) {
-      MAILLE_CHECK(f(std::span<const uint32_t>(sorted_.front()->list)));
-      MAILLE_CHECK(sorted_.take());
+  Result<> add_blocks(const FoamZones& names, BlockShapes& shapes, F add_cell) {
+    MAILLE_CHECK(sorted_.sort());
+    for (size_t zone = 0; zone < zones_.size(); ++zone) {
+      const uint64_t faces = zones_[zone].faces;
+      if (faces == 0) continue;
+      const CellType type = zones_[zone].types.type();
+      for (uint64_t i = 0; i < faces; ++i) {
+        MAILLE_CHECK(add_cell(type, std::span<const uint32_t>(sorted_.front()->list)));
+        MAILLE_CHECK(sorted_.take());
+      }
+      shapes.add(faces, type, foam_face_zone_prefix + names.names()[zone]);
     }
     return {};
   }

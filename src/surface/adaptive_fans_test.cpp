@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "support/cases.h"
 #include "support/coded_mesh.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
@@ -64,7 +65,7 @@ TEST(AdaptiveFans, AnySoupComesBack) {
   RandomMeshOptions options;
   options.arrays = options.several_blocks = false;
   uint32_t taken = 0;
-  for (uint64_t seed = 0; seed < 600; ++seed) {
+  for (uint64_t seed = 0; seed < cases(600); ++seed) {
     options.faces = seed % 7 == 0 ? 600 : 60;
     const Surface shape = surface_of(random_surface(seed, options));
     const Patch patch = patch_of(shape);
@@ -72,7 +73,7 @@ TEST(AdaptiveFans, AnySoupComesBack) {
     ++taken;
     ASSERT_EQ(round_trip(patch, smooth(shape, 1), {Tolerance::Kind::bits, 12.0}), "") << "seed " << seed;
   }
-  EXPECT_GT(taken, 100u);
+  EXPECT_GT(taken, cases(100));
 }
 
 TEST(AdaptiveFans, CostNoMoreThanStaticTables) {
@@ -99,7 +100,7 @@ TEST(AdaptivePositions, FloatsComeBackBitForBit) {
 TEST(AdaptivePositions, AnyBitsOfFloatsAndIntegersComeBack) {
   const Surface shape = shapes::plate(2);
   const Patch patch = patch_of(shape);
-  for (uint64_t seed = 0; seed < 50; ++seed) {
+  for (uint64_t seed = 0; seed < cases(50); ++seed) {
     for (const Scalar type :
          {Scalar::f32, Scalar::i32, Scalar::u32, Scalar::i16, Scalar::u16, Scalar::i8, Scalar::u8}) {
       Random random(seed);
@@ -158,7 +159,7 @@ Result<> decode(const Encoded& file, Bytes bytes, uint32_t points, Array& decode
 
 TEST(AdaptivePositions, EveryTruncationIsAnError) {
   for (const Encoded& file : files()) {
-    for (size_t size = 0; size < file.bytes.size(); ++size) {
+    for (size_t size = 0; size < file.bytes.size(); size += every(1)) {
       Array decoded = positions(file.array.type, 0);
       const auto ok =
           decode(file, Bytes(file.bytes).first(size), static_cast<uint32_t>(file.array.count()), decoded);
@@ -170,7 +171,7 @@ TEST(AdaptivePositions, EveryTruncationIsAnError) {
 
 TEST(AdaptivePositions, DamageGivesTheRightNumberOfPointsOrAnError) {
   const auto encoded = files();
-  for (uint64_t seed = 0; seed < 3000 && !HasFailure(); ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000) && !HasFailure(); ++seed) {
     Random random(seed);
     const Encoded& file = encoded[seed % encoded.size()];
     Array decoded = positions(file.array.type, 0);
@@ -187,7 +188,7 @@ TEST(AdaptivePositions, DamageGivesTheRightNumberOfPointsOrAnError) {
 TEST(AdaptiveFans, EveryTruncationIsAnError) {
   for (const Surface& shape : {shapes::sphere(14, 12), shapes::plate(3), shapes::book(9)}) {
     const Patch patch = patch_of(shape);
-    for (size_t size = 0; size < patch.coded.bytes.size(); ++size) {
+    for (size_t size = 0; size < patch.coded.bytes.size(); size += every(1)) {
       const auto decoded = fans_of(patch, Bytes(patch.coded.bytes).first(size));
       ASSERT_FALSE(decoded) << size;
       EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);

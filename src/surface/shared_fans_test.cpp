@@ -1,4 +1,5 @@
 #include "surface/shared_fans.h"
+#include "support/cases.h"
 
 #include <gtest/gtest.h>
 
@@ -156,7 +157,7 @@ TEST(SharedFans, PolygonsAndAdaptiveEffortsAreForOthers) {
 
 TEST(SharedFans, DamageEndsInErrorsOrValidTriangles) {
   const std::vector<Patches> files{shapes_together({}), shapes_together({Tolerance::Kind::bits, 12.0})};
-  for (uint64_t seed = 0; seed < 3000 && !HasFailure(); ++seed) {
+  for (uint64_t seed = 0; seed < cases(3000) && !HasFailure(); ++seed) {
     Random random(seed);
     const Patches& file = files[seed % files.size()];
     const size_t i = random.below(static_cast<uint32_t>(file.meshes.size()));

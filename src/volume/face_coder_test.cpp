@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "support/cases.h"
 #include "support/random_volume.h"
 #include "volume/cell_coder.h"
 #include "volume/testing.h"
@@ -286,7 +287,7 @@ TEST(FaceCoder, DamagedPolyhedraDecodeOrAreRefused) {
     }
     const std::vector<std::byte> right_cells = topology.finish(), right_numbers = numbers.finish();
     std::mt19937 random(2);
-    for (unsigned round = 0; round < 500; ++round) {
+    for (unsigned round = 0; round < cases(500); ++round) {
       std::vector<std::byte> cells = right_cells, names = right_numbers;
       cells[random() % cells.size()] ^= static_cast<std::byte>(1u << random() % 8);
       if (round % 3 == 0) names[random() % names.size()] ^= static_cast<std::byte>(1u << random() % 8);

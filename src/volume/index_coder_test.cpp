@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "container/file_reader.h"
+#include "support/cases.h"
 #include "volume/cell_coder.h"
 #include "volume/stream_layout.h"
 #include "volume/testing.h"
@@ -89,7 +90,7 @@ Mesh leaping_cells() {
 }
 
 TEST(IndexCoder, AnyCellsComeBackWithTheSameNeighbours) {
-  for (unsigned seed = 0; seed < 20; ++seed) {
+  for (unsigned seed = 0; seed < cases(20); ++seed) {
     const Mesh mesh = soup(seed, 300, 120);
     for (const Mixing mixing : {Mixing::none, Mixing::some, Mixing::most})
       IndexedCells(mesh, mixing).expect_back(mesh, mixing);
@@ -107,7 +108,7 @@ TEST(IndexCoder, ASweepCostsNextToNothing) {
 TEST(IndexCoder, DamagedCellsAreRefusedOrOthers) {
   const Mesh mesh = soup(5, 200, 80);
   const IndexedCells coded(mesh);
-  for (size_t cut = 0; cut < coded.cells.size(); cut += 7) {
+  for (size_t cut = 0; cut < coded.cells.size(); cut += every(7)) {
     std::vector<std::byte> damaged = coded.cells;
     damaged[cut] ^= std::byte{0x5a};
     CellCoder<RangeDecoder> coder(Mixing::most, true, true);

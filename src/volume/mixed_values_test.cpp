@@ -1,4 +1,5 @@
 #include "volume/mixed_values.h"
+#include "support/cases.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -161,7 +162,7 @@ std::vector<std::byte> decoded(const StreamedArray& array, Bytes bytes) {
 
 TEST(MixedValues, OfDamagedBytesAreTheSameEachTime) {
   std::mt19937 random(3);
-  for (int run = 0; run < 10; ++run) {
+  for (uint64_t run = 0; run < testing::cases(10); ++run) {
     std::vector<std::byte> bytes(2000);
     for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
     const StreamedArray wide = array_of(Scalar::f64, 3, as_bits);

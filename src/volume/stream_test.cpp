@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "support/cases.h"
 #include "volume/cell_coder.h"
 #include "volume/testing.h"
 
@@ -281,7 +282,7 @@ TEST(Stream, ReaderKeepsItsMemoryLimit) {
 // Checksums keep accidents out, not attackers: the coder itself must take any bytes.
 TEST(CellCoder, AnyBytesDecodeOrAreRefused) {
   std::mt19937 random(1);
-  for (unsigned round = 0; round < 400; ++round) {
+  for (unsigned round = 0; round < cases(400); ++round) {
     std::vector<std::byte> topology(200), numbers(100);
     for (std::byte& byte : topology) byte = static_cast<std::byte>(random() >> (round % 3 == 0 ? 6 : 0));
     for (std::byte& byte : numbers) byte = static_cast<std::byte>(random() >> (round % 2 == 0 ? 6 : 0));
@@ -325,7 +326,7 @@ TEST(CellCoder, DamagedMeshesDecodeOrAreRefused) {
   }
   const std::vector<std::byte> right_cells = topology.finish(), right_numbers = numbers.finish();
   std::mt19937 random(2);
-  for (unsigned round = 0; round < 600; ++round) {
+  for (unsigned round = 0; round < cases(600); ++round) {
     std::vector<std::byte> cells = right_cells, names = right_numbers;
     cells[random() % cells.size()] ^= static_cast<std::byte>(1u << random() % 8);
     if (round % 3 == 0) names[random() % names.size()] ^= static_cast<std::byte>(1u << random() % 8);

@@ -1,6 +1,6 @@
 # An address stands wherever a .maille file is read; of a part, little more than that part is fetched.
 export no_proxy=127.0.0.1
-maille subdivide -q --levels 8 tetra.off fine.ply
+maille subdivide -q --levels 7 tetra.off fine.ply
 maille compress -q --mode random fine.ply
 maille compress -q -2 fine.ply plain.maille
 maille serve -q --port 0 . > address &

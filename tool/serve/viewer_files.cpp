@@ -1,27 +1,11 @@
 #include "serve/viewer_files.h"
 
-#include <climits>
 #include <cstdlib>
 #include <string>
 
+#include "program_folder.h"
+
 namespace maille::tool {
-
-namespace {
-
-/// The folder of the program that runs; empty where the system does not tell.
-std::string program_folder() {
-#ifdef __linux__
-  char* const found = ::realpath("/proc/self/exe", nullptr);
-  if (found == nullptr) return {};
-  const std::string path = found;
-  std::free(found);
-  return path.substr(0, path.rfind('/'));
-#else
-  return {};
-#endif
-}
-
-}  // namespace
 
 std::optional<ServedFiles> viewer_files() {
   std::vector<std::string> folders;
