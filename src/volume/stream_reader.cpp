@@ -10,10 +10,16 @@
 namespace maille {
 namespace {
 
+/// Nodes of some cells, and where they stand in the connectivity of the piece.
+struct NodeRun {
+  size_t node = 0, at = 0, count = 0;
+};
+
 /// A block between the stages: cells are decoded, values not yet.
 struct Block {
   CodedCells cells;
   StreamPiece piece;
+  std::vector<NodeRun> runs;  ///< not yet in the piece
 };
 
 void clear(StreamPiece& piece) {
@@ -55,6 +61,8 @@ class StreamReader::Implementation {
   Result<> check_tail(Bytes bytes);
   uint64_t decode_alike(Block& block, uint64_t most);
   Result<> decode_cells(Block& block);
+  void complete(Block& block);
+  bool prepare_values(Block& block);
   Result<> append_cell(const StreamedCell& cell, Block& block);
   static void append_faces(const StreamedCell& cell, StreamPiece& piece);
   void begin_blocks(StreamPiece& piece);
@@ -74,6 +82,8 @@ class StreamReader::Implementation {
   std::vector<std::vector<std::byte>> value_streams_;
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
+  std::vector<std::byte*> tuples_;       ///< by stage, of the block whose values come next
+  std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
   unsigned ready_ = 0;  ///< the block whose cells are decoded
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
@@ -304,7 +314,8 @@ void StreamReader::Implementation::append_faces(const StreamedCell& cell, Stream
   piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
-/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most.
+/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most. complete() gives
+/// them their points.
 uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most) {
   if (block_type_ != CellType::hexahedron && block_type_ != CellType::mixed) return 0;
   if (starts_used_ < batch_.blocks.size()) {
@@ -312,24 +323,25 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
     most = std::min(most, batch_.blocks[starts_used_].records_before - before);
   }
   StreamPiece& piece = block.piece;
-  const size_t nodes = block.cells.nodes.size(), at = piece.connectivity.size();
+  const size_t node = block.cells.nodes.size(), at = piece.connectivity.size();
   const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
+  if (count == 0) return 0;
+  block.runs.push_back({node, at, count * most_corners});
   piece.types.resize(piece.types.size() + count, CellType::hexahedron);
-  piece.slots.insert(piece.slots.end(), block.cells.nodes.begin() + static_cast<ptrdiff_t>(nodes),
-                     block.cells.nodes.end());
+  piece.slots.resize(at + count * most_corners);
   piece.connectivity.resize(at + count * most_corners);
-  for (size_t k = 0; k < count * most_corners; ++k)
-    piece.connectivity[at + k] = coder_->hull().point(block.cells.nodes[nodes + k]).number;
-  for (size_t k = 1; k <= count; ++k) {
-    piece.offsets.push_back(at + k * most_corners);
-    if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
-  }
+  const size_t before = piece.offsets.size();
+  piece.offsets.resize(before + count);
+  for (size_t k = 0; k < count; ++k) piece.offsets[before + k] = at + (k + 1) * most_corners;
+  if (!piece.cell_faces.empty())
+    piece.cell_faces.resize(piece.cell_faces.size() + count, piece.face_sizes.size());
   cells_seen_ += count;
   return count;
 }
 
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
+  block.runs.clear();
   clear(block.piece);
   block.piece.first_cell = cells_seen_;
   coder_->end_block();
@@ -350,14 +362,52 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     --records_left_;
   }
   if (records_left_ == 0) begin_blocks(block.piece);
-  for (const NewPoint& point : block.cells.points) {
-    block.piece.points.push_back(point.number);
-    block.piece.point_slots.push_back(point.slot);
-  }
-  points_seen_ += block.piece.points.size();
-  block.piece.ended_slots = block.cells.removed;
+  points_seen_ += block.cells.points.size();
   block.piece.slot_count = coder_->hull().point_capacity();
   return {};
+}
+
+/// What of a piece follows from its cells, while the next ones are decoded.
+void StreamReader::Implementation::complete(Block& block) {
+  StreamPiece& piece = block.piece;
+  piece.points.resize(block.cells.points.size());
+  piece.point_slots.resize(block.cells.points.size());
+  if (number_of_slot_.size() < piece.slot_count) number_of_slot_.resize(piece.slot_count);
+  for (size_t i = 0; i < piece.points.size(); ++i) {
+    const NewPoint& point = block.cells.points[i];
+    piece.points[i] = point.number;
+    piece.point_slots[i] = point.slot;
+    number_of_slot_[point.slot] = point.number;
+  }
+  for (const NodeRun& run : block.runs) {
+    const uint32_t* const slots = block.cells.nodes.data() + run.node;
+    std::copy_n(slots, run.count, piece.slots.begin() + static_cast<ptrdiff_t>(run.at));
+    uint64_t* const numbers = piece.connectivity.data() + run.at;
+    for (size_t k = 0; k < run.count; ++k) numbers[k] = number_of_slot_[slots[k]];
+  }
+  piece.ended_slots = block.cells.removed;
+}
+
+/// Room for the values of a block. False: they take more memory than allowed.
+bool StreamReader::Implementation::prepare_values(Block& block) {
+  StreamPiece& piece = block.piece;
+  size_t of_points = 0, of_cells = 0;
+  tuples_.clear();
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const bool on_points = stages_[s].domain() == Domain::point;
+    const size_t size =
+        (on_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+    if (size > options_.limits.mesh_bytes) return false;
+    auto& arrays = on_points ? piece.point_arrays : piece.cell_arrays;
+    size_t& next = on_points ? of_points : of_cells;
+    if (s > 0 && next == arrays.size()) arrays.emplace_back();
+    std::vector<std::byte>& bytes = s == 0 ? piece.positions : arrays[next++];
+    bytes.resize(size);
+    tuples_.push_back(bytes.data());
+  }
+  piece.point_arrays.resize(of_points);
+  piece.cell_arrays.resize(of_cells);
+  return true;
 }
 
 /// Values of one block at the same time as the cells of the next.
@@ -372,33 +422,22 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   }
   Block& block = blocks_[ready_];
   Block& following = blocks_[1 - ready_];
-  block.piece.point_arrays.resize(0);
-  block.piece.cell_arrays.resize(0);
-  std::vector<std::byte*> out(stages_.size());
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    const bool of_points = stages_[s].domain() == Domain::point;
-    const size_t size =
-        (of_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
-    if (size > options_.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound,
-                     pull_.name() + ": some thousand tuples take more memory than allowed");
-    }
-    if (s == 0) {
-      block.piece.positions.assign(size, std::byte{});
-      out[s] = block.piece.positions.data();
-    } else {
-      auto& bytes = (of_points ? block.piece.point_arrays : block.piece.cell_arrays).emplace_back(size);
-      out[s] = bytes.data();
-    }
+  if (!prepare_values(block)) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand tuples take more memory than allowed");
   }
-  const bool more = records_left_ > 0;
+  // The cells first: they take longest.
+  const size_t ahead = records_left_ > 0 ? 1 : 0;
   Result<> cells;
   std::vector<uint8_t> whole(stages_.size());
-  executor_.parallel_for(stages_.size() + (more ? 1 : 0), [&](size_t task) {
-    if (task == stages_.size()) {
+  executor_.parallel_for(ahead + stages_.size() + 1, [&](size_t task) {
+    if (task < ahead) {
       cells = decode_cells(following);
+    } else if (task < ahead + stages_.size()) {
+      const size_t stage = task - ahead;
+      whole[stage] = stages_[stage].code(block.cells, tuples_[stage]);
     } else {
-      whole[task] = stages_[task].code(block.cells, out[task]);
+      complete(block);
     }
   });
   for (const uint8_t each : whole) {
@@ -406,8 +445,8 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   }
   MAILLE_CHECK(cells);
   std::swap(piece, block.piece);
-  is_ready_ = more;
-  if (more) ready_ = 1 - ready_;
+  is_ready_ = ahead == 1;
+  if (is_ready_) ready_ = 1 - ready_;
   return true;
 }
 
