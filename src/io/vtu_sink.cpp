@@ -198,7 +198,8 @@ Result<> VtuSink::write(const Region& region, uint64_t at, Bytes bytes) {
 
 Result<> VtuSink::write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
                                  Scalar type) {
-  if (size_of(type) == sizeof(uint64_t)) return write(region, first * sizeof(uint64_t), std::as_bytes(values));
+  if (size_of(type) == sizeof(uint64_t))
+    return write(region, first * sizeof(uint64_t), std::as_bytes(values));
   narrow_.resize(values.size());
   for (size_t i = 0; i < values.size(); ++i) narrow_[i] = static_cast<uint32_t>(values[i]);
   return write(region, first * sizeof(uint32_t), std::as_bytes(std::span(narrow_)));

@@ -19,8 +19,7 @@ uint64_t most_points_of(const WorkingSpace& space) {
 
 }  // namespace
 
-Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space,
-                                const EncodeOptions& options) {
+Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options) {
   const Progress& progress = options.progress;
   Executor& executor = options.executor != nullptr ? *options.executor : serial_executor();
   ScratchFile flags = MAILLE_TRY(ScratchFile::create(space.folder));

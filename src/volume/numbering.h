@@ -19,8 +19,8 @@ class Numbering {
   /// `expected`: the number that three corners of the cell suggest, if `has_expected`; `context` below 64.
   /// `others(suggest)` has up to three more guesses, asked for only when the first one is wrong.
   template <class Coder, class Others>
-  [[gnu::always_inline]] uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected, unsigned context,
-                Others others) {
+  [[gnu::always_inline]] uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected,
+                                       unsigned context, Others others) {
     const uint64_t next = track_[0] + 1;
     // Where both guesses agree they are nearly always right; what is below the last number is mostly taken.
     const unsigned agreement = !has_expected ? 0 : expected == next ? 1 : expected > next ? 2 : 3;

@@ -111,7 +111,8 @@ class SinkFeeder {
     if (!std::is_sorted(numbers.begin(), numbers.end())) {
       order_.resize(numbers.size());
       std::iota(order_.begin(), order_.end(), 0u);
-      std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; });
+      std::sort(order_.begin(), order_.end(),
+                [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; });
       for (size_t i = 0; i < order_.size(); ++i) sorted_[i] = numbers[order_[i]];
     }
     for (const uint64_t number : sorted_) {

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <mutex>
+#include <functional>
+#include <utility>
 
 #include "base/pace.h"
 #include "base/result.h"
@@ -42,37 +43,31 @@ Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptio
   return stream;
 }
 
-/// A source that is asked by one thread at a time: cells are read ahead while values of points are read.
-class OneAtATime final : public MeshSource {
+/// Points of a source. Who reads them owns the source while cells are coded: before the first point, the next
+/// cells are read, too, if that was asked for.
+class PointsWithCellsAhead final : public PointSource {
  public:
-  explicit OneAtATime(MeshSource& mesh) : mesh_(mesh) {}
-  const MeshDescription& description() const override { return mesh_.description(); }
-  Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return mesh_.read_points(first, count, out);
+  PointsWithCellsAhead(MeshSource& mesh, uint64_t memory) : points_(mesh, memory, true) {}
+  Result<> read(uint64_t number, std::byte* out) override {
+    read_ahead();
+    return points_.read(number, out);
   }
-  Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return mesh_.read_cells(first, count, out);
-  }
-  Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return mesh_.read_array(array, first, count, out);
+  void plan(std::function<void()> ahead) { ahead_ = std::move(ahead); }
+  /// Unless that was done.
+  void read_ahead() {
+    if (ahead_) std::exchange(ahead_, nullptr)();
   }
 
  private:
-  MeshSource& mesh_;
-  std::mutex mutex_;
+  SourcePoints points_;
+  std::function<void()> ahead_;
 };
 
 /// Hands the cells of a source to a writer, a block of LastUses at a time: the next one is read meanwhile.
 class SourceFeeder {
  public:
-  SourceFeeder(MeshSource& mesh, StreamWriter& writer, LastUses& uses, Executor* executor)
-      : mesh_(mesh),
-        writer_(writer),
-        uses_(uses),
-        executor_(executor != nullptr ? *executor : serial_executor()) {
+  SourceFeeder(MeshSource& mesh, PointsWithCellsAhead& points, StreamWriter& writer, LastUses& uses)
+      : mesh_(mesh), points_(points), writer_(writer), uses_(uses) {
     for (size_t i = 0; i < mesh.description().arrays.size(); ++i) {
       if (mesh.description().arrays[i].domain == Domain::cell) columns_.push_back(i);
     }
@@ -87,15 +82,13 @@ class SourceFeeder {
       if (progress && !progress({"cells", static_cast<double>(first) / static_cast<double>(cells)}))
         return cancelled();
       const uint64_t next = first + LastUses::step;
-      Result<> fed, loaded;
-      executor_.parallel_for(next < cells ? 2 : 1, [&](size_t task) {
-        if (task == 0) {
-          fed = feed_piece(first, pieces_[k]);
-        } else {
-          loaded = load(next, std::min(LastUses::step, cells - next), pieces_[1 - k]);
-        }
-      });
-      MAILLE_CHECK(fed);
+      Result<> loaded;
+      if (next < cells) {
+        points_.plan(
+            [&, next] { loaded = load(next, std::min(LastUses::step, cells - next), pieces_[1 - k]); });
+      }
+      MAILLE_CHECK(feed_piece(first, pieces_[k]));
+      points_.read_ahead();
       MAILLE_CHECK(loaded);
     }
     MAILLE_CHECK(begin_blocks(cells));
@@ -171,9 +164,9 @@ class SourceFeeder {
   }
 
   MeshSource& mesh_;
+  PointsWithCellsAhead& points_;
   StreamWriter& writer_;
   LastUses& uses_;
-  Executor& executor_;
   std::vector<size_t> columns_;  ///< arrays on cells
   std::array<Piece, 2> pieces_;
   std::vector<Bytes> tuples_;
@@ -257,11 +250,10 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
   maps.mixing_pays = mixing_pays(count_numbers(mesh.description()), mesh.description().cells, false);
-  OneAtATime shared(mesh);
-  SourcePoints points(shared, space.memory / 4, true);
+  PointsWithCellsAhead points(mesh, space.memory / 4);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
-  MAILLE_CHECK(SourceFeeder(shared, writer, uses, options.executor).feed(options.progress));
+  MAILLE_CHECK(SourceFeeder(mesh, points, writer, uses).feed(options.progress));
   return report_of(mesh.description(), MAILLE_TRY(writer.finish()), maps);
 }
 

@@ -33,7 +33,9 @@ struct Intake {
   std::span<const uint64_t> given_numbers;
   std::span<const uint8_t> given_last_use;
 
-  const uint64_t* all_numbers() const { return given_numbers.empty() ? numbers.data() : given_numbers.data(); }
+  const uint64_t* all_numbers() const {
+    return given_numbers.empty() ? numbers.data() : given_numbers.data();
+  }
   const uint8_t* all_last_uses() const {
     return given_numbers.empty() ? last_use.data() : given_last_use.data();
   }

@@ -22,14 +22,13 @@ struct Block {
   std::vector<NodeRun> runs;  ///< not yet in the piece
 };
 
+/// But for `connectivity` and `slots`, which are written over and cut off behind the last cell.
 void clear(StreamPiece& piece) {
   piece.blocks.clear();
   piece.types.clear();
   piece.offsets.assign(1, 0);
-  piece.connectivity.clear();
   piece.face_sizes.clear();
   piece.cell_faces.clear();
-  piece.slots.clear();
   piece.points.clear();
   piece.point_slots.clear();
   piece.ended_slots.clear();
@@ -63,6 +62,7 @@ class StreamReader::Implementation {
   Result<> decode_cells(Block& block);
   void complete(Block& block);
   bool prepare_values(Block& block);
+  size_t add_nodes(StreamPiece& piece, size_t count);
   Result<> append_cell(const StreamedCell& cell, Block& block);
   static void append_faces(const StreamedCell& cell, StreamPiece& piece);
   void begin_blocks(StreamPiece& piece);
@@ -82,9 +82,10 @@ class StreamReader::Implementation {
   std::vector<std::vector<std::byte>> value_streams_;
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
-  std::vector<std::byte*> tuples_;       ///< by stage, of the block whose values come next
+  std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
   std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
-  unsigned ready_ = 0;  ///< the block whose cells are decoded
+  size_t corners_ = 0;                    ///< of the piece whose cells are decoded
+  unsigned ready_ = 0;                    ///< the block whose cells are decoded
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
   size_t starts_used_ = 0;  ///< of the batch's blocks of cells
@@ -279,29 +280,34 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
   return type;
 }
 
+/// Room for the points of cells; returns where.
+size_t StreamReader::Implementation::add_nodes(StreamPiece& piece, size_t count) {
+  const size_t at = corners_;
+  corners_ += count;
+  if (piece.connectivity.size() < corners_) piece.connectivity.resize(corners_);
+  if (piece.slots.size() < corners_) piece.slots.resize(corners_);
+  return at;
+}
+
 Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
   StreamPiece& piece = block.piece;
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
   piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
-  const size_t at = piece.connectivity.size();
   if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
-  if (cell.kind >= shape_count) {
-    piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
-    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
-  } else {
-    piece.connectivity.insert(piece.connectivity.end(), cell.number.begin(),
-                              cell.number.begin() + static_cast<ptrdiff_t>(slots.size()));
-    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
-    for (size_t i = 0; i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
-      const size_t place = at + cell_shapes[cell.kind].place[i];
-      piece.connectivity[place] = cell.number[i];
-      piece.slots[place] = slots[i];
-    }
+  const size_t at = add_nodes(piece, slots.size());
+  const bool has_shape = cell.kind < shape_count;
+  std::copy_n(has_shape ? cell.number.data() : cell.numbers.data(), slots.size(),
+              piece.connectivity.data() + at);
+  std::copy_n(slots.data(), slots.size(), piece.slots.data() + at);
+  for (size_t i = 0; has_shape && i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
+    const size_t place = at + cell_shapes[cell.kind].place[i];
+    piece.connectivity[place] = cell.number[i];
+    piece.slots[place] = slots[i];
   }
-  piece.offsets.push_back(piece.connectivity.size());
+  piece.offsets.push_back(corners_);
   if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
   ++cells_seen_;
-  if ((piece.connectivity.size() + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
+  if ((corners_ + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
   }
@@ -323,13 +329,12 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
     most = std::min(most, batch_.blocks[starts_used_].records_before - before);
   }
   StreamPiece& piece = block.piece;
-  const size_t node = block.cells.nodes.size(), at = piece.connectivity.size();
+  const size_t node = block.cells.nodes.size();
   const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
   if (count == 0) return 0;
+  const size_t at = add_nodes(piece, count * most_corners);
   block.runs.push_back({node, at, count * most_corners});
   piece.types.resize(piece.types.size() + count, CellType::hexahedron);
-  piece.slots.resize(at + count * most_corners);
-  piece.connectivity.resize(at + count * most_corners);
   const size_t before = piece.offsets.size();
   piece.offsets.resize(before + count);
   for (size_t k = 0; k < count; ++k) piece.offsets[before + k] = at + (k + 1) * most_corners;
@@ -343,6 +348,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
   block.runs.clear();
   clear(block.piece);
+  corners_ = 0;
   block.piece.first_cell = cells_seen_;
   coder_->end_block();
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
@@ -362,6 +368,8 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     --records_left_;
   }
   if (records_left_ == 0) begin_blocks(block.piece);
+  block.piece.connectivity.resize(corners_);
+  block.piece.slots.resize(corners_);
   points_seen_ += block.cells.points.size();
   block.piece.slot_count = coder_->hull().point_capacity();
   return {};

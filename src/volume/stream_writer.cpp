@@ -125,6 +125,7 @@ class StreamWriter::Implementation {
   StreamReport report_;
   uint64_t records_taken_ = 0;  ///< into the intake, in this batch
   uint64_t cells_given_ = 0;
+  std::optional<Error> failed_;
 };
 
 unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes) const {
@@ -268,8 +269,10 @@ Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type,
     i += some;
     if (!is_full()) continue;
     const Result<> done = run_block();
-    if (!done) intake_.clear();  // the caller may take back what was given
-    MAILLE_CHECK(done);
+    if (done) continue;
+    failed_ = done.error();
+    intake_.clear();  // the caller may take back what was given
+    return done;
   }
   return {};
 }
@@ -422,7 +425,8 @@ void StreamWriter::Implementation::code_records(CellCoder<RangeEncoder>& coder, 
     // Hexahedra from here on.
     alike = std::max(alike, i);
     while (alike < intake_.records.size() && intake_.records[alike].kind == hexahedron_kind) ++alike;
-    const size_t swept = coder.sweep(cells, numbers_out, all_numbers + at, all_last_uses + at, alike - i, out);
+    const size_t swept =
+        coder.sweep(cells, numbers_out, all_numbers + at, all_last_uses + at, alike - i, out);
     at += swept * most_corners;
     i += swept;
     if (i == intake_.records.size()) break;
@@ -512,6 +516,7 @@ Result<> StreamWriter::Implementation::code_values(Block& block, size_t stage) {
 
 /// Codes what waits; ends of points that no waiting cell uses follow as records of their own.
 Result<> StreamWriter::Implementation::run_block() {
+  if (failed_) return tl::unexpected(*failed_);
   std::vector<uint64_t> late;
   if (!intake_.ended.empty()) resolve_ends(late);
   MAILLE_CHECK(begin_stream());
