@@ -27,8 +27,12 @@ class Volumes:
     def __init__(self, path):
         self.meshes = {'f32': collections.OrderedDict(), 'as read': collections.OrderedDict()}
         self.codecs = []
+        self.whole_coder = []
         for line in open(path):
             row = json.loads(line)
+            if 'whole_coder' in row:
+                self.whole_coder.append(row)
+                continue
             if row['precision'] == 'f32' and row['round_trip'] != 'exact':
                 continue  # listed with the round trips
             self.meshes[row['precision']].setdefault((row['folder'], row['mesh']), {})[row['codec']] = row
@@ -110,6 +114,12 @@ def speeds(results):
     return table(['codec', f'whole file / {GENERIC}', 'encode M cells/s', 'decode M cells/s', 'pipe 1M'], lines)
 
 
+def whole_coder(results):
+    lines = [[row['whole_coder'], str(row['threads'])] + [f'{row[key]:.2f}' for key in ('encode_mcps', 'decode_mcps', 'encode_mcps_cpu', 'decode_mcps_cpu')] +
+             [row['round_trip']] for row in results.whole_coder]
+    return table(['pipe 1M from and to', 'threads', 'encode M cells/s', 'decode M cells/s', 'encode M cells/CPU-s', 'decode M cells/CPU-s', 'round trip'], lines)
+
+
 def round_trips(results):
     lines = []
     for (folder, mesh), rows in results.meshes['as read'].items():
@@ -154,6 +164,12 @@ def aims(results):
     yield f'fields of floats / {GENERIC}', geometric_mean(ratios), 0.85, 0.7
 
 
+    for row in results.whole_coder:
+        if row['threads'] == 2 and row['whole_coder'] == 'memory':
+            for key, bar in (('encode', 5), ('decode', 6)):
+                yield f'whole coder, structured, two threads, {key}: ns/hexahedron', 1000 / row[key + '_mcps'], 1000 / bar, 1000 / 8.3
+
+
 def aims_table(results):
     lines = []
     for text, value, bar, stretch in aims(results):
@@ -169,4 +185,6 @@ def sections(path):
     yield '### Whole files, bits per solid cell\n\n' + whole_files(results)
     yield '### Arrays, bytes against ' + GENERIC + '\n\n' + fields(results)
     yield '### Size and speed\n\nGeometric means of sizes, medians of speeds.\n\n' + speeds(results)
+    if results.whole_coder:
+        yield '### Whole coder, wall time\n\nEffort 5, order kept, the best of some rounds; only of an idle machine.\n\n' + whole_coder(results)
     yield '### Round trip of the files as they are, all arrays\n\n' + round_trips(results)

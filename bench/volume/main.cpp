@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include "array_codec.h"
 #include "peers/measure.h"
+#include "whole_coder.h"
 #include "workload.h"
 
 namespace maille::bench {
@@ -27,6 +28,7 @@ struct Options {
   std::string json_path;
   bool no_pipe = false;
   bool as_read = false;
+  unsigned rounds = 7;
 };
 
 struct Row {
@@ -125,6 +127,21 @@ json to_json(const Row& row, const Workload& work) {
           {"round_trip", row.verdict}};
 }
 
+json to_json(const WholeCoder& row, const Workload& work) {
+  const auto rate = [&](double seconds) {
+    return static_cast<double>(work.mesh.cell_count()) / 1e6 / std::max(seconds, 1e-9);
+  };
+  return {{"whole_coder", row.from},
+          {"mesh", work.name},
+          {"cells", work.mesh.cell_count()},
+          {"threads", row.threads},
+          {"encode_mcps", rate(row.encode_seconds)},
+          {"decode_mcps", rate(row.decode_seconds)},
+          {"encode_mcps_cpu", rate(row.encode_cpu_seconds)},
+          {"decode_mcps_cpu", rate(row.decode_cpu_seconds)},
+          {"round_trip", row.verdict}};
+}
+
 void print_row(const Row& row, const Workload& work) {
   const auto solids = static_cast<double>(solid_cells(work.mesh)),
              cells = static_cast<double>(work.mesh.cell_count());
@@ -155,7 +172,9 @@ class Bench {
         fmt::print("pipe: {}\n", pipe.error().message);
         return false;
       }
-      measure({"generated", "pipe 1M", std::move(*pipe)});
+      const Workload work{"generated", "pipe 1M", std::move(*pipe)};
+      if (options_.rounds > 0 && is_chosen("maille")) measure_speed(work);
+      measure(work);
     }
     for (const std::string& path : files()) {
       auto read = read_mesh(path);
@@ -201,6 +220,21 @@ class Bench {
     if (json_.is_open()) json_ << to_json(row, work).dump() << std::endl;
     all_ok_ = all_ok_ && row.verdict == "exact";
   }
+  void measure_speed(const Workload& work) {
+    fmt::print("\nWhole coder, {}, effort 5, order kept: M cells/s of wall time, the best of {}\n", work.name,
+               options_.rounds);
+    fmt::print("{:10} {:>7} {:>8} {:>8} {:>16}\n", "from, to", "threads", "encode", "decode",
+               "M cells/CPU s");
+    for (const WholeCoder& row : measure_whole_coder(work.mesh, options_.rounds)) {
+      const json line = to_json(row, work);
+      fmt::print("{:10} {:>7} {:>8.2f} {:>8.2f} {:>8.2f} {:>7.2f}  {}\n", row.from, row.threads,
+                 line["encode_mcps"].get<double>(), line["decode_mcps"].get<double>(),
+                 line["encode_mcps_cpu"].get<double>(), line["decode_mcps_cpu"].get<double>(), row.verdict);
+      std::fflush(stdout);
+      if (json_.is_open()) json_ << line.dump() << std::endl;
+      all_ok_ = all_ok_ && row.verdict == "exact";
+    }
+  }
   void measure(const Workload& work) {
     fmt::print("\n{}/{}: {} points, {} cells, {} of them solid, {}\n", work.folder, work.name,
                work.mesh.point_count(), work.mesh.cell_count(), solid_cells(work.mesh),
@@ -240,6 +274,8 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->allow_extra_args(false);
   app.add_option("--json", options.json_path, "write one line of JSON per row to this file");
+  app.add_option("--rounds", options.rounds,
+                 "of the whole coder with one and two threads, on an idle machine; 0: not at all");
   app.add_flag("--no-pipe", options.no_pipe, "without the generated pipe of a million cells");
   app.add_flag("--as-read", options.as_read, "only the round trip of files as they are");
   CLI11_PARSE(app, argc, argv);

@@ -54,7 +54,7 @@ struct CellPiece {
 };
 
 /// A mesh in a file of any size, read a part at a time; memory is that of the part, of a block of compressed
-/// data for each array, and of the file's description. Not for several threads at once.
+/// data for each array, and of the file's description. Asked by one thread at a time.
 class MeshSource {
  public:
   virtual ~MeshSource() = default;

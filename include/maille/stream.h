@@ -36,7 +36,7 @@ struct StreamArray {
 };
 
 /// Numbers of points by their position: an input that can be read anywhere, such as a file mapped into
-/// memory.
+/// memory. Asked by one thread at a time, not always the same one, while the writer's calls are under way.
 class PointSource {
  public:
   virtual ~PointSource() = default;

@@ -62,6 +62,7 @@ class VtuSink final : public MeshSink {
   uint64_t cells_ = 0, corners_ = 0;
   uint64_t entries_ = 0, face_entries_ = 0;  ///< of the connectivity and the faces of the file
   std::vector<uint64_t> points_of_piece_, ends_of_piece_, faces_of_piece_, face_ends_of_piece_, sorted_;
+  std::vector<uint32_t> narrow_;
   size_t named_block_ = 0;
   uint64_t named_end_ = 0;
 };
@@ -197,11 +198,11 @@ Result<> VtuSink::write(const Region& region, uint64_t at, Bytes bytes) {
 
 Result<> VtuSink::write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
                                  Scalar type) {
-  const size_t size = size_of(type);
-  std::vector<std::byte> bytes(values.size() * size);
-  for (size_t i = 0; i < values.size(); ++i)
-    std::memcpy(bytes.data() + i * size, &values[i], size);  // little-endian
-  return write(region, first * size, bytes);
+  if (size_of(type) == sizeof(uint64_t))
+    return write(region, first * sizeof(uint64_t), std::as_bytes(values));
+  narrow_.resize(values.size());
+  for (size_t i = 0; i < values.size(); ++i) narrow_[i] = static_cast<uint32_t>(values[i]);
+  return write(region, first * sizeof(uint32_t), std::as_bytes(std::span(narrow_)));
 }
 
 /// The numbers of the blocks of the next cells.
@@ -258,7 +259,8 @@ Result<> VtuSink::write_cells(const CellPiece& cells) {
   for (auto* list : {&points_of_piece_, &ends_of_piece_, &faces_of_piece_, &face_ends_of_piece_})
     list->clear();
   if (description_.polyhedra.cells == 0) {
-    for (size_t i = 1; i < cells.offsets.size(); ++i) ends_of_piece_.push_back(entries_ + cells.offsets[i]);
+    ends_of_piece_.resize(cells.size());
+    for (size_t i = 0; i < cells.size(); ++i) ends_of_piece_[i] = entries_ + cells.offsets[i + 1];
   }
   for (uint64_t i = 0; i < cells.size() && description_.polyhedra.cells > 0; ++i) {
     const auto at = [&](uint64_t k) { return cells.connectivity.begin() + static_cast<ptrdiff_t>(k); };

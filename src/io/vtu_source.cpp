@@ -157,6 +157,7 @@ class VtuSource final : public MeshSource {
   Result<> read_fields(pugi::xml_node grid);
   Result<> read(Column& column, uint64_t first, uint64_t count, std::span<std::byte> out);
   Result<> read_integers(Column& column, uint64_t first, uint64_t count, std::vector<uint64_t>& out);
+  Result<> check_shapes(uint64_t first, uint64_t count) const;
   Result<> read_piece_cells(Piece& piece, uint64_t first, uint64_t count, uint64_t base, CellPiece& out);
   template <class Of>
   Result<> read_column(Of of, bool on_points, uint64_t first, uint64_t count, std::span<std::byte> out);
@@ -175,6 +176,9 @@ class VtuSource final : public MeshSource {
   std::vector<Piece> pieces_;
   VtkFieldData field_;
   bool has_block_array_ = false;
+  // Of the cells that are read, kept for the next: pages that come and go cost as much as reading.
+  std::vector<std::byte> bytes_;
+  std::vector<uint64_t> ends_, types_;
 };
 
 /// Reads up to the underscore with which the appended data begin.
@@ -384,51 +388,75 @@ Result<> VtuSource::read_column(Of of, bool on_points, uint64_t first, uint64_t 
           ": more elements were asked for than there are, or the room for them is of another size");
 }
 
+/// Behind what is in `out`.
 Result<> VtuSource::read_integers(Column& column, uint64_t first, uint64_t count,
                                   std::vector<uint64_t>& out) {
-  std::vector<std::byte> bytes(count * size_of(column.description.type));
-  MAILLE_CHECK(read(column, first, count, bytes));
-  out.resize(count);
+  bytes_.resize(count * size_of(column.description.type));
+  MAILLE_CHECK(read(column, first, count, bytes_));
+  const size_t before = out.size();
+  out.resize(before + count);
   with_type(column.description.type, [&](auto zero) {
     using T = decltype(zero);
     for (uint64_t i = 0; i < count; ++i)
-      out[i] = static_cast<uint64_t>(load<T>(bytes.data() + i * sizeof(T)));
+      out[before + i] = static_cast<uint64_t>(load<T>(bytes_.data() + i * sizeof(T)));
   });
+  return {};
+}
+
+/// Whether types and sizes of the cells that were read belong together. `first`: for the message.
+Result<> VtuSource::check_shapes(uint64_t first, uint64_t count) const {
+  const uint64_t before = ends_.size() - count;
+  uint64_t good_type = 256, good_size = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t size = ends_[i + before] - (i + before == 0 ? 0 : ends_[i + before - 1]);
+    if (types_[i] == good_type && size == good_size) continue;
+    const auto type = static_cast<CellType>(std::min<uint64_t>(types_[i], 255));
+    if (std::string_view(name_of(type)) == "unknown" || type == CellType::polyhedron ||
+        type == CellType::mixed || (nodes_of(type) != 0 && nodes_of(type) != size)) {
+      return malformed(xml_.file, "cell " + std::to_string(first + i) + " has type " +
+                                      std::to_string(types_[i]) + " and " + std::to_string(size) +
+                                      " points, which do not belong together");
+    }
+    good_type = types_[i];
+    good_size = size;
+  }
   return {};
 }
 
 Result<> VtuSource::read_piece_cells(Piece& piece, uint64_t first, uint64_t count, uint64_t base,
                                      CellPiece& out) {
-  std::vector<uint64_t> ends, types, points;
+  ends_.clear();
+  types_.clear();
   const uint64_t before = first == 0 ? 0 : 1;
-  MAILLE_CHECK(read_integers(piece.ends, first - before, count + before, ends));
-  MAILLE_CHECK(read_integers(piece.types, first, count, types));
-  const uint64_t begin = before == 0 ? 0 : ends[0];
-  if (!std::is_sorted(ends.begin(), ends.end()) || begin > ends.back() ||
-      ends.back() > piece.connectivity.tuples) {
+  MAILLE_CHECK(read_integers(piece.ends, first - before, count + before, ends_));
+  MAILLE_CHECK(read_integers(piece.types, first, count, types_));
+  const uint64_t begin = before == 0 ? 0 : ends_[0];
+  if (!std::is_sorted(ends_.begin(), ends_.end()) || begin > ends_.back() ||
+      ends_.back() > piece.connectivity.tuples) {
     return malformed(xml_.file, "the offsets of cells " + std::to_string(first) +
                                     " and behind decrease or go beyond the connectivity");
   }
-  MAILLE_CHECK(read_integers(piece.connectivity, begin, ends.back() - begin, points));
-  for (const uint64_t point : points) {
-    if (point >= piece.points)
-      return malformed(xml_.file, "a cell from " + std::to_string(first) + " on uses point " +
-                                      std::to_string(static_cast<int64_t>(point)) + ", but there are " +
-                                      std::to_string(piece.points) + " points");
-    out.connectivity.push_back(base + point);
+  const size_t at = out.connectivity.size();
+  MAILLE_CHECK(read_integers(piece.connectivity, begin, ends_.back() - begin, out.connectivity));
+  const std::span points = std::span(out.connectivity).subspan(at);
+  const auto beyond =
+      std::find_if(points.begin(), points.end(), [&](uint64_t point) { return point >= piece.points; });
+  if (beyond != points.end()) {
+    return malformed(xml_.file, "a cell from " + std::to_string(first) + " on uses point " +
+                                    std::to_string(static_cast<int64_t>(*beyond)) + ", but there are " +
+                                    std::to_string(piece.points) + " points");
   }
-  const uint64_t shift = out.offsets.back();
+  if (base != 0) {
+    for (uint64_t& point : points) point += base;
+  }
+  MAILLE_CHECK(check_shapes(first, count));
+  const uint64_t shift = out.offsets.back() - begin;  // wraps around
+  const size_t cells = out.types.size();
+  out.types.resize(cells + count);
+  out.offsets.resize(cells + count + 1);
   for (uint64_t i = 0; i < count; ++i) {
-    const uint64_t size = ends[i + before] - (i + before == 0 ? 0 : ends[i + before - 1]);
-    const auto type = static_cast<CellType>(std::min<uint64_t>(types[i], 255));
-    if (std::string_view(name_of(type)) == "unknown" || type == CellType::polyhedron ||
-        type == CellType::mixed || (nodes_of(type) != 0 && nodes_of(type) != size)) {
-      return malformed(xml_.file, "cell " + std::to_string(first + i) + " has type " +
-                                      std::to_string(types[i]) + " and " + std::to_string(size) +
-                                      " points, which do not belong together");
-    }
-    out.types.push_back(static_cast<uint8_t>(type));
-    out.offsets.push_back(shift + ends[i + before] - begin);
+    out.types[cells + i] = static_cast<uint8_t>(types_[i]);
+    out.offsets[cells + i + 1] = shift + ends_[i + before];
   }
   return {};
 }

@@ -178,15 +178,12 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
     number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
   }
   ++counted_;
-  if constexpr (!encoding) {
-    // No point is there twice; an encoder looked before.
-    if (table_.find(number, 8) != no_slot) {
-      damaged_ = true;
-      return 0;
-    }
-  }
   const uint32_t slot = hull_.add_point(number);
-  table_.insert(number, slot, 8);
+  // No point is there twice; an encoder looked before.
+  if (!table_.insert(number, slot, 8)) {
+    damaged_ = true;
+    return 0;
+  }
   if (encoding && !numbered_) {
     inputs_.insert(input, slot, 8);
     if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());

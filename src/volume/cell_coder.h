@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/unfilled.h"
 #include "volume/assembly.h"
 #include "volume/decisions.h"
 #include "volume/face_coder.h"
@@ -41,12 +42,12 @@ struct NewPoint {
 /// Some thousand cells as slots: what the other stages of coder and reader work on. Until the block ends a
 /// slot names one point.
 struct CodedCells {
-  std::vector<uint8_t> kinds;
-  std::vector<CellType> loose_types;                     ///< one for each loose cell
-  std::vector<uint32_t> begin;                           ///< by cell: first of its nodes in `nodes`
-  std::vector<uint32_t> nodes;                           ///< slots, by cell
-  std::vector<uint32_t> cell_slots;                      ///< by cell; no_slot for loose ones
-  std::vector<std::array<uint32_t, most_faces>> across;  ///< by cell: slots of its neighbours
+  Unfilled<uint8_t> kinds;
+  std::vector<CellType> loose_types;                  ///< one for each loose cell
+  Unfilled<uint32_t> begin;                           ///< by cell: first of its nodes in `nodes`
+  Unfilled<uint32_t> nodes;                           ///< slots, by cell
+  Unfilled<uint32_t> cell_slots;                      ///< by cell; no_slot for loose ones
+  Unfilled<std::array<uint32_t, most_faces>> across;  ///< by cell: slots of its neighbours
   std::vector<NewPoint> points;
   std::vector<uint32_t> removed;  ///< points used for the last time
 

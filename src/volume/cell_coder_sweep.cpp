@@ -173,7 +173,8 @@ template <class Coder>
   out.begin[at] = static_cast<uint32_t>(first_node);
   out.cell_slots[at] = slot;
   std::copy_n(cell_.corner.begin(), most_corners, out.nodes.begin() + static_cast<ptrdiff_t>(first_node));
-  std::array<uint32_t, most_faces> across;
+  // In place: a copy of what was just written number by number would have to wait for it.
+  std::array<uint32_t, most_faces>& across = out.across[at];
   across.fill(no_slot);
   followed_ = 0;
   for (unsigned k = 0; k < plan.glues; ++k) {
@@ -184,7 +185,6 @@ template <class Coder>
     successors_[f] = {other.successor, other.ordinal + 1};
     followed_ |= (other.successor != no_slot ? 1u : 0u) << f;
   }
-  out.across[at] = across;
   Hull::Cell& cell = hull_.cell(slot);
   cell.pattern = id;
   cell.signature = signature_ = patterns_.signature(id);

@@ -95,7 +95,7 @@ Written write(const Hexahedra& cells, bool sweep, bool numbered) {
   return written;
 }
 
-std::vector<uint32_t> read(const Written& written, size_t count, bool sweep, bool numbered) {
+Unfilled<uint32_t> read(const Written& written, size_t count, bool sweep, bool numbered) {
   CellCoder<RangeDecoder> coder(Mixing::some, numbered);
   RangeDecoder topology(written.cells), numbers(written.numbers);
   CodedCells out;

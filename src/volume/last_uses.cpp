@@ -1,7 +1,9 @@
 #include "volume/last_uses.h"
 
 #include <algorithm>
+#include <array>
 
+#include "base/bytes.h"
 #include "base/pace.h"
 #include "base/result.h"
 
@@ -17,7 +19,9 @@ uint64_t most_points_of(const WorkingSpace& space) {
 
 }  // namespace
 
-Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, const Progress& progress) {
+Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options) {
+  const Progress& progress = options.progress;
+  Executor& executor = options.executor != nullptr ? *options.executor : serial_executor();
   ScratchFile flags = MAILLE_TRY(ScratchFile::create(space.folder));
   ScratchFile seen = MAILLE_TRY(ScratchFile::create(space.folder));
   LastUses uses(std::move(flags), std::move(seen));
@@ -35,21 +39,33 @@ Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, con
     if (progress && !progress({"last uses",
                                static_cast<double>(first) / (1.0 + static_cast<double>(description.points))}))
       return cancelled();
-    MAILLE_CHECK(uses.pass(mesh, first, std::min(most_points, description.points - first)));
+    MAILLE_CHECK(uses.pass(mesh, first, std::min(most_points, description.points - first), executor));
   }
   for (CellType& type : uses.common_types_) type = type == no_type ? CellType::mixed : type;
   return uses;
 }
 
-Result<> LastUses::pass(MeshSource& mesh, uint64_t first_point, uint64_t points) {
+Result<> LastUses::pass(MeshSource& mesh, uint64_t first_point, uint64_t points, Executor& executor) {
   const MeshDescription& description = mesh.description();
   std::vector<uint64_t> seen((points + 63) / 64);
-  CellPiece cells;
-  for (uint64_t block = begins_.size(); block-- > 0;) {
+  std::array<CellPiece, 2> cells;
+  const auto read_block = [&](uint64_t block) {
     const uint64_t first = block * step;
-    MAILLE_CHECK(mesh.read_cells(first, std::min(step, description.cells - first), cells));
-    if (first_point == 0 && one_unknown_) note_types(cells);
-    MAILLE_CHECK(mark(block, cells, first_point, seen));
+    return mesh.read_cells(first, std::min(step, description.cells - first), cells[block % 2]);
+  };
+  if (!begins_.empty()) MAILLE_CHECK(read_block(begins_.size() - 1));
+  for (uint64_t block = begins_.size(); block-- > 0;) {
+    Result<> marked, following;
+    executor.parallel_for(block > 0 ? 2 : 1, [&](size_t task) {
+      if (task == 1) {
+        following = read_block(block - 1);
+      } else {
+        if (first_point == 0 && one_unknown_) note_types(cells[block % 2]);
+        marked = mark(block, cells[block % 2], first_point, seen);
+      }
+    });
+    MAILLE_CHECK(marked);
+    MAILLE_CHECK(following);
   }
   return seen_.append(std::as_bytes(std::span(seen)));
 }
@@ -95,35 +111,45 @@ Result<uint64_t> LastUses::most_in_use(MeshSource& mesh, const WorkingSpace& spa
 
 Result<> LastUses::mark(uint64_t block, const CellPiece& cells, uint64_t first_point,
                         std::vector<uint64_t>& seen) {
-  std::vector<std::byte> bits((cells.connectivity.size() + 7) / 8);
+  bits_.assign((cells.connectivity.size() + 7) / 8, std::byte{});
   if (first_point == 0) {
     begins_[block] = flags_.size();
   } else {
-    MAILLE_CHECK(flags_.read_at(begins_[block], bits));
+    MAILLE_CHECK(flags_.read_at(begins_[block], bits_));
   }
   const uint64_t points = seen.size() * 64;  // numbers below the range wrap around
-  const auto in_range = [&](uint64_t i) { return cells.connectivity[i] - first_point < points; };
+  const auto mark_eight = [&](uint64_t begin, uint64_t end) {
+    unsigned last = 0;
+    for (uint64_t i = begin; i < end; ++i) {
+      const uint64_t point = cells.connectivity[i] - first_point;
+      if (point < points) last |= static_cast<unsigned>(~(seen[point / 64] >> point % 64) & 1) << (i - begin);
+    }
+    last <<= begin % 8;
+    bits_[begin / 8] |= static_cast<std::byte>(last);
+    if (last > 0xff) bits_[begin / 8 + 1] |= static_cast<std::byte>(last >> 8);
+  };
   for (size_t cell = cells.size(); cell-- > 0;) {
     const uint64_t begin = cells.offsets[cell], end = cells.offsets[cell + 1];
     // All corners where the point is: a cell may have it twice.
+    for (uint64_t i = begin; i < end; i += 8) mark_eight(i, std::min(i + 8, end));
     for (uint64_t i = begin; i < end; ++i) {
       const uint64_t point = cells.connectivity[i] - first_point;
-      if (in_range(i) && (seen[point / 64] >> point % 64 & 1) == 0) bits[i / 8] |= std::byte{1} << i % 8;
-    }
-    for (uint64_t i = begin; i < end; ++i) {
-      const uint64_t point = cells.connectivity[i] - first_point;
-      if (in_range(i)) seen[point / 64] |= uint64_t{1} << point % 64;
+      if (point < points) seen[point / 64] |= uint64_t{1} << point % 64;
     }
   }
-  return first_point == 0 ? flags_.append(bits) : flags_.write_at(begins_[block], bits);
+  return first_point == 0 ? flags_.append(bits_) : flags_.write_at(begins_[block], bits_);
 }
 
 Result<> LastUses::read(uint64_t block, size_t corners, std::vector<uint8_t>& flags) {
-  std::vector<std::byte> bits((corners + 7) / 8);
-  MAILLE_CHECK(flags_.read_at(begins_[block], bits));
+  bits_.resize((corners + 7) / 8);
+  MAILLE_CHECK(flags_.read_at(begins_[block], bits_));
+  flags.resize(bits_.size() * 8);
+  for (size_t i = 0; i < bits_.size(); ++i) {
+    // Of eight copies of the byte each keeps a bit of its own, which the sum moves to the top.
+    const uint64_t own = std::to_integer<uint64_t>(bits_[i]) * 0x0101010101010101 & 0x8040201008040201;
+    store(flags.data() + 8 * i, (own + 0x7f7f7f7f7f7f7f7f) >> 7 & 0x0101010101010101);
+  }
   flags.resize(corners);
-  for (size_t i = 0; i < corners; ++i)
-    flags[i] = static_cast<uint8_t>(std::to_integer<unsigned>(bits[i / 8]) >> i % 8 & 1);
   return {};
 }
 

@@ -16,7 +16,8 @@ class LastUses {
   /// Cells whose flags are read at once.
   static constexpr uint64_t step = 4096;
 
-  static Result<LastUses> find(MeshSource& mesh, const WorkingSpace& space, const Progress& progress);
+  /// Cells are read while those behind them are looked at.
+  static Result<LastUses> find(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options);
 
   /// Flags of the cells from step * `block` on, which have so many corners.
   Result<> read(uint64_t block, size_t corners, std::vector<uint8_t>& flags);
@@ -33,11 +34,12 @@ class LastUses {
   Result<> count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t points,
                         std::vector<int64_t>& changes);
   LastUses(ScratchFile flags, ScratchFile seen) : flags_(std::move(flags)), seen_(std::move(seen)) {}
-  Result<> pass(MeshSource& mesh, uint64_t first_point, uint64_t points);
+  Result<> pass(MeshSource& mesh, uint64_t first_point, uint64_t points, Executor& executor);
   Result<> mark(uint64_t block, const CellPiece& cells, uint64_t first_point, std::vector<uint64_t>& seen);
   void note_types(const CellPiece& cells);
 
   ScratchFile flags_, seen_;
+  std::vector<std::byte> bits_;   ///< of a block
   std::vector<uint64_t> begins_;  ///< of the flags of each block, in the file; blocks are there from the last
   std::vector<CellType> common_types_;
   bool one_unknown_ = false;  ///< one block, of which it is not told what it holds

@@ -19,8 +19,33 @@ class Numbering {
   /// `expected`: the number that three corners of the cell suggest, if `has_expected`; `context` below 64.
   /// `others(suggest)` has up to three more guesses, asked for only when the first one is wrong.
   template <class Coder, class Others>
-  uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected, unsigned context,
-                Others others) {
+  [[gnu::always_inline]] uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected,
+                                       unsigned context, Others others) {
+    const uint64_t next = track_[0] + 1;
+    // Where both guesses agree they are nearly always right; what is below the last number is mostly taken.
+    const unsigned agreement = !has_expected ? 0 : expected == next ? 1 : expected > next ? 2 : 3;
+    const bool expected_first = has_expected && last_hit_ == 1;
+    context = context * 4 + agreement;
+    // Nearly always it is the first guess, so the others are not even made before.
+    const uint64_t first = expected_first ? expected : next;
+    if (flag(context, expected_first, 0).code(coder, number == first)) [[likely]] {
+      remember_hit(0, has_expected && first == expected);
+      if (first == next) {
+        track_[0] = first;
+      } else {
+        move_to_front(first);
+      }
+      return first;
+    }
+    return code_other(coder, number, has_expected, expected, context, others);
+  }
+
+ private:
+  static constexpr unsigned most_guesses = most_tracks + 3 + most_others;
+  /// What was not the first guess.
+  template <class Coder, class Others>
+  [[gnu::noinline]] uint64_t code_other(Coder& coder, uint64_t number, bool has_expected, uint64_t expected,
+                                        unsigned context, Others others) {
     std::array<uint64_t, most_guesses> guess{};
     unsigned count = 0;
     const auto suggest = [&](uint64_t value) {
@@ -29,18 +54,7 @@ class Numbering {
       }
       guess[count++] = value;
     };
-    const uint64_t next = track_[0] + 1;
-    // Where both guesses agree they are nearly always right; what is below the last number is mostly taken.
-    const unsigned agreement = !has_expected ? 0 : expected == next ? 1 : expected > next ? 2 : 3;
     const bool expected_first = has_expected && last_hit_ == 1;
-    context = context * 4 + agreement;
-    // Nearly always it is the first guess, so the others are not even made before.
-    const uint64_t first = expected_first ? expected : next;
-    if (flag(context, expected_first, 0).code(coder, number == first)) {
-      remember_hit(0, has_expected && first == expected);
-      move_to_front(first);
-      return first;
-    }
     if (expected_first) suggest(expected);
     suggest(track_[0] + 1);
     if (has_expected && !expected_first) suggest(expected);
@@ -56,9 +70,6 @@ class Numbering {
     history_ = (history_ * 4 + 3) & 15;
     return code_jump(coder, number);
   }
-
- private:
-  static constexpr unsigned most_guesses = most_tracks + 3 + most_others;
   RunModel& flag(unsigned context, bool expected_first, unsigned guess) {
     return guesses_[((context * 16 + history_) * 2 + expected_first) * most_guesses + guess];
   }

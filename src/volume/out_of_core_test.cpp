@@ -1,6 +1,8 @@
 #include <maille/out_of_core.h>
 
+#include <atomic>
 #include <filesystem>
+#include <thread>
 
 #include "mesh/mesh_as_source.h"
 #include "volume/mesh_from_parts.h"
@@ -91,6 +93,78 @@ TEST(OutOfCore, GivesTheSameBytesAsInMemory) {
   expect_same_bytes(grid(40, 30, 20), 1);
   expect_same_bytes(several_blocks());
   expect_same_bytes(shuffled(grid(12, 11, 10), 1));
+}
+
+/// Each task in a thread of its own.
+class ThreadEach final : public Executor {
+ public:
+  void parallel_for(size_t count, const std::function<void(size_t)>& work) override {
+    std::vector<std::thread> threads;
+    for (size_t i = 0; i < count; ++i) threads.emplace_back(work, i);
+    for (std::thread& thread : threads) thread.join();
+  }
+};
+
+/// Notices when it is asked while it is being asked, and fails when points were read so often.
+class WatchedSource final : public MeshSource {
+ public:
+  explicit WatchedSource(const Mesh& mesh, unsigned good_reads = ~0u)
+      : mesh_(mesh_as_source(mesh)), good_reads_(good_reads) {}
+  const MeshDescription& description() const override { return mesh_->description(); }
+  Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override {
+    if (good_reads_-- == 0) return failure(ErrorCode::cannot_read, "pulled out");
+    return alone([&] { return mesh_->read_points(first, count, out); });
+  }
+  Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) override {
+    return alone([&] { return mesh_->read_cells(first, count, out); });
+  }
+  Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override {
+    return alone([&] { return mesh_->read_array(array, first, count, out); });
+  }
+  bool was_alone() const { return was_alone_; }
+
+ private:
+  template <class Read>
+  Result<> alone(Read read) {
+    if (under_way_.exchange(true)) was_alone_ = false;
+    std::this_thread::yield();
+    const Result<> done = read();
+    under_way_ = false;
+    return done;
+  }
+  std::unique_ptr<MeshSource> mesh_;
+  unsigned good_reads_;
+  std::atomic<bool> under_way_ = false, was_alone_ = true;
+};
+
+TEST(OutOfCore, AsksTheSourceOneAtATimeAndGivesTheSameBytesForAnyExecutor) {
+  for (const bool fields : {false, true}) {
+    Mesh mesh = grid(41, 40, 13);
+    if (fields) add_arrays(mesh, 7);
+    ThreadEach threads;
+    EncodeOptions options = kept();
+    options.executor = &threads;
+    WatchedSource source(mesh);
+    std::vector<std::byte> bytes;
+    const auto report = encode(source, *memory_sink(bytes), options);
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_TRUE(source.was_alone());
+    EXPECT_TRUE(bytes == encoded(mesh, kept()));
+  }
+}
+
+TEST(OutOfCore, TellsWhatIsWrongWithASourceThatIsReadByAnotherThread) {
+  const Mesh mesh = grid(41, 40, 13);
+  ThreadEach threads;
+  EncodeOptions options = kept();
+  options.executor = &threads;
+  for (const unsigned good : {0u, 1u, 40u}) {
+    WatchedSource source(mesh, good);
+    std::vector<std::byte> bytes;
+    const auto report = encode(source, *memory_sink(bytes), options);
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().message, "pulled out");
+  }
 }
 
 TEST(OutOfCore, KeepsPointsThatNoCellUses) {

@@ -21,12 +21,17 @@ class PointTable {
     const uint32_t page = page_of(number / 32, corner);
     return page == no_page ? no_slot : pages_[page].slot[number % 32];
   }
-  /// `corner` tells apart who asks, below 32: each goes through numbers of its own.
-  void insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
+  /// False: it is there already. `corner` tells apart who asks, below 32: each goes through numbers of its
+  /// own.
+  bool insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
     uint32_t page = page_of(number / 32, corner);
-    if (page == no_page) page = last_[corner] = add_page(number / 32);
-    pages_[page].slot[number % 32] = slot;
+    if (page == no_page) [[unlikely]]
+      page = last_[corner] = add_page(number / 32);
+    uint32_t& place = pages_[page].slot[number % 32];
+    if (place != no_slot) return false;
+    place = slot;
     ++pages_[page].used;
+    return true;
   }
   void erase(uint64_t number, unsigned corner = 0) {
     const uint32_t page = page_of(number / 32, corner);

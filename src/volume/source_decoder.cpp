@@ -64,7 +64,8 @@ class SinkFeeder {
     for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
   }
 
-  Result<> add(const StreamPiece& piece) {
+  /// The piece is the same again afterwards.
+  Result<> add(StreamPiece& piece) {
     MAILLE_CHECK(find_runs(piece.points));
     MAILLE_CHECK(add_points(piece.positions,
                             [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
@@ -86,31 +87,39 @@ class SinkFeeder {
  private:
   static constexpr size_t not_wanted = ~size_t{0};
 
-  Result<> add_cells(const StreamPiece& piece) {
+  Result<> add_cells(StreamPiece& piece) {
     if (piece.cell_count() > mesh_.cells - std::min(mesh_.cells, piece.first_cell))
       return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
-    cells_.types.clear();
-    for (const CellType type : piece.types) cells_.types.push_back(static_cast<uint8_t>(type));
-    cells_.offsets = piece.offsets;
-    cells_.connectivity = piece.connectivity;
-    cells_.face_sizes = piece.face_sizes;
-    cells_.cell_faces = piece.cell_faces;
-    return sink_.write_cells(cells_);
+    cells_.types.resize(piece.types.size());
+    for (size_t i = 0; i < piece.types.size(); ++i) cells_.types[i] = static_cast<uint8_t>(piece.types[i]);
+    const auto exchange = [&] {
+      cells_.offsets.swap(piece.offsets);
+      cells_.connectivity.swap(piece.connectivity);
+      cells_.face_sizes.swap(piece.face_sizes);
+      cells_.cell_faces.swap(piece.cell_faces);
+    };
+    exchange();
+    Result<> written = sink_.write_cells(cells_);
+    exchange();
+    return written;
   }
 
   /// Orders the points of a piece by number: neighbours are written at once.
   Result<> find_runs(const std::vector<uint64_t>& numbers) {
-    order_.resize(numbers.size());
-    std::iota(order_.begin(), order_.end(), 0u);
-    const auto by_number = [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; };
-    if (!std::is_sorted(numbers.begin(), numbers.end())) std::sort(order_.begin(), order_.end(), by_number);
-    sorted_.clear();
-    for (const uint32_t i : order_) {
-      if (numbers[i] >= mesh_.points || !numbers_.add(numbers[i])) {
+    order_.clear();
+    sorted_ = numbers;
+    if (!std::is_sorted(numbers.begin(), numbers.end())) {
+      order_.resize(numbers.size());
+      std::iota(order_.begin(), order_.end(), 0u);
+      std::sort(order_.begin(), order_.end(),
+                [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; });
+      for (size_t i = 0; i < order_.size(); ++i) sorted_[i] = numbers[order_[i]];
+    }
+    for (const uint64_t number : sorted_) {
+      if (number >= mesh_.points || !numbers_.add(number)) {
         return failure(ErrorCode::corrupt,
                        name_ + ": the numbers of points have gaps or repeat; read it in pieces");
       }
-      sorted_.push_back(numbers[i]);
     }
     if (numbers_.full())
       return failure(ErrorCode::memory_bound, name_ + ": the points take more memory than allowed");
@@ -118,17 +127,21 @@ class SinkFeeder {
   }
   template <class Write>
   Result<> add_points(const std::vector<std::byte>& tuples, Write write) {
-    const size_t size = order_.empty() ? 0 : tuples.size() / order_.size();
-    for (size_t i = 0; i < order_.size();) {
-      run_.clear();
-      const uint64_t first = sorted_[i];
-      for (; i < order_.size() && sorted_[i] == first + run_.size() / size; ++i) {
-        const auto from = tuples.begin() + static_cast<ptrdiff_t>(order_[i] * size);
-        run_.insert(run_.end(), from, from + static_cast<ptrdiff_t>(size));
-      }
-      MAILLE_CHECK(write(first, Bytes(run_)));
+    const size_t size = sorted_.empty() ? 0 : tuples.size() / sorted_.size();
+    for (size_t i = 0; i < sorted_.size();) {
+      const size_t begin = i++;
+      while (i < sorted_.size() && sorted_[i] == sorted_[i - 1] + 1) ++i;
+      MAILLE_CHECK(write(sorted_[begin], tuples_between(tuples, size, begin, i)));
     }
     return {};
+  }
+  /// In the order of their numbers.
+  Bytes tuples_between(const std::vector<std::byte>& tuples, size_t size, size_t begin, size_t end) {
+    if (order_.empty()) return Bytes(tuples).subspan(begin * size, (end - begin) * size);
+    run_.resize((end - begin) * size);
+    for (size_t i = begin; i < end; ++i)
+      std::copy_n(tuples.data() + order_[i] * size, size, run_.data() + (i - begin) * size);
+    return run_;
   }
 
   const MeshDescription& mesh_;
@@ -178,7 +191,7 @@ Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& optio
   StreamReader reader = MAILLE_TRY(
       StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
   SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
-  const auto add = [&](const StreamPiece& piece) { return feeder.add(piece); };
+  const auto add = [&](StreamPiece& piece) { return feeder.add(piece); };
   MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece& piece) -> Result<> {
     const auto done = static_cast<double>(piece.first_cell + piece.cell_count());
     if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))

@@ -3,6 +3,9 @@
 #include <maille/stream.h>
 
 #include <algorithm>
+#include <array>
+#include <functional>
+#include <utility>
 
 #include "base/pace.h"
 #include "base/result.h"
@@ -40,28 +43,53 @@ Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptio
   return stream;
 }
 
-/// Hands the cells of a source to a writer, a block of LastUses at a time.
+/// Points of a source. Who reads them owns the source while cells are coded: before the first point, the next
+/// cells are read, too, if that was asked for.
+class PointsWithCellsAhead final : public PointSource {
+ public:
+  PointsWithCellsAhead(MeshSource& mesh, uint64_t memory) : points_(mesh, memory, true) {}
+  Result<> read(uint64_t number, std::byte* out) override {
+    read_ahead();
+    return points_.read(number, out);
+  }
+  void plan(std::function<void()> ahead) { ahead_ = std::move(ahead); }
+  /// Unless that was done.
+  void read_ahead() {
+    if (ahead_) std::exchange(ahead_, nullptr)();
+  }
+
+ private:
+  SourcePoints points_;
+  std::function<void()> ahead_;
+};
+
+/// Hands the cells of a source to a writer, a block of LastUses at a time: the next one is read meanwhile.
 class SourceFeeder {
  public:
-  SourceFeeder(MeshSource& mesh, StreamWriter& writer, LastUses& uses)
-      : mesh_(mesh), writer_(writer), uses_(uses) {
+  SourceFeeder(MeshSource& mesh, PointsWithCellsAhead& points, StreamWriter& writer, LastUses& uses)
+      : mesh_(mesh), points_(points), writer_(writer), uses_(uses) {
     for (size_t i = 0; i < mesh.description().arrays.size(); ++i) {
       if (mesh.description().arrays[i].domain == Domain::cell) columns_.push_back(i);
     }
-    values_.resize(columns_.size());
+    for (Piece& piece : pieces_) piece.values.resize(columns_.size());
     tuples_.resize(columns_.size());
   }
 
   Result<> feed(const Progress& progress) {
     const uint64_t cells = mesh_.description().cells;
-    for (uint64_t first = 0; first < cells; first += LastUses::step) {
+    if (cells > 0) MAILLE_CHECK(load(0, std::min(LastUses::step, cells), pieces_[0]));
+    for (uint64_t first = 0, k = 0; first < cells; first += LastUses::step, k = 1 - k) {
       if (progress && !progress({"cells", static_cast<double>(first) / static_cast<double>(cells)}))
         return cancelled();
-      MAILLE_CHECK(load(first, std::min(LastUses::step, cells - first)));
-      for (uint64_t i = 0; i < piece_.size();) {
-        MAILLE_CHECK(begin_blocks(first + i));
-        i += MAILLE_TRY(feed_run(first, i));
+      const uint64_t next = first + LastUses::step;
+      Result<> loaded;
+      if (next < cells) {
+        points_.plan(
+            [&, next] { loaded = load(next, std::min(LastUses::step, cells - next), pieces_[1 - k]); });
       }
+      MAILLE_CHECK(feed_piece(first, pieces_[k]));
+      points_.read_ahead();
+      MAILLE_CHECK(loaded);
     }
     MAILLE_CHECK(begin_blocks(cells));
     for (uint64_t next = 0;;) {
@@ -73,12 +101,24 @@ class SourceFeeder {
   }
 
  private:
-  Result<> load(uint64_t first, uint64_t count) {
-    MAILLE_CHECK(mesh_.read_cells(first, count, piece_));
-    MAILLE_CHECK(uses_.read(first / LastUses::step, piece_.connectivity.size(), flags_));
+  struct Piece {
+    CellPiece cells;
+    std::vector<uint8_t> flags;
+    std::vector<std::vector<std::byte>> values;
+  };
+  Result<> load(uint64_t first, uint64_t count, Piece& piece) {
+    MAILLE_CHECK(mesh_.read_cells(first, count, piece.cells));
+    MAILLE_CHECK(uses_.read(first / LastUses::step, piece.cells.connectivity.size(), piece.flags));
     for (size_t k = 0; k < columns_.size(); ++k) {
-      values_[k].resize(count * mesh_.description().arrays[columns_[k]].tuple_size());
-      MAILLE_CHECK(mesh_.read_array(columns_[k], first, count, values_[k]));
+      piece.values[k].resize(count * mesh_.description().arrays[columns_[k]].tuple_size());
+      MAILLE_CHECK(mesh_.read_array(columns_[k], first, count, piece.values[k]));
+    }
+    return {};
+  }
+  Result<> feed_piece(uint64_t first, const Piece& piece) {
+    for (uint64_t i = 0; i < piece.cells.size();) {
+      MAILLE_CHECK(begin_blocks(first + i));
+      i += MAILLE_TRY(feed_run(piece, first, i));
     }
     return {};
   }
@@ -92,43 +132,43 @@ class SourceFeeder {
     return {};
   }
   /// Cells of one type and size within one block; returns how many.
-  Result<uint64_t> feed_run(uint64_t first, uint64_t i) {
-    const uint64_t nodes = piece_.offsets[i + 1] - piece_.offsets[i];
-    const bool single = nodes == 0 || piece_.types[i] == static_cast<uint8_t>(CellType::polyhedron);
-    const uint64_t end = single ? i + 1 : std::min<uint64_t>(piece_.size(), block_end_ - first);
+  Result<uint64_t> feed_run(const Piece& piece, uint64_t first, uint64_t i) {
+    const CellPiece& cells = piece.cells;
+    const uint64_t nodes = cells.offsets[i + 1] - cells.offsets[i];
+    const bool single = nodes == 0 || cells.types[i] == static_cast<uint8_t>(CellType::polyhedron);
+    const uint64_t end = single ? i + 1 : std::min<uint64_t>(cells.size(), block_end_ - first);
     uint64_t next = i + 1;
-    while (next < end && piece_.types[next] == piece_.types[i] &&
-           piece_.offsets[next + 1] - piece_.offsets[next] == nodes) {
+    while (next < end && cells.types[next] == cells.types[i] &&
+           cells.offsets[next + 1] - cells.offsets[next] == nodes) {
       ++next;
     }
-    const size_t begin = piece_.offsets[i], corners = (next - i) * nodes;
+    const size_t begin = cells.offsets[i], corners = (next - i) * nodes;
     for (size_t k = 0; k < columns_.size(); ++k) {
       const size_t size = mesh_.description().arrays[columns_[k]].tuple_size();
-      tuples_[k] = Bytes(values_[k]).subspan(i * size, (next - i) * size);
+      tuples_[k] = Bytes(piece.values[k]).subspan(i * size, (next - i) * size);
     }
-    const auto points = std::span(piece_.connectivity).subspan(begin, corners);
-    const auto flags = std::span(flags_).subspan(begin, corners);
-    const auto type = static_cast<CellType>(piece_.types[i]);
+    const auto points = std::span(cells.connectivity).subspan(begin, corners);
+    const auto flags = std::span(piece.flags).subspan(begin, corners);
+    const auto type = static_cast<CellType>(cells.types[i]);
     if (type == CellType::polyhedron) {
-      MAILLE_CHECK(writer_.add_polyhedron(faces_of(i), points, flags, tuples_));
+      MAILLE_CHECK(writer_.add_polyhedron(faces_of(cells, i), points, flags, tuples_));
     } else {
       MAILLE_CHECK(writer_.add_cells(type, points, flags, tuples_, nodes));
     }
     return next - i;
   }
 
-  std::span<const uint32_t> faces_of(uint64_t i) const {
-    return std::span(piece_.face_sizes)
-        .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
+  static std::span<const uint32_t> faces_of(const CellPiece& cells, uint64_t i) {
+    return std::span(cells.face_sizes)
+        .subspan(cells.cell_faces[i], cells.cell_faces[i + 1] - cells.cell_faces[i]);
   }
 
   MeshSource& mesh_;
+  PointsWithCellsAhead& points_;
   StreamWriter& writer_;
   LastUses& uses_;
   std::vector<size_t> columns_;  ///< arrays on cells
-  CellPiece piece_;
-  std::vector<uint8_t> flags_;
-  std::vector<std::vector<std::byte>> values_;
+  std::array<Piece, 2> pieces_;
   std::vector<Bytes> tuples_;
   size_t next_block_ = 0;
   uint64_t block_end_ = 0;
@@ -206,14 +246,14 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
                                    const WorkingSpace& space) {
   StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
   stream.delay = space.delay;
-  LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options.progress));
+  LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
   maps.mixing_pays = mixing_pays(count_numbers(mesh.description()), mesh.description().cells, false);
-  SourcePoints points(mesh, space.memory / 4, true);
+  PointsWithCellsAhead points(mesh, space.memory / 4);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
-  MAILLE_CHECK(SourceFeeder(mesh, writer, uses).feed(options.progress));
+  MAILLE_CHECK(SourceFeeder(mesh, points, writer, uses).feed(options.progress));
   return report_of(mesh.description(), MAILLE_TRY(writer.finish()), maps);
 }
 

@@ -34,6 +34,7 @@ class SourcePoints final : public PointSource {
   std::vector<Column> columns_;
   size_t stride_ = 0;
   uint64_t points_per_page_;
+  unsigned page_shift_;
   std::vector<Page> pages_;  ///< sets of `ways`
   uint64_t sets_;
   uint64_t time_ = 0;

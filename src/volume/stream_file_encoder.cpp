@@ -258,6 +258,8 @@ class MeshFeeder {
         writer_(writer),
         orders_(ordering.orders),
         last_(ordering.last),
+        progress_(options.progress),
+        all_cells_(static_cast<double>(mesh.cell_count())),
         pace_(options.progress, "cells", mesh.cell_count()),
         executor_(options.executor ? *options.executor : serial_executor()),
         any_order_(options.order == Order::canonical) {
@@ -337,9 +339,8 @@ class MeshFeeder {
         }
       });
       MAILLE_CHECK(added);
-      for (uint64_t i = first; i < next && i < cells; ++i) {
-        if (!pace_.step()) return cancelled();
-      }
+      if (progress_ && !progress_({"cells", static_cast<double>(first_ + first) / all_cells_}))
+        return cancelled();
     }
     return {};
   }
@@ -368,6 +369,8 @@ class MeshFeeder {
   StreamWriter& writer_;
   const CellOrders& orders_;
   const std::vector<uint64_t>& last_;
+  const Progress& progress_;
+  double all_cells_;
   Pace pace_;
   Executor& executor_;
   bool any_order_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <unordered_set>
 #include <vector>
 
@@ -28,8 +29,19 @@ struct Intake {
   std::vector<BlockStart> blocks;
   std::unordered_set<uint64_t> ended;  ///< points told to be used no more; only looked up
   std::vector<uint64_t> told;          ///< the same as they were told
+  /// A whole block at once stays where the caller has it.
+  std::span<const uint64_t> given_numbers;
+  std::span<const uint8_t> given_last_use;
 
+  const uint64_t* all_numbers() const {
+    return given_numbers.empty() ? numbers.data() : given_numbers.data();
+  }
+  const uint8_t* all_last_uses() const {
+    return given_numbers.empty() ? last_use.data() : given_last_use.data();
+  }
   void clear() {
+    given_numbers = {};
+    given_last_use = {};
     records.clear();
     numbers.clear();
     face_sizes.clear();

@@ -10,20 +10,25 @@
 namespace maille {
 namespace {
 
+/// Nodes of some cells, and where they stand in the connectivity of the piece.
+struct NodeRun {
+  size_t node = 0, at = 0, count = 0;
+};
+
 /// A block between the stages: cells are decoded, values not yet.
 struct Block {
   CodedCells cells;
   StreamPiece piece;
+  std::vector<NodeRun> runs;  ///< not yet in the piece
 };
 
+/// But for `connectivity` and `slots`, which are written over and cut off behind the last cell.
 void clear(StreamPiece& piece) {
   piece.blocks.clear();
   piece.types.clear();
   piece.offsets.assign(1, 0);
-  piece.connectivity.clear();
   piece.face_sizes.clear();
   piece.cell_faces.clear();
-  piece.slots.clear();
   piece.points.clear();
   piece.point_slots.clear();
   piece.ended_slots.clear();
@@ -55,6 +60,9 @@ class StreamReader::Implementation {
   Result<> check_tail(Bytes bytes);
   uint64_t decode_alike(Block& block, uint64_t most);
   Result<> decode_cells(Block& block);
+  void complete(Block& block);
+  bool prepare_values(Block& block);
+  size_t add_nodes(StreamPiece& piece, size_t count);
   Result<> append_cell(const StreamedCell& cell, Block& block);
   static void append_faces(const StreamedCell& cell, StreamPiece& piece);
   void begin_blocks(StreamPiece& piece);
@@ -74,7 +82,10 @@ class StreamReader::Implementation {
   std::vector<std::vector<std::byte>> value_streams_;
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
-  unsigned ready_ = 0;  ///< the block whose cells are decoded
+  std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
+  std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
+  size_t corners_ = 0;                    ///< of the piece whose cells are decoded
+  unsigned ready_ = 0;                    ///< the block whose cells are decoded
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
   size_t starts_used_ = 0;  ///< of the batch's blocks of cells
@@ -269,29 +280,34 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
   return type;
 }
 
+/// Room for the points of cells; returns where.
+size_t StreamReader::Implementation::add_nodes(StreamPiece& piece, size_t count) {
+  const size_t at = corners_;
+  corners_ += count;
+  if (piece.connectivity.size() < corners_) piece.connectivity.resize(corners_);
+  if (piece.slots.size() < corners_) piece.slots.resize(corners_);
+  return at;
+}
+
 Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
   StreamPiece& piece = block.piece;
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
   piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
-  const size_t at = piece.connectivity.size();
   if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
-  if (cell.kind >= shape_count) {
-    piece.connectivity.insert(piece.connectivity.end(), cell.numbers.begin(), cell.numbers.end());
-    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
-  } else {
-    piece.connectivity.insert(piece.connectivity.end(), cell.number.begin(),
-                              cell.number.begin() + static_cast<ptrdiff_t>(slots.size()));
-    piece.slots.insert(piece.slots.end(), slots.begin(), slots.end());
-    for (size_t i = 0; i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
-      const size_t place = at + cell_shapes[cell.kind].place[i];
-      piece.connectivity[place] = cell.number[i];
-      piece.slots[place] = slots[i];
-    }
+  const size_t at = add_nodes(piece, slots.size());
+  const bool has_shape = cell.kind < shape_count;
+  std::copy_n(has_shape ? cell.number.data() : cell.numbers.data(), slots.size(),
+              piece.connectivity.data() + at);
+  std::copy_n(slots.data(), slots.size(), piece.slots.data() + at);
+  for (size_t i = 0; has_shape && i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
+    const size_t place = at + cell_shapes[cell.kind].place[i];
+    piece.connectivity[place] = cell.number[i];
+    piece.slots[place] = slots[i];
   }
-  piece.offsets.push_back(piece.connectivity.size());
+  piece.offsets.push_back(corners_);
   if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
   ++cells_seen_;
-  if ((piece.connectivity.size() + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
+  if ((corners_ + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
   }
@@ -304,7 +320,8 @@ void StreamReader::Implementation::append_faces(const StreamedCell& cell, Stream
   piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
-/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most.
+/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most. complete() gives
+/// them their points.
 uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most) {
   if (block_type_ != CellType::hexahedron && block_type_ != CellType::mixed) return 0;
   if (starts_used_ < batch_.blocks.size()) {
@@ -312,25 +329,26 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
     most = std::min(most, batch_.blocks[starts_used_].records_before - before);
   }
   StreamPiece& piece = block.piece;
-  const size_t nodes = block.cells.nodes.size(), at = piece.connectivity.size();
+  const size_t node = block.cells.nodes.size();
   const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
+  if (count == 0) return 0;
+  const size_t at = add_nodes(piece, count * most_corners);
+  block.runs.push_back({node, at, count * most_corners});
   piece.types.resize(piece.types.size() + count, CellType::hexahedron);
-  piece.slots.insert(piece.slots.end(), block.cells.nodes.begin() + static_cast<ptrdiff_t>(nodes),
-                     block.cells.nodes.end());
-  piece.connectivity.resize(at + count * most_corners);
-  for (size_t k = 0; k < count * most_corners; ++k)
-    piece.connectivity[at + k] = coder_->hull().point(block.cells.nodes[nodes + k]).number;
-  for (size_t k = 1; k <= count; ++k) {
-    piece.offsets.push_back(at + k * most_corners);
-    if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
-  }
+  const size_t before = piece.offsets.size();
+  piece.offsets.resize(before + count);
+  for (size_t k = 0; k < count; ++k) piece.offsets[before + k] = at + (k + 1) * most_corners;
+  if (!piece.cell_faces.empty())
+    piece.cell_faces.resize(piece.cell_faces.size() + count, piece.face_sizes.size());
   cells_seen_ += count;
   return count;
 }
 
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
+  block.runs.clear();
   clear(block.piece);
+  corners_ = 0;
   block.piece.first_cell = cells_seen_;
   coder_->end_block();
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
@@ -350,14 +368,54 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     --records_left_;
   }
   if (records_left_ == 0) begin_blocks(block.piece);
-  for (const NewPoint& point : block.cells.points) {
-    block.piece.points.push_back(point.number);
-    block.piece.point_slots.push_back(point.slot);
-  }
-  points_seen_ += block.piece.points.size();
-  block.piece.ended_slots = block.cells.removed;
+  block.piece.connectivity.resize(corners_);
+  block.piece.slots.resize(corners_);
+  points_seen_ += block.cells.points.size();
   block.piece.slot_count = coder_->hull().point_capacity();
   return {};
+}
+
+/// What of a piece follows from its cells, while the next ones are decoded.
+void StreamReader::Implementation::complete(Block& block) {
+  StreamPiece& piece = block.piece;
+  piece.points.resize(block.cells.points.size());
+  piece.point_slots.resize(block.cells.points.size());
+  if (number_of_slot_.size() < piece.slot_count) number_of_slot_.resize(piece.slot_count);
+  for (size_t i = 0; i < piece.points.size(); ++i) {
+    const NewPoint& point = block.cells.points[i];
+    piece.points[i] = point.number;
+    piece.point_slots[i] = point.slot;
+    number_of_slot_[point.slot] = point.number;
+  }
+  for (const NodeRun& run : block.runs) {
+    const uint32_t* const slots = block.cells.nodes.data() + run.node;
+    std::copy_n(slots, run.count, piece.slots.begin() + static_cast<ptrdiff_t>(run.at));
+    uint64_t* const numbers = piece.connectivity.data() + run.at;
+    for (size_t k = 0; k < run.count; ++k) numbers[k] = number_of_slot_[slots[k]];
+  }
+  piece.ended_slots = block.cells.removed;
+}
+
+/// Room for the values of a block. False: they take more memory than allowed.
+bool StreamReader::Implementation::prepare_values(Block& block) {
+  StreamPiece& piece = block.piece;
+  size_t of_points = 0, of_cells = 0;
+  tuples_.clear();
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const bool on_points = stages_[s].domain() == Domain::point;
+    const size_t size =
+        (on_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+    if (size > options_.limits.mesh_bytes) return false;
+    auto& arrays = on_points ? piece.point_arrays : piece.cell_arrays;
+    size_t& next = on_points ? of_points : of_cells;
+    if (s > 0 && next == arrays.size()) arrays.emplace_back();
+    std::vector<std::byte>& bytes = s == 0 ? piece.positions : arrays[next++];
+    bytes.resize(size);
+    tuples_.push_back(bytes.data());
+  }
+  piece.point_arrays.resize(of_points);
+  piece.cell_arrays.resize(of_cells);
+  return true;
 }
 
 /// Values of one block at the same time as the cells of the next.
@@ -372,33 +430,22 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   }
   Block& block = blocks_[ready_];
   Block& following = blocks_[1 - ready_];
-  block.piece.point_arrays.resize(0);
-  block.piece.cell_arrays.resize(0);
-  std::vector<std::byte*> out(stages_.size());
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    const bool of_points = stages_[s].domain() == Domain::point;
-    const size_t size =
-        (of_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
-    if (size > options_.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound,
-                     pull_.name() + ": some thousand tuples take more memory than allowed");
-    }
-    if (s == 0) {
-      block.piece.positions.assign(size, std::byte{});
-      out[s] = block.piece.positions.data();
-    } else {
-      auto& bytes = (of_points ? block.piece.point_arrays : block.piece.cell_arrays).emplace_back(size);
-      out[s] = bytes.data();
-    }
+  if (!prepare_values(block)) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand tuples take more memory than allowed");
   }
-  const bool more = records_left_ > 0;
+  // The cells first: they take longest.
+  const size_t ahead = records_left_ > 0 ? 1 : 0;
   Result<> cells;
   std::vector<uint8_t> whole(stages_.size());
-  executor_.parallel_for(stages_.size() + (more ? 1 : 0), [&](size_t task) {
-    if (task == stages_.size()) {
+  executor_.parallel_for(ahead + stages_.size() + 1, [&](size_t task) {
+    if (task < ahead) {
       cells = decode_cells(following);
+    } else if (task < ahead + stages_.size()) {
+      const size_t stage = task - ahead;
+      whole[stage] = stages_[stage].code(block.cells, tuples_[stage]);
     } else {
-      whole[task] = stages_[task].code(block.cells, out[task]);
+      complete(block);
     }
   });
   for (const uint8_t each : whole) {
@@ -406,8 +453,8 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   }
   MAILLE_CHECK(cells);
   std::swap(piece, block.piece);
-  is_ready_ = more;
-  if (more) ready_ = 1 - ready_;
+  is_ready_ = ahead == 1;
+  if (is_ready_) ready_ = 1 - ready_;
   return true;
 }
 

@@ -240,6 +240,22 @@ TEST(Stream, RefusesPointsThatWereNotGiven) {
   EXPECT_FALSE(writer.finish());
 }
 
+TEST(Stream, StaysFailedWhenWholeBlocksOfCellsCouldNotBeCoded) {
+  std::vector<std::byte> bytes;
+  const auto sink = memory_sink(bytes);
+  auto writer = StreamWriter::begin(*sink, {});
+  ASSERT_TRUE(writer);
+  const Mesh mesh = grid(20, 20, 30);
+  {
+    const std::vector<uint64_t> cells(mesh.blocks[0].connectivity.begin(), mesh.blocks[0].connectivity.end());
+    const std::vector<uint8_t> flags(cells.size());
+    const auto added = writer->add_cells(CellType::hexahedron, cells, flags);
+    ASSERT_FALSE(added);
+    EXPECT_NE(added.error().message.find("was not given"), std::string::npos);
+  }
+  EXPECT_FALSE(writer->finish());  // and does not look at the cells, which are gone
+}
+
 TEST(Stream, IsTheSameForEveryExecutor) {
   const Mesh mesh = grid(40, 30, 20);
   struct Backwards final : Executor {

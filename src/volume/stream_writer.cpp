@@ -93,8 +93,11 @@ class StreamWriter::Implementation {
   size_t trial(bool indexed);
   void code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells, RangeEncoder& numbers,
                     CodedCells& out);
-  Result<> take_values(Block& block);
-  void code_values(Block& block, size_t stage);
+  bool only_positions() const { return point_buffer_.size() == stages_[0].tuple_size(); }
+  /// Positions that can be read at any time are read beside the next cells.
+  bool takes_late() const { return options_.points != nullptr && only_positions(); }
+  Result<> take_point_values(Block& block);
+  Result<> code_values(Block& block, size_t stage);
   void count_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> points);
   Result<> end_batch();
 
@@ -122,6 +125,7 @@ class StreamWriter::Implementation {
   StreamReport report_;
   uint64_t records_taken_ = 0;  ///< into the intake, in this batch
   uint64_t cells_given_ = 0;
+  std::optional<Error> failed_;
 };
 
 unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes) const {
@@ -249,16 +253,26 @@ Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type,
       const auto begin = from.begin() + static_cast<ptrdiff_t>(i * size);
       to.insert(to.end(), begin, begin + static_cast<ptrdiff_t>(some * size));
     };
-    append(intake_.numbers, numbers, nodes);
-    if (last_use.empty()) {
-      intake_.last_use.resize(intake_.numbers.size());
+    if (intake_.numbers.empty() && some == cells_per_block && !last_use.empty() && intake_.ended.empty()) {
+      intake_.given_numbers = numbers.subspan(i * nodes, some * nodes);
+      intake_.given_last_use = last_use.subspan(i * nodes, some * nodes);
     } else {
-      append(intake_.last_use, last_use, nodes);
+      append(intake_.numbers, numbers, nodes);
+      if (last_use.empty()) {
+        intake_.last_use.resize(intake_.numbers.size());
+      } else {
+        append(intake_.last_use, last_use, nodes);
+      }
     }
     for (size_t k = 0; k < arrays.size(); ++k)
       append(intake_.cell_arrays[k], arrays[k], arrays[k].size() / count);
     i += some;
-    if (is_full()) MAILLE_CHECK(run_block());
+    if (!is_full()) continue;
+    const Result<> done = run_block();
+    if (done) continue;
+    failed_ = done.error();
+    intake_.clear();  // the caller may take back what was given
+    return done;
   }
   return {};
 }
@@ -404,19 +418,21 @@ Result<> StreamWriter::Implementation::begin_stream() {
 
 void StreamWriter::Implementation::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells,
                                                 RangeEncoder& numbers_out, CodedCells& out) {
+  const uint64_t* const all_numbers = intake_.all_numbers();
+  const uint8_t* const all_last_uses = intake_.all_last_uses();
   size_t at = 0, faces_at = 0, alike = 0;
   for (size_t i = 0; i < intake_.records.size(); ++i) {
     // Hexahedra from here on.
     alike = std::max(alike, i);
     while (alike < intake_.records.size() && intake_.records[alike].kind == hexahedron_kind) ++alike;
-    const size_t swept = coder.sweep(cells, numbers_out, intake_.numbers.data() + at,
-                                     intake_.last_use.data() + at, alike - i, out);
+    const size_t swept =
+        coder.sweep(cells, numbers_out, all_numbers + at, all_last_uses + at, alike - i, out);
     at += swept * most_corners;
     i += swept;
     if (i == intake_.records.size()) break;
     const Intake::Record& record = intake_.records[i];
-    const auto numbers = std::span(intake_.numbers).subspan(at, record.nodes);
-    const auto last_use = std::span(intake_.last_use).subspan(at, record.nodes);
+    const std::span numbers(all_numbers + at, record.nodes);
+    const std::span last_use(all_last_uses + at, record.nodes);
     at += record.nodes;
     cell_.kind = record.kind;
     cell_.type = record.type;
@@ -439,17 +455,16 @@ void StreamWriter::Implementation::code_records(CellCoder<RangeEncoder>& coder, 
 }
 
 /// The values of the points that came up, out of the waiting ones or from the caller.
-Result<> StreamWriter::Implementation::take_values(Block& block) {
+Result<> StreamWriter::Implementation::take_point_values(Block& block) {
   for (size_t s = 0; s < stages_.size(); ++s) {
-    const bool of_points = stages_[s].domain() == Domain::point;
-    block.tuples[s].clear();
-    if (of_points) block.tuples[s].resize(block.cells.points.size() * stages_[s].tuple_size());
+    if (stages_[s].domain() == Domain::point)
+      block.tuples[s].resize(block.cells.points.size() * stages_[s].tuple_size());
   }
-  // Positions alone need no buffer in between.
-  const bool only_positions = point_buffer_.size() == stages_[0].tuple_size();
   for (size_t i = 0; i < block.cells.points.size(); ++i) {
     const uint64_t number = block.cells.points[i].number;
-    std::byte* to = only_positions ? block.tuples[0].data() + i * point_buffer_.size() : point_buffer_.data();
+    // Positions alone need no buffer in between.
+    std::byte* to =
+        only_positions() ? block.tuples[0].data() + i * point_buffer_.size() : point_buffer_.data();
     if (options_.points) {
       MAILLE_CHECK(options_.points->read(number, to));
     } else if (!waiting_.take(number, to)) {
@@ -459,16 +474,12 @@ Result<> StreamWriter::Implementation::take_values(Block& block) {
                                                      " was not given, or is used after its last use");
     }
     const std::byte* from = point_buffer_.data();
-    for (size_t s = 0; s < stages_.size() && !only_positions; ++s) {
+    for (size_t s = 0; s < stages_.size() && !only_positions(); ++s) {
       if (stages_[s].domain() != Domain::point) continue;
       const size_t size = stages_[s].tuple_size();
       std::copy_n(from, size, block.tuples[s].data() + i * size);
       from += size;
     }
-  }
-  size_t next = 0;
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    if (stages_[s].domain() == Domain::cell) block.tuples[s].swap(intake_.cell_arrays[next++]);
   }
   return {};
 }
@@ -477,7 +488,11 @@ Result<> StreamWriter::Implementation::code_cells(Block& block) {
   block.cells.clear();
   coder_->end_block();
   code_records(*coder_, cells_, numbers_, block.cells);
-  MAILLE_CHECK(take_values(block));
+  if (!takes_late()) MAILLE_CHECK(take_point_values(block));
+  size_t next = 0;
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    if (stages_[s].domain() == Domain::cell) block.tuples[s].swap(intake_.cell_arrays[next++]);
+  }
   report_.cells += block.cells.size();
   report_.points += block.cells.points.size();
   batch_.records += intake_.records.size();
@@ -491,14 +506,17 @@ Result<> StreamWriter::Implementation::code_cells(Block& block) {
   return {};
 }
 
-void StreamWriter::Implementation::code_values(Block& block, size_t stage) {
+Result<> StreamWriter::Implementation::code_values(Block& block, size_t stage) {
+  if (stage == 0 && takes_late()) MAILLE_CHECK(take_point_values(block));
   const StreamArray& array = stage == 0 ? options_.positions : options_.arrays[stage - 1];
   widen(tail_.ranges[stage], array.type, array.components, block.tuples[stage]);
   stages_[stage].code(block.cells, block.tuples[stage].data());
+  return {};
 }
 
 /// Codes what waits; ends of points that no waiting cell uses follow as records of their own.
 Result<> StreamWriter::Implementation::run_block() {
+  if (failed_) return tl::unexpected(*failed_);
   std::vector<uint64_t> late;
   if (!intake_.ended.empty()) resolve_ends(late);
   MAILLE_CHECK(begin_stream());
@@ -513,17 +531,20 @@ Result<> StreamWriter::Implementation::run_block() {
 /// The cells of one block at the same time as the values of the block before.
 Result<> StreamWriter::Implementation::run_records() {
   if (intake_.records.empty()) return {};
-  Result<> result;
-  Block& cells = blocks_[current_];
-  Block& values = blocks_[1 - current_];
+  Result<> cells, positions;
+  Block& block = blocks_[current_];
+  Block& before = blocks_[1 - current_];
   executor_.parallel_for(1 + (values_wait_ ? stages_.size() : 0), [&](size_t task) {
     if (task == 0) {
-      result = code_cells(cells);
+      cells = code_cells(block);
+    } else if (task == 1) {
+      positions = code_values(before, 0);
     } else {
-      code_values(values, task - 1);
+      [[maybe_unused]] const Result<> none = code_values(before, task - 1);  // only positions can fail
     }
   });
-  MAILLE_CHECK(result);
+  MAILLE_CHECK(positions);
+  MAILLE_CHECK(cells);
   values_wait_ = true;
   current_ = 1 - current_;
   size_t bytes = cells_.size() + numbers_.size();
@@ -535,7 +556,12 @@ Result<> StreamWriter::Implementation::run_records() {
 
 Result<> StreamWriter::Implementation::end_batch() {
   if (values_wait_) {
-    executor_.parallel_for(stages_.size(), [&](size_t stage) { code_values(blocks_[1 - current_], stage); });
+    Result<> positions;
+    executor_.parallel_for(stages_.size(), [&](size_t stage) {
+      const Result<> coded = code_values(blocks_[1 - current_], stage);
+      if (stage == 0) positions = coded;
+    });
+    MAILLE_CHECK(positions);
     values_wait_ = false;
   }
   if (batch_.records == 0) return {};
