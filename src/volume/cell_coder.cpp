@@ -25,6 +25,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   wanted_ = &cell;
   repeated_ = 0;
   if (indices_) return code_by_indices(topology, numbers, cell, out);
+  if (gates_) return code_by_gates(topology, numbers, cell, out);
   find_sources();
   const bool fast = code_by_pattern(topology, cell);
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
@@ -187,6 +188,7 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   }
   const uint32_t slot = hull_.add_point(number);
   table_.insert(number, slot, 8);
+  if (gates_) gates_->enter_point(hull_, slot);
   if (encoding && !numbered_) {
     inputs_.insert(input, slot, 8);
     if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());

@@ -8,6 +8,7 @@
 #include "volume/assembly.h"
 #include "volume/decisions.h"
 #include "volume/face_coder.h"
+#include "volume/gates.h"
 #include "volume/index_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
@@ -72,6 +73,13 @@ class CellCoder {
       : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
     if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
   }
+  /// From the first cell on solids come at gates; only if points are numbered anew. `borders`: for an encoder,
+  /// by cell a bit for each face that no later one meets.
+  void use_gates(const std::vector<uint8_t>* borders) {
+    gates_ = std::make_unique<Gates>();
+    gate_models_ = std::make_unique<GateModels>();
+    borders_ = borders;
+  }
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -116,6 +124,12 @@ class CellCoder {
     FaceRef face;
     std::array<uint32_t, 4> slot;  ///< by corner of the own face
   };
+  /// An open face beyond an edge, and the points in it that come next to the ends of the edge.
+  struct Opposite {
+    FaceRef face;
+    unsigned size = 0, around = 0;  ///< corners; cells on the way
+    uint32_t next_to_a = no_slot, next_to_b = no_slot;
+  };
   using Turn = unsigned;  ///< own face * 8 + mirrored * 4 + rotation
   static constexpr Turn no_turn = 255;
 
@@ -137,7 +151,18 @@ class CellCoder {
   void code_ends(Coder& coder, StreamedCell& cell);
   bool has_open_face(uint32_t slot) const;
 
+  bool code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate);
+  void join_gate(Coder& coder, FaceRef gate, unsigned turn);
+  unsigned turn_at(FaceRef gate) const;
+  Opposite open_face_around(FaceRef from, uint32_t a, uint32_t b) const;
+  void join_beside(Coder& coder, FaceRef gate, unsigned own_face);
+  void glue_beside();
+  unsigned code_borders(Coder& coder);
+  void code_ends_at_gates(Coder& coder, StreamedCell& cell);
+
   void code_slowly(Coder& coder, StreamedCell& cell);
+  void join_slowly(Coder& coder, const StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
   void find_targets(const StreamedCell& cell);
   void find_partners();
@@ -221,6 +246,10 @@ class CellCoder {
   Mixing mixing_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
   std::unique_ptr<IndexCoder<Coder>> indices_;
+  std::unique_ptr<Gates> gates_;
+  std::unique_ptr<GateModels> gate_models_;
+  const std::vector<uint8_t>* borders_ = nullptr;
+  unsigned entered_by_ = 0;  ///< the own face at the gate; 7: none
   bool number_is_known_ = false;  ///< of the points that are created
   unsigned outcomes_ = 0;         ///< of the last two pattern flags
   unsigned places_passed_ = 0;    ///< of the candidates of the next cell, by sweep()
