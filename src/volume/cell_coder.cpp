@@ -181,7 +181,7 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   ++counted_;
   if constexpr (!encoding) {
     // No point is there twice; an encoder looked before.
-    if (table_.find(number, 8) != no_slot) {
+    if (!gates_ && table_.find(number, 8) != no_slot) {
       damaged_ = true;
       return 0;
     }
@@ -190,7 +190,9 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   table_.insert(number, slot, 8);
   if (gates_) gates_->enter_point(hull_, slot);
   if (encoding && !numbered_) {
-    inputs_.insert(input, slot, 8);
+    if (!gates_) inputs_.insert(input, slot, 8);
+    if (gates_ && input >= dense_.size()) dense_.resize(input + input / 2 + 1024, no_slot);
+    if (gates_) dense_[input] = slot;
     if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());
     input_numbers_[slot] = input;
   }
@@ -296,7 +298,8 @@ template <class Coder>
 void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
   out.removed.push_back(slot);
   table_.erase(number_of(slot), 9);
-  if (encoding && !numbered_) inputs_.erase(input_numbers_[slot], 9);
+  if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
+  if (encoding && gates_) dense_[input_numbers_[slot]] = no_slot;
   if (faces_) faces_->store().remove_point(slot, hull_);
   hull_.remove_point(slot);
 }

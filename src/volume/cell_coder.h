@@ -113,6 +113,7 @@ class CellCoder {
     over_face,
     is_final,
     node_known,
+    border_here,
     question_count
   };
   struct Candidate {
@@ -160,6 +161,12 @@ class CellCoder {
   void glue_beside();
   unsigned code_borders(Coder& coder);
   void code_ends_at_gates(Coder& coder, StreamedCell& cell);
+  /// A decision at a gate: with the model alone, or mixed where slow decisions are.
+  bool decide_by(BitModel& model, Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby,
+                 uint32_t valence) {
+    if (mixing_ == Mixing::none) return model.code(coder, bit);
+    return decide(coder, bit, question, local, nearby, valence);
+  }
 
   void code_slowly(Coder& coder, StreamedCell& cell);
   void join_slowly(Coder& coder, const StreamedCell& cell);
@@ -227,6 +234,7 @@ class CellCoder {
   uint64_t number_of(uint32_t slot) const { return hull_.point(slot).number; }
   /// Encoder: the slot of a point by the caller's number; that number, if points are numbered anew.
   uint32_t slot_of_input(uint64_t number, unsigned corner) {
+    if (gates_) return number < dense_.size() ? dense_[number] : no_slot;
     return numbered_ ? table_.find(number, corner) : inputs_.find(number, corner);
   }
   uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
@@ -238,6 +246,7 @@ class CellCoder {
   PointTable table_;   ///< by number
   PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
   std::vector<uint64_t> input_numbers_;
+  std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own
   Patterns patterns_;
   Decisions<question_count> decisions_;
   Numbering numbering_;

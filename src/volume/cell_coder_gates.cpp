@@ -18,23 +18,40 @@ unsigned turn_of(unsigned face, bool mirrored, unsigned rotation) {
 
 /// In the face beyond edge i of another one: the corners that come next to the ends of the edge.
 struct Beyond {
-  unsigned next_to_a, next_to_b;
+  uint8_t next_to_a, next_to_b;
 };
-Beyond beyond(const CellShape& shape, const CellFace& base, unsigned i) {
+Beyond find_beyond(const CellShape& shape, const CellFace& base, unsigned i) {
   const CellFace& face = shape.face[base.across[i]];
   const unsigned a = base.corner[i], b = base.corner[i + 1u < base.size ? i + 1 : 0];
   unsigned at = 0;
   while (face.corner[at] != a) ++at;
   const unsigned after = at + 1u < face.size ? at + 1 : 0, before = at == 0 ? face.size - 1u : at - 1;
-  const unsigned next_to_a = face.corner[face.corner[after] == b ? before : after];
+  const uint8_t next_to_a = face.corner[face.corner[after] == b ? before : after];
   return {next_to_a, face.size == 3 ? next_to_a : face.corner[at ^ 2u]};
+}
+
+/// By kind and face: at each edge.
+using BeyondEdges = std::array<std::array<std::array<Beyond, 4>, most_faces>, shape_count>;
+const BeyondEdges& beyond_edges() {
+  static const BeyondEdges table = [] {
+    BeyondEdges found{};
+    for (unsigned kind = 0; kind < shape_count; ++kind) {
+      const CellShape& shape = cell_shapes[kind];
+      for (unsigned f = 0; f < shape.faces && shape.dimension == 3; ++f) {
+        for (unsigned i = 0; i < shape.face[f].size; ++i) found[kind][f][i] = find_beyond(shape, shape.face[f], i);
+      }
+    }
+    return found;
+  }();
+  return table;
 }
 
 }  // namespace
 
 template <class Coder>
 bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
-  signature_ = recent_ = anchor_signature_ = 0;
+  signature_ = anchor_signature_ = 0;
+  recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   cell_.known = cell_.fresh = cell_.glued = 0;
   bool at_gate = false;
   entered_by_ = 7;
@@ -49,8 +66,9 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
     const unsigned known = cell_.known;
     if (!damaged_) code_corners(topology);
     // A corner that was named may be anywhere.
-    if (!damaged_ && cell_.known != known) glue_the_rest();
-    if (!damaged_ && cell_.known == known) glue_beside();
+    const bool beside = cell_.known == known && cell_.shape().dimension == 3;
+    if (!damaged_ && beside) glue_beside();
+    if (!damaged_ && !beside) glue_the_rest();
   }
   if (damaged_) return false;
   cell.kind = cell_.kind;
@@ -60,8 +78,9 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   const unsigned gates = solid ? code_borders(topology) : 0;
   enter(cell, out);
   gates_->enter(hull_, last_.slot, cell_.glue, solid ? cell_.glued : 0, gates);
-  hull_.cell(last_.slot).pattern = 0;
-  hull_.cell(last_.slot).signature = 0;
+  hull_.cell(last_.slot).pattern = entered_by_;
+  hull_.cell(last_.slot).signature = signature_;
+  last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
   if (solid) {
     code_ends_at_gates(topology, cell);
   } else {
@@ -78,7 +97,7 @@ template <class Coder>
 bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate) {
   GateModels& models = *gate_models_;
   cell_.kind = last_kind_;
-  const auto is_solid = [&] { return cell_.kind < shape_count && cell_shapes[cell_.kind].dimension == 3; };
+  const auto is_solid = [&] { return cell_.kind < shape_count && cell_shapes[cell_.kind].dimension >= 2; };
   FaceRef gate = is_solid() ? gates_->next(hull_) : FaceRef{};
   Turn turn = no_turn;
   if (gate.cell != no_slot) {
@@ -151,6 +170,7 @@ template <class Coder>
 void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   GateModels& models = *gate_models_;
   const Hull::Cell& other = hull_.cell(gate.cell);
+  anchor_signature_ = other.signature;
   const unsigned row = cell_.kind * 64 + gate.face * 8 + (other.pattern & 7);
   uint8_t& last = models.last_turn[row];
   if (models.same_turn[row].code(coder, turn == last)) {
@@ -158,8 +178,11 @@ void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   } else {
     BitModel* const tree = models.turn.data() + size_t{row} * 64;
     unsigned node = 1;
-    for (unsigned level = 0; level < 6; ++level)
-      node = node * 2 + tree[node].code(coder, (turn >> (5 - level) & 1) != 0);
+    for (unsigned level = 0; level < 6; ++level) {
+      const bool bit = (turn >> (5 - level) & 1) != 0;
+      node = node * 2 + decide_by(tree[node], coder, bit, turn_bit, row << 6 | node, other.signature,
+                                  last * 64u + node);
+    }
     turn = node - 64;
   }
   const unsigned size = Hull::shape_of(other).face[gate.face].size;
@@ -172,7 +195,11 @@ void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   sources_.cell.fill(no_slot);
   sources_.cell[0] = gate.cell;
   place(gate, turn);
-  join_beside(coder, gate, own);
+  if (shape.dimension == 3) {
+    join_beside(coder, gate, own);
+  } else {
+    code_faces_below(coder, gate);
+  }
 }
 
 /// The open face at the end of the cells around an edge, from a cell's face on over its other faces there;
@@ -226,10 +253,9 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
   const CellShape& shape = cell_.shape();
   const CellFace& base = shape.face[own_face];
   std::array<Opposite, 4> opposite;
-  std::array<Beyond, 4> own;
+  const std::array<Beyond, 4>& own = beyond_edges()[cell_.kind][own_face];
   for (unsigned i = 0; i < base.size; ++i) {
     const unsigned a = base.corner[i], b = base.corner[i + 1u < base.size ? i + 1 : 0];
-    own[i] = beyond(shape, base, i);
     opposite[i] = open_face_around(gate, cell_.corner[a], cell_.corner[b]);
     Opposite& there = opposite[i];
     if (there.face.cell == no_slot) continue;
@@ -260,7 +286,11 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
       const unsigned context = std::min(there.around, 7u) | (knows_a || knows_b ? 8u : 0) | agree << 4 |
                                differ << 6 | std::min(joined, 2u) << 8 | std::min(i, 2u) << 10 |
                                (base.size - 3u) << 12 | (there.size - 3u) << 13;
-      here = gate_models_->joined[context].code(coder, here);
+      const uint32_t valence = hull_.point(cell_.corner[base.corner[i]]).valence * 32u +
+                               hull_.point(cell_.corner[base.corner[after]]).valence;
+      here = decide_by(gate_models_->joined[context], coder, here, glued_here, context,
+                       hashed(anchor_signature_, hull_.cell(there.face.cell).signature),
+                       valence * 16 + std::min(there.around, 15u));
     }
     if (!here) continue;
     ++joined;
@@ -309,7 +339,9 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
       fresh += cell_.is_fresh(face.corner[i]);
     }
     const unsigned context = (known < 4 ? known : 3u) | (fresh < 4 ? fresh : 3u) << 2 | (face.size == 4 ? 16u : 0);
-    const bool border = gate_models_->border[cell_.kind * 64 + context].code(coder, (at_border >> f & 1) != 0);
+    const bool border =
+        decide_by(gate_models_->border[cell_.kind * 64 + context], coder, (at_border >> f & 1) != 0,
+                  border_here, context | cell_.kind << 6, anchor_signature_, f | cell_.glued << 3);
     if (!border) gates |= 1u << f;
     for (unsigned i = 0; i < face.size && border; ++i) gates_->mark_border(cell_.corner[face.corner[i]]);
   }
@@ -320,20 +352,24 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
 template <class Coder>
 void CellCoder<Coder>::code_ends_at_gates(Coder& coder, StreamedCell& cell) {
   const CellShape& shape = cell_.shape();
-  hull_.cell(last_.slot).pattern = entered_by_;
   if (shape.nodes > shape.corners || repeated_ != 0) return code_finals(coder, cell, true);
-  uint32_t expected = 0;
-  for (unsigned i = 0; i < shape.corners; ++i)
-    expected |= (gates_->at_point(node_[i]) == 0 ? 1u : 0u) << i;
-  const bool as_expected = gate_models_->ends.code(coder, cell.final == expected);
-  if (as_expected) {
+  GateModels& models = *gate_models_;
+  uint32_t expected = 0, done = 0, border = 0;
+  for (unsigned i = 0; i < shape.corners; ++i) {
+    done |= (gates_->at_point(node_[i]) == 0 ? 1u : 0u) << i;
+    border |= (gates_->on_border(node_[i]) ? 1u : 0u) << i;
+  }
+  expected = models.border_ends ? done : done & ~border;
+  if (models.ends.code(coder, cell.final == expected)) {
     cell.final = expected;
     return;
   }
   uint32_t final = 0;
   for (unsigned i = 0; i < shape.corners; ++i) {
-    const bool ends = gate_models_->final[expected >> i & 1].code(coder, (cell.final >> i & 1) != 0);
+    const unsigned context = (done >> i & 1) + 2 * (border >> i & 1);
+    const bool ends = models.final[context].code(coder, (cell.final >> i & 1) != 0);
     final |= (ends ? 1u : 0u) << i;
+    if (context == 3) models.border_ends = ends;
   }
   cell.final = final;
 }

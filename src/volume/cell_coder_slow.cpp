@@ -538,11 +538,13 @@ template void CellCoder<RangeEncoder>::join_slowly(RangeEncoder&, const Streamed
 template void CellCoder<RangeEncoder>::find_targets(const StreamedCell&);
 template bool CellCoder<RangeEncoder>::matches_turn(const Hull::Cell&, unsigned, unsigned) const;
 template void CellCoder<RangeEncoder>::place(FaceRef, unsigned);
+template void CellCoder<RangeEncoder>::code_faces_below(RangeEncoder&, FaceRef);
 template void CellCoder<RangeDecoder>::code_slowly(RangeDecoder&, StreamedCell&);
 template unsigned CellCoder<RangeDecoder>::code_kind(RangeDecoder&, unsigned);
 template void CellCoder<RangeDecoder>::join_slowly(RangeDecoder&, const StreamedCell&);
 template void CellCoder<RangeDecoder>::find_targets(const StreamedCell&);
 template bool CellCoder<RangeDecoder>::matches_turn(const Hull::Cell&, unsigned, unsigned) const;
 template void CellCoder<RangeDecoder>::place(FaceRef, unsigned);
+template void CellCoder<RangeDecoder>::code_faces_below(RangeDecoder&, FaceRef);
 
 }  // namespace maille

@@ -121,7 +121,8 @@ class Gates {
 struct GateModels {
   std::array<RunModel, 16> plain;  ///< by the last four outcomes
   RunModel attached, here, ends;
-  std::array<RunModel, 4> final;
+  std::array<RunModel, 4> final;  ///< [no gate is left] + 2 [at the border]
+  bool border_ends = true;        ///< did the last point at the border without gates end?
   std::vector<RunModel> same_turn = std::vector<RunModel>(shape_count * 64);
   std::vector<BitModel> turn = std::vector<BitModel>(size_t{shape_count} * 64 * 64);
   std::vector<uint8_t> last_turn = std::vector<uint8_t>(shape_count * 64);

@@ -239,6 +239,12 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
   Ordering front = in_front_order(mesh);
   Trial trial(mesh, front, false, false, mixing);
   trial.run(natural.cells());
+  if (all_have_shapes(mesh)) {
+    Ordering gates = at_gates(mesh);
+    Trial gated(mesh, gates, false, false, mixing);
+    gated.run(trial.cells());
+    if (gated.bytes() <= trial.bytes() && gated.bytes() < natural.bytes()) return gates;
+  }
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);
     trial.run(sample);
