@@ -73,8 +73,8 @@ class CellCoder {
       : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
     if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
   }
-  /// From the first cell on solids come at gates; only if points are numbered anew. `borders`: for an encoder,
-  /// by cell a bit for each face that no later one meets.
+  /// From the first cell on solids and polygons come at gates; only if points are numbered anew. `borders`:
+  /// for an encoder, by cell a bit for each face that no later one meets.
   void use_gates(const std::vector<uint8_t>* borders) {
     gates_ = std::make_unique<Gates>();
     gate_models_ = std::make_unique<GateModels>();
@@ -258,7 +258,7 @@ class CellCoder {
   std::unique_ptr<Gates> gates_;
   std::unique_ptr<GateModels> gate_models_;
   const std::vector<uint8_t>* borders_ = nullptr;
-  unsigned entered_by_ = 0;  ///< the own face at the gate; 7: none
+  unsigned entered_by_ = 0;       ///< the own face at the gate; 7: none
   bool number_is_known_ = false;  ///< of the points that are created
   unsigned outcomes_ = 0;         ///< of the last two pattern flags
   unsigned places_passed_ = 0;    ///< of the candidates of the next cell, by sweep()

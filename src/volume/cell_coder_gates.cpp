@@ -1,6 +1,6 @@
-// Solids at the fast levels: each comes at the first gate (gates.h), so that only its turn there, the faces
-// that it meets beside it, and its new corners are told, with one model for each decision. What is rare goes
-// the slow way.
+// Cells in an order that the encoder may choose: each comes at the first gate (gates.h), so that only its
+// turn there, the faces that it meets beside it, and its new corners are told. What is rare goes the slow
+// way.
 #include <algorithm>
 
 #include "volume/cell_coder.h"
@@ -38,7 +38,8 @@ const BeyondEdges& beyond_edges() {
     for (unsigned kind = 0; kind < shape_count; ++kind) {
       const CellShape& shape = cell_shapes[kind];
       for (unsigned f = 0; f < shape.faces && shape.dimension == 3; ++f) {
-        for (unsigned i = 0; i < shape.face[f].size; ++i) found[kind][f][i] = find_beyond(shape, shape.face[f], i);
+        for (unsigned i = 0; i < shape.face[f].size; ++i)
+          found[kind][f][i] = find_beyond(shape, shape.face[f], i);
       }
     }
     return found;
@@ -55,10 +56,10 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   cell_.known = cell_.fresh = cell_.glued = 0;
   bool at_gate = false;
   entered_by_ = 7;
-  const bool solid = code_gate(topology, cell, at_gate);
+  const bool gated = code_gate(topology, cell, at_gate);
   if (damaged_) return false;
   if (cell_.kind >= shape_count) return code_without_shape(topology, numbers, cell, out);
-  if (!solid) {
+  if (!gated) {
     find_sources();
     join_slowly(topology, cell);
   } else {
@@ -75,13 +76,13 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   create_corners(numbers, cell, out);
   if (cell_.shape().nodes > cell_.shape().corners) code_extra_nodes(topology, numbers, cell, out);
   if (damaged_) return false;
-  const unsigned gates = solid ? code_borders(topology) : 0;
+  const unsigned gates = gated ? code_borders(topology) : 0;
   enter(cell, out);
-  gates_->enter(hull_, last_.slot, cell_.glue, solid ? cell_.glued : 0, gates);
+  gates_->enter(hull_, last_.slot, cell_.glue, gated ? cell_.glued : 0, gates);
   hull_.cell(last_.slot).pattern = entered_by_;
   hull_.cell(last_.slot).signature = signature_;
   last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
-  if (solid) {
+  if (gated) {
     code_ends_at_gates(topology, cell);
   } else {
     code_finals(topology, cell, true);
@@ -92,13 +93,14 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   return true;
 }
 
-/// What kind of cell comes, and its gate. Returns whether it is a solid.
+/// What kind of cell comes, and its gate. Returns whether it is of those that have gates: solids and
+/// polygons.
 template <class Coder>
 bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate) {
   GateModels& models = *gate_models_;
   cell_.kind = last_kind_;
-  const auto is_solid = [&] { return cell_.kind < shape_count && cell_shapes[cell_.kind].dimension >= 2; };
-  FaceRef gate = is_solid() ? gates_->next(hull_) : FaceRef{};
+  const auto has_gates = [&] { return cell_.kind < shape_count && cell_shapes[cell_.kind].dimension >= 2; };
+  FaceRef gate = has_gates() ? gates_->next(hull_) : FaceRef{};
   Turn turn = no_turn;
   if (gate.cell != no_slot) {
     if constexpr (encoding) {
@@ -116,7 +118,7 @@ bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& a
     }
   }
   cell_.kind = code_kind(coder, cell.kind);
-  if (damaged_ || !is_solid()) return false;
+  if (damaged_ || !has_gates()) return false;
   unsigned distance = most_skipped;
   if constexpr (encoding) {
     find_targets(cell);
@@ -180,8 +182,8 @@ void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
     unsigned node = 1;
     for (unsigned level = 0; level < 6; ++level) {
       const bool bit = (turn >> (5 - level) & 1) != 0;
-      node = node * 2 + decide_by(tree[node], coder, bit, turn_bit, row << 6 | node, other.signature,
-                                  last * 64u + node);
+      node = node * 2 +
+             decide_by(tree[node], coder, bit, turn_bit, row << 6 | node, other.signature, last * 64u + node);
     }
     turn = node - 64;
   }
@@ -300,7 +302,8 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
   }
 }
 
-/// Faces that nobody asked about: beyond an edge of one that is glued.
+/// Faces that nobody asked about: beyond an edge of one that is glued. A face that only a search around its
+/// points would find stays open: few are, and that search takes half as long as all the rest.
 template <class Coder>
 void CellCoder<Coder>::glue_beside() {
   const CellShape& shape = cell_.shape();
@@ -329,7 +332,8 @@ template <class Coder>
 unsigned CellCoder<Coder>::code_borders(Coder& coder) {
   const CellShape& shape = cell_.shape();
   unsigned gates = 0;
-  const unsigned at_border = encoding && borders_ != nullptr && ordinal_ < borders_->size() ? (*borders_)[ordinal_] : 0;
+  const unsigned at_border =
+      encoding && borders_ != nullptr && ordinal_ < borders_->size() ? (*borders_)[ordinal_] : 0;
   for (unsigned f = 0; f < shape.faces; ++f) {
     if (cell_.is_glued(f)) continue;
     const CellFace& face = shape.face[f];
@@ -338,7 +342,8 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
       known += gates_->on_border(cell_.corner[face.corner[i]]);
       fresh += cell_.is_fresh(face.corner[i]);
     }
-    const unsigned context = (known < 4 ? known : 3u) | (fresh < 4 ? fresh : 3u) << 2 | (face.size == 4 ? 16u : 0);
+    const unsigned context =
+        (known < 4 ? known : 3u) | (fresh < 4 ? fresh : 3u) << 2 | (face.size == 4 ? 16u : 0);
     const bool border =
         decide_by(gate_models_->border[cell_.kind * 64 + context], coder, (at_border >> f & 1) != 0,
                   border_here, context | cell_.kind << 6, anchor_signature_, f | cell_.glued << 3);

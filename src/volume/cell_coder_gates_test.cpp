@@ -87,8 +87,8 @@ void expect_back(const std::vector<StreamedCell>& cells, const Coded& bytes) {
 }
 
 RC_GTEST_PROP(CellsAtGates, ComeBackFromAnySoupInAnyOrderWithAnyBorders, ()) {
-  const Mesh mesh = soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u),
-                         *rc::gen::inRange(1u, 90u));
+  const Mesh mesh =
+      soup(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 300u), *rc::gen::inRange(1u, 90u));
   std::vector<uint32_t> order(mesh.blocks[0].size());
   std::iota(order.begin(), order.end(), 0u);
   if (*rc::gen::arbitrary<bool>()) order = shuffled(order.size(), *rc::gen::arbitrary<unsigned>());

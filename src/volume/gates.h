@@ -10,17 +10,17 @@
 
 namespace maille {
 
-/// Where the next solids are, at the fast levels: faces that a solid left open and that another one will meet
-/// are *gates*, in the order in which they came, so that no cell tells where it lies. The encoder says of each
-/// open face whether it is a gate or at the border, and brings the cells in the order of the gates
-/// (gate_order.h). Also which cell is across each glued face, so that the cells around an edge are found from
-/// one to the next. Kept by both directions.
+/// Where the next cells are, if the encoder may choose their order: faces that a solid left open (edges, of
+/// polygons) and that another one will meet are *gates*, in the order in which they came, so that no cell
+/// tells where it lies. The encoder says of each open face whether it is a gate or at the border, and brings
+/// the cells in the order of the gates (gate_order.h). Also which cell is across each glued face, so that the
+/// cells around an edge are found from one to the next. Kept by both directions.
 class Gates {
  public:
   /// Across face f of cell slot s: links[s][f], cell slot * 8 + face, or no_slot.
   using Links = std::array<uint32_t, most_faces + 2>;
 
-  /// A solid in memory: what is across its faces, and which of the open ones are gates.
+  /// A cell in memory: what is across its faces, and which of the open ones are gates.
   void enter(const Hull& hull, uint32_t slot, const std::array<FaceRef, most_faces>& glue, unsigned glued,
              unsigned gates) {
     if (slot >= links_.size()) {
@@ -117,7 +117,7 @@ class Gates {
   size_t first_ = 0;
 };
 
-/// Models of what a solid says at its gate.
+/// Models of what a cell says at its gate.
 struct GateModels {
   std::array<RunModel, 16> plain;  ///< by the last four outcomes
   RunModel attached, here, ends;

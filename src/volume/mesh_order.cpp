@@ -300,7 +300,8 @@ bool code_permutation(Coder& coder, ResidualModel<64>& model, uint64_t first, ui
     int64_t apart = 0;
     if constexpr (Coder::encoding) apart = static_cast<int64_t>(elements[i] - first - expected);
     const ResidualContext context = {2 * length, 0};
-    length = model.code_length(coder, bit_length(static_cast<uint64_t>(apart < 0 ? -apart : apart)), 0, context, 0);
+    length = model.code_length(coder, bit_length(static_cast<uint64_t>(apart < 0 ? -apart : apart)), 0,
+                               context, 0);
     apart = model.code_value(coder, apart, length, 0, 0);
     const uint64_t element = expected + static_cast<uint64_t>(apart);
     if constexpr (!Coder::encoding) {

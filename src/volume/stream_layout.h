@@ -21,7 +21,7 @@ struct StreamHeader {
   Mixing mixing = Mixing::none;  ///< of slow decisions
   bool mixed_values = false;     ///< so are those about numbers, where an array has few components
   bool indexed = false;          ///< cells come as numbers of points
-  bool gated = false;            ///< solids come at gates
+  bool gated = false;            ///< cells come at gates
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
@@ -102,8 +102,8 @@ inline constexpr uint32_t cells_per_block = 4096;
 inline Mixing mixing_at(int effort) {
   return effort >= 7 ? Mixing::most : effort >= 4 ? Mixing::some : Mixing::none;
 }
-/// Whether solids in no good order come at gates: two to three times as fast, and a tenth to a half larger in
-/// connectivity than what mixing makes of them.
+/// Whether cells in no good order come at gates without a trial of the order of the front: that takes as long
+/// as coding them.
 inline bool uses_gates(int effort) {
   return effort <= 3;
 }
