@@ -226,7 +226,8 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
   return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
 }
 
-/// Where any order will do: as they are, if that is a good order, else as the front meets them.
+/// Where any order will do: as they are, if that is a good order, else at gates; as the front meets them,
+/// where there are cells without shape.
 Ordering choose_orders(const Mesh& mesh, int effort) {
   const Mixing mixing = std::min(mixing_at(effort), Mixing::some);
   Ordering given = as_they_are(mesh);
@@ -242,21 +243,14 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
     natural.run(sample);
     if (regular * natural.bytes() <= natural.cells()) return given;
   }
-  Ordering front = in_front_order(mesh);
-  Trial trial(mesh, front, false, false, mixing);
+  Ordering other = all_have_shapes(mesh) ? at_gates(mesh) : in_front_order(mesh);
+  Trial trial(mesh, other, false, false, mixing);
   trial.run(natural.cells());
-  if (all_have_shapes(mesh)) {
-    Ordering gates = at_gates(mesh);
-    Trial gated(mesh, gates, false, false, mixing);
-    gated.run(trial.cells());
-    // What is about as small is faster.
-    if (20 * gated.bytes() <= 21 * trial.bytes() && gated.bytes() < natural.bytes()) return gates;
-  }
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);
     trial.run(sample);
   }
-  return trial.bytes() < natural.bytes() ? std::move(front) : std::move(given);
+  return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
 }
 
 /// Points of no cell, in any order: along a curve, so that each is near the one before.
