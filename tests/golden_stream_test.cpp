@@ -94,6 +94,26 @@ Mesh mixed_cells() {
   return mesh;
 }
 
+/// Bricks on a floor of quads, in no order: such cells come at gates.
+Mesh scattered_bricks() {
+  Mesh mesh = bricks(6);
+  CellBlock& block = mesh.blocks[0];
+  const std::vector<uint32_t> all = block.connectivity;
+  const auto points = static_cast<uint32_t>(mesh.point_count()),
+             cells = static_cast<uint32_t>(all.size() / 8);
+  for (uint32_t i = 0; i < all.size(); ++i)
+    block.connectivity[i] = all[i / 8 * 101 % cells * 8 + i % 8] * 173 % points;
+  CellBlock floor;
+  floor.name = "floor";
+  floor.type = CellType::quad;
+  for (uint32_t i = 0; i < 36; ++i) {
+    const uint32_t* p = all.data() + size_t{i} * 29 % 36 * 8;
+    for (const uint32_t point : {p[0], p[1], p[2], p[3]}) floor.connectivity.push_back(point * 173 % points);
+  }
+  mesh.blocks.push_back(floor);
+  return mesh;
+}
+
 /// Bricks given by their faces, with a floor of polygons.
 Mesh polyhedra() {
   Mesh mesh = bricks(4);
@@ -158,6 +178,10 @@ std::vector<GoldenFile> goldens() {
   add("bricks", bricks(6));
   add("fast", mixed_cells()).options.effort = 1;
   add("mixed_cells", mixed_cells());
+  add("gates", scattered_bricks()).options.effort = 1;
+  GoldenFile& mixed = add("mixed_gates", scattered_bricks());
+  mixed.is_lossy = true;  // in another order
+  mixed.options.order = Order::canonical;
   add("polyhedra", polyhedra());
   add("fields", with_fields());
   GoldenFile& lossy = add("lossy_fields", with_fields());

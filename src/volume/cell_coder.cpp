@@ -25,6 +25,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   wanted_ = &cell;
   repeated_ = 0;
   if (indices_) return code_by_indices(topology, numbers, cell, out);
+  if (gates_) return code_by_gates(topology, numbers, cell, out);
   find_sources();
   const bool fast = code_by_pattern(topology, cell);
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
@@ -184,8 +185,11 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
     damaged_ = true;
     return 0;
   }
+  if (gates_) gates_->enter_point(hull_, slot);
   if (encoding && !numbered_) {
-    inputs_.insert(input, slot, 8);
+    if (!gates_) inputs_.insert(input, slot, 8);
+    if (gates_ && input >= dense_.size()) dense_.resize(input + input / 2 + 1024, no_slot);
+    if (gates_) dense_[input] = slot;
     if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());
     input_numbers_[slot] = input;
   }
@@ -291,7 +295,8 @@ template <class Coder>
 void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
   out.removed.push_back(slot);
   table_.erase(number_of(slot), 9);
-  if (encoding && !numbered_) inputs_.erase(input_numbers_[slot], 9);
+  if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
+  if (encoding && gates_) dense_[input_numbers_[slot]] = no_slot;
   if (faces_) faces_->store().remove_point(slot, hull_);
   hull_.remove_point(slot);
 }

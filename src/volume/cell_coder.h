@@ -9,6 +9,7 @@
 #include "volume/assembly.h"
 #include "volume/decisions.h"
 #include "volume/face_coder.h"
+#include "volume/gates.h"
 #include "volume/index_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
@@ -73,6 +74,13 @@ class CellCoder {
       : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
     if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
   }
+  /// From the first cell on solids and polygons come at gates; only if points are numbered anew. `borders`:
+  /// for an encoder, by cell a bit for each face that no later one meets.
+  void use_gates(const std::vector<uint8_t>* borders) {
+    gates_ = std::make_unique<Gates>();
+    gate_models_ = std::make_unique<GateModels>();
+    borders_ = borders;
+  }
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
@@ -106,6 +114,7 @@ class CellCoder {
     over_face,
     is_final,
     node_known,
+    border_here,
     question_count
   };
   struct Candidate {
@@ -116,6 +125,12 @@ class CellCoder {
   struct EdgeFace {
     FaceRef face;
     std::array<uint32_t, 4> slot;  ///< by corner of the own face
+  };
+  /// An open face beyond an edge, and the points in it that come next to the ends of the edge.
+  struct Opposite {
+    FaceRef face;
+    unsigned size = 0, around = 0;  ///< corners; cells on the way
+    uint32_t next_to_a = no_slot, next_to_b = no_slot;
   };
   using Turn = unsigned;  ///< own face * 8 + mirrored * 4 + rotation
   static constexpr Turn no_turn = 255;
@@ -138,7 +153,24 @@ class CellCoder {
   void code_ends(Coder& coder, StreamedCell& cell);
   bool has_open_face(uint32_t slot) const;
 
+  bool code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate);
+  void join_gate(Coder& coder, FaceRef gate, unsigned turn);
+  unsigned turn_at(FaceRef gate) const;
+  Opposite open_face_around(FaceRef from, uint32_t a, uint32_t b) const;
+  void join_beside(Coder& coder, FaceRef gate, unsigned own_face);
+  void glue_beside();
+  unsigned code_borders(Coder& coder);
+  void code_ends_at_gates(Coder& coder, StreamedCell& cell);
+  /// A decision at a gate: with the model alone, or mixed where slow decisions are.
+  bool decide_by(BitModel& model, Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby,
+                 uint32_t valence) {
+    if (mixing_ == Mixing::none) return model.code(coder, bit);
+    return decide(coder, bit, question, local, nearby, valence);
+  }
+
   void code_slowly(Coder& coder, StreamedCell& cell);
+  void join_slowly(Coder& coder, const StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
   void find_targets(const StreamedCell& cell);
   void find_partners();
@@ -203,6 +235,7 @@ class CellCoder {
   uint64_t number_of(uint32_t slot) const { return hull_.point(slot).number; }
   /// Encoder: the slot of a point by the caller's number; that number, if points are numbered anew.
   uint32_t slot_of_input(uint64_t number, unsigned corner) {
+    if (gates_) return number < dense_.size() ? dense_[number] : no_slot;
     return numbered_ ? table_.find(number, corner) : inputs_.find(number, corner);
   }
   uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
@@ -214,6 +247,7 @@ class CellCoder {
   PointTable table_;   ///< by number
   PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
   std::vector<uint64_t> input_numbers_;
+  std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own
   Patterns patterns_;
   Decisions<question_count> decisions_;
   Numbering numbering_;
@@ -222,6 +256,10 @@ class CellCoder {
   Mixing mixing_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
   std::unique_ptr<IndexCoder<Coder>> indices_;
+  std::unique_ptr<Gates> gates_;
+  std::unique_ptr<GateModels> gate_models_;
+  const std::vector<uint8_t>* borders_ = nullptr;
+  unsigned entered_by_ = 0;       ///< the own face at the gate; 7: none
   bool number_is_known_ = false;  ///< of the points that are created
   unsigned outcomes_ = 0;         ///< of the last two pattern flags
   unsigned places_passed_ = 0;    ///< of the candidates of the next cell, by sweep()

@@ -65,6 +65,23 @@ bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
   return true;
 }
 
+namespace {
+
+/// The points before and after a corner in each open face there. An edge that no open face has is done with.
+template <class Add>
+void for_each_in_open_faces(const Hull::Cell& cell, unsigned corner, Add add) {
+  const CellShape& shape = Hull::shape_of(cell);
+  for (unsigned faces = cell.open & shape.faces_at[corner]; faces != 0; faces &= faces - 1) {
+    const CellFace& face = shape.face[static_cast<unsigned>(__builtin_ctz(faces))];
+    unsigned i = 0;
+    while (face.corner[i] != corner) ++i;
+    add(cell.corner[face.corner[i == 0 ? face.size - 1u : i - 1]]);
+    add(cell.corner[face.corner[i + 1u < face.size ? i + 1 : 0]]);
+  }
+}
+
+}  // namespace
+
 /// Points that an edge joins to known corners next to this one: those joined to most of them first. Their
 /// number.
 template <class Coder>
@@ -92,6 +109,10 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
     unsigned left = 48;
     hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))], [&](uint32_t slot, uint32_t at) {
       const Hull::Cell& other = hull_.cell(slot);
+      if (gates_ && Hull::shape_of(other).dimension == cell_.shape().dimension) {
+        for_each_in_open_faces(other, at, add);
+        return --left == 0;
+      }
       for (unsigned m = Hull::shape_of(other).neighbours[at]; m != 0; m &= m - 1) {
         const uint32_t point = other.corner[static_cast<unsigned>(__builtin_ctz(m))];
         if (point != no_slot) add(point);

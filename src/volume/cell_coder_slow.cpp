@@ -31,7 +31,12 @@ void CellCoder<Coder>::code_slowly(Coder& coder, StreamedCell& cell) {
   const unsigned kind = code_kind(coder, cell.kind);
   cell_.kind = kind;
   cell_.known = cell_.fresh = cell_.glued = 0;
-  if (damaged_ || kind >= shape_count) return;
+  if (!damaged_ && kind < shape_count) join_slowly(coder, cell);
+}
+
+/// Given its kind.
+template <class Coder>
+void CellCoder<Coder>::join_slowly(Coder& coder, const StreamedCell& cell) {
   if constexpr (encoding) {
     find_targets(cell);
     find_partners();
@@ -529,7 +534,17 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
 
 template void CellCoder<RangeEncoder>::code_slowly(RangeEncoder&, StreamedCell&);
 template unsigned CellCoder<RangeEncoder>::code_kind(RangeEncoder&, unsigned);
+template void CellCoder<RangeEncoder>::join_slowly(RangeEncoder&, const StreamedCell&);
+template void CellCoder<RangeEncoder>::find_targets(const StreamedCell&);
+template bool CellCoder<RangeEncoder>::matches_turn(const Hull::Cell&, unsigned, unsigned) const;
+template void CellCoder<RangeEncoder>::place(FaceRef, unsigned);
+template void CellCoder<RangeEncoder>::code_faces_below(RangeEncoder&, FaceRef);
 template void CellCoder<RangeDecoder>::code_slowly(RangeDecoder&, StreamedCell&);
 template unsigned CellCoder<RangeDecoder>::code_kind(RangeDecoder&, unsigned);
+template void CellCoder<RangeDecoder>::join_slowly(RangeDecoder&, const StreamedCell&);
+template void CellCoder<RangeDecoder>::find_targets(const StreamedCell&);
+template bool CellCoder<RangeDecoder>::matches_turn(const Hull::Cell&, unsigned, unsigned) const;
+template void CellCoder<RangeDecoder>::place(FaceRef, unsigned);
+template void CellCoder<RangeDecoder>::code_faces_below(RangeDecoder&, FaceRef);
 
 }  // namespace maille

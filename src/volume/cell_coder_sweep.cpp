@@ -29,7 +29,7 @@ uint64_t ends_of(const uint8_t* flags) {
 template <class Coder>
 size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* points,
                                const uint8_t* last_use, size_t most, CodedCells& out) {
-  if (damaged_ || faces_ || indices_) return 0;
+  if (damaged_ || faces_ || indices_ || gates_) return 0;
   const size_t before = out.size(), nodes_before = out.nodes.size();
   size_t done = 0, room = 0;
   cell_.kind = hexahedron_kind;

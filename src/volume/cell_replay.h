@@ -15,7 +15,9 @@ namespace maille {
 class CellReplay {
  public:
   CellReplay(const FileReader& file, const StreamHeader& header, const Limits& limits)
-      : file_(file), limits_(limits), coder_(header.mixing, !header.description.any_order, header.indexed) {}
+      : file_(file), limits_(limits), coder_(header.mixing, !header.description.any_order, header.indexed) {
+    if (header.gated) coder_.use_gates(nullptr);
+  }
 
   /// False: there is no batch more. Error: corrupt, memory_bound.
   Result<bool> next_batch();

@@ -6,6 +6,8 @@
 #include <iterator>
 
 #include "base/bytes.h"
+#include "entropy/rans.h"
+#include "entropy/residual_model.h"
 #include "volume/cell_order.h"
 #include "volume/point_order.h"
 
@@ -258,11 +260,14 @@ CellBlock rearranged(const CellBlock& block, const std::vector<uint64_t>& place)
 }
 
 /// Numbers of points in the order in which coded cells meet them; those without cells behind, in order.
-std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& coded, uint64_t points) {
+std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& blocks, const CellOrders& orders,
+                                         uint64_t points) {
   std::vector<uint32_t> number(points, nothing);
   uint32_t next = 0;
-  for (const CellBlock& block : coded) {
-    for (uint64_t i = 0; i < block.size(); ++i) {
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    const CellBlock& block = blocks[b];
+    for (uint64_t at = 0; at < block.size(); ++at) {
+      const uint64_t i = orders[b].empty() ? at : orders[b][at];
       const CellShape& shape = cell_shapes[kind_of(block.type_of(i))];
       const auto nodes = block.cell(i);
       for (unsigned k = 0; k < shape.nodes; ++k) {
@@ -281,6 +286,32 @@ std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence) {
   std::vector<uint32_t> places(sequence.size());
   for (size_t i = 0; i < sequence.size(); ++i) places[sequence[i]] = static_cast<uint32_t>(i);
   return places;
+}
+
+/// A permutation of `size` elements, `first` being the least: each as its difference from the one after that
+/// before. False: damaged.
+template <class Coder>
+bool code_permutation(Coder& coder, ResidualModel<64>& model, uint64_t first, uint64_t size,
+                      std::vector<uint32_t>& elements) {
+  std::vector<bool> seen(size);
+  uint64_t expected = 0;
+  unsigned length = 0;
+  for (uint64_t i = 0; i < size; ++i) {
+    int64_t apart = 0;
+    if constexpr (Coder::encoding) apart = static_cast<int64_t>(elements[i] - first - expected);
+    const ResidualContext context = {2 * length, 0};
+    length = model.code_length(coder, bit_length(static_cast<uint64_t>(apart < 0 ? -apart : apart)), 0,
+                               context, 0);
+    apart = model.code_value(coder, apart, length, 0, 0);
+    const uint64_t element = expected + static_cast<uint64_t>(apart);
+    if constexpr (!Coder::encoding) {
+      if (element >= size || seen[element] || coder.exhausted()) return false;
+      seen[element] = true;
+      elements.push_back(static_cast<uint32_t>(first + element));
+    }
+    expected = element + 1;
+  }
+  return true;
 }
 
 uint64_t largest_size(const std::vector<CellBlock>& blocks) {
@@ -308,9 +339,11 @@ bool all_have_shapes(const Mesh& mesh) {
   return true;
 }
 
+constexpr uint8_t plain_order = mixing_count;
+
 std::vector<std::byte> join_order(const CodedOrder& order) {
   ByteWriter out;
-  out.put<uint8_t>(static_cast<uint8_t>(order.mixing));
+  out.put<uint8_t>(order.plain ? plain_order : static_cast<uint8_t>(order.mixing));
   out.put_count(order.points.size());
   out.put_bytes(order.points);
   out.put_bytes(order.cells);
@@ -321,15 +354,18 @@ std::optional<CodedOrder> split_order(Bytes bytes) {
   ByteReader in(bytes);
   const auto mixing = in.get<uint8_t>();
   const Bytes points = in.get_bytes(in.get_count()), cells = in.get_bytes(in.remaining());
-  if (!in.ok() || mixing >= mixing_count) return {};
-  return CodedOrder{
-      static_cast<Mixing>(mixing), {points.begin(), points.end()}, {cells.begin(), cells.end()}};
+  if (!in.ok() || mixing > plain_order) return {};
+  const bool plain = mixing == plain_order;
+  return CodedOrder{plain ? Mixing::none : static_cast<Mixing>(mixing),
+                    plain,
+                    {points.begin(), points.end()},
+                    {cells.begin(), cells.end()}};
 }
 
 CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing) {
   std::vector<CellBlock> blocks;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) blocks.push_back(rearranged(mesh.blocks[b], orders[b]));
-  std::vector<uint32_t> sequence = sequence_of_points(blocks, mesh.point_count());
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
   for (CellBlock& block : blocks) {
     for (uint32_t& point : block.connectivity) point = sequence[point];
   }
@@ -348,10 +384,43 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixin
     order.code(cells, first, size, coded.neighbours[b], leaders_of(mesh.blocks[b], can_lead), places);
     first += size;
   }
-  return {mixing, points.finish(), cells.finish()};
+  return {mixing, false, points.finish(), cells.finish()};
 }
 
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders) {
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
+  RansEncoder points, cells;
+  ResidualModel<64> of_points(false), of_cells(false);
+  code_permutation(points, of_points, 0, sequence.size(), sequence);
+  std::vector<uint32_t> places;
+  for (size_t b = 0; b < orders.size(); ++b) {
+    places.resize(mesh.blocks[b].size());
+    for (size_t i = 0; i < places.size(); ++i)
+      places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
+    code_permutation(cells, of_cells, 0, places.size(), places);
+  }
+  return {Mixing::none, true, points.finish(), cells.finish()};
+}
+
+namespace {
+
+std::optional<InputOrder> decode_plain_order(const Mesh& mesh, const CodedOrder& order) {
+  InputOrder found;
+  RansDecoder points(order.points), cells(order.cells);
+  ResidualModel<64> of_points(false), of_cells(false);
+  if (!code_permutation(points, of_points, 0, mesh.point_count(), found.points)) return {};
+  uint64_t first = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    if (!code_permutation(cells, of_cells, first, block.size(), found.cells)) return {};
+    first += block.size();
+  }
+  return found;
+}
+
+}  // namespace
+
 std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order) {
+  if (order.plain) return decode_plain_order(mesh, order);
   InputOrder found;
   RangeDecoder points(order.points), cells(order.cells);
   const uint64_t count = mesh.point_count();

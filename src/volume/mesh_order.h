@@ -21,6 +21,7 @@ using CellOrders = std::vector<std::vector<uint64_t>>;
 
 struct CodedOrder {
   Mixing mixing = Mixing::none;
+  bool plain = false;  ///< differences, not neighbours: fast both ways, and a few bits an element larger
   std::vector<std::byte> points, cells;
 };
 
@@ -34,6 +35,7 @@ bool all_have_shapes(const Mesh& mesh);
 
 /// For meshes whose cells all have shapes.
 CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing);
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders);
 
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
 /// cells[i] that of its cell i, through all blocks.

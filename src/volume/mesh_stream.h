@@ -14,6 +14,8 @@ struct ArrayMapsList {
   std::vector<double> bounds;
   /// Not empty: the stream of the input's order, where cells are given in another one (mesh_order.h).
   std::vector<std::byte> order_apart;
+  /// Not empty: cells come at gates, and these are the faces where no later cell is (gate_order.h).
+  std::vector<uint8_t> borders;
   /// Better models of values take no long time here, as far as that is known (mixes_values()).
   bool mixing_pays = false;
 };

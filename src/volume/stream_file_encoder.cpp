@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "surface/array_report.h"
 #include "volume/cell_order.h"
+#include "volume/gate_order.h"
 #include "volume/mesh_order.h"
 #include "volume/mesh_stream.h"
 #include "volume/space_curve.h"
@@ -88,7 +89,8 @@ struct Ordering {
   CellOrders orders;
   std::vector<uint64_t> last;
   std::optional<CodedOrder> apart;
-  bool by_front = false;  ///< not as they are in the input: few cells are found on the fast path
+  bool by_front = false;         ///< not as they are in the input: few cells are found on the fast path
+  std::vector<uint8_t> borders;  ///< where cells come at gates
 
   Ordering(const Mesh& mesh, CellOrders cells, bool front)
       : orders(std::move(cells)), last(last_cells(mesh, orders)), by_front(front) {}
@@ -102,13 +104,28 @@ Ordering in_front_order(const Mesh& mesh) {
   return {mesh, std::move(orders), true};
 }
 
+Ordering at_gates(const Mesh& mesh) {
+  GateOrder found = gate_order(mesh);
+  Ordering ordering(mesh, std::move(found.cells), true);
+  ordering.borders = std::move(found.borders);
+  return ordering;
+}
+
+Ordering at_gates_apart(const Mesh& mesh) {
+  Ordering gates = at_gates(mesh);
+  gates.apart = encode_plain_order(mesh, gates.orders);
+  return gates;
+}
+
 /// What the connectivity of the first cells takes in an order; with the numbers of points if they are kept.
 /// Mostly without mixing: that makes all orders smaller, and takes longer.
 class Trial {
  public:
   Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false,
         Mixing mixing = Mixing::none)
-      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered, indexed) {}
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered, indexed) {
+    if (!ordering.borders.empty()) coder_.use_gates(&ordering.borders);
+  }
 
   /// Goes on until so many cells are done, or all.
   void run(uint64_t most_cells) {
@@ -153,7 +170,7 @@ class Trial {
 };
 
 /// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try.
-constexpr uint64_t few = 4'000, sample = 20'000;
+constexpr uint64_t fewest = 1'000, few = 4'000, sample = 20'000;
 
 uint64_t count_numbers(const Mesh& mesh) {
   uint64_t numbers = mesh.point_count() * 3;
@@ -170,12 +187,17 @@ bool all_alike(const Mesh& mesh) {
 
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
 /// smaller with the input's order beside it.
-Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
+Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
+  const Mixing mixing = mixing_at(effort);
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
   Ordering given = as_they_are(mesh);
   const uint64_t cells = mesh.cell_count();
   if (cells >= no_cell || !all_have_shapes(mesh)) return given;
   Trial natural(mesh, given, true);
+  if (effort == 1 && all_alike(mesh)) {
+    natural.run(fewest);
+    if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh);
+  }
   natural.run(few);
   const bool alike = all_alike(mesh);
   if (alike && 2 * natural.bytes() <= scattered * natural.cells()) return given;
@@ -184,6 +206,7 @@ Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
     if (natural.bytes() <= scattered * natural.cells()) return given;
   }
   // Numbers that follow one another are an order, too, whatever the cells do.
+  if (effort == 1) return at_gates_apart(mesh);
   Trial indexed(mesh, given, true, true);
   indexed.run(alike ? few : sample);
   if (indexed.bytes() <= scattered * indexed.cells()) return given;
@@ -191,7 +214,7 @@ Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
     if (task == 1) return natural.run(2 * few);
-    front = in_front_order(mesh);
+    front = at_gates(mesh);
     Trial trial(mesh, *front);
     trial.run(2 * few);
     front->apart = encode_order(mesh, front->orders, mixing);
@@ -203,24 +226,31 @@ Ordering keep_order(const Mesh& mesh, Mixing mixing, Executor& executor) {
   return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
 }
 
-/// Where any order will do: as they are, if that is a good order, else as the front meets them.
-Ordering choose_orders(const Mesh& mesh, Mixing mixing) {
+/// Where any order will do: as they are, if that is a good order, else at gates; as the front meets them,
+/// where there are cells without shape.
+Ordering choose_orders(const Mesh& mesh, int effort) {
+  const Mixing mixing = std::min(mixing_at(effort), Mixing::some);
   Ordering given = as_they_are(mesh);
   Trial natural(mesh, given, false, false, mixing);
+  if (uses_gates(effort) && all_have_shapes(mesh)) {
+    natural.run(fewest);
+    if (4 * natural.bytes() <= natural.cells()) natural.run(sample);
+    return 4 * natural.bytes() <= natural.cells() ? std::move(given) : at_gates(mesh);
+  }
   natural.run(few);
   constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
   if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) {
     natural.run(sample);
     if (regular * natural.bytes() <= natural.cells()) return given;
   }
-  Ordering front = in_front_order(mesh);
-  Trial trial(mesh, front, false, false, mixing);
+  Ordering other = all_have_shapes(mesh) ? at_gates(mesh) : in_front_order(mesh);
+  Trial trial(mesh, other, false, false, mixing);
   trial.run(natural.cells());
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);
     trial.run(sample);
   }
-  return trial.bytes() < natural.bytes() ? std::move(front) : std::move(given);
+  return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
 }
 
 /// Points of no cell, in any order: along a curve, so that each is near the one before.
@@ -422,10 +452,10 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   stream_options.points = &points;
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   Executor& executor = options.executor ? *options.executor : serial_executor();
-  const Ordering ordering = options.order == Order::keep
-                                ? keep_order(mesh, mixing_at(options.effort), executor)
-                                : choose_orders(mesh, std::min(mixing_at(options.effort), Mixing::some));
+  const Ordering ordering = options.order == Order::keep ? keep_order(mesh, options.effort, executor)
+                                                         : choose_orders(mesh, options.effort);
   maps.mixing_pays = mixing_pays(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
+  maps.borders = ordering.borders;
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);

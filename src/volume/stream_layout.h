@@ -21,6 +21,7 @@ struct StreamHeader {
   Mixing mixing = Mixing::none;  ///< of slow decisions
   bool mixed_values = false;     ///< so are those about numbers, where an array has few components
   bool indexed = false;          ///< cells come as numbers of points
+  bool gated = false;            ///< cells come at gates
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
@@ -100,6 +101,11 @@ inline constexpr uint32_t cells_per_block = 4096;
 /// Mixing makes the slow path a fifth smaller and half as fast.
 inline Mixing mixing_at(int effort) {
   return effort >= 7 ? Mixing::most : effort >= 4 ? Mixing::some : Mixing::none;
+}
+/// Whether cells in no good order come at gates without a trial of the order of the front: that takes as long
+/// as coding them.
+inline bool uses_gates(int effort) {
+  return effort <= 3;
 }
 /// Mixing makes values 2 to 8 percent smaller, and their coding ten times slower, 1 us a number: at the best
 /// levels always, at those that mix at all where it pays.

@@ -127,6 +127,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
                    pull_.name() + ": the models of the arrays take more memory than allowed");
   }
   coder_.emplace(header_.mixing, !header_.description.any_order, header_.indexed);
+  if (header_.gated) coder_->use_gates(nullptr);
   stages_.emplace_back(header_.positions(), Domain::point);
   for (size_t i = 0; i < header_.description.arrays.size(); ++i) {
     stages_.emplace_back(header_.array(i), header_.description.arrays[i].domain);

@@ -29,12 +29,13 @@ struct Block {
 class StreamWriter::Implementation {
  public:
   Implementation(Sink& sink, StreamOptions options, StreamHeader header, std::vector<std::byte> order_apart,
-                 FileWriter file)
+                 std::vector<uint8_t> borders, FileWriter file)
       : sink_(sink),
         options_(std::move(options)),
         executor_(options_.executor ? *options_.executor : serial_executor()),
         header_(std::move(header)),
         order_apart_(std::move(order_apart)),
+        borders_(std::move(borders)),
         file_(std::move(file)),
         waiting_(stride_of(options_)) {
     stages_.emplace_back(header_.positions(), Domain::point);
@@ -106,6 +107,7 @@ class StreamWriter::Implementation {
   Executor& executor_;
   StreamHeader header_;
   std::vector<std::byte> order_apart_;
+  std::vector<uint8_t> borders_;  ///< of a gated stream
   FileWriter file_;
   std::optional<CellCoder<RangeEncoder>> coder_;  ///< from begin_stream() on
   RangeEncoder cells_, numbers_;
@@ -411,6 +413,7 @@ Result<> StreamWriter::Implementation::begin_stream() {
   if (!options_.any_order && !intake_.records.empty())
     header_.indexed = 3 * trial(true) + 100 < 2 * trial(false);
   coder_.emplace(header_.mixing, !options_.any_order, header_.indexed);
+  if (header_.gated) coder_->use_gates(&borders_);
   MAILLE_CHECK(file_.write_stream({"DESC", 0, 0}, MAILLE_TRY(encode_header(header_))));
   if (order_apart_.empty()) return {};
   return file_.write_stream({"ordr", 0, 0}, order_apart_);
@@ -680,13 +683,14 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
                         options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
   header.mixing = mixing_at(options.effort);
   header.mixed_values = mixes_values(options.effort, maps.mixing_pays);
+  header.gated = !maps.borders.empty();
   header.maps = maps.maps;
   header.bounds = maps.bounds;
   MAILLE_TRY(encode_header(header));  // it is written with the first cells: what is wrong is told here
   FileWriter file = MAILLE_TRY(
       FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::stream}));
   return StreamWriter(std::make_unique<Implementation>(sink, std::move(options), std::move(header),
-                                                       maps.order_apart, std::move(file)));
+                                                       maps.order_apart, maps.borders, std::move(file)));
 }
 
 Result<> StreamWriter::add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays) {

@@ -204,12 +204,10 @@ void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const Gro
   guess.exceptions = 0;
   for (unsigned k = 0; k < group.count; ++k) {
     const std::byte* number = numbers + k * number_size_;
-    if (!exact_ && code_exception(coder, group.first + k, number)) guess.exceptions |= 1u << k;
-    if constexpr (encoding) {
-      if ((guess.exceptions >> k & 1) != 0) continue;
-      const auto code = static_cast<Code>(spaces_[group.first + k].code_of(number));
-      guess.residual[k] = difference(code, guess.code[k]);
-    }
+    Code code = 0;
+    if constexpr (encoding) code = static_cast<Code>(spaces_[group.first + k].code_of(number));
+    if (!exact_ && code_exception(coder, group.first + k, number, code)) guess.exceptions |= 1u << k;
+    if (encoding && (guess.exceptions >> k & 1) == 0) guess.residual[k] = difference(code, guess.code[k]);
   }
 }
 
@@ -437,10 +435,8 @@ void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
-bool TupleValueCoder<Coder, Bits, Width>::keeps(unsigned c, const std::byte* number) const {
+bool TupleValueCoder<Coder, Bits, Width>::keeps(unsigned c, const std::byte* number, Code code) const {
   std::array<std::byte, 8> back{};
-  int64_t code = spaces_[c].code_of(number);
-  if constexpr (Bits == 32) code = static_cast<int32_t>(code);
   spaces_[c].store_number(code, back.data());
   if (array_.bound == 0) return std::equal(number, number + number_size_, back.data());
   const double difference =
@@ -450,10 +446,11 @@ bool TupleValueCoder<Coder, Bits, Width>::keeps(unsigned c, const std::byte* num
 
 /// Numbers that the map does not hold are written as they are.
 template <class Coder, unsigned Bits, unsigned Width>
-bool TupleValueCoder<Coder, Bits, Width>::code_exception(Coder& coder, unsigned c, const std::byte* number) {
+bool TupleValueCoder<Coder, Bits, Width>::code_exception(Coder& coder, unsigned c, const std::byte* number,
+                                                         Code code) {
   if (spaces_[c].exact()) return false;
   bool exception = false;
-  if constexpr (encoding) exception = !keeps(c, number);
+  if constexpr (encoding) exception = !keeps(c, number, code);
   return exceptions_[c].code(coder, exception);
 }
 

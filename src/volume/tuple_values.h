@@ -139,9 +139,9 @@ class TupleValueCoder {
   void find_value(const Group& group, const Doubles& expected, const Guess& guess, const Ints& unit,
                   std::byte* numbers, Value& value) const;
   void learn(const PointStencil& stencil, Group& group, const Expectation& expectation, const Value& value);
-  bool code_exception(Coder& coder, unsigned component, const std::byte* number);
+  bool code_exception(Coder& coder, unsigned component, const std::byte* number, Code code);
   void code_bits(Coder& coder, std::byte* bytes);
-  bool keeps(unsigned component, const std::byte* number) const;
+  bool keeps(unsigned component, const std::byte* number, Code code) const;
 
   StreamedArray array_;
   size_t number_size_;
