@@ -10,6 +10,7 @@
 #include "io/number_column.h"
 #include "io/obj.h"
 #include "io/ply.h"
+#include "io/reading.h"
 #include "io/text_scanner.h"
 
 // Reading of an OBJ file: lines (here), then what they hold as a mesh (obj_mesh.cpp).
@@ -82,6 +83,7 @@ class ObjPass {
       if (watch_.due(scanner_.position())) MAILLE_CHECK(watch_.at(scanner_.position(), bytes()));
     }
     if (again_) return Outcome::again;
+    MAILLE_CHECK(comment_room_.check(watch_.name()));
     for (size_t i = 0; i < 3; ++i) {
       if (end_of_refs_[i] <= columns_[i].count()) continue;
       known_.counts = {columns_[0].count(), columns_[1].count(), columns_[2].count()};
@@ -137,7 +139,7 @@ class ObjPass {
       if (keyword == obj_label_keywords[i]) return read_label(i);
     }
     if (keyword == "mtllib") {
-      metadata_.emplace_back("mtllib", trim(scanner_.rest_of_line()));
+      keep("mtllib", trim(scanner_.rest_of_line()));
       return {};
     }
     if (keyword == "\\" || keyword.empty()) {
@@ -151,8 +153,11 @@ class ObjPass {
     scanner_.advance();
     std::string_view text = scanner_.rest_of_line();
     if (text.starts_with(" ")) text.remove_prefix(1);
-    if (!take_hint(text)) metadata_.emplace_back("comment", text);
+    if (!take_hint(text)) keep("comment", text);
     return {};
+  }
+  void keep(const char* key, std::string_view text) {
+    if (comment_room_.take(text)) metadata_.emplace_back(key, text);
   }
 
   /// "maille f64 position" and the like; see obj.h.
@@ -388,6 +393,7 @@ class ObjPass {
   std::array<ObjLabelTable, obj_label_count> labels_;
   std::array<bool, obj_label_count> labels_used_{};
   std::vector<std::pair<std::string, std::string>> metadata_;
+  CommentRoom comment_room_;
   uint64_t unknown_lines_ = 0;
   std::string first_unknown_;
   uint64_t first_unknown_line_ = 0;

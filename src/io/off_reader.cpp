@@ -5,6 +5,7 @@
 #include "io/number_column.h"
 #include "io/off.h"
 #include "io/ply.h"
+#include "io/reading.h"
 #include "io/text_scanner.h"
 
 namespace maille {
@@ -63,6 +64,7 @@ class OffPass {
     }
     if (again_) return false;
     skip_to_data();
+    MAILLE_CHECK(comment_room_.check(watch_.name()));
     if (!scanner_.at_end())
       notes_.push_back("text behind the last face, from line " + std::to_string(scanner_.line()) +
                        " on, left out");
@@ -92,7 +94,7 @@ class OffPass {
     scanner_.advance();
     std::string_view text = scanner_.rest_of_line();
     if (text.starts_with(" ")) text.remove_prefix(1);
-    if (!take_hint(text)) metadata_.emplace_back("comment", text);
+    if (!take_hint(text) && comment_room_.take(text)) metadata_.emplace_back("comment", text);
   }
   bool take_hint(std::string_view text) {
     if (!text.starts_with("maille f64 ")) return false;
@@ -263,6 +265,7 @@ class OffPass {
   CellCollector faces_;
   Lengths face_colours_;
   std::vector<std::pair<std::string, std::string>> metadata_;
+  CommentRoom comment_room_;
   std::vector<std::string> notes_;
 };
 

@@ -35,6 +35,7 @@ class HeaderParser {
     MAILLE_CHECK(end_line());
     bool done = false;
     bool has_format = false;
+    CommentRoom comment_room;
     while (!done) {
       scanner_.skip_blanks();
       const std::string keyword(scanner_.word());
@@ -45,7 +46,8 @@ class HeaderParser {
         MAILLE_CHECK(parse_format());
         has_format = true;
       } else if (is_comment) {
-        header_.comments.emplace_back(keyword, scanner_.rest_of_line());
+        const std::string_view text = scanner_.rest_of_line();
+        if (comment_room.take(text)) header_.comments.emplace_back(keyword, text);
       } else if (keyword == "element") {
         MAILLE_CHECK(parse_element());
       } else if (keyword == "property") {
@@ -60,6 +62,7 @@ class HeaderParser {
       if (!done || !scanner_.at_end()) MAILLE_CHECK(end_line());
     }
     if (!has_format) return bad("the header has no line \"format\"");
+    MAILLE_CHECK(comment_room.check(file_));
     return std::move(header_);
   }
 

@@ -34,6 +34,14 @@ Result<> Watch::at(uint64_t position, uint64_t mesh_bytes) {
   return {};
 }
 
+Result<> CommentRoom::check(const std::string& file) const {
+  if (taken_ <= most) return {};
+  return failure(ErrorCode::unsupported,
+                 file +
+                     ": its comments take more than the 16 MiB that there is room for; "
+                     "remove some of them");
+}
+
 tl::unexpected<Error> malformed_line(const std::string& file, uint64_t line, const std::string& what) {
   return failure(ErrorCode::malformed_input, file + ": line " + std::to_string(line) + ": " + what);
 }

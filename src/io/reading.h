@@ -45,6 +45,22 @@ class Watch {
   uint64_t next_ = interval;
 };
 
+/// Room for comments: as much as a .maille file has for them and all names, each with some bytes of its own.
+/// What is beyond is not to be kept: in memory a comment takes many times what it takes in a file.
+class CommentRoom {
+ public:
+  bool take(std::string_view text) {
+    taken_ += text.size() + 16;
+    return taken_ <= most;
+  }
+  /// Of a file whose comments were not all kept: unsupported.
+  Result<> check(const std::string& file) const;
+
+ private:
+  static constexpr uint64_t most = uint64_t{16} << 20;
+  uint64_t taken_ = 0;
+};
+
 /// malformed_input: "file.obj: line 17: what".
 tl::unexpected<Error> malformed_line(const std::string& file, uint64_t line, const std::string& what);
 /// malformed_input: "file.ply: byte 1234: what".
