@@ -38,7 +38,7 @@ Neighbours match_faces(const CellBlock& block, uint64_t points) {
       std::array<uint32_t, 4> point;
       point.fill(no_cell);
       for (unsigned i = 0; i < face.size; ++i) point[i] = nodes[shape.place[face.corner[i]]];
-      for (const auto& [i, j] : {std::pair(0, 1), {2, 3}, {0, 2}, {1, 3}, {1, 2}}) {
+      for (const auto& [i, j] : {std::pair(0u, 1u), {2u, 3u}, {0u, 2u}, {1u, 3u}, {1u, 2u}}) {
         const uint32_t low = std::min(point[i], point[j]), high = std::max(point[i], point[j]);
         point[i] = low, point[j] = high;
       }
