@@ -34,7 +34,8 @@ TEST(Comments, OfMoreThanThereIsRoomForAreRefusedWithoutTakingMemory) {
 
 TEST(Comments, AreKeptByTheThousand) {
   constexpr size_t many = 10'000;
-  const auto read = testing::read_good_text(obj_format(), "v 0 0 0\n" + repeated("# of old\n", many), "a.obj");
+  const auto read =
+      testing::read_good_text(obj_format(), "v 0 0 0\n" + repeated("# of old\n", many), "a.obj");
   EXPECT_EQ(read.mesh.metadata.size(), many);
 }
 
