@@ -18,6 +18,11 @@ class Pace {
     if ((++done_ & 0xffff) != 0) return true;
     return report();
   }
+  /// Some elements more, which is always told. False: the caller wants to stop.
+  bool advance(uint64_t elements) {
+    done_ += elements;
+    return report();
+  }
   bool report() {
     if (progress_ &&
         !progress_({stage_, total_ == 0 ? 0 : static_cast<double>(done_) / static_cast<double>(total_)})) {

@@ -6,15 +6,6 @@
 namespace maille {
 namespace {
 
-bool has_gates(const CellBlock& block) {
-  for (uint64_t i = 0; i < block.size(); ++i) {
-    const unsigned kind = kind_of(block.type_of(i));
-    if (kind < shape_count && cell_shapes[kind].dimension >= 2) return true;
-    if (block.type != CellType::mixed) return false;
-  }
-  return false;
-}
-
 /// The cell across each face, as neighbours_of() has it, but that of three cells with one face the third has
 /// none: faces wait at their lowest point for the same one, a few at a time.
 Neighbours match_faces(const CellBlock& block, uint64_t points) {
@@ -96,11 +87,20 @@ void go_through_gates(const CellBlock& block, const Neighbours& neighbours, std:
 
 }  // namespace
 
+bool has_cells_of(const CellBlock& block, unsigned dimension) {
+  for (uint64_t i = 0; i < block.size(); ++i) {
+    const unsigned kind = kind_of(block.type_of(i));
+    if (kind < shape_count && cell_shapes[kind].dimension >= dimension) return true;
+    if (block.type != CellType::mixed) return false;
+  }
+  return false;
+}
+
 GateOrder gate_order(const Mesh& mesh) {
   GateOrder found;
   for (const CellBlock& block : mesh.blocks) {
     std::vector<uint64_t> order;
-    if (block.size() < no_cell && has_gates(block)) {
+    if (block.size() < no_cell && has_cells_of(block, 2)) {
       order.reserve(block.size());
       go_through_gates(block, match_faces(block, mesh.point_count()), order, found.borders);
     } else {

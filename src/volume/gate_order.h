@@ -14,4 +14,7 @@ struct GateOrder {
 /// where it is; blocks without polygons and solids come in the order of the front.
 GateOrder gate_order(const Mesh& mesh);
 
+/// Has a block cells with a shape of at least so many dimensions?
+bool has_cells_of(const CellBlock& block, unsigned dimension);
+
 }  // namespace maille

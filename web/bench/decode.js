@@ -6,6 +6,7 @@ import path from 'node:path';
 
 import {decode, ready} from '../src/maille.js';
 import {Decoder, DecoderFile} from '../src/decoder.js';
+import {decodeDraco} from './draco.js';
 import {best, build, compressed, dracoOf, read, table} from './support.js';
 
 const peers = createRequire(process.env.MAILLE_PEERS ? path.join(process.env.MAILLE_PEERS, 'x.js') : import.meta.url);
@@ -50,23 +51,7 @@ try {
 try {
   const data = await dracoOf(peers, whole, 14), size = data.length;
   const module = await peers('draco3d').createDecoderModule({});
-  // As DRACOLoader of three.js does it.
-  const ms = best(() => {
-    const decoder = new module.Decoder(), mesh = new module.Mesh();
-    decoder.DecodeArrayToMesh(data, size, mesh);
-    const faces = mesh.num_faces(), points = mesh.num_points();
-    const indexBytes = faces * 12, index = module._malloc(indexBytes);
-    decoder.GetTrianglesUInt32Array(mesh, indexBytes, index);
-    new Uint32Array(module.HEAPF32.buffer, index, faces * 3).slice();
-    module._free(index);
-    const attribute = decoder.GetAttribute(mesh, decoder.GetAttributeId(mesh, module.POSITION));
-    const positionBytes = points * 12, positions = module._malloc(positionBytes);
-    decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, module.DT_FLOAT32, positionBytes, positions);
-    new Float32Array(module.HEAPF32.buffer, positions, points * 3).slice();
-    module._free(positions);
-    module.destroy(mesh);
-    module.destroy(decoder);
-  }, {rounds: 3});
+  const ms = best(() => decodeDraco(module, data), {rounds: 3});
   row('draco3d, level 7, 14 bits', triangles, ms, size);
   rows.push(['maille over draco3d', `${(own / (triangles / ms / 1000)).toFixed(1)} x`, '']);
 } catch (error) {
