@@ -15,6 +15,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/temporary_folder.h"
+
 namespace maille::testing {
 namespace {
 
@@ -227,13 +229,12 @@ Mesh second_step() {
 }
 
 std::vector<std::byte> with_step(const std::vector<std::byte>& file) {
-  const auto path = std::filesystem::temp_directory_path() / "maille_golden_step.maille";
+  const testing::TemporaryFolder temporary;
+  const std::string path = temporary.path("step.maille");
   write(path, file);
-  const auto report = append_step(path.string(), 0.5, second_step());
+  const auto report = append_step(path, 0.5, second_step());
   EXPECT_TRUE(report) << report.error().message;
-  const std::vector<std::byte> bytes = read(path);
-  std::filesystem::remove(path);
-  return bytes;
+  return read(path);
 }
 
 class GoldenStream : public ::testing::Test {

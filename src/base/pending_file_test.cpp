@@ -9,10 +9,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 
 #include "support/cases.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -23,33 +23,20 @@ using Naming = PendingFile::Naming;
 
 class PendingFiles : public ::testing::TestWithParam<Naming> {
  protected:
-  PendingFiles() {
-    std::string pattern = ::testing::TempDir() + "maille-pending-XXXXXX";
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~PendingFiles() override { fs::remove_all(folder_); }
-
-  std::string path() const { return folder_ + "/a"; }
+  std::string path() const { return folder_.path("a"); }
   std::unique_ptr<PendingFile> create() const { return PendingFile::create(path(), {}, GetParam()).value(); }
-  Names names() const {
-    Names names;
-    for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
-    return names;
-  }
-  std::string content() const {
-    std::ifstream file(path(), std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  Names names() const { return folder_.names(); }
+  std::string content() const { return folder_.read("a"); }
   /// Whether files may be without names here.
   bool nameless() const {
 #ifdef O_TMPFILE
-    return Descriptor(::open(folder_.c_str(), O_TMPFILE | O_WRONLY, 0600)).valid();
+    return Descriptor(::open(folder_.path().c_str(), O_TMPFILE | O_WRONLY, 0600)).valid();
 #else
     return false;
 #endif
   }
 
-  std::string folder_;
+  testing::TemporaryFolder folder_;
 };
 
 bool put(const PendingFile& file, const std::string& text) {

@@ -3,24 +3,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "base/region_file.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
 
 Bytes bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
-}
-
-std::filesystem::path new_folder() {
-  static int count = 0;
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("maille_scratch_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-  std::filesystem::create_directory(path);
-  return path;
 }
 
 TEST(ScratchFile, GivesBackWhatWasAppendedAndOverwritten) {
@@ -39,23 +29,20 @@ TEST(ScratchFile, GivesBackWhatWasAppendedAndOverwritten) {
 }
 
 TEST(ScratchFile, HasNoNameInItsFolder) {
-  const auto folder = new_folder();
-  auto file = ScratchFile::create(folder.string());
+  const testing::TemporaryFolder folder;
+  auto file = ScratchFile::create(folder.path());
   ASSERT_TRUE(file);
   ASSERT_TRUE(file->write_at(0, bytes_of("something")));
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
-  std::filesystem::remove_all(folder);
-  const auto missing = ScratchFile::create(folder.string());
+  EXPECT_TRUE(folder.names().empty());
+  const auto missing = ScratchFile::create(folder.path("none"));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::write_failed);
-  EXPECT_NE(missing.error().message.find(folder.string()), std::string::npos);
+  EXPECT_NE(missing.error().message.find(folder.path("none")), std::string::npos);
 }
 
 TEST(UnmappedSource, ReadsWhatIsInTheFile) {
-  const auto folder = new_folder();
-  const std::string path = folder / "a";
-  std::ofstream(path) << "0123456789";
-  const auto source = unmapped_source(path);
+  const testing::TemporaryFolder folder;
+  const auto source = unmapped_source(folder.write("a", "0123456789"));
   ASSERT_TRUE(source);
   EXPECT_EQ((*source)->size(), 10u);
   EXPECT_TRUE((*source)->view().empty());
@@ -63,8 +50,7 @@ TEST(UnmappedSource, ReadsWhatIsInTheFile) {
   ASSERT_TRUE((*source)->read_at(3, std::as_writable_bytes(std::span(part.data(), 4))));
   EXPECT_EQ(part, "3456");
   EXPECT_FALSE((*source)->read_at(7, std::as_writable_bytes(std::span(part.data(), 4))));
-  EXPECT_FALSE(unmapped_source((folder / "none").string()));
-  std::filesystem::remove_all(folder);
+  EXPECT_FALSE(unmapped_source(folder.path("none")));
 }
 
 TEST(SpooledSource, HoldsAllOfAPipe) {
@@ -82,31 +68,27 @@ TEST(SpooledSource, HoldsAllOfAPipe) {
 }
 
 TEST(RegionFile, AppearsWholeOrNotAtAll) {
-  const auto folder = new_folder();
-  const std::string path = folder / "a";
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("a");
   {
     RegionFile file(path);
     ASSERT_TRUE(file.open());
     ASSERT_TRUE(file.write_at(3, bytes_of("def")));
-    EXPECT_FALSE(std::filesystem::exists(path));
+    EXPECT_FALSE(folder.names().contains("a"));
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "an unfinished file is removed";
+  EXPECT_TRUE(folder.names().empty()) << "an unfinished file is removed";
   {
     RegionFile file(path);
     ASSERT_TRUE(file.open());
     remove_unfinished_files();
-    EXPECT_TRUE(std::filesystem::is_empty(folder)) << "as on an interruption";
+    EXPECT_TRUE(folder.names().empty()) << "as on an interruption";
   }
   RegionFile file(path);
   ASSERT_TRUE(file.open());
   ASSERT_TRUE(file.write_at(3, bytes_of("def")));
   ASSERT_TRUE(file.write_at(0, bytes_of("abc")));
   ASSERT_TRUE(file.commit());
-  std::ifstream in(path);
-  std::string text;
-  in >> text;
-  EXPECT_EQ(text, "abcdef");
-  std::filesystem::remove_all(folder);
+  EXPECT_EQ(folder.read("a"), "abcdef");
 }
 
 }  // namespace

@@ -12,10 +12,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 
 #include "support/cases.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -28,25 +28,11 @@ std::vector<std::byte> bytes_of(std::string_view text) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 class FileSink : public ::testing::Test {
  protected:
-  FileSink() {
-    std::string pattern = ::testing::TempDir() + "maille-sink-XXXXXX";
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~FileSink() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
-  std::set<std::string> names() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
-    return names;
-  }
+  std::string path(const std::string& name) const { return temporary_.path(name); }
+  std::string read(const std::string& name) const { return temporary_.read(name); }
+  std::set<std::string> names() const { return temporary_.names(); }
 
   /// Runs `work` in a child process; its exit status as of waitpid().
   template <class Work>
@@ -61,7 +47,8 @@ class FileSink : public ::testing::Test {
     return status;
   }
 
-  std::string folder_;
+  testing::TemporaryFolder temporary_;
+  const std::string& folder_ = temporary_.path();
 };
 
 std::string message(const Result<>& result) {
@@ -90,7 +77,7 @@ TEST_F(FileSink, WritesSmallAndLargePiecesInOrder) {
     EXPECT_EQ((*sink)->name(), path("a"));
     ASSERT_TRUE((*sink)->commit());
   }
-  EXPECT_EQ(read_file(path("a")), expected);
+  EXPECT_EQ(read("a"), expected);
   EXPECT_EQ(names(), std::set<std::string>{"a"});
 }
 
@@ -111,12 +98,12 @@ TEST_F(FileSink, KeepsTheOldFileUntilCommit) {
     const auto sink = file_sink(path("a"));
     ASSERT_TRUE((*sink)->write(bytes_of("new, given up")));
   }
-  EXPECT_EQ(read_file(path("a")), "old");
+  EXPECT_EQ(read("a"), "old");
   const auto sink = file_sink(path("a"));
   ASSERT_TRUE((*sink)->write(bytes_of("new")));
-  EXPECT_EQ(read_file(path("a")), "old");
+  EXPECT_EQ(read("a"), "old");
   ASSERT_TRUE((*sink)->commit());
-  EXPECT_EQ(read_file(path("a")), "new");
+  EXPECT_EQ(read("a"), "new");
   struct stat info {};
   ASSERT_EQ(::stat(path("a").c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 0777u, 0640u);
@@ -140,7 +127,7 @@ TEST_F(FileSink, WritesThroughASymbolicLink) {
   ASSERT_TRUE((*sink)->write(bytes_of("new")));
   ASSERT_TRUE((*sink)->commit());
   EXPECT_TRUE(fs::is_symlink(path("link")));
-  EXPECT_EQ(read_file(path("d/target")), "new");
+  EXPECT_EQ(read("d/target"), "new");
 }
 
 TEST_F(FileSink, AcceptsTheLongestName) {
@@ -230,7 +217,7 @@ TEST_F(FileSink, WritesToStandardOutput) {
     if (!sink->write(bytes_of("answer")) || !sink->commit() || sink->name() != "standard output") ::_exit(1);
   });
   EXPECT_EQ(status, 0);
-  EXPECT_EQ(read_file(path("out")), "answer");
+  EXPECT_EQ(read("out"), "answer");
 }
 
 TEST_F(FileSink, ReportsABrokenPipe) {
@@ -292,7 +279,7 @@ TEST_F(FileSink, AKilledProcessLeavesTheOldFileOrTheNewOne) {
     ::usleep(static_cast<useconds_t>(trial * 37 % 3000));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    const std::string found = read_file(path("a"));
+    const std::string found = read("a");
     ASSERT_TRUE(found == before || found == after) << "after trial " << trial;
     old_files += found == before ? 1 : 0;
   }

@@ -6,9 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <thread>
+
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -26,19 +27,12 @@ std::string text_of(const Source& source) {
 
 class FileSource : public ::testing::Test {
  protected:
-  FileSource() {
-    std::string pattern = ::testing::TempDir() + "maille-source-XXXXXX";
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~FileSource() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_.path(name); }
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-    return path(name);
+    return folder_.write(name, text);
   }
 
-  std::string folder_;
+  testing::TemporaryFolder folder_;
 };
 
 TEST(MemorySource, GivesBorrowedAndOwnedBytes) {
@@ -104,7 +98,8 @@ TEST_F(FileSource, ReadsAPipeToItsEnd) {
 TEST_F(FileSource, SaysWhyAFileCannotBeRead) {
   EXPECT_EQ(file_source("no/such.ply").error().message, "cannot read no/such.ply: No such file or directory");
   EXPECT_EQ(file_source("no/such.ply").error().code, ErrorCode::cannot_read);
-  EXPECT_EQ(file_source(folder_).error().message, "cannot read " + folder_ + ": Is a directory");
+  EXPECT_EQ(file_source(folder_.path()).error().message,
+            "cannot read " + folder_.path() + ": Is a directory");
   EXPECT_EQ(file_source("").error().message, "cannot read : No such file or directory");
 }
 

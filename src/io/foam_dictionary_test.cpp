@@ -4,8 +4,8 @@
 #include <rapidcheck/gtest.h>
 
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
+
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -148,24 +148,8 @@ RC_GTEST_PROP(FoamDictionary, AnyTextGivesADictionaryOrAnError, ()) {
   RC_ASSERT(file || !file.error().message.empty());
 }
 
-class Folder {
- public:
-  Folder() {
-    std::string name = ::testing::TempDir() + "foamXXXXXX";
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ + "/" + name) << text;
-    return path_ + "/" + name;
-  }
-
- private:
-  std::string path_;
-};
-
 TEST(FoamDictionary, IncludesFilesBesideIt) {
-  const Folder folder;
+  const testing::TemporaryFolder folder;
   folder.write("sizes", "n 4;\n");
   folder.write("list", "1 $n\n");
   const auto file = read_foam_file(folder.write("dict",
@@ -177,7 +161,7 @@ TEST(FoamDictionary, IncludesFilesBesideIt) {
 }
 
 TEST(FoamDictionary, NamesTheFileThatIncludes) {
-  const Folder folder;
+  const testing::TemporaryFolder folder;
   const auto missing = read_foam_file(folder.write("dict", "\n#include \"nothing\"\n"));
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::cannot_read);

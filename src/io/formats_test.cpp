@@ -1,13 +1,10 @@
 #include <gtest/gtest.h>
 #include <maille/io.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
 
 #include "io/gzip.h"
 #include "io/same_mesh.h"
 #include "support/shapes.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -20,17 +17,6 @@ Bytes bytes_of(std::string_view text) {
 
 std::string text_of(const std::vector<std::byte>& bytes) {
   return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-}
-
-std::string temporary(const std::string& name) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("maille_formats_" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
-  return (folder / name).string();
-}
-
-void write_file(const std::string& path, std::string_view text) {
-  std::ofstream(path, std::ios::binary).write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
 std::vector<std::byte> packed(std::string_view text) {
@@ -99,17 +85,12 @@ TEST(FormatOf, GoesByTheExtension) {
 }
 
 TEST(FormatOf, LooksIntoFilesWithoutOne) {
-  const std::string path = temporary("nameless");
-  write_file(path, "ply\nformat ascii 1.0\n");
-  EXPECT_EQ(*format_of(path), "ply");
-  write_file(path, "# a comment\nSTCNOFF\n0 0 0\n");
-  EXPECT_EQ(*format_of(path), "off");
-  write_file(path, "solid part\n");
-  EXPECT_EQ(*format_of(path), "stl");
-  write_file(path, "# Blender\n\no thing\nv 1 2 3\n");
-  EXPECT_EQ(*format_of(path), "obj");
-  write_file(path, text_of(packed(triangle_obj)));
-  EXPECT_EQ(*format_of(path), "obj");
+  const testing::TemporaryFolder folder;
+  EXPECT_EQ(*format_of(folder.write("nameless", "ply\nformat ascii 1.0\n")), "ply");
+  EXPECT_EQ(*format_of(folder.write("nameless", "# a comment\nSTCNOFF\n0 0 0\n")), "off");
+  EXPECT_EQ(*format_of(folder.write("nameless", "solid part\n")), "stl");
+  EXPECT_EQ(*format_of(folder.write("nameless", "# Blender\n\no thing\nv 1 2 3\n")), "obj");
+  EXPECT_EQ(*format_of(folder.write("nameless", text_of(packed(triangle_obj)))), "obj");
 }
 
 TEST(FormatOf, ListsWhatIsKnown) {

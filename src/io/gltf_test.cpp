@@ -13,6 +13,7 @@
 #include "support/data.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -298,12 +299,10 @@ TEST(GltfReader, RandomDamageIsAnErrorOrAValidMesh) {
 class GltfFolder : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("maille_gltf_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_ / "in" / "sub dir");
     put(folder_ / "in" / "sub dir" / "b.bin", small_binary());
     put(folder_ / "outside.bin", small_binary());
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   static void put(const std::filesystem::path& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
@@ -314,7 +313,8 @@ class GltfFolder : public ::testing::Test {
     return read_file(gltf_format(), path.string());
   }
 
-  std::filesystem::path folder_;
+  testing::TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
 };
 
 TEST_F(GltfFolder, BuffersMayBeFilesBesideIt) {

@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <unistd.h>
-
 #include <filesystem>
 
 #include "io/format.h"
@@ -13,6 +11,7 @@
 #include "support/random.h"
 #include "support/random_volume.h"
 #include "support/sample_mesh.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -244,12 +243,9 @@ TEST(MeshSource, SurvivesDamage) {
   }
 }
 
-std::string temporary(const char* name) {
-  return (std::filesystem::temp_directory_path() / ("maille_" + std::to_string(getpid()) + name)).string();
-}
-
 TEST(MeshSink, WritesInPartsWhatIsReadWhole) {
-  const std::string path = temporary("parts.vtu");
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("parts.vtu");
   for (uint64_t seed = 0; seed < 30; ++seed) {
     const Mesh mesh = random_volume(seed, without_polyhedra());
     const auto opened = vtu_sink(path, description_of(mesh));
@@ -284,7 +280,8 @@ TEST(MeshSink, WritesInPartsWhatIsReadWhole) {
 }
 
 TEST(MeshSink, WritesGmshFilesInParts) {
-  const std::string path = temporary("parts.msh");
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("parts.msh");
   unsigned written = 0;
   for (uint64_t seed = 0; seed < 80; ++seed) {
     std::string text;
@@ -345,7 +342,8 @@ void pour(MeshSource& from, MeshSink& sink, uint64_t step) {
 }
 
 TEST(MeshSink, SpoolsGmshFilesAsTheyAreWrittenWhole) {
-  const std::string path = temporary("spooled.msh");
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("spooled.msh");
   for (uint64_t seed = 0; seed < 40; ++seed) {
     RandomVolumeOptions some;
     some.corner_arrays = false;
@@ -369,7 +367,8 @@ TEST(MeshSink, SpoolsGmshFilesAsTheyAreWrittenWhole) {
 }
 
 TEST(MeshSink, LeavesNothingWithoutCommit) {
-  const std::string path = temporary("unfinished.vtu");
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("unfinished.vtu");
   {
     const auto opened = vtu_sink(path, description_of(sample_mesh()));
     ASSERT_TRUE(opened);
@@ -377,10 +376,7 @@ TEST(MeshSink, LeavesNothingWithoutCommit) {
     const std::vector<std::byte> many(17 * 24);
     EXPECT_FALSE((*opened)->write_points(0, many));
   }
-  EXPECT_FALSE(std::filesystem::exists(path));
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path())) {
-    EXPECT_EQ(entry.path().string().find(path), std::string::npos);
-  }
+  EXPECT_TRUE(folder.names().empty());
 }
 
 }  // namespace

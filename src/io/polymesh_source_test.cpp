@@ -2,7 +2,6 @@
 #include <maille/out_of_core.h>
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 
 #include "io/same_mesh.h"
 #include "support/sample_mesh.h"
+#include "support/temporary_folder.h"
 #include "volume/mesh_from_parts.h"
 
 namespace maille {
@@ -70,15 +70,10 @@ struct Form {
 class FoamCase {
  public:
   FoamCase(unsigned seed, unsigned size, bool in_order) : random_(seed), n_(size) {
-    folder_ = (std::filesystem::temp_directory_path() /
-               ("maille_polymesh_" + std::to_string(::getpid()) + "_" + std::to_string(seed)))
-                  .string();
-    std::filesystem::create_directories(folder_);
     join_cells();
     add_faces(in_order);
   }
-  ~FoamCase() { std::filesystem::remove_all(folder_); }
-  const std::string& folder() const { return folder_; }
+  const std::string& folder() const { return folder_.path(); }
 
   void write(const Form& form) {
     form_ = form;
@@ -95,7 +90,7 @@ class FoamCase {
     write_boundary();
   }
   void replace(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ + "/" + name) << "FoamFile{format ascii;class labelList;}\n" << text;
+    folder_.write(name, "FoamFile{format ascii;class labelList;}\n" + text);
   }
 
  private:
@@ -150,7 +145,7 @@ class FoamCase {
 
   template <class Put>
   void write_file(const std::string& name, const std::string& kind, Put put) {
-    std::ofstream out(folder_ + "/" + name, std::ios::binary);
+    std::ofstream out(folder_.path(name), std::ios::binary);
     out << "FoamFile\n{\n  version 2.0;\n  format " << (form_.binary ? "binary" : "ascii") << ";\n  class "
         << kind << ";\n  arch \"LSB;label=" << (form_.wide_labels ? 64 : 32)
         << ";scalar=" << (form_.single ? 32 : 64) << "\";\n}\n// * * *\n/* made by\n a test */\n";
@@ -209,13 +204,13 @@ class FoamCase {
   }
   void write_boundary() {
     const size_t all = faces_.size() - inside_, first = all / 3;
-    std::ofstream(folder_ + "/boundary")
+    std::ofstream(folder_.path("boundary"))
         << "FoamFile { format ascii; class polyBoundaryMesh; }\n2\n(\ninlet { type patch; nFaces " << first
         << "; startFace " << inside_ << "; }\nwalls { type wall; inGroups 1(wall); nFaces " << all - first
         << "; startFace " << inside_ + first << "; }\n)\n";
   }
 
-  std::string folder_;
+  testing::TemporaryFolder folder_;
   std::mt19937 random_;
   unsigned n_;
   std::vector<int64_t> cells_;

@@ -5,8 +5,6 @@
 #include <maille/folder.h>
 #include <maille/out_of_core.h>
 
-#include <unistd.h>
-
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -20,6 +18,7 @@
 #include "io/same_mesh.h"
 #include "support/random.h"
 #include "support/sample_mesh.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -35,10 +34,6 @@ namespace fs = std::filesystem;
 /// A case that is gone with the test.
 class Case {
  public:
-  Case() : folder_((fs::temp_directory_path() / ("maille_case" + std::to_string(::getpid()))).string()) {
-    fs::remove_all(folder_);
-  }
-  ~Case() { fs::remove_all(folder_); }
   const std::string& folder() const { return folder_; }
 
   Result<std::vector<std::string>> write(const Mesh& mesh, bool ascii = false) const {
@@ -48,10 +43,7 @@ class Case {
     return notes;
   }
   std::string text(const std::string& name) const {
-    std::ifstream file(folder_ + "/constant/polyMesh/" + name, std::ios::binary);
-    std::stringstream all;
-    all << file.rdbuf();
-    return all.str();
+    return temporary_.read("case/constant/polyMesh/" + name);
   }
   std::string body(const std::string& name) const {
     const std::string all = text(name);
@@ -59,7 +51,8 @@ class Case {
   }
 
  private:
-  std::string folder_;
+  testing::TemporaryFolder temporary_;
+  std::string folder_ = temporary_.path("case");  ///< not there at first
 };
 
 /// Any rotation of a face is the same face.

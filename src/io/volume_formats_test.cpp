@@ -3,9 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -17,6 +14,7 @@
 #include "support/random.h"
 #include "support/random_volume.h"
 #include "support/sample_mesh.h"
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -393,11 +391,9 @@ TEST(PolyMeshReader, RecognisesCellsAndNamesPatches) {
 }
 
 TEST(PolyMeshReader, OtherCellsArePolyhedra) {
-  const std::string folder =
-      (std::filesystem::temp_directory_path() / ("maille_foam" + std::to_string(getpid()))).string();
-  std::filesystem::create_directories(folder);
+  const testing::TemporaryFolder folder;
   const auto write = [&](const std::string& name, const std::string& text) {
-    std::ofstream(folder + "/" + name) << "FoamFile { format ascii; class x; } // comment\n" << text;
+    folder.write(name, "FoamFile { format ascii; class x; } // comment\n" + text);
   };
   // Two cells, each a triangle twice, with one triangle in common.
   write("points", "3((0 0 0) (1 0 0) (0 1 0))");
@@ -405,7 +401,7 @@ TEST(PolyMeshReader, OtherCellsArePolyhedra) {
   write("owner", "3(0 0 1)");
   write("neighbour", "1{1}");
   write("boundary", "1( wall { type wall; inGroups 1(wall); nFaces 2; startFace 1; } )");
-  const auto result = read_mesh(folder);
+  const auto result = read_mesh(folder.path());
   ASSERT_TRUE(result) << result.error().message;
   const CellBlock& block = result->mesh.blocks.at(0);
   EXPECT_EQ(block.type, CellType::polyhedron);
@@ -417,15 +413,11 @@ TEST(PolyMeshReader, OtherCellsArePolyhedra) {
                                    {"boundary", "1( wall { nFaces 2; startFace 2; } )"},
                                    {"points", "3((0 0 0) (1 0 0)"},
                                    {"neighbour", "900000000000{1}"}}) {
-    std::filesystem::copy_file(folder + "/" + name, folder + "/kept",
-                               std::filesystem::copy_options::overwrite_existing);
+    const std::string kept = folder.read(name);
     write(name, text);
-    const auto bad = read_mesh(folder);
-    EXPECT_FALSE(bad) << name;
-    std::filesystem::copy_file(folder + "/kept", folder + "/" + name,
-                               std::filesystem::copy_options::overwrite_existing);
+    EXPECT_FALSE(read_mesh(folder.path())) << name;
+    folder.write(name, kept);
   }
-  std::filesystem::remove_all(folder);
 }
 
 /// Two hexahedra and a wedge, as scipy's netCDF writes them.

@@ -1,10 +1,10 @@
 #include <maille/out_of_core.h>
 
 #include <atomic>
-#include <filesystem>
 #include <thread>
 
 #include "mesh/mesh_as_source.h"
+#include "support/temporary_folder.h"
 #include "volume/mesh_from_parts.h"
 #include "volume/space_curve.h"
 #include "volume/testing.h"
@@ -310,17 +310,16 @@ TEST(OutOfCore, StopsWhenTold) {
 }
 
 TEST(OutOfCore, LeavesNoFilesBehind) {
-  const auto folder = std::filesystem::temp_directory_path() / ("maille_space_" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
+  const testing::TemporaryFolder folder;
   const Mesh mesh = shuffled(grid(6, 6, 6), 1);
   const auto parts_in_memory = mesh_as_source(mesh);
   MeshSource& parts = *parts_in_memory;
-  const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()});
+  const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.path()});
   ASSERT_TRUE(ordered);
-  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "not even while they are in use";
-  std::filesystem::remove(folder);
-  EXPECT_EQ(reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.string()}).error().code,
-            ErrorCode::write_failed);
+  EXPECT_TRUE(folder.names().empty()) << "not even while they are in use";
+  EXPECT_EQ(
+      reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.path("none")}).error().code,
+      ErrorCode::write_failed);
 }
 
 TEST(SpaceCurve, GoesFromNeighbourToNeighbour) {

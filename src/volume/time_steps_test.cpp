@@ -1,10 +1,13 @@
 // Values of later times behind a mesh, and what is left of files that were cut.
 #include <maille/file.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "support/cases.h"
+#include "support/temporary_folder.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -33,14 +36,7 @@ Mesh at_time(unsigned time) {
 
 class TimeSteps : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ =
-        (std::filesystem::temp_directory_path() / (std::string("maille_steps_") + test->name() + ".maille"))
-            .string();
-    write(encoded(at_time(0), kept()));
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
+  void SetUp() override { write(encoded(at_time(0), kept())); }
 
   void write(const std::vector<std::byte>& bytes) const {
     std::ofstream file(path_, std::ios::binary);
@@ -65,7 +61,8 @@ class TimeSteps : public ::testing::Test {
     EXPECT_EQ(report->file_bytes, std::filesystem::file_size(path_));
   }
 
-  std::string path_;
+  testing::TemporaryFolder folder_;
+  const std::string path_ = folder_.path("steps.maille");
 };
 
 TEST_F(TimeSteps, EachComesBackByItself) {
