@@ -16,7 +16,8 @@ struct SeriesEntry {
 };
 /// Whether the name is that of a file that lists a series (.pvd), or may hold one (Exodus).
 bool may_be_series(const std::string& path);
-/// The files that a .pvd of ParaView lists, in its order, with their times; or the steps of an Exodus file.
+/// The files that a .pvd of ParaView lists, in its order, with their times, which are finite; or the steps of
+/// an Exodus file. The files are in the list's folder or below: one that names others is refused.
 /// Error: cannot_read; malformed_input; unsupported, when one time has several files.
 Result<std::vector<SeriesEntry>> read_series(const std::string& path);
 /// read_mesh() of the file, with the variables of the step.

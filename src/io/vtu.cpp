@@ -1,6 +1,6 @@
 #include "io/vtu.h"
 
-#include <filesystem>
+#include <algorithm>
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
@@ -334,23 +334,12 @@ Result<ReadResult> VtuReader::finish() {
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
-/// A file a PVTU file names, beside it or in a folder below.
-Result<std::string> path_of_piece(const std::string& file, const std::string& piece) {
-  const std::filesystem::path path(piece);
-  const bool leads_out = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
-  if (piece.empty() || leads_out) {
-    return failure(ErrorCode::malformed_input, file + ": it names the piece \"" + piece +
-                                                   "\"; only files in the same folder or below are opened");
-  }
-  return (std::filesystem::path(file).parent_path() / path).string();
-}
-
 Result<ReadResult> read_parallel(const VtkXml& head, const ReadOptions& options) {
   const pugi::xml_node grid = head.document.child("VTKFile").child("PUnstructuredGrid");
   std::vector<std::unique_ptr<Source>> sources;
   uint64_t size = 0;
   for (const pugi::xml_node piece : grid.children("Piece")) {
-    const std::string path = MAILLE_TRY(path_of_piece(head.file, piece.attribute("Source").as_string()));
+    const std::string path = MAILLE_TRY(path_of_named(head.file, piece.attribute("Source").as_string()));
     sources.push_back(MAILLE_TRY(file_source(path)));
     size += sources.back()->size();
   }
