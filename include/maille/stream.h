@@ -145,7 +145,7 @@ class StepSource {
 };
 
 struct StepOptions {
-  double time = 0;
+  double time = 0;  ///< finite
   std::vector<StreamArray> arrays;
   Limits limits;  ///< of what is held at once
   Executor* executor = nullptr;

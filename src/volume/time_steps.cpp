@@ -2,6 +2,7 @@
 #include "volume/time_steps.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/result.h"
 #include "volume/array_stage.h"
@@ -234,6 +235,8 @@ Result<StepReport> write_step(const std::string& path, const Source& source, con
 /// `counts`: of what the values are of, if known.
 Result<StepReport> append(const std::string& path, StepHeader step, StepSource& values,
                           const StepOptions& options, const std::optional<Counts>& counts) {
+  if (!std::isfinite(step.time))
+    return failure(ErrorCode::usage, path + ": the time of a step has to be a finite number");
   MAILLE_CHECK(check_arrays(step.arrays));
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   const FileReader file = MAILLE_TRY(FileReader::open(*source, stream_chunk_types));

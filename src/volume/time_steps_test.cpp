@@ -138,6 +138,8 @@ TEST_F(TimeSteps, AreRefusedWhereTheyDoNotFit) {
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, ErrorCode::usage);
   EXPECT_EQ(read(1).error().code, ErrorCode::usage);
+  for (const double no_time : {std::nan(""), std::numeric_limits<double>::infinity()})
+    EXPECT_EQ(append_step(path_, no_time, at_time(1)).error().code, ErrorCode::usage);
   EncodeOptions any = kept();
   any.order = Order::canonical;
   write(encoded(at_time(0), any));
