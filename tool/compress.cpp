@@ -6,6 +6,7 @@
 #include "compress_one.h"
 #include "files.h"
 #include "in_parts.h"
+#include "recode.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"

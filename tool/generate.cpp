@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "files.h"
-#include "in_parts.h"
+#include "generate_stream.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"

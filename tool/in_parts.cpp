@@ -1,7 +1,6 @@
 #include "in_parts.h"
 
 #include <fmt/format.h>
-#include <maille/generate.h>
 #include <maille/io.h>
 #include <maille/surface_source.h>
 #include <sys/stat.h>
@@ -135,8 +134,8 @@ Result<std::optional<InputInParts>> open_surface_in_parts(const CompressOptions&
   return InputInParts{*std::move(source), *std::move(mesh), size};
 }
 
-/// What memory is for is a few tables that grow with the front, and are twice as large each time: those that
-/// are left go back to the system at once, instead of waiting for something as large.
+}  // namespace
+
 void keep_memory_small() {
 #ifdef __GLIBC__
   constexpr int large = 64 << 10;
@@ -144,8 +143,6 @@ void keep_memory_small() {
   mallopt(M_TRIM_THRESHOLD, 2 * large);
 #endif
 }
-
-}  // namespace
 
 Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, const std::string& name) {
   if (mode != Mode::random) return {};
@@ -210,215 +207,6 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
   return encode(*mesh, sink, watched, space);
 }
 
-// ---- streams ----------------------------------------------------------------------------------------------
-
-namespace {
-
-/// Standard input, with what was read of it.
-class RecordedStdin final : public ByteStream {
- public:
-  explicit RecordedStdin(std::vector<std::byte>* record) : record_(record) {}
-  Result<size_t> read(std::span<std::byte> out) override {
-    if (at_ < begin_.size()) {
-      const size_t count = std::min(out.size(), begin_.size() - at_);
-      std::copy_n(begin_.begin() + static_cast<ptrdiff_t>(at_), count, out.begin());
-      at_ += count;
-      return count;
-    }
-    const size_t count = TOOL_TRY(input_->read(out));
-    *bytes_ += count;
-    if (*recording_)
-      record_->insert(record_->end(), out.begin(), out.begin() + static_cast<ptrdiff_t>(count));
-    return count;
-  }
-  std::string name() const override { return "standard input"; }
-  std::shared_ptr<bool> recording() const { return recording_; }
-  std::shared_ptr<uint64_t> bytes() const { return bytes_; }
-
- private:
-  std::unique_ptr<ByteStream> input_ = descriptor_stream(STDIN_FILENO, "standard input");
-  std::vector<std::byte> begin_;
-  size_t at_ = 0;
-  std::vector<std::byte>* record_;
-  std::shared_ptr<bool> recording_ = std::make_shared<bool>(true);
-  std::shared_ptr<uint64_t> bytes_ = std::make_shared<uint64_t>(0);
-};
-
-}  // namespace
-
-Result<std::optional<InputStream>> open_stream(const std::string& path, const CommonOptions& common,
-                                               Executor* executor, std::vector<std::byte>& begin) {
-  const StreamReadOptions reading{.limits = {common.memory}, .executor = executor};
-  if (path == "-") {
-    if (isatty(STDIN_FILENO) == 1) return std::nullopt;
-    auto input = std::make_unique<RecordedStdin>(&begin);
-    const auto recording = input->recording();
-    auto bytes = input->bytes();
-    auto reader = StreamReader::open(std::move(input), reading);
-    *recording = false;
-    if (!reader) return std::nullopt;
-    begin = {};
-    keep_memory_small();
-    return InputStream{nullptr, *std::move(reader), std::move(bytes)};
-  }
-  if (!is_regular(path)) return std::nullopt;
-  auto source = unmapped_source(path);
-  if (!source) return std::nullopt;
-  auto reader = StreamReader::open(source_stream(**source), reading);
-  if (!reader) return std::nullopt;
-  keep_memory_small();
-  return InputStream{*std::move(source), *std::move(reader), nullptr};
-}
-
-Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin) {
-  auto rest = TOOL_TRY(stdin_source());
-  if (begin.empty()) return rest;
-  const Bytes bytes = rest->view();
-  begin.insert(begin.end(), bytes.begin(), bytes.end());
-  return memory_source(std::move(begin), rest->name());
-}
-
-namespace {
-
-/// Gives pieces of one stream to the writer of another.
-class Recoder {
- public:
-  Recoder(const StreamDescription& description, StreamWriter& writer) : writer_(writer) {
-    for (const StreamArray& array : description.arrays) {
-      if (array.domain == Domain::cell) cell_sizes_.push_back(array.tuple_size());
-    }
-  }
-
-  Result<> add(const StreamPiece& piece) {
-    points_.assign(piece.point_arrays.begin(), piece.point_arrays.end());
-    if (!piece.points.empty()) TOOL_CHECK(writer_.add_points(piece.points, piece.positions, points_));
-    if (numbers_.size() < piece.slot_count) numbers_.resize(piece.slot_count);
-    for (size_t i = 0; i < piece.points.size(); ++i) numbers_[piece.point_slots[i]] = piece.points[i];
-    mark_ends(piece);
-    size_t next_block = 0;
-    for (size_t i = 0; i < piece.cell_count();) {
-      TOOL_CHECK(begin_blocks(piece, i, next_block));
-      i += TOOL_TRY(add_run(piece, i, next_block));
-    }
-    TOOL_CHECK(begin_blocks(piece, piece.cell_count(), next_block));
-    return writer_.end_points(late_);
-  }
-
- private:
-  /// Points that end in the piece end with the last entry that names them, or, if none does, later.
-  void mark_ends(const StreamPiece& piece) {
-    ending_.assign(piece.slot_count, 0);
-    for (const uint32_t slot : piece.ended_slots) ending_[slot] = 1;
-    flags_.assign(piece.slots.size(), 0);
-    for (size_t i = piece.slots.size(); i-- > 0;) {
-      flags_[i] = ending_[piece.slots[i]];
-      ending_[piece.slots[i]] = 0;
-    }
-    late_.clear();
-    for (const uint32_t slot : piece.ended_slots) {
-      if (ending_[slot] != 0) late_.push_back(numbers_[slot]);
-    }
-  }
-  Result<> begin_blocks(const StreamPiece& piece, size_t cell, size_t& next) {
-    for (; next < piece.blocks.size() && piece.blocks[next].first_cell <= piece.first_cell + cell; ++next)
-      TOOL_CHECK(writer_.begin_block(piece.blocks[next].name, piece.blocks[next].type));
-    return {};
-  }
-  Result<size_t> add_run(const StreamPiece& piece, size_t i, size_t next_block) {
-    const uint64_t nodes = piece.offsets[i + 1] - piece.offsets[i];
-    size_t end = piece.cell_count();
-    if (next_block < piece.blocks.size())
-      end = std::min<size_t>(end, piece.blocks[next_block].first_cell - piece.first_cell);
-    size_t next = i + 1;
-    while (nodes != 0 && next < end && piece.types[next] == piece.types[i] &&
-           piece.offsets[next + 1] - piece.offsets[next] == nodes)
-      ++next;
-    cells_.clear();
-    for (size_t k = 0; k < cell_sizes_.size(); ++k)
-      cells_.push_back(Bytes(piece.cell_arrays[k]).subspan(i * cell_sizes_[k], (next - i) * cell_sizes_[k]));
-    const size_t begin = piece.offsets[i], corners = (next - i) * nodes;
-    TOOL_CHECK(writer_.add_cells(piece.types[i], std::span(piece.connectivity).subspan(begin, corners),
-                                 std::span(flags_).subspan(begin, corners), cells_, nodes));
-    return next - i;
-  }
-
-  StreamWriter& writer_;
-  std::vector<size_t> cell_sizes_;
-  std::vector<Bytes> points_, cells_;
-  std::vector<uint64_t> numbers_;  ///< by slot
-  std::vector<uint8_t> ending_, flags_;
-  std::vector<uint64_t> late_;
-};
-
-ArrayReport report_of(const StreamArray& array, uint64_t count, uint64_t coded_bytes) {
-  ArrayReport report;
-  report.name = array.name;
-  report.domain = array.domain;
-  report.type = array.type;
-  report.components = array.components;
-  report.elements = count;
-  report.raw_bytes = count * array.tuple_size();
-  report.coded_bytes = coded_bytes;
-  report.lossless = array.tolerance.kind == Tolerance::Kind::lossless;
-  report.bound = array.tolerance.kind == Tolerance::Kind::absolute ? array.tolerance.value : 0;
-  return report;
-}
-
-EncodeReport report_of(const StreamOptions& options, const StreamReport& stream) {
-  EncodeReport report;
-  report.points = stream.points;
-  report.cells = stream.cells;
-  report.file_bytes = stream.file_bytes;
-  report.connectivity.name = "connectivity";
-  report.connectivity.domain = Domain::cell;
-  report.connectivity.type = Scalar::u32;
-  report.connectivity.elements = stream.cells;
-  report.connectivity.raw_bytes = stream.corners * 4;
-  report.connectivity.coded_bytes = stream.cell_bytes;
-  report.order_bytes = stream.number_bytes;
-  report.positions = report_of(options.positions, stream.points, stream.position_bytes);
-  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
-  for (size_t i = 0; i < options.arrays.size(); ++i) {
-    const uint64_t count = options.arrays[i].domain == Domain::point ? stream.points : stream.cells;
-    report.arrays.push_back(report_of(options.arrays[i], count, stream.array_bytes[i]));
-    report.other_bytes -= stream.array_bytes[i];
-  }
-  return report;
-}
-
-}  // namespace
-
-Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     uint64_t delay, ProgressDisplay& progress) {
-  const StreamDescription& from = input.reader.description();
-  StreamOptions options;
-  options.delay = delay;
-  options.positions = from.positions;
-  options.positions.tolerance = encoding.positions;
-  options.arrays = from.arrays;
-  for (StreamArray& array : options.arrays) {
-    const auto asked = encoding.arrays.find(array.name);
-    array.tolerance = asked == encoding.arrays.end() ? Tolerance{} : asked->second;
-  }
-  options.mesh_arrays = from.mesh_arrays;
-  options.metadata = from.metadata;
-  options.provenance = encoding.provenance;
-  options.effort = encoding.effort;
-  options.any_order = from.any_order || encoding.order == Order::canonical;
-  options.executor = encoding.executor;
-  StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
-  Recoder recoder(from, writer);
-  const Progress watch = progress.watch(0, "cells");
-  StreamPiece piece;
-  while (TOOL_TRY(input.reader.next(piece))) {
-    TOOL_CHECK(recoder.add(piece));
-    if (watch) watch({"cells", 0});
-  }
-  return report_of(options, TOOL_TRY(writer.finish()));
-}
-
-// ---- decompress -------------------------------------------------------------------------------------------
-
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
   if (format == "polymesh") return output != "-";
   struct stat status = {};
@@ -481,98 +269,6 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
   stat(output.c_str(), &status);
   const uint64_t size = folder ? bytes_of_case(output) : static_cast<uint64_t>(status.st_size);
   return PartsWritten{mesh.points, mesh.cells, source.size(), size};
-}
-
-// ---- generate ---------------------------------------------------------------------------------------------
-
-namespace {
-
-class StreamedGeneration final : public GeneratedOutput {
- public:
-  StreamedGeneration(const BlockDescription& description, Sink& sink, const GenerateOptions& options,
-                     Executor* executor, ProgressDisplay& progress)
-      : description_(description), sink_(sink), options_(options), executor_(executor), progress_(progress) {}
-
-  Result<> begin(const GeneratedSize& size) override {
-    StreamOptions stream;
-    stream.positions.type = Scalar::f64;
-    stream.any_order = options_.generation.streaming_order;
-    stream.executor = executor_;
-    StreamArray label{"patch", Domain::cell, Scalar::u16, 1, Role::label, {}, {}, {}};
-    for (const HexBlock& block : description_.blocks) zones_.push_back(label_of(label.labels, block.zone));
-    for (const BlockPatch& patch : size.patches) {
-      patches_.push_back(label_of(label.labels, patch.name));
-      stream.metadata.emplace_back("patch." + patch.name, patch.type);
-    }
-    if (label.labels.size() > 0xffff)
-      return failure(ErrorCode::unsupported, "more than 65535 zones and patches");
-    stream.arrays.push_back(std::move(label));
-    writer_.emplace(TOOL_TRY(StreamWriter::begin(sink_, std::move(stream))));
-    cells_ = size.cells;
-    watch_ = progress_.watch(static_cast<double>(cells_), "cells");
-    return {};
-  }
-  Result<> points(uint64_t first, std::span<const double> coordinates) override {
-    alive_ += coordinates.size() / 3;
-    if (alive_ > options_.common.memory / bytes_of_live_point) return too_many_points();
-    return writer_->add_points(first, std::as_bytes(coordinates));
-  }
-  Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) override {
-    return add(patches_[patch], type, nodes, {});
-  }
-  Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
-                 std::span<const uint8_t> last_use) override {
-    done_ += nodes.size() / nodes_of(type);
-    for (const uint8_t last : last_use) alive_ -= last;
-    if (watch_) watch_({"cells", static_cast<double>(done_) / static_cast<double>(cells_)});
-    return add(zones_[block], type, nodes, last_use);
-  }
-  Result<StreamReport> finish() { return writer_->finish(); }
-
- private:
-  /// The writer's tables for a point and the cells around it, about.
-  static constexpr uint64_t bytes_of_live_point = 288;
-
-  Result<> too_many_points() const {
-    return failure(
-        ErrorCode::memory_bound,
-        fmt::format(
-            "{}: more than {} points are in use at once, which takes more than --memory allows ({} MB); "
-            "allow more, or refine less",
-            options_.input, alive_ - 1, options_.common.memory >> 20));
-  }
-  static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
-    const auto place = std::find(labels.begin(), labels.end(), name) - labels.begin();
-    if (static_cast<size_t>(place) == labels.size()) labels.push_back(name);
-    return static_cast<uint16_t>(place);
-  }
-  Result<> add(uint16_t label, CellType type, std::span<const uint64_t> nodes,
-               std::span<const uint8_t> last_use) {
-    labels_.assign(nodes.size() / nodes_of(type), label);
-    const Bytes bytes = std::as_bytes(std::span(labels_));
-    return writer_->add_cells(type, nodes, last_use, {&bytes, 1});
-  }
-
-  const BlockDescription& description_;
-  Sink& sink_;
-  const GenerateOptions& options_;
-  Executor* executor_;
-  ProgressDisplay& progress_;
-  Progress watch_;
-  std::optional<StreamWriter> writer_;
-  std::vector<uint16_t> zones_, patches_, labels_;
-  uint64_t cells_ = 0, done_ = 0, alive_ = 0;
-};
-
-}  // namespace
-
-Result<StreamReport> generate_stream(const BlockDescription& description, const GenerateOptions& options,
-                                     Sink& sink, ProgressDisplay& progress) {
-  keep_memory_small();
-  const Threads threads(options.common.threads);
-  StreamedGeneration output(description, sink, options, threads.executor(), progress);
-  TOOL_CHECK(generate(description, options.generation, output));
-  return output.finish();
 }
 
 }  // namespace maille::tool

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "files.h"
-#include "in_parts.h"
 #include "original_order.h"
+#include "recode.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"

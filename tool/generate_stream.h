@@ -1,0 +1,15 @@
+#pragma once
+
+#include <maille/generate.h>
+#include <maille/stream.h>
+
+#include "files.h"
+#include "options.h"
+
+namespace maille::tool {
+
+/// Writes a generated mesh as it comes: one block, and an array of labels that tells zones and patches.
+Result<StreamReport> generate_stream(const BlockDescription& description, const GenerateOptions& options,
+                                     Sink& sink, ProgressDisplay& progress);
+
+}  // namespace maille::tool

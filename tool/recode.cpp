@@ -1,0 +1,218 @@
+#include "recode.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "in_parts.h"
+#include "result.h"
+
+namespace maille::tool {
+
+namespace {
+
+/// Standard input, with what was read of it.
+class RecordedStdin final : public ByteStream {
+ public:
+  explicit RecordedStdin(std::vector<std::byte>* record) : record_(record) {}
+  Result<size_t> read(std::span<std::byte> out) override {
+    if (at_ < begin_.size()) {
+      const size_t count = std::min(out.size(), begin_.size() - at_);
+      std::copy_n(begin_.begin() + static_cast<ptrdiff_t>(at_), count, out.begin());
+      at_ += count;
+      return count;
+    }
+    const size_t count = TOOL_TRY(input_->read(out));
+    *bytes_ += count;
+    if (*recording_)
+      record_->insert(record_->end(), out.begin(), out.begin() + static_cast<ptrdiff_t>(count));
+    return count;
+  }
+  std::string name() const override { return "standard input"; }
+  std::shared_ptr<bool> recording() const { return recording_; }
+  std::shared_ptr<uint64_t> bytes() const { return bytes_; }
+
+ private:
+  std::unique_ptr<ByteStream> input_ = descriptor_stream(STDIN_FILENO, "standard input");
+  std::vector<std::byte> begin_;
+  size_t at_ = 0;
+  std::vector<std::byte>* record_;
+  std::shared_ptr<bool> recording_ = std::make_shared<bool>(true);
+  std::shared_ptr<uint64_t> bytes_ = std::make_shared<uint64_t>(0);
+};
+
+}  // namespace
+
+Result<std::optional<InputStream>> open_stream(const std::string& path, const CommonOptions& common,
+                                               Executor* executor, std::vector<std::byte>& begin) {
+  const StreamReadOptions reading{.limits = {common.memory}, .executor = executor};
+  if (path == "-") {
+    if (isatty(STDIN_FILENO) == 1) return std::nullopt;
+    auto input = std::make_unique<RecordedStdin>(&begin);
+    const auto recording = input->recording();
+    auto bytes = input->bytes();
+    auto reader = StreamReader::open(std::move(input), reading);
+    *recording = false;
+    if (!reader) return std::nullopt;
+    begin = {};
+    keep_memory_small();
+    return InputStream{nullptr, *std::move(reader), std::move(bytes)};
+  }
+  if (!is_regular(path)) return std::nullopt;
+  auto source = unmapped_source(path);
+  if (!source) return std::nullopt;
+  auto reader = StreamReader::open(source_stream(**source), reading);
+  if (!reader) return std::nullopt;
+  keep_memory_small();
+  return InputStream{*std::move(source), *std::move(reader), nullptr};
+}
+
+Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin) {
+  auto rest = TOOL_TRY(stdin_source());
+  if (begin.empty()) return rest;
+  const Bytes bytes = rest->view();
+  begin.insert(begin.end(), bytes.begin(), bytes.end());
+  return memory_source(std::move(begin), rest->name());
+}
+
+namespace {
+
+/// Gives pieces of one stream to the writer of another.
+class Recoder {
+ public:
+  Recoder(const StreamDescription& description, StreamWriter& writer) : writer_(writer) {
+    for (const StreamArray& array : description.arrays) {
+      if (array.domain == Domain::cell) cell_sizes_.push_back(array.tuple_size());
+    }
+  }
+
+  Result<> add(const StreamPiece& piece) {
+    points_.assign(piece.point_arrays.begin(), piece.point_arrays.end());
+    if (!piece.points.empty()) TOOL_CHECK(writer_.add_points(piece.points, piece.positions, points_));
+    if (numbers_.size() < piece.slot_count) numbers_.resize(piece.slot_count);
+    for (size_t i = 0; i < piece.points.size(); ++i) numbers_[piece.point_slots[i]] = piece.points[i];
+    mark_ends(piece);
+    size_t next_block = 0;
+    for (size_t i = 0; i < piece.cell_count();) {
+      TOOL_CHECK(begin_blocks(piece, i, next_block));
+      i += TOOL_TRY(add_run(piece, i, next_block));
+    }
+    TOOL_CHECK(begin_blocks(piece, piece.cell_count(), next_block));
+    return writer_.end_points(late_);
+  }
+
+ private:
+  /// Points that end in the piece end with the last entry that names them, or, if none does, later.
+  void mark_ends(const StreamPiece& piece) {
+    ending_.assign(piece.slot_count, 0);
+    for (const uint32_t slot : piece.ended_slots) ending_[slot] = 1;
+    flags_.assign(piece.slots.size(), 0);
+    for (size_t i = piece.slots.size(); i-- > 0;) {
+      flags_[i] = ending_[piece.slots[i]];
+      ending_[piece.slots[i]] = 0;
+    }
+    late_.clear();
+    for (const uint32_t slot : piece.ended_slots) {
+      if (ending_[slot] != 0) late_.push_back(numbers_[slot]);
+    }
+  }
+  Result<> begin_blocks(const StreamPiece& piece, size_t cell, size_t& next) {
+    for (; next < piece.blocks.size() && piece.blocks[next].first_cell <= piece.first_cell + cell; ++next)
+      TOOL_CHECK(writer_.begin_block(piece.blocks[next].name, piece.blocks[next].type));
+    return {};
+  }
+  Result<size_t> add_run(const StreamPiece& piece, size_t i, size_t next_block) {
+    const uint64_t nodes = piece.offsets[i + 1] - piece.offsets[i];
+    size_t end = piece.cell_count();
+    if (next_block < piece.blocks.size())
+      end = std::min<size_t>(end, piece.blocks[next_block].first_cell - piece.first_cell);
+    size_t next = i + 1;
+    while (nodes != 0 && next < end && piece.types[next] == piece.types[i] &&
+           piece.offsets[next + 1] - piece.offsets[next] == nodes)
+      ++next;
+    cells_.clear();
+    for (size_t k = 0; k < cell_sizes_.size(); ++k)
+      cells_.push_back(Bytes(piece.cell_arrays[k]).subspan(i * cell_sizes_[k], (next - i) * cell_sizes_[k]));
+    const size_t begin = piece.offsets[i], corners = (next - i) * nodes;
+    TOOL_CHECK(writer_.add_cells(piece.types[i], std::span(piece.connectivity).subspan(begin, corners),
+                                 std::span(flags_).subspan(begin, corners), cells_, nodes));
+    return next - i;
+  }
+
+  StreamWriter& writer_;
+  std::vector<size_t> cell_sizes_;
+  std::vector<Bytes> points_, cells_;
+  std::vector<uint64_t> numbers_;  ///< by slot
+  std::vector<uint8_t> ending_, flags_;
+  std::vector<uint64_t> late_;
+};
+
+ArrayReport report_of(const StreamArray& array, uint64_t count, uint64_t coded_bytes) {
+  ArrayReport report;
+  report.name = array.name;
+  report.domain = array.domain;
+  report.type = array.type;
+  report.components = array.components;
+  report.elements = count;
+  report.raw_bytes = count * array.tuple_size();
+  report.coded_bytes = coded_bytes;
+  report.lossless = array.tolerance.kind == Tolerance::Kind::lossless;
+  report.bound = array.tolerance.kind == Tolerance::Kind::absolute ? array.tolerance.value : 0;
+  return report;
+}
+
+EncodeReport report_of(const StreamOptions& options, const StreamReport& stream) {
+  EncodeReport report;
+  report.points = stream.points;
+  report.cells = stream.cells;
+  report.file_bytes = stream.file_bytes;
+  report.connectivity.name = "connectivity";
+  report.connectivity.domain = Domain::cell;
+  report.connectivity.type = Scalar::u32;
+  report.connectivity.elements = stream.cells;
+  report.connectivity.raw_bytes = stream.corners * 4;
+  report.connectivity.coded_bytes = stream.cell_bytes;
+  report.order_bytes = stream.number_bytes;
+  report.positions = report_of(options.positions, stream.points, stream.position_bytes);
+  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
+  for (size_t i = 0; i < options.arrays.size(); ++i) {
+    const uint64_t count = options.arrays[i].domain == Domain::point ? stream.points : stream.cells;
+    report.arrays.push_back(report_of(options.arrays[i], count, stream.array_bytes[i]));
+    report.other_bytes -= stream.array_bytes[i];
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
+                                     uint64_t delay, ProgressDisplay& progress) {
+  const StreamDescription& from = input.reader.description();
+  StreamOptions options;
+  options.delay = delay;
+  options.positions = from.positions;
+  options.positions.tolerance = encoding.positions;
+  options.arrays = from.arrays;
+  for (StreamArray& array : options.arrays) {
+    const auto asked = encoding.arrays.find(array.name);
+    array.tolerance = asked == encoding.arrays.end() ? Tolerance{} : asked->second;
+  }
+  options.mesh_arrays = from.mesh_arrays;
+  options.metadata = from.metadata;
+  options.provenance = encoding.provenance;
+  options.effort = encoding.effort;
+  options.any_order = from.any_order || encoding.order == Order::canonical;
+  options.executor = encoding.executor;
+  StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
+  Recoder recoder(from, writer);
+  const Progress watch = progress.watch(0, "cells");
+  StreamPiece piece;
+  while (TOOL_TRY(input.reader.next(piece))) {
+    TOOL_CHECK(recoder.add(piece));
+    if (watch) watch({"cells", 0});
+  }
+  return report_of(options, TOOL_TRY(writer.finish()));
+}
+
+}  // namespace maille::tool
