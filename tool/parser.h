@@ -9,8 +9,8 @@
 
 #include "options.h"
 
-// The verbs and their options as CLI11 has them. Only for parser.cpp and command_line.cpp: CLI11 takes long
-// to compile.
+// The verbs and their options as CLI11 has them. Only for the files of the parser and command_line.cpp: CLI11
+// takes long to compile.
 namespace maille::tool {
 
 /// What CLI11 writes to that is not an option of a verb as it stands.
@@ -54,7 +54,12 @@ struct Parser {
 
   Parser();
   CLI::App* verb(const std::string& name, const std::string& description, const std::string& examples);
-  void add_common(CLI::App* verb, CommonOptions& common, bool threads);
+  /// --quiet and --json: verbs that are done at once.
+  void add_answer(CLI::App* verb, CommonOptions& common);
+  /// Those, and threads, memory, progress: verbs that work for a while.
+  void add_work(CLI::App* verb, CommonOptions& common);
+  void add_quiet(CLI::App* verb, CommonOptions& common);
+  void add_json(CLI::App* verb, CommonOptions& common);
   void add_memory(CLI::App* verb);
   void add_progress(CLI::App* verb);
   void add_compress();

@@ -1,0 +1,162 @@
+// Verbs that read parts of files: extract, serve, view.
+#include "parser_names.h"
+
+namespace maille::tool {
+
+namespace {
+
+void add_region(CLI::App* verb, ExtractOptions& extract) {
+  constexpr const char* region = "Region";
+  list(verb->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
+      ->expected(6)
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(region);
+  list(verb->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
+      ->expected(4)
+      ->type_name("X,Y,Z,R")
+      ->group(region);
+  verb->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
+      ->group(region);
+  verb->add_flag("--chart-numbers", extract.chart_numbers,
+                 "Add an array 'chart' of the cells: which of the charts that were read each is of")
+      ->group(files_group);
+  CLI::Option* component =
+      list(verb->add_option(
+               "--component", extract.component,
+               "What hangs together with the face nearest to this point: three numbers, separated "
+               "by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region);
+  CLI::Option* nearest =
+      list(verb->add_option("--nearest", extract.nearest,
+                            "The points of the mesh nearest to this one, the nearest first, without faces: "
+                            "three numbers, separated by commas"))
+          ->expected(3)
+          ->type_name("X,Y,Z")
+          ->group(region)
+          ->excludes(component);
+  verb->add_option("--count", extract.count, "How many points --nearest gives (default 1)")
+      ->type_name("N")
+      ->group(region)
+      ->needs(nearest);
+}
+
+void add_detail(CLI::App* verb, ExtractOptions& extract) {
+  constexpr const char* detail = "Detail";
+  CLI::Option* full = verb->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
+  CLI::Option* error = verb->add_option("--error", extract.error,
+                                        "The coarsest that is nowhere farther from the mesh, in file units")
+                           ->check(CLI::NonNegativeNumber)
+                           ->type_name("X")
+                           ->group(detail)
+                           ->excludes(full);
+  CLI::Option* level =
+      verb->add_option("--level", extract.level, "Level of detail: 0 is the mesh, each next one a fourth")
+          ->type_name("N")
+          ->group(detail)
+          ->excludes(full)
+          ->excludes(error);
+  verb->add_option("--triangles", extract.triangles,
+                   "The finest of at most so many faces, before those outside are cut off")
+      ->type_name("N")
+      ->group(detail)
+      ->excludes(full)
+      ->excludes(error)
+      ->excludes(level);
+  list(verb->add_option("--eye", extract.eye,
+                        "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
+                        "separated by commas"))
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->group(detail)
+      ->excludes(full);
+  verb->add_option("--pixel-error", extract.pixel_error,
+                   "The largest error that may be seen with --eye, in pixels (default 1)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->group(detail);
+}
+
+}  // namespace
+
+void Parser::add_extract() {
+  CLI::App* e = verb("extract",
+                     "Extract a part of a file of mode random, at any level of detail.\n"
+                     "Reads and decodes only what is needed. Without a limit on detail the faces are those "
+                     "of the mesh, bit for bit, with all arrays; coarser ones are triangles with values of "
+                     "the mesh. Faces that have a point in the region are taken, whole. Exit code 6 when "
+                     "charts were damaged: the others are written.",
+                     "maille compress --mode random scan.ply scan.maille\n"
+                     "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
+                     "maille extract scan.maille preview.ply --triangles 20000\n"
+                     "maille extract scan.maille coarse.ply --error 0.01\n"
+                     "maille extract scan.maille part.ply --component 0.1,0,2\n"
+                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
+                     "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
+  file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
+  add_output_format(e, extract.output_format, "by extension; ply where there is none",
+                    mesh_formats_to_write());
+  e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
+  add_force(e, extract.force);
+  add_region(e, extract);
+  add_detail(e, extract);
+  // Both are of the mesh itself, as a whole.
+  for (const char* whole : {"--component", "--nearest"}) {
+    for (const char* name : {"--box", "--sphere", "--whole-charts", "--chart-numbers", "--error", "--level",
+                             "--triangles", "--eye"})
+      e->get_option(whole)->excludes(e->get_option(name));
+  }
+  add_fetch_limit(e);
+  add_work(e, extract.common);
+}
+
+void Parser::add_serve() {
+  CLI::App* s =
+      verb("serve",
+           "Serve a folder, or one file, over HTTP.\n"
+           "With what programs and web pages need to read parts of .maille files: ranges, ETags, leave for "
+           "pages of other servers (CORS), isolation (COOP, COEP). Only files below the folder are given, "
+           "none whose name begins with a dot. Only this machine is answered unless --host says more; any "
+           "page open in a browser here can read what is served. The address is printed; Ctrl-C ends.",
+           "maille serve scans\n"
+           "maille serve scan.maille --port 0 &\n"
+           "maille extract http://127.0.0.1:8080/scan.maille head.ply --box 0,0,1.5,1,1,2");
+  file(s, "PATH", serve.path, "Folder or file to serve")->required();
+  s->add_option(
+       "--host", serve.host,
+       "Address to listen at; 0.0.0.0: for every machine that reaches this one (default: 127.0.0.1, for this "
+       "machine only)")
+      ->type_name("ADDRESS")
+      ->group(files_group);
+  s->add_option("-p,--port", serve.port, "Port to listen at; 0: any that is free (default: 8080)")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N")
+      ->group(files_group);
+  s->add_flag("-v,--verbose", serve.common.verbose, "Print every request")->group(message_group);
+  add_answer(s, serve.common);
+}
+
+void Parser::add_view() {
+  CLI::App* v =
+      verb("view",
+           "Look at a .maille file in the browser.\n"
+           "Of a file of mode random only what is in sight is read, as fine as it is seen, so that "
+           "meshes of any size are there at once; others are shown whole, volumes by their boundary. "
+           "Serves the file and the viewer to this machine, opens the browser where there is a screen, and "
+           "prints the address; Ctrl-C ends. The server of an address must allow pages of others (CORS).",
+           "maille view scan.maille\n"
+           "maille view https://example.org/scan.maille\n"
+           "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
+  file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
+  v->add_option("-p,--port", view.port, "Port to listen at; 0: any that is free (default)")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N")
+      ->group(files_group);
+  v->add_flag("--no-browser", raw.no_browser, "Only print the address");
+  v->add_flag("-v,--verbose", view.common.verbose, "Print every request")->group(message_group);
+  add_answer(v, view.common);
+}
+
+}  // namespace maille::tool

@@ -1,0 +1,216 @@
+// Verbs from file to file, and what they hold: compress, decompress, append, info, verify, diff, convert.
+#include "parser_names.h"
+
+namespace maille::tool {
+
+void Parser::add_compress() {
+  CLI::App* c =
+      verb("compress",
+           "Compress a mesh into a .maille file.\n"
+           "Every value of every array comes back bit for bit unless -e, --rel-error or --bits allows "
+           "a loss. Vertices and faces come back in another order unless --keep-order is given.\n"
+           "The same input and settings give the same file on every machine, with any number of threads; "
+           "the file records the input's name unless --no-provenance is given.",
+           "maille compress dragon.ply                        # dragon.maille, lossless\n"
+           "maille compress run.pvd                           # run.maille, with all steps of time\n"
+           "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
+           "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
+           "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
+           "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
+  c->alias("c");
+  file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
+  file(c, "-o,--output,OUT", compress.output,
+       "File to write; - is standard output (default: IN with the extension .maille)");
+  add_input_format(c, compress.input_format, "IN", files_group);
+  add_force(c, compress.force);
+  c->add_flag("--no-provenance", raw.no_provenance,
+              "Do not record version, input name and settings in the file: the same mesh then gives the same "
+              "file whatever its name")
+      ->group(files_group);
+
+  repeatable(c->add_option("-e,--error", compress.error,
+                           "Largest error allowed per coordinate of the positions, in file units, or per "
+                           "component of the array NAME; repeatable"),
+             "X|NAME=X");
+  repeatable(
+      c->add_option("--rel-error", compress.relative_error,
+                    "The same as a fraction of the bounding box diagonal (positions) or of the range of "
+                    "values (NAME); repeatable"),
+      "X|NAME=X");
+  repeatable(
+      c->add_option("--bits", compress.bits,
+                    "Lattice of 2^N values over the longest side of the bounding box (positions) or over "
+                    "the range of values (NAME); repeatable"),
+      "N|NAME=N");
+  c->add_flag("--lossless", compress.lossless, "Bit for bit (default)")->group(quality_group);
+  CLI::Option* keep =
+      c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
+          ->group(quality_group);
+  CLI::Option* any =
+      c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+          ->group(quality_group)
+          ->excludes(keep);
+  c->add_option(
+       "--delay", compress.delay,
+       "Streams: hold back N cells, and write always the one that fits best; for a pipe, or a file too "
+       "large to be put in order as a whole")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 28))
+      ->group(quality_group)
+      ->needs(any);
+
+  choice(c->add_option("--mode", raw.mode,
+                       "Kind of file (default: stream for meshes with volume cells, else single)"),
+         {"single", "stream", "random"})
+      ->group(speed_group);
+  c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
+              "Effort: -1 is fast, -9 makes the smallest file (default -5)")
+      ->group(speed_group);
+  add_work(c, compress.common);
+}
+
+void Parser::add_decompress() {
+  CLI::App* d = verb("decompress",
+                     "Turn a .maille file back into a mesh file.\n"
+                     "The extension of OUT chooses the format.",
+                     "maille decompress dragon.maille             # dragon.ply\n"
+                     "maille decompress dragon.maille dragon.obj\n"
+                     "maille d --arrays normal in.maille out.ply  # positions, faces and normals only\n"
+                     "maille d flow.maille flow_3.vtu --step 3\n"
+                     "maille d in.maille - --output-format off | less");
+  d->alias("d");
+  file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
+  file(d, "-o,--output,OUT", decompress.output,
+       "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
+       "volumes .vtu)");
+  add_output_format(d, decompress.output_format, "by extension; ply where there is none",
+                    mesh_formats_to_write());
+  add_force(d, decompress.force);
+  d->add_option(
+       "--arrays", raw.arrays,
+       "Arrays to write besides positions and faces, separated by commas; '' for none (default: all)")
+      ->type_name("A,B,...")
+      ->group(files_group);
+  CLI::Option* step = d->add_option("--step", decompress.step,
+                                    "Step of time whose arrays are written; 0 (default): those of the mesh")
+                          ->type_name("N")
+                          ->group(files_group);
+  d->add_option("--time", decompress.time, "The same by its time")
+      ->type_name("T")
+      ->group(files_group)
+      ->excludes(step);
+  d->add_flag("--salvage", decompress.salvage,
+              "Write what comes before the first damage, and leave with exit code 6; mode stream only")
+      ->group(files_group);
+  d->add_flag("--ascii", decompress.ascii, "Text instead of binary, where the format has both")
+      ->group(files_group);
+  add_work(d, decompress.common);
+}
+
+void Parser::add_append() {
+  CLI::App* a = verb(
+      "append",
+      "Append values of later times to a file of mode stream.\n"
+      "Each STEP is the same mesh, points and cells in the same order, with other values in its arrays; a "
+      ".pvd names several, with their times. Arrays that have not changed since the mesh was compressed take "
+      "no room. Each step is read without the others. The file stays as it is until a step is whole.",
+      "maille compress flow_0.vtu flow.maille\n"
+      "maille append flow.maille flow_1.vtu --time 0.1\n"
+      "maille append flow.maille run.pvd --error pressure=0.5\n"
+      "maille decompress flow.maille last.vtu --time 0.1");
+  file(a, "FILE", append.file, "A .maille file of mode stream")->required();
+  a->add_option("STEP", append.steps, "Meshes with the values of the next steps, in any format, or .pvd")
+      ->type_name("FILE")
+      ->required()
+      ->group(files_group);
+  add_input_format(a, append.input_format, "STEP", files_group);
+  a->add_option("--time", append.time,
+                "Time of the first STEP, those behind it are 1 apart (default: what the file says, such as "
+                "TimeValue, or the number of the step)")
+      ->type_name("T")
+      ->group(files_group);
+  repeatable(a->add_option("-e,--error", append.quality.error,
+                           "Largest error allowed per component of the array NAME; repeatable"),
+             "NAME=X");
+  repeatable(a->add_option("--rel-error", append.quality.relative_error,
+                           "The same as a fraction of the range of values; repeatable"),
+             "NAME=X");
+  repeatable(a->add_option("--bits", append.quality.bits,
+                           "2^N values over the range of values of the array NAME; repeatable"),
+             "NAME=N");
+  add_work(a, append.common);
+}
+
+void Parser::add_info() {
+  CLI::App* i = verb("info",
+                     "Say what a .maille file holds.\n"
+                     "Reads the description only and decodes no values.",
+                     "maille info dragon.maille\n"
+                     "maille info https://example.org/dragon.maille\n"
+                     "maille info --json dragon.maille | jq .points");
+  file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")->required();
+  i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
+      ->group(answer_group);
+  i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
+  add_fetch_limit(i);
+  add_answer(i, info.common);
+}
+
+void Parser::add_verify() {
+  CLI::App* v =
+      verb("verify",
+           "Check a .maille file: checksums, then everything decoded.\n"
+           "With --against, also that it holds the original mesh: exactly what was stored lossless, "
+           "within its bound what was not. Exit code 1 when it does not, 6 when the file is damaged. "
+           "From a pipe a file of mode stream is decoded as it comes, without memory for all of it, but not "
+           "the steps of time behind it.",
+           "maille verify dragon.maille\n"
+           "maille verify dragon.maille --against dragon.ply");
+  file(v, "-i,--input,FILE", verify.input, "A .maille file; - is standard input")->required();
+  v->add_option("--against", verify.original, "The mesh that was compressed, in any format")
+      ->type_name("FILE")
+      ->group(answer_group);
+  add_input_format(v, verify.original_format, "the original", answer_group);
+  add_work(v, verify.common);
+}
+
+void Parser::add_diff() {
+  CLI::App* d =
+      verb("diff",
+           "Compare two meshes of any format, bit for bit.\n"
+           "Meshes are equal when some order of vertices and faces makes them equal. Exit code 0 when "
+           "equal, 1 when different.",
+           "maille diff dragon.ply dragon.maille\n"
+           "maille diff --same-order a.ply b.obj");
+  d->add_option("A", diff.a, "First mesh; - is standard input")->type_name("FILE")->required();
+  d->add_option("B", diff.b, "Second mesh; - is standard input")->type_name("FILE")->required();
+  add_input_format(d, diff.input_format, "both", files_group);
+  d->add_flag(
+       "--same-order", diff.same_order,
+       "Vertices and faces must be in the same order; also prints the largest difference of each array")
+      ->group(answer_group);
+  d->add_flag("--no-arrays", raw.no_arrays, "Compare positions and faces only")->group(answer_group);
+  d->add_flag("--metadata", diff.metadata, "Compare comments and other metadata, too")->group(answer_group);
+  add_work(d, diff.common);
+}
+
+void Parser::add_convert() {
+  CLI::App* c =
+      verb("convert",
+           "Convert between mesh formats, .maille included.\n"
+           "What the target format cannot hold is named on standard error. Nothing is lost on the way "
+           "to .maille; use compress to choose a tolerance.",
+           "maille convert scan.obj scan.ply\n"
+           "maille convert --ascii scan.stl scan.ply\n"
+           "maille convert - - --input-format ply --output-format obj < in.ply > out.obj");
+  file(c, "-i,--input,IN", convert.input, "Mesh to read; - is standard input")->required();
+  file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
+  add_input_format(c, convert.input_format, "IN", files_group);
+  add_output_format(c, convert.output_format, "by extension", formats_to_write());
+  add_force(c, convert.force);
+  c->add_flag("--ascii", convert.ascii, "Text instead of binary, where the format has both")
+      ->group(files_group);
+  add_work(c, convert.common);
+}
+
+}  // namespace maille::tool
