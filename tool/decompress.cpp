@@ -111,6 +111,27 @@ Result<bool> write_parts(const DecompressOptions& options, const Source& source,
   return true;
 }
 
+/// The mesh; with --salvage what is left of it, and what is damaged.
+Result<Salvaged> decode_whole(const DecompressOptions& options, const Source& source, uint64_t time_step) {
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Threads threads(options.common.threads);
+  const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
+                               .arrays = options.arrays,
+                               .step = time_step,
+                               .executor = threads.executor(),
+                               .progress = progress.watch(static_cast<double>(source.size()), "B")};
+  const Stopwatch step;
+  Salvaged decoded;
+  if (options.salvage) {
+    decoded = TOOL_TRY(salvage(source, decoding));
+  } else {
+    decoded.mesh = TOOL_TRY(decode(source, decoding));
+  }
+  progress.clear();
+  step.done(options.common.verbose, "decompressing");
+  return decoded;
+}
+
 }  // namespace
 
 Result<int> run(const DecompressOptions& options) {
@@ -142,32 +163,11 @@ Result<int> run(const DecompressOptions& options) {
       {output, options.input, options.force, is_binary(format, options.ascii), is_folder_format(format)}));
 
   CountingSink sink(*file);
-  Mesh mesh;
-  std::optional<Error> damage;
-  std::vector<std::string> notes;
-  {
-    ProgressDisplay progress(options.common.progress, options.common.quiet);
-    const Threads threads(options.common.threads);
-    const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
-                                 .arrays = options.arrays,
-                                 .step = time_step,
-                                 .executor = threads.executor(),
-                                 .progress = progress.watch(static_cast<double>(input.source->size()), "B")};
-    const Stopwatch step;
-    if (options.salvage) {
-      Salvaged salvaged = TOOL_TRY(salvage(*input.source, decoding));
-      mesh = std::move(salvaged.mesh);
-      damage = std::move(salvaged.damage);
-    } else {
-      mesh = TOOL_TRY(decode(*input.source, decoding));
-    }
-    progress.clear();
-    step.done(options.common.verbose, "decompressing");
-    const Stopwatch writing;
-    notes = TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
-    TOOL_CHECK(sink.commit());
-    writing.done(options.common.verbose, "writing");
-  }
+  const auto [mesh, damage] = TOOL_TRY(decode_whole(options, *input.source, time_step));
+  const Stopwatch writing;
+  const auto notes = TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
+  TOOL_CHECK(sink.commit());
+  writing.done(options.common.verbose, "writing");
   say_notes(output_name(output), notes, options.common.quiet);
   const PartsWritten done = {mesh.point_count(), mesh.cell_count(), input.source->size(), sink.count()};
   TOOL_CHECK(report(options, output, done, cell_word(mesh), whole.seconds()));
