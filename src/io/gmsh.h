@@ -22,9 +22,14 @@ struct GmshType {
   unsigned nodes;
   std::span<const uint8_t> order;
 };
-std::span<const GmshType> gmsh_types();
-/// Null for cells that Gmsh has no element for.
+/// Null for cells that Gmsh has no element for, and for numbers of elements that are not known here.
 const GmshType* gmsh_type(CellType type, size_t nodes);
+const GmshType* gmsh_type(int64_t number);
+
+/// 2 or 4, as what a file with this number in its header is read; 0: not at all.
+inline int gmsh_version(double number) {
+  return number >= 2 && number < 3 ? 2 : number > 4.05 && number < 4.2 ? 4 : 0;
+}
 
 // Arrays and metadata that hold what Gmsh knows of elements.
 inline constexpr char gmsh_physical_name[] = "gmsh:physical";

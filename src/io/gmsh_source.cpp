@@ -1,5 +1,5 @@
 // Binary .msh files, versions 2.x and 4.1, read in parts: their sections are passed over once, values stay
-// where they are. Nodes have to be numbered from 1 on; other files are read whole (gmsh.cpp).
+// where they are. Nodes have to be numbered from 1 on; other files are read whole (gmsh_reader.cpp).
 #include <map>
 #include <sstream>
 
@@ -32,13 +32,6 @@ struct ElementRun {
 struct ValueRun {
   uint64_t at, stride;
 };
-
-const GmshType* find_type(int64_t number) {
-  for (const GmshType& type : gmsh_types()) {
-    if (type.number == number) return &type;
-  }
-  return nullptr;
-}
 
 class GmshSource final : public MeshSource {
  public:
@@ -138,9 +131,9 @@ Result<> GmshSource::read_format() {
   int binary = 0, size = 0;
   if (!(line >> version >> binary >> size))
     return malformed("there should be version, kind and size of numbers");
-  version_ = static_cast<int>(version);
-  const bool known = version_ == 2 || (version > 4.05 && version < 4.2);
-  if (!known || binary != 1 || size != 8) return unsupported("it is no binary file of version 2 or 4.1");
+  version_ = gmsh_version(version);
+  if (version_ == 0 || binary != 1 || size != 8)
+    return unsupported("it is no binary file of version 2 or 4.1");
   description_.metadata.emplace_back(gmsh_version_key, version_ == 2 ? "2.2" : "4.1");
   const auto one = MAILLE_TRY(in_.take<int32_t>(false));
   swapped_ = one != 1;
@@ -274,7 +267,7 @@ Result<> GmshSource::read_elements_2() {
   while (description_.cells < count) {
     const int64_t number = MAILLE_TRY(integer()), follow = MAILLE_TRY(integer()),
                   tags = MAILLE_TRY(integer());
-    const GmshType* const type = find_type(number);
+    const GmshType* const type = gmsh_type(number);
     if (type == nullptr) return malformed("element type " + std::to_string(number) + " cannot be read");
     if (tags < 0 || tags > 1 << 20 || follow < 1 ||
         static_cast<uint64_t>(follow) > count - description_.cells)
@@ -294,7 +287,7 @@ Result<> GmshSource::read_elements_4() {
   for (int64_t b = 0; b < blocks; ++b) {
     const int64_t dimension = MAILLE_TRY(integer()), tag = MAILLE_TRY(integer()),
                   number = MAILLE_TRY(integer());
-    const GmshType* const type = find_type(number);
+    const GmshType* const type = gmsh_type(number);
     if (type == nullptr) return malformed("element type " + std::to_string(number) + " cannot be read");
     const uint64_t stride = 8 * (1 + uint64_t{type->nodes});
     const uint64_t count = MAILLE_TRY(check_room(MAILLE_TRY(size()), stride)), at = in_.position();
