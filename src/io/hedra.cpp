@@ -168,37 +168,36 @@ std::vector<uint32_t> rotated(std::span<const uint32_t> face) {
   return result;
 }
 
-Result<std::vector<std::string>> write_hedra(const Mesh& mesh, Sink& sink, const WriteOptions&) {
-  std::vector<std::string> notes;
-  FaceNumbers faces;
-  std::vector<int64_t> lists;  // number of faces, then the faces, of each cell
-  uint64_t cells = 0, converted = 0;
-  for (const CellBlock& block : mesh.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i) {
-      const size_t at = lists.size();
-      lists.push_back(0);
-      const bool polyhedron = block.type_of(i) == CellType::polyhedron;
-      // Faces made up for other cells begin anywhere, those of polyhedra as the cell says.
-      if (!for_each_face(block, i, [&](std::span<const uint32_t> face) {
-            lists.push_back(polyhedron ? faces.add(face) : faces.add(rotated(face)));
-          })) {
-        lists.pop_back();
-        continue;
-      }
-      lists[at] = static_cast<int64_t>(lists.size() - at - 1);
-      ++cells;
-      if (!polyhedron) ++converted;
+/// Cells by the numbers of their faces, which cells share.
+struct HedraCells {
+  explicit HedraCells(const Mesh& mesh) {
+    for (const CellBlock& block : mesh.blocks) {
+      for (uint64_t i = 0; i < block.size(); ++i) add(block, i);
     }
   }
-  if (cells == 0)
-    return failure(ErrorCode::usage, sink.name() + ": .hedra holds volume cells, but the mesh has none");
-  BufferedWriter out(sink);
-  out.put(std::to_string(mesh.point_count()) + " " + std::to_string(faces.ends.size()) + " " +
-          std::to_string(cells) + "\n");
-  for (uint64_t i = 0; i < mesh.point_count(); ++i) {
-    put_scalars(out, mesh.points.bytes.data() + i * mesh.points.tuple_size(), mesh.points.type, 3);
-    out.put('\n');
+  void add(const CellBlock& block, uint64_t i) {
+    const size_t at = lists.size();
+    lists.push_back(0);
+    const bool polyhedron = block.type_of(i) == CellType::polyhedron;
+    // Faces made up for other cells begin anywhere, those of polyhedra as the cell says.
+    if (!for_each_face(block, i, [&](std::span<const uint32_t> face) {
+          lists.push_back(polyhedron ? faces.add(face) : faces.add(rotated(face)));
+        })) {
+      lists.pop_back();
+      return;
+    }
+    lists[at] = static_cast<int64_t>(lists.size() - at - 1);
+    ++count;
+    if (!polyhedron) ++converted;
   }
+
+  FaceNumbers faces;
+  std::vector<int64_t> lists;  ///< number of faces, then the faces, of each cell
+  uint64_t count = 0;
+  uint64_t converted = 0;  ///< of another type
+};
+
+void put_faces(BufferedWriter& out, const FaceNumbers& faces) {
   uint64_t begin = 0;
   for (const uint64_t end : faces.ends) {
     out.put_number(end - begin);
@@ -208,6 +207,9 @@ Result<std::vector<std::string>> write_hedra(const Mesh& mesh, Sink& sink, const
     }
     out.put('\n');
   }
+}
+
+void put_cells(BufferedWriter& out, const std::vector<int64_t>& lists) {
   for (size_t at = 0; at < lists.size();) {
     const auto size = static_cast<size_t>(lists[at]);
     for (size_t k = 0; k <= size; ++k) {
@@ -215,18 +217,38 @@ Result<std::vector<std::string>> write_hedra(const Mesh& mesh, Sink& sink, const
       out.put(k == size ? '\n' : ' ');
     }
   }
-  if (converted != 0)
-    notes.push_back(counted(converted, "cell") + " became " +
-                    (converted == 1 ? "a polyhedron" : "polyhedra"));
-  if (cells != mesh.cell_count())
-    notes.push_back(counted(mesh.cell_count() - cells, "cell") +
+}
+
+std::vector<std::string> notes_of(const Mesh& mesh, const HedraCells& cells) {
+  std::vector<std::string> notes;
+  if (cells.converted != 0)
+    notes.push_back(counted(cells.converted, "cell") + " became " +
+                    (cells.converted == 1 ? "a polyhedron" : "polyhedra"));
+  if (cells.count != mesh.cell_count())
+    notes.push_back(counted(mesh.cell_count() - cells.count, "cell") +
                     " left out: .hedra holds linear volume cells only");
   note_block_names(mesh, notes);
   for (const Array& array : mesh.arrays) note_array(array, notes);
   for (const auto& [key, value] : mesh.metadata) note_metadata(key, notes);
   note_nan_payloads(mesh, notes);
-  MAILLE_CHECK(out.finish());
   return notes;
+}
+
+Result<std::vector<std::string>> write_hedra(const Mesh& mesh, Sink& sink, const WriteOptions&) {
+  const HedraCells cells(mesh);
+  if (cells.count == 0)
+    return failure(ErrorCode::usage, sink.name() + ": .hedra holds volume cells, but the mesh has none");
+  BufferedWriter out(sink);
+  out.put(std::to_string(mesh.point_count()) + " " + std::to_string(cells.faces.ends.size()) + " " +
+          std::to_string(cells.count) + "\n");
+  for (uint64_t i = 0; i < mesh.point_count(); ++i) {
+    put_scalars(out, mesh.points.bytes.data() + i * mesh.points.tuple_size(), mesh.points.type, 3);
+    out.put('\n');
+  }
+  put_faces(out, cells.faces);
+  put_cells(out, cells.lists);
+  MAILLE_CHECK(out.finish());
+  return notes_of(mesh, cells);
 }
 
 }  // namespace

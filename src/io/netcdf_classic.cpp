@@ -86,6 +86,32 @@ uint64_t NetcdfFile::Variable::count() const {
   return count;
 }
 
+namespace {
+
+/// What stands behind its name. `lengths`: of the dimensions, 0 for that of the records.
+Result<NetcdfFile::Variable> read_variable(HeaderReader& in, const std::vector<uint64_t>& lengths,
+                                           uint64_t records) {
+  NetcdfFile::Variable variable;
+  const uint64_t rank = MAILLE_TRY(in.count());
+  for (uint64_t k = 0; k < rank; ++k) {
+    const uint64_t dimension = MAILLE_TRY(in.count());
+    if (dimension >= lengths.size()) return in.malformed("a variable has a dimension that is not there");
+    const bool of_records = k == 0 && lengths[dimension] == 0;
+    variable.has_records = variable.has_records || of_records;
+    variable.shape.push_back(of_records ? records : lengths[dimension]);
+  }
+  variable.texts = MAILLE_TRY(in.attributes());
+  const uint64_t type = MAILLE_TRY(in.word());
+  if (type < 1 || type > std::size(scalars)) return in.malformed("a variable has no known type");
+  variable.type = scalars[type - 1];
+  variable.is_text = type == type_text;
+  MAILLE_CHECK(in.count());  // its size, which follows from its shape and may not fit
+  variable.begin = MAILLE_TRY(in.number(in.version == 1 ? 4 : 8));
+  return variable;
+}
+
+}  // namespace
+
 Result<NetcdfFile> NetcdfFile::open(Bytes bytes, std::string name) {
   NetcdfFile file;
   file.bytes_ = bytes;
@@ -110,21 +136,7 @@ Result<NetcdfFile> NetcdfFile::open(Bytes bytes, std::string name) {
   uint64_t with_records = 0, unpadded = 0;
   for (uint64_t i = 0; i < variables; ++i) {
     std::string key = MAILLE_TRY(in.name());
-    Variable variable;
-    const uint64_t rank = MAILLE_TRY(in.count());
-    for (uint64_t k = 0; k < rank; ++k) {
-      const uint64_t dimension = MAILLE_TRY(in.count());
-      if (dimension >= lengths.size()) return in.malformed("a variable has a dimension that is not there");
-      if (k == 0 && lengths[dimension] == 0) variable.has_records = true;
-      variable.shape.push_back(k == 0 && lengths[dimension] == 0 ? file.records_ : lengths[dimension]);
-    }
-    variable.texts = MAILLE_TRY(in.attributes());
-    const uint64_t type = MAILLE_TRY(in.word());
-    if (type < 1 || type > std::size(scalars)) return in.malformed("a variable has no known type");
-    variable.type = scalars[type - 1];
-    variable.is_text = type == type_text;
-    MAILLE_CHECK(in.count());  // its size, which follows from its shape and may not fit
-    variable.begin = MAILLE_TRY(in.number(in.version == 1 ? 4 : 8));
+    Variable variable = MAILLE_TRY(read_variable(in, lengths, file.records_));
     if (variable.has_records) {
       ++with_records;
       if (variable.count() > bytes.size()) return in.malformed("a variable is longer than the file");

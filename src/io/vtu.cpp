@@ -12,6 +12,8 @@
 namespace maille {
 namespace {
 
+class PieceFaces;
+
 /// Reads pieces, of one file or several, and joins them as VTK does: points, cells and their arrays one after
 /// the other.
 class VtuReader {
@@ -25,6 +27,8 @@ class VtuReader {
  private:
   Result<> read_piece(const VtkXml& xml, pugi::xml_node piece);
   Result<> read_points(const VtkXml& xml, pugi::xml_node piece, uint64_t points, const std::string& where);
+  Result<std::optional<PieceFaces>> read_faces(const VtkXml& xml, pugi::xml_node cells, uint64_t count,
+                                               const std::string& where);
   Result<> read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
                       const std::string& where);
   Result<> read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
@@ -179,6 +183,23 @@ uint64_t append_points(const Array& numbers, uint64_t first, uint64_t last, uint
   });
 }
 
+/// The faces of the polyhedra, in either form; nothing where they are in none.
+Result<std::optional<PieceFaces>> VtuReader::read_faces(const VtkXml& xml, pugi::xml_node cells,
+                                                        uint64_t count, const std::string& where) {
+  const auto read = [&](const char* name) { return integers(xml, cells, name, UINT64_MAX, where); };
+  auto stream = MAILLE_TRY(read("faces"));
+  auto stream_ends = MAILLE_TRY(read("faceoffsets"));
+  if (stream && stream_ends && stream_ends->count() == count)
+    return PieceFaces::stream(std::move(*stream), std::move(*stream_ends));
+  auto corners = MAILLE_TRY(read("face_connectivity"));
+  auto face_ends = MAILLE_TRY(read("face_offsets"));
+  auto cell_faces = MAILLE_TRY(read("polyhedron_to_faces"));
+  auto cell_ends = MAILLE_TRY(read("polyhedron_offsets"));
+  if (!corners || !face_ends || !cell_faces || !cell_ends || cell_ends->count() != count) return std::nullopt;
+  return PieceFaces::lists(std::move(*corners), std::move(*face_ends), std::move(*cell_faces),
+                           std::move(*cell_ends));
+}
+
 Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
                                const std::string& in) {
   const std::string where = in + ", Cells";
@@ -191,21 +212,7 @@ Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t
     return malformed(where, "there should be " + std::to_string(count) +
                                 " cells, but an array \"connectivity\", \"offsets\" or \"types\" is missing");
   }
-  std::optional<PieceFaces> faces;
-  auto stream = MAILLE_TRY(integers(xml, node, "faces", UINT64_MAX, where));
-  auto stream_ends = MAILLE_TRY(integers(xml, node, "faceoffsets", UINT64_MAX, where));
-  if (stream && stream_ends && stream_ends->count() == count) {
-    faces = PieceFaces::stream(std::move(*stream), std::move(*stream_ends));
-  } else {
-    auto corners = MAILLE_TRY(integers(xml, node, "face_connectivity", UINT64_MAX, where));
-    auto face_ends = MAILLE_TRY(integers(xml, node, "face_offsets", UINT64_MAX, where));
-    auto cell_faces = MAILLE_TRY(integers(xml, node, "polyhedron_to_faces", UINT64_MAX, where));
-    auto cell_ends = MAILLE_TRY(integers(xml, node, "polyhedron_offsets", UINT64_MAX, where));
-    if (corners && face_ends && cell_faces && cell_ends && cell_ends->count() == count) {
-      faces = PieceFaces::lists(std::move(*corners), std::move(*face_ends), std::move(*cell_faces),
-                                std::move(*cell_ends));
-    }
-  }
+  auto faces = MAILLE_TRY(read_faces(xml, node, count, where));
   MAILLE_CHECK(budget_.take(connectivity->count(), sizeof(uint32_t)));
   MAILLE_CHECK(budget_.take(count, sizeof(uint64_t)));
   const uint64_t base = mesh_.point_count() - points;
