@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "hierarchy/loose_components.h"
 #include "hierarchy/mesh_geometry.h"
 
 namespace maille {
@@ -88,7 +89,7 @@ class Simplifier {
     }
     drop_degenerate();
     list_faces();
-    find_components();
+    components_.find(triangles_, alive_, input.locked, [this](uint32_t v) { return position(v); });
     add_quadrics();
   }
 
@@ -339,47 +340,11 @@ class Simplifier {
       if (changed_[v]) find_best(v);
       if (best_[v] != none) candidates_.push_back(candidate_of(least_[v], v));
     }
-    for (const Component& one : components_) {
-      if (!gone_[one.name] && faces_of_component_[one.name] > 0)
+    for (const LooseComponents::Component& one : components_.all()) {
+      if (components_.is_left(one.name))
         candidates_.push_back(candidate_of(one.cost, one.name | whole_component));
     }
   }
-
-  /// Components without locked vertices: what is lost is half their size.
-  void find_components() {
-    std::vector<uint32_t>& parent = component_of_;
-    parent = to_;
-    const auto find = [&](uint32_t v) {
-      while (parent[v] != v) v = parent[v] = parent[parent[v]];
-      return v;
-    };
-    for (size_t t = 0; t < triangles_.size(); t += 3) {
-      for (unsigned k = 1; k < 3; ++k) {
-        const uint32_t a = find(triangles_[t]), b = find(triangles_[t + k]);
-        parent[std::max(a, b)] = std::min(a, b);
-      }
-    }
-    for (uint32_t v = 0; v < vertices_; ++v) parent[v] = find(v);
-    std::vector<uint8_t> is_locked(vertices_);
-    for (const uint32_t v : alive_) is_locked[parent[v]] |= input_.locked[v];
-    const auto is_free = [&](uint32_t v) { return is_locked[parent[v]] == 0; };
-    if (std::none_of(alive_.begin(), alive_.end(), is_free)) return;
-    measure_components(is_locked);
-  }
-  void measure_components(const std::vector<uint8_t>& is_locked) {
-    gone_.assign(vertices_, 0);
-    faces_of_component_.assign(vertices_, 0);
-    for (size_t t = 0; t < triangles_.size(); t += 3) ++faces_of_component_[component_of_[triangles_[t]]];
-    std::vector<Box> boxes(vertices_);
-    // The lowest vertex of a component comes first.
-    for (const uint32_t v : alive_) enclose(boxes[component_of_[v]], position(v), component_of_[v] == v);
-    for (const uint32_t v : alive_) {
-      if (component_of_[v] != v || is_locked[v] != 0) continue;
-      const Vector3 size = boxes[v].high - boxes[v].low;
-      components_.push_back({v, static_cast<float>(dot(size, size) / 4)});
-    }
-  }
-  bool is_gone(uint32_t v) const { return !components_.empty() && gone_[component_of_[v]] != 0; }
 
   float pass_limit(uint32_t goal, double widening) {
     const size_t n = std::min<size_t>(candidates_.size() - 1, goal / 2);
@@ -415,15 +380,15 @@ class Simplifier {
   }
 
   uint32_t remove_component(uint32_t component, float cost, uint32_t goal) {
-    const uint32_t faces = faces_of_component_[component];
+    const uint32_t faces = components_.faces(component);
     if (faces > goal && faces - goal > input_.target / 2) return 0;
-    gone_[component] = 1;
+    components_.remove(component);
     result_.lost_component = std::max(result_.lost_component, std::sqrt(static_cast<double>(cost)));
     return faces;
   }
 
   uint32_t collapse(uint32_t u, uint32_t v) {
-    if (touched_[u] || touched_[v] || is_gone(u)) return 0;
+    if (touched_[u] || touched_[v] || components_.is_gone_with(u)) return 0;
     uint32_t vanishing = 0, surviving = 0;
     for (const Others& t : others(u)) {
       const uint32_t a = to_[t.next], b = to_[t.previous];
@@ -445,7 +410,7 @@ class Simplifier {
     note_changes(v);
     quadric_[v] += quadric_[u];
     if (with_seams_) seam_quadric_[v] += seam_quadric_[u];
-    if (!components_.empty()) faces_of_component_[component_of_[u]] -= vanishing;
+    components_.lose_faces(u, vanishing);
     return vanishing;
   }
   void note_changes(uint32_t v) {
@@ -504,7 +469,7 @@ class Simplifier {
     for (size_t t = 0; t < triangles_.size(); t += 3) {
       uint32_t after[3];
       for (unsigned k = 0; k < 3; ++k) after[k] = to_[triangles_[t + k]];
-      if (is_gone(triangles_[t]) || is_degenerate(after)) continue;
+      if (components_.is_gone_with(triangles_[t]) || is_degenerate(after)) continue;
       keep_triangle(t, after, kept);
       kept += 3;
     }
@@ -538,15 +503,8 @@ class Simplifier {
   std::vector<uint8_t> changed_;  ///< by vertex: that may be another one now
   std::vector<uint8_t> touched_;
   std::vector<uint32_t> merged_;  ///< into these others were, in this pass
+  LooseComponents components_;
 
-  struct Component {
-    uint32_t name;
-    float cost;
-  };
-  std::vector<uint32_t> component_of_;  ///< by vertex: the lowest one that hangs together with it
-  std::vector<Component> components_;   ///< those without locked vertices; where there is none:
-  std::vector<uint8_t> gone_;           ///< by component: empty
-  std::vector<uint32_t> faces_of_component_;
   std::vector<Replacement> replacements_;
   std::vector<std::pair<uint32_t, uint32_t>> replaced_;  ///< by vertex of a pass: from, to in these
 };
