@@ -7,6 +7,7 @@
 #include "io/same_mesh.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
+#include "support/surface_round_trip.h"
 
 namespace maille {
 namespace {
@@ -309,29 +310,13 @@ RC_GTEST_PROP(ObjRoundTrip, IsExact, (uint64_t seed)) {
   Mesh mesh = testing::random_surface(seed, options);
   testing::Random random(seed);
   const auto add = [&](const char* name, Domain domain, uint32_t components, Role role) {
-    Array array = make_array(name, domain, Scalar::f32, components, role);
-    array.resize(mesh.count_of(domain));
-    for (float& value : array.values<float>()) value = static_cast<float>(random.below(50)) / 7;
-    if (array.count() != 0) mesh.arrays.push_back(std::move(array));
+    testing::add_array(mesh, random, name, domain, components, role);
   };
   if (random.chance(50)) add("colour", Domain::point, random.between(3, 4), Role::colour);
   if (random.chance(70))
     add("texcoord", random.chance(70) ? Domain::corner : Domain::point, 2, Role::texture_coordinate);
   if (random.chance(50)) add("normal", random.chance(50) ? Domain::corner : Domain::point, 3, Role::normal);
-  const Mesh back = read_obj(write_text(obj_format(), mesh).text).mesh;
-  RC_ASSERT(back.points.bytes == mesh.points.bytes);
-  RC_ASSERT(back.cell_count() == mesh.cell_count());
-  for (uint64_t cell = 0; cell < mesh.cell_count(); ++cell) {
-    const auto a = back.blocks[0].cell(cell);
-    const auto b = mesh.blocks[0].cell(cell);
-    RC_ASSERT(std::equal(a.begin(), a.end(), b.begin(), b.end()));
-  }
-  RC_ASSERT(back.arrays.size() == mesh.arrays.size());
-  for (const Array& array : mesh.arrays) {
-    const Array* same = back.find(array.name, array.domain);
-    RC_ASSERT(same != nullptr);
-    RC_ASSERT(same->bytes == array.bytes);
-  }
+  RC_ASSERT(testing::same_surface(read_obj(write_text(obj_format(), mesh).text).mesh, mesh));
 }
 
 }  // namespace
