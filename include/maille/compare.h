@@ -11,7 +11,7 @@ struct CompareOptions {
   /// another when some renaming of points, order of cells and rotation of faces makes them equal.
   bool same_order = false;
   /// Largest difference allowed per component of positions; 0 means the same bits. With it, points are
-  /// matched by order only (same_order must be set), see maximum_error.
+  /// matched by order only (same_order must be set); differences_by_order() tells how large they are.
   double tolerance = 0;
   bool compare_arrays = true;
   bool compare_metadata = false;
@@ -29,8 +29,7 @@ struct Comparison {
 /// property no renaming changes or by exhausting them.
 Comparison compare(const Mesh& a, const Mesh& b, const CompareOptions& options = {});
 
-/// Largest differences, array by array, between two meshes with the same number of elements, matched by
-/// order.
+/// How far the values of an array are from those of another.
 struct ArrayDifference {
   std::string name;
   Domain domain = Domain::point;
@@ -38,6 +37,9 @@ struct ArrayDifference {
   double root_mean_square = 0;
   uint64_t unequal = 0;  ///< tuples whose bits differ
 };
+/// Array by array, the positions first, between two meshes with the same number of elements, matched by their
+/// order. Error: differs, for an array that only one of them has, or with another number of tuples or
+/// components.
 Result<std::vector<ArrayDifference>> differences_by_order(const Mesh& a, const Mesh& b);
 
 }  // namespace maille

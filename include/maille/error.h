@@ -7,7 +7,7 @@
 
 namespace maille {
 
-/// What went wrong, in kind. The values are the exit codes of the command and the status codes of the C API.
+/// What went wrong, in kind. The values are the exit codes of the command.
 enum class ErrorCode : int32_t {
   differs = 1,          ///< a comparison found a difference
   usage = 2,            ///< options or arguments that contradict each other or make no sense

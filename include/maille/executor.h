@@ -7,6 +7,7 @@
 namespace maille {
 
 /// Who runs independent pieces of work. The library starts no threads of its own; results never depend on it.
+/// It must outlive the calls and objects that it was given to.
 class Executor {
  public:
   virtual ~Executor() = default;
@@ -19,11 +20,13 @@ Executor& serial_executor();
 /// oneTBB with at most `threads` threads; 0: as many as the machine has. (Not in the core library.)
 std::unique_ptr<Executor> thread_executor(unsigned threads);
 
-/// Told now and then how far a long job has come. Returns false to cancel it.
+/// How far a long job has come.
 struct ProgressReport {
   const char* stage;  ///< "reading", "connectivity", "positions", ...
   double fraction;    ///< of this stage, 0 to 1
 };
+/// Told now and then; returns false to cancel the job, which then ends with the error `cancelled`. Called by
+/// one thread at a time, not always the same one: those of the executor, too.
 using Progress = std::function<bool(const ProgressReport&)>;
 
 }  // namespace maille

@@ -10,6 +10,7 @@ namespace maille {
 /// For formats that are a folder of files: what is written stands in the file that was begun last.
 class FolderSink : public Sink {
  public:
+  /// Error: write_failed.
   virtual Result<> begin_file(const std::string& name) = 0;
 };
 

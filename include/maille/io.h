@@ -52,7 +52,8 @@ struct WriteOptions {
 };
 
 /// Writes a mesh in a foreign format. What the format cannot hold is named in the notes returned, never
-/// dropped silently; where nothing sensible can be written the error is usage. Does not commit the sink.
+/// dropped silently. Does not commit the sink. Errors: usage, where nothing sensible can be written;
+/// malformed_input (the mesh); unsupported; write_failed.
 Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
 }  // namespace maille

@@ -10,6 +10,9 @@
 #include <utility>
 #include <vector>
 
+// Functions of this library may run in several threads at once, each with objects of its own; an object is
+// for one thread at a time unless it says otherwise. What is const and is not changed meanwhile, such as a
+// Mesh or a Source, several threads may read.
 namespace maille {
 
 /// Type of one number in an array.
@@ -179,6 +182,8 @@ struct Mesh {
   /// Tuples an array of this domain must have (mesh: 0, any number is fine).
   uint64_t count_of(Domain domain) const;
 
+  /// The array of this name, not the positions; nullptr where there is none. It is gone when `arrays`
+  /// changes.
   const Array* find(const std::string& name, Domain domain) const;
 };
 

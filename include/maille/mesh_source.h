@@ -54,13 +54,15 @@ struct CellPiece {
 };
 
 /// A mesh in a file of any size, read a part at a time; memory is that of the part, of a block of compressed
-/// data for each array, and of the file's description. Asked by one thread at a time.
+/// data for each array, and of the file's description. Asked by one thread at a time. Errors: those of
+/// reading the file; usage, for more than description() says there is, or room of another size.
 class MeshSource {
  public:
   virtual ~MeshSource() = default;
   virtual const MeshDescription& description() const = 0;
   /// Positions of points first ... first + count - 1 into `out`, which has room for exactly these.
   virtual Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
+  /// Cells first ... first + count - 1; what was in `out` is replaced.
   virtual Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) = 0;
   /// Tuples of description().arrays[array].
   virtual Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
@@ -87,6 +89,7 @@ Result<std::unique_ptr<MeshSource>> open_polymesh_source(const std::string& path
                                                          const PartsOptions& options = {});
 
 /// A mesh written a part at a time, in any order except that cells follow each other (see mesh_sink()).
+/// Errors: write_failed; usage, for more than was described.
 class MeshSink {
  public:
   virtual ~MeshSink() = default;

@@ -47,7 +47,7 @@ Result<double> incoherence(MeshSource& mesh);
 /// The same mesh with the cells of each block in an order that streams well: along a curve that fills space,
 /// in pieces that fit into memory, and within each as the front meets them. Points and values of points are
 /// left as they are and read from `mesh`, which must outlive the result; cells and their values are in
-/// temporary files.
+/// temporary files. Errors: those of the source, write_failed, cancelled.
 Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpace& space = {},
                                               const Progress& progress = {});
 

@@ -6,6 +6,7 @@
 #include <maille/mesh.h>
 #include <maille/source.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -129,10 +130,13 @@ struct Component {
   uint64_t cells = 0;       ///< of all of them
 };
 
+/// An open file. Keeps the pages of its index, not its charts. For one thread at a time: several files may be
+/// open on one source. Errors of reading, where nothing else is said: cannot_read, network, corrupt,
+/// memory_bound (DecodeOptions::limits).
 class File {
  public:
-  /// Reads the front of the file: directory, and the first page of the index. `source` must stay. Errors:
-  /// cannot_read, network, corrupt, unsupported (usage for a file of another mode).
+  /// Reads the front of the file: directory, and the first page of the index. `source` must outlive it.
+  /// Errors: cannot_read, network, corrupt, unsupported (usage for a file of another mode).
   static Result<File> open(const Source& source, const DecodeOptions& options = {});
   File(File&&) noexcept;
   File& operator=(File&&) noexcept;

@@ -84,7 +84,8 @@ struct ArrayMapsList;  // the library's own
 /// Compresses a mesh while it comes in.
 ///
 /// Points come before the first cell that uses them; a point leaves memory after the last cell that does, if
-/// the writer is told which that is. Without it nothing is wrong, only memory grows with the mesh.
+/// the writer is told which that is. Without it nothing is wrong, only memory grows with the mesh. The sink
+/// must outlive the writer.
 class StreamWriter {
  public:
   /// Error: usage (the options), write_failed.
