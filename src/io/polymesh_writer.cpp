@@ -5,13 +5,14 @@
 #include <filesystem>
 
 #include "base/bytes.h"
-#include "io/buffered_writer.h"
+#include "io/foam_writer.h"
 #include "io/folder_sink.h"
 #include "io/format.h"
 #include "io/notes.h"
 #include "io/polymesh.h"
 #include "io/polymesh_faces.h"
 #include "io/polymesh_groups.h"
+#include "io/polymesh_zone_lists.h"
 #include "io/reading.h"
 #include "mesh/mesh_as_source.h"
 
@@ -23,21 +24,6 @@ constexpr char rest_name[] = "defaultFaces";
 /// Other types (cyclic, processor, ...) need entries of their own in the file "boundary".
 constexpr std::string_view plain_types[] = {"patch", "wall", "symmetry", "symmetryPlane", "empty", "wedge"};
 
-/// The elements of zones, sorted by zone, with how many each has.
-template <size_t N>
-struct FoamZoneLists {
-  FoamZoneLists(uint64_t memory, const std::string& folder) : sorted(memory, folder) {}
-  Result<> add(const std::array<uint64_t, N>& numbers) {
-    if (counts.size() <= numbers[0]) counts.resize(numbers[0] + 1);
-    ++counts[numbers[0]];
-    return sorted.add(numbers, {});
-  }
-  uint64_t count(uint64_t zone) const { return zone < counts.size() ? counts[zone] : 0; }
-
-  ListSorter<N> sorted;
-  std::vector<uint64_t> counts;
-};
-
 class PolyMeshWriter {
  public:
   PolyMeshWriter(MeshSource& mesh, FolderSink& sink, bool ascii, uint64_t memory, const std::string& folder)
@@ -46,7 +32,8 @@ class PolyMeshWriter {
         sink_(sink),
         binary_(!ascii),
         groups_(description_),
-        out_(sink),
+        file_(sink, binary_, description_.point_type == Scalar::f32),
+        out_(file_.out()),
         table_(memory / 4 * 3, folder, sink.name()),
         cell_zones_(memory / 8, folder),
         point_zones_(memory / 8, folder),
@@ -55,22 +42,14 @@ class PolyMeshWriter {
   Result<std::vector<std::string>> write();
 
  private:
-  Result<> begin(const char* name, const char* kind);
-  Result<> end();
-  void begin_list(uint64_t count);
-  void end_list();
-  void put_label(uint64_t label);
+  /// Of the files of faces: how many there are of all.
+  std::string note_of_sizes() const;
   Result<> put_points();
   Result<> put_faces();
   Result<> put_compact_faces();
   Result<> put_owners();
   Result<> put_neighbours();
   void put_boundary();
-  template <size_t N>
-  Result<> put_zones(const FoamZoneKind& kind, const FoamNames& names, FoamZoneLists<N>& lists);
-  template <size_t N>
-  Result<> put_zone(const FoamZoneKind& kind, uint64_t zone, FoamZoneLists<N>& lists);
-  void begin_zone_list(const std::string& key, const std::string& type, uint64_t count);
   template <class F>
   Result<> for_each_written(F f) {
     return table_.visit(last_, f);
@@ -88,7 +67,8 @@ class PolyMeshWriter {
   bool binary_;
   FoamGroups groups_;
   std::vector<FoamPatch> patches_;
-  BufferedWriter out_;
+  FoamWriter file_;
+  BufferedWriter& out_;  ///< of file_
   FoamFaceTable table_;
   FoamZoneLists<2> cell_zones_, point_zones_;  ///< zone, element
   FoamZoneLists<4> face_zones_;                ///< zone, place in it, face, whether it is flipped
@@ -98,55 +78,16 @@ class PolyMeshWriter {
   std::vector<uint32_t> nodes_;
   std::vector<uint64_t> zones_;
   uint64_t last_ = FoamFaceTable::no_patch;  ///< the patch that takes the rest, where it is not the last
-  bool wide_labels_ = false;
   std::vector<std::string> notes_;
 };
 
-Result<> PolyMeshWriter::begin(const char* name, const char* kind) {
-  MAILLE_CHECK(sink_.begin_file(name));
-  std::string text = "FoamFile\n{\n    version     2.0;\n    format      ";
-  text += binary_ ? "binary" : "ascii";
-  text += std::string(";\n    class       ") + kind + ";\n";
-  if (binary_) {
-    text += std::string("    arch        \"LSB;label=") + (wide_labels_ ? "64" : "32") +
-            ";scalar=" + (description_.point_type == Scalar::f32 ? "32" : "64") + "\";\n";
-  }
-  if (std::string_view(kind) == "labelList") {
-    text += "    note        \"nPoints:" + std::to_string(description_.points) +
-            "  nCells:" + std::to_string(table_.cells) + "  nFaces:" + std::to_string(table_.faces) +
-            "  nInternalFaces:" + std::to_string(table_.inner) + "\";\n";
-  }
-  text += std::string("    location    \"constant/polyMesh\";\n    object      ") + name + ";\n}\n\n";
-  out_.put(text);
-  return {};
-}
-
-Result<> PolyMeshWriter::end() {
-  out_.put('\n');
-  return out_.finish();
-}
-
-void PolyMeshWriter::begin_list(uint64_t count) {
-  out_.put_number(count);
-  out_.put(binary_ ? "\n(" : "\n(\n");
-}
-
-void PolyMeshWriter::end_list() {
-  out_.put(")\n");
-}
-
-void PolyMeshWriter::put_label(uint64_t label) {
-  if (!binary_) {
-    out_.put_number(label);
-  } else if (wide_labels_) {
-    out_.put_raw(static_cast<int64_t>(label));
-  } else {
-    out_.put_raw(static_cast<int32_t>(label));
-  }
+std::string PolyMeshWriter::note_of_sizes() const {
+  return "nPoints:" + std::to_string(description_.points) + "  nCells:" + std::to_string(table_.cells) +
+         "  nFaces:" + std::to_string(table_.faces) + "  nInternalFaces:" + std::to_string(table_.inner);
 }
 
 Result<> PolyMeshWriter::put_points() {
-  begin_list(description_.points);
+  file_.begin_list(description_.points);
   const Scalar type = description_.point_type;
   const size_t size = 3 * size_of(type);
   constexpr uint64_t at_once = 4096;
@@ -170,32 +111,32 @@ Result<> PolyMeshWriter::put_points() {
       });
     }
   }
-  end_list();
+  file_.end_list();
   return {};
 }
 
 /// Where each face begins in the list of all their corners, then that list.
 Result<> PolyMeshWriter::put_compact_faces() {
   uint64_t place = 0;
-  begin_list(table_.faces + 1);
-  put_label(0);
+  file_.begin_list(table_.faces + 1);
+  file_.put_label(0);
   MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
-    put_label(place += face.corners.size());
+    file_.put_label(place += face.corners.size());
     return {};
   }));
-  end_list();
-  begin_list(place);
+  file_.end_list();
+  file_.begin_list(place);
   MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
-    for (const uint32_t corner : face.corners) put_label(corner);
+    for (const uint32_t corner : face.corners) file_.put_label(corner);
     return {};
   }));
-  end_list();
+  file_.end_list();
   return {};
 }
 
 Result<> PolyMeshWriter::put_faces() {
   if (binary_) return put_compact_faces();
-  begin_list(table_.faces);
+  file_.begin_list(table_.faces);
   MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
     out_.put_number(face.corners.size());
     for (size_t i = 0; i < face.corners.size(); ++i) {
@@ -205,23 +146,22 @@ Result<> PolyMeshWriter::put_faces() {
     out_.put(")\n");
     return {};
   }));
-  end_list();
+  file_.end_list();
   return {};
 }
 
 /// And which faces zones have: their numbers are known here.
 Result<> PolyMeshWriter::put_owners() {
-  begin_list(table_.faces);
+  file_.begin_list(table_.faces);
   uint64_t number = 0;
   MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
-    put_label(face.owner);
-    if (!binary_) out_.put('\n');
+    file_.put_label(face.owner);
     for (const FoamFaceTable::Mark& mark : face.marks)
       MAILLE_CHECK(face_zones_.add({mark.zone, mark.order, number, uint64_t{mark.flipped}}));
     ++number;
     return {};
   }));
-  end_list();
+  file_.end_list();
   return {};
 }
 
@@ -231,14 +171,13 @@ Result<> PolyMeshWriter::put_neighbours() {
     out_.put("0\n");
     return {};
   }
-  begin_list(table_.inner);
+  file_.begin_list(table_.inner);
   MAILLE_CHECK(for_each_written([&](const FoamFaceTable::Face& face) -> Result<> {
     if (face.neighbour == FoamFaceTable::no_cell) return {};
-    put_label(face.neighbour);
-    if (!binary_) out_.put('\n');
+    file_.put_label(face.neighbour);
     return {};
   }));
-  end_list();
+  file_.end_list();
   return {};
 }
 
@@ -252,52 +191,6 @@ void PolyMeshWriter::put_boundary() {
     text += (patch.entries.empty() ? "" : "        " + patch.entries + "\n") + "    }\n";
   }
   out_.put(text + ")\n");
-}
-
-/// Of a zone, behind those of the zones before it. Flips are a byte each.
-template <size_t N>
-Result<> PolyMeshWriter::put_zone(const FoamZoneKind& kind, uint64_t zone, FoamZoneLists<N>& lists) {
-  std::vector<uint8_t> flips;
-  begin_zone_list(kind.labels, "label", lists.count(zone));
-  for (uint64_t i = 0; i < lists.count(zone); ++i) {
-    const auto& numbers = lists.sorted.front()->numbers;
-    put_label(numbers[N == 4 ? 2 : 1]);
-    if (!binary_) out_.put('\n');
-    if (N == 4) flips.push_back(static_cast<uint8_t>(numbers[N - 1]));
-    MAILLE_CHECK(lists.sorted.take());
-  }
-  out_.put(lists.count(zone) == 0 ? "0;\n" : ");\n");
-  if (N != 4) return {};
-  begin_zone_list("flipMap", "bool", flips.size());
-  for (const uint8_t flip : flips) {
-    out_.put(binary_ ? static_cast<char>(flip) : flip != 0 ? '1' : '0');
-    if (!binary_) out_.put('\n');
-  }
-  out_.put(flips.empty() ? "0;\n" : ");\n");
-  return {};
-}
-
-/// Without its "(", and so without a count, where there is nothing in it.
-void PolyMeshWriter::begin_zone_list(const std::string& key, const std::string& type, uint64_t count) {
-  out_.put("    " + key + " " + (count == 0 ? "" : "List<" + type + "> \n"));
-  if (count > 0) begin_list(count);
-}
-
-template <size_t N>
-Result<> PolyMeshWriter::put_zones(const FoamZoneKind& kind, const FoamNames& names,
-                                   FoamZoneLists<N>& lists) {
-  if (names.size() == 0) return {};
-  MAILLE_CHECK(lists.sorted.sort());
-  MAILLE_CHECK(begin(kind.file, "regIOobject"));
-  out_.put_number(names.size());
-  out_.put("\n(\n");
-  for (uint64_t zone = 0; zone < names.size(); ++zone) {
-    out_.put(names.words()[zone] + "\n{\n    type " + kind.type + ";\n");
-    MAILLE_CHECK(put_zone(kind, zone, lists));
-    out_.put("}\n");
-  }
-  out_.put(")\n");
-  return end();
 }
 
 Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t i) {
@@ -391,7 +284,7 @@ void PolyMeshWriter::place_patches() {
     faces += patch.faces;
   }
   const uint64_t most = std::max({description_.points, table_.cells, faces + 1, table_.corners});
-  wide_labels_ = most > INT32_MAX;
+  file_.set_wide_labels(most > INT32_MAX);
 }
 
 void PolyMeshWriter::note() {
@@ -429,24 +322,24 @@ Result<std::vector<std::string>> PolyMeshWriter::write() {
                    sink_.name() + ": more than 2^32 points cannot be written in this format");
   MAILLE_CHECK(collect());
   place_patches();
-  MAILLE_CHECK(begin("points", "vectorField"));
+  MAILLE_CHECK(file_.begin("points", "vectorField"));
   MAILLE_CHECK(put_points());
-  MAILLE_CHECK(end());
-  MAILLE_CHECK(begin("faces", binary_ ? "faceCompactList" : "faceList"));
+  MAILLE_CHECK(file_.end());
+  MAILLE_CHECK(file_.begin("faces", binary_ ? "faceCompactList" : "faceList"));
   MAILLE_CHECK(put_faces());
-  MAILLE_CHECK(end());
-  MAILLE_CHECK(begin("owner", "labelList"));
+  MAILLE_CHECK(file_.end());
+  MAILLE_CHECK(file_.begin("owner", "labelList", note_of_sizes()));
   MAILLE_CHECK(put_owners());
-  MAILLE_CHECK(end());
-  MAILLE_CHECK(begin("neighbour", "labelList"));
+  MAILLE_CHECK(file_.end());
+  MAILLE_CHECK(file_.begin("neighbour", "labelList", note_of_sizes()));
   MAILLE_CHECK(put_neighbours());
-  MAILLE_CHECK(end());
-  MAILLE_CHECK(begin("boundary", "polyBoundaryMesh"));
+  MAILLE_CHECK(file_.end());
+  MAILLE_CHECK(file_.begin("boundary", "polyBoundaryMesh"));
   put_boundary();
-  MAILLE_CHECK(end());
-  MAILLE_CHECK(put_zones(foam_cell_zones, groups_.cell_zones, cell_zones_));
-  MAILLE_CHECK(put_zones(foam_face_zones, groups_.face_zones, face_zones_));
-  MAILLE_CHECK(put_zones(foam_point_zones, groups_.point_zones, point_zones_));
+  MAILLE_CHECK(file_.end());
+  MAILLE_CHECK(cell_zones_.write(foam_cell_zones, groups_.cell_zones, file_));
+  MAILLE_CHECK(face_zones_.write(foam_face_zones, groups_.face_zones, file_));
+  MAILLE_CHECK(point_zones_.write(foam_point_zones, groups_.point_zones, file_));
   note();
   return std::move(notes_);
 }
