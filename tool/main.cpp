@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <initializer_list>
 #include <new>
 
 #include "command_line.h"
@@ -17,16 +18,29 @@ void clean_up_and_exit(int signal) {
   _exit(128 + signal);
 }
 
-void install_signal_handlers() {
+// For signals that may leave a core: its handler is the system's again, and gets the signal afterwards.
+void clean_up_and_crash(int signal) {
+  maille::remove_unfinished_files();
+  raise(signal);
+}
+
+void handle(std::initializer_list<int> signals, void (*handler)(int), int flags) {
   struct sigaction action = {};
-  action.sa_handler = clean_up_and_exit;
+  action.sa_handler = handler;
+  action.sa_flags = flags;
   sigfillset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : signals) {
     struct sigaction before = {};
     sigaction(signal, nullptr, &before);
     // Under nohup and in pipelines of scripts a signal may be ignored on purpose.
     if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
   }
+}
+
+void install_signal_handlers() {
+  // SIGXCPU: batch systems, and `ulimit -t`.
+  handle({SIGINT, SIGTERM, SIGHUP, SIGXCPU}, clean_up_and_exit, 0);
+  handle({SIGQUIT, SIGABRT}, clean_up_and_crash, static_cast<int>(SA_RESETHAND));
   // A closed pipe and the limit on file sizes are errors of write() then, with a message and an exit code.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }

@@ -60,6 +60,8 @@ class WholeFolder final : public FolderSink {
   WholeFolder& operator=(const WholeFolder&) = delete;
   ~WholeFolder() override {
     if (committed_) return;
+    // On NFS a file that is removed while it is open stays under another name, and its folder with it.
+    file_.close();
     for (const PartFile& file : files_) ::unlinkat(folder_.get(), file.name.c_str(), 0);
     while (!made_.empty()) made_.pop_back();  // from the inside out
   }

@@ -446,6 +446,19 @@ Mesh with_zones() {
   return mesh;
 }
 
+TEST(PolyMeshSink, LeavesNothingWhereTheProcessIsStopped) {
+  const testing::TemporaryFolder folder;
+  const auto sink = polymesh_sink(folder.path("a/case"));
+  ASSERT_TRUE(sink) << sink.error().message;
+  for (const char* name : {"points", "faces"}) {
+    ASSERT_TRUE((*sink)->begin_file(name));
+    ASSERT_TRUE((*sink)->write(std::as_bytes(std::span("text", 4))));
+  }
+  EXPECT_FALSE(folder.names().empty());
+  remove_unfinished_files();
+  EXPECT_TRUE(folder.names().empty());
+}
+
 TEST(PolyMeshWriter, WritesZones) {
   const Case written;
   const auto notes = written.write(with_zones(), true);

@@ -11,8 +11,8 @@ for j in range(n - 1):
     for i in range(n - 1):
         print(4, j * n + i, j * n + i + 1, j * n + n + i + 1, j * n + n + i)
 END
-# The shell ignores SIGINT on behalf of its background jobs; Python gives it back.
-default_signals='import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL); os.execvp(sys.argv[1], sys.argv[1:])'
+# The shell ignores SIGINT and SIGQUIT on behalf of its background jobs; Python gives them back.
+default_signals='import os, signal, sys; [signal.signal(s, signal.SIG_DFL) for s in (signal.SIGINT, signal.SIGQUIT)]; os.execvp(sys.argv[1], sys.argv[1:])'
 # Writing to a file that has no name, or one of its own meanwhile.
 named=no
 is_writing() {
@@ -31,6 +31,10 @@ files_like '.*part'
 stop TERM
 files_like '.*part'
 stop HUP
+files_like '.*part'
+stop XCPU
+files_like '.*part'
+stop QUIT
 files_like '.*part'
 stop KILL
 [[ $named == yes ]] || files_like '.*part'
