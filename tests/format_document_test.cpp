@@ -14,6 +14,7 @@
 #include "entropy/byte_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
+#include "support/format_document.h"
 #include "surface/half_edges.h"
 
 namespace maille {
@@ -28,40 +29,16 @@ std::string read_file(const std::string& path) {
   return text.str();
 }
 
-std::string document() {
-  return read_file(MAILLE_TESTS_DIR "/../docs/format.md");
-}
-
 /// The document as one line: its lines are wrapped anywhere.
 std::string prose() {
-  std::string text = document();
+  std::string text = format_document();
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
 
-/// The lines between ```KIND and ```.
-std::string block(const std::string& kind) {
-  const std::string text = document(), start = "```" + kind + "\n";
-  const size_t begin = text.find(start);
-  if (begin == std::string::npos) return "";
-  return text.substr(begin + start.size(), text.find("```", begin + 3) - begin - start.size());
-}
-
-/// Pairs of hex digits up to the first two spaces of each line; the rest is explanation.
-std::vector<std::byte> parse_hex(const std::string& text) {
-  std::vector<std::byte> bytes;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream pairs(line.substr(0, line.find("  ")));
-    for (std::string pair; pairs >> pair;)
-      bytes.push_back(static_cast<std::byte>(std::stoi(pair, nullptr, 16)));
-  }
-  return bytes;
-}
-
 /// The names in the first column of the first table behind a heading, those in backticks.
 std::string table_fields(const std::string& heading) {
-  const std::string text = document();
+  const std::string text = format_document();
   std::istringstream lines(text.substr(text.find(heading)));
   std::string fields, line;
   while (std::getline(lines, line) && line.rfind("|", 0) != 0) {
@@ -87,25 +64,25 @@ const std::vector<TestStream>& example_streams() {
 }
 
 TEST(FormatDocument, ExampleIsAFileWithTheseStreams) {
-  const std::vector<std::byte> file = parse_hex(block("hex"));
+  const std::vector<std::byte> file = example_of_document();
   ASSERT_GT(file.size(), 90u);
   expect_streams(file, example_streams());
   EXPECT_EQ(damage_report(file, example_streams()), "");
 }
 
 TEST(FormatDocument, ExampleIsWhatTheWriterWrites) {
-  EXPECT_TRUE(parse_hex(block("hex")) == write_file(example_streams()));
+  EXPECT_TRUE(example_of_document() == write_file(example_streams()));
 }
 
 TEST(FormatDocument, ExampleHasTheFieldsListed) {
-  const std::vector<std::byte> file = parse_hex(block("hex"));
+  const std::vector<std::byte> file = example_of_document();
   const auto source = memory_source(file);
   const auto reader = FileReader::open(*source);
   ASSERT_TRUE(reader);
   std::string fields = print_fields(reader->header());
   for (const ChunkRecord& record : reader->records()) fields += print_fields(record.header);
   fields += print_fields(*read_footer(Bytes(file).last(footer_bytes)));
-  EXPECT_EQ(block("fields"), fields);
+  EXPECT_EQ(block_of_document("fields"), fields);
 }
 
 TEST(FormatDocument, TablesNameTheFieldsInTheirOrder) {
@@ -140,7 +117,7 @@ struct CoderStep {
 
 std::vector<CoderStep> coder_steps() {
   std::vector<CoderStep> steps;
-  std::istringstream lines(block("rans"));
+  std::istringstream lines(block_of_document("rans"));
   std::string line;
   std::getline(lines, line);  // headings
   while (std::getline(lines, line)) {
@@ -155,7 +132,7 @@ std::vector<CoderStep> coder_steps() {
 }
 
 TEST(FormatDocument, CoderExampleFollowsItsFormulas) {
-  const std::vector<std::byte> bytes = parse_hex(block("hex rans"));
+  const std::vector<std::byte> bytes = example_of_document("rans");
   ASSERT_EQ(bytes.size(), 12u);
   auto state = load<uint64_t>(bytes.data());
   for (const CoderStep& step : coder_steps()) {
@@ -187,15 +164,15 @@ std::vector<std::string> code_example(Coder& coder) {
   note("symbol(S)", s.code(coder, 7));
   note("raw(0)", coder.code_raw(0, 0));
   note("raw(5)", coder.code_raw(19, 5));
-  EXPECT_THAT(document(), ::testing::HasSubstr("A has p = " + std::to_string(a.probability())));
-  EXPECT_THAT(document(), ::testing::HasSubstr("B has p = " + std::to_string(b.probability())));
+  EXPECT_THAT(format_document(), ::testing::HasSubstr("A has p = " + std::to_string(a.probability())));
+  EXPECT_THAT(format_document(), ::testing::HasSubstr("B has p = " + std::to_string(b.probability())));
   return done;
 }
 
 TEST(FormatDocument, CoderExampleIsDecodedAndWritten) {
   std::vector<std::string> listed;
   for (const CoderStep& step : coder_steps()) listed.push_back(step.operation);
-  const std::vector<std::byte> bytes = parse_hex(block("hex rans"));
+  const std::vector<std::byte> bytes = example_of_document("rans");
   RansDecoder decoder(bytes);
   EXPECT_EQ(code_example(decoder), listed);
   EXPECT_FALSE(decoder.exhausted());
@@ -222,16 +199,16 @@ std::string print(const Mesh& mesh) {
 }
 
 TEST(FormatDocument, TetrahedronIsTheMeshListed) {
-  const std::vector<std::byte> file = parse_hex(block("hex tetrahedron"));
+  const std::vector<std::byte> file = example_of_document("tetrahedron");
   const auto source = memory_source(file);
   const auto mesh = decode(*source);
   ASSERT_TRUE(mesh) << mesh.error().message;
   EXPECT_EQ(mesh->points.type, Scalar::f32);
-  EXPECT_EQ(print(*mesh), block("mesh"));
+  EXPECT_EQ(print(*mesh), block_of_document("mesh"));
   const auto description = FileReader::open(*source)->read_stream({"DESC"});
   ASSERT_TRUE(description);
   EXPECT_TRUE(decode_bytes(Bytes(*description).subspan(1), static_cast<uint8_t>(description->front())) ==
-              parse_hex(block("hex description")));
+              example_of_document("description"));
 }
 
 TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
@@ -246,7 +223,7 @@ TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
   const auto sink = memory_sink(file);
   const auto report = encode(mesh, *sink, {});
   ASSERT_TRUE(report) << report.error().message;
-  EXPECT_TRUE(file == parse_hex(block("hex adaptive tetrahedron")));
+  EXPECT_TRUE(file == example_of_document("adaptive tetrahedron"));
 }
 
 TEST(FormatDocument, StatesTheLimitsOfModeSingle) {
@@ -261,7 +238,7 @@ TEST(FormatDocument, StatesTheLimitsOfModeSingle) {
 }
 
 TEST(FormatDocument, ListsTheCellTypes) {
-  const std::string text = document();
+  const std::string text = format_document();
   std::istringstream lines(text.substr(text.find("\n| type | | nodes |")));
   std::array<std::string, 256> listed;
   std::string line;

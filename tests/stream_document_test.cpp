@@ -5,40 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <sstream>
 
+#include "support/format_document.h"
 #include "volume/face_coder.h"
 #include "volume/stream_layout.h"
 
 namespace maille::testing {
 namespace {
-
-std::string document() {
-  std::ifstream file(MAILLE_TESTS_DIR "/../docs/format.md");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// The lines between ```KIND and ```.
-std::string block(const std::string& kind) {
-  const std::string text = document(), start = "```" + kind + "\n";
-  const size_t begin = text.find(start) + start.size();
-  return text.substr(begin, text.find("```", begin) - begin);
-}
-
-/// Pairs of hex digits up to the first two spaces of each line; the rest is explanation.
-std::vector<std::byte> parse_hex(const std::string& text) {
-  std::vector<std::byte> bytes;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream pairs(line.substr(0, line.find("  ")));
-    for (std::string pair; pairs >> pair;)
-      bytes.push_back(static_cast<std::byte>(std::stoi(pair, nullptr, 16)));
-  }
-  return bytes;
-}
 
 /// A tetrahedron and, on one of its faces, another one given by its faces.
 Mesh example() {
@@ -78,10 +52,10 @@ std::string print(const Mesh& mesh) {
 }
 
 TEST(StreamDocument, ExampleIsTheMeshListed) {
-  const std::vector<std::byte> file = parse_hex(block("hex stream"));
+  const std::vector<std::byte> file = example_of_document("stream");
   const auto mesh = decode(*memory_source(Bytes(file)));
   ASSERT_TRUE(mesh) << mesh.error().message;
-  EXPECT_EQ(print(*mesh), block("mesh stream"));
+  EXPECT_EQ(print(*mesh), block_of_document("mesh stream"));
 }
 
 TEST(StreamDocument, ExampleIsWhatTheEncoderWrites) {
@@ -94,12 +68,12 @@ TEST(StreamDocument, ExampleIsWhatTheEncoderWrites) {
   ASSERT_TRUE(report) << report.error().message;
   std::ostringstream hex;
   for (const std::byte byte : file) hex << ' ' << std::hex << static_cast<unsigned>(byte);
-  EXPECT_TRUE(file == parse_hex(block("hex stream"))) << "now:" << hex.str();
-  EXPECT_EQ(print(example()), block("mesh stream"));
+  EXPECT_TRUE(file == example_of_document("stream")) << "now:" << hex.str();
+  EXPECT_EQ(print(example()), block_of_document("mesh stream"));
 }
 
 TEST(StreamDocument, StatesTheLimitsOfModeStream) {
-  std::string text = document();
+  std::string text = format_document();
   std::replace(text.begin(), text.end(), '\n', ' ');
   for (const std::string claim :
        {"records (count, at most 2^26)", "*blocks* of 4096", "more than 2^22 corners",

@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
 #include "hierarchy/random_layout.h"
 #include "support/codec.h"
+#include "support/format_document.h"
 #include "support/random_file.h"
 #include "support/shapes.h"
 
@@ -98,24 +98,6 @@ TEST(RandomGolden, FilesAreReadAndWritten) {
   }
 }
 
-/// The bytes of a block ```hex NAME of the document, without what explains them.
-std::string example(const std::string& name) {
-  std::ifstream file(MAILLE_TESTS_DIR "/../docs/format.md");
-  std::stringstream document;
-  document << file.rdbuf();
-  const std::string text = document.str(), start = "```hex " + name + "\n";
-  const size_t begin = text.find(start);
-  if (begin == std::string::npos) return "";
-  std::istringstream lines(
-      text.substr(begin + start.size(), text.find("```", begin + 3) - begin - start.size()));
-  std::string digits;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream pairs(line.substr(0, line.find("  ")));
-    for (std::string pair; pairs >> pair;) digits += (digits.empty() ? "" : " ") + pair;
-  }
-  return digits;
-}
-
 std::string hex(Bytes bytes) {
   static constexpr char digits[] = "0123456789abcdef";
   std::string text;
@@ -139,7 +121,7 @@ TEST(RandomDocument, HasTheDirectoryOfItsExample) {
   directory.finest = {200, {1000}, 20};
   directory.coarser = {60, {240}, 5};
   directory.index_pages = {{300, 145}};
-  EXPECT_EQ(hex(encode_directory(directory)), example("directory"));
+  EXPECT_EQ(hex(encode_directory(directory)), hex(example_of_document("directory")));
 }
 
 TEST(RandomDocument, HasTheIndexOfItsExample) {
@@ -151,12 +133,12 @@ TEST(RandomDocument, HasTheIndexOfItsExample) {
   finest.charts.push_back(
       {{{{-0.5, 1, 3}}, 0.5}, {{{-1, 0.5, 2.5}}, {{0, 1.5, 3.5}}}, no_group, 140, 570, 2});
   const IndexedGroup groups[] = {root, finest};
-  EXPECT_EQ(hex(encode_index_page(frame, groups, 0)), example("index"));
+  EXPECT_EQ(hex(encode_index_page(frame, groups, 0)), hex(example_of_document("index")));
 }
 
 TEST(RandomDocument, HasTheHeadOfItsExample) {
   const PageHead head{0, 1, 0.25, 0.5, {{no_group, 160, 650}, {no_group, 140, 570}}};
-  EXPECT_EQ(hex(encode_page_head(head)), example("head"));
+  EXPECT_EQ(hex(encode_page_head(head)), hex(example_of_document("head")));
 }
 
 TEST(RandomDocument, StatesTheSizeOfPages) {
