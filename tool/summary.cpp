@@ -223,6 +223,10 @@ Json json_of_levels(const FileInfo& info) {
   return levels;
 }
 
+}  // namespace
+
+namespace {
+
 std::string steps_text(const FileInfo& info) {
   Table table({"step", "time", "coded bytes", "arrays"}, 0);
   for (size_t i = 0; i < info.steps.size(); ++i) {
@@ -233,21 +237,9 @@ std::string steps_text(const FileInfo& info) {
   return table.str();
 }
 
-std::string arrays_text(const FileInfo& info) {
-  std::vector<std::string> head = {"array",    "domain",      "type",         "role",
-                                   "elements", "coded bytes", "bits/element", "bound"};
-  const bool with_ranges = !info.positions.ranges.empty();
-  if (with_ranges) head.push_back("range");
-  Table table(head, 4, with_ranges);
-  add_row(table, info.connectivity, with_ranges);
-  add_row(table, info.positions, with_ranges);
-  for (const ArrayInfo& array : info.arrays) add_row(table, array, with_ranges);
-  return table.str();
-}
-
 }  // namespace
 
-std::string info_text(const FileInfo& info, const std::string& name, const InfoOptions& wanted) {
+std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks) {
   const char* word = info.mode == Mode::stream ? "cell" : "face";
   std::string text = fmt::format(
       "{}: .maille format {}.{}, mode {}, effort {}, order {}\n"
@@ -273,11 +265,17 @@ std::string info_text(const FileInfo& info, const std::string& name, const InfoO
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
   for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
-  text += arrays_text(info);
+  std::vector<std::string> head = {"array",    "domain",      "type",         "role",
+                                   "elements", "coded bytes", "bits/element", "bound"};
+  const bool with_ranges = !info.positions.ranges.empty();
+  if (with_ranges) head.push_back("range");
+  Table table(head, 4, with_ranges);
+  add_row(table, info.connectivity, with_ranges);
+  add_row(table, info.positions, with_ranges);
+  for (const ArrayInfo& array : info.arrays) add_row(table, array, with_ranges);
+  text += table.str();
   if (!info.steps.empty()) text += steps_text(info);
-  if (wanted.tree) text += tree_text(info);
-  if (wanted.chunks) text += chunks_text(info);
-  return text;
+  return text + (tree ? tree_text(info) : "") + (chunks ? chunks_text(info) : "");
 }
 
 namespace {

@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "options.h"
-
 // Arrays as rows of a table and as JSON, the same for compress, info and verify.
 namespace maille::tool {
 
@@ -20,8 +18,7 @@ std::string summary_text(const EncodeReport& report, const std::string& input, c
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 
-/// What info prints: with the tree of levels and the chunks, where they are wanted.
-std::string info_text(const FileInfo& info, const std::string& name, const InfoOptions& wanted);
+std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks);
 Json info_json(const FileInfo& info, const std::string& name);
 
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
