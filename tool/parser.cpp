@@ -8,7 +8,7 @@
 
 namespace maille::tool {
 
-CLI::Option* choice(CLI::Option* option, const std::vector<std::string>& values) {
+CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values) {
   return option->check(CLI::IsMember(values))->type_name(fmt::format("{}", fmt::join(values, "|")));
 }
 
@@ -16,11 +16,12 @@ CLI::Option* repeatable(CLI::Option* option, const std::string& value) {
   return option->allow_extra_args(false)->type_name(value)->group(quality_group);
 }
 
-CLI::Option* list(CLI::Option* option) {
+CLI::Option* comma_separated(CLI::Option* option) {
   return option->delimiter(',')->allow_extra_args(false);
 }
 
-CLI::Option* file(CLI::App* verb, const std::string& names, std::string& variable, const std::string& help) {
+CLI::Option* add_file(CLI::App* verb, const std::string& names, std::string& variable,
+                      const std::string& help) {
   return verb->add_option(names, variable, help)->type_name("FILE")->group(files_group);
 }
 
@@ -43,13 +44,13 @@ void add_input_format(CLI::App* verb, std::string& variable, const std::string& 
   for (const FormatInfo& format : formats()) names.push_back(format.name);
   names.push_back("maille");
   const std::string help = fmt::format("Format of {} (default: by extension, then by first bytes)", what);
-  choice(verb->add_option("--input-format", variable, help), names)->group(group);
+  one_of(verb->add_option("--input-format", variable, help), names)->group(group);
 }
 
 void add_output_format(CLI::App* verb, std::string& variable, const std::string& fallback,
                        const std::vector<std::string>& names) {
   const std::string help = fmt::format("Format of OUT (default: {})", fallback);
-  choice(verb->add_option("--output-format", variable, help), names)->group(files_group);
+  one_of(verb->add_option("--output-format", variable, help), names)->group(files_group);
 }
 
 void add_force(CLI::App* verb, bool& force) {
@@ -101,7 +102,7 @@ void Parser::add_progress(CLI::App* verb) {
   CLI::Option* progress = verb->add_option(
       "--progress", raw.progress,
       "Show progress on standard error; auto (default): when it is a terminal; json: one object per line");
-  choice(progress, {"auto", "always", "never", "json"})->group(message_group);
+  one_of(progress, {"auto", "always", "never", "json"})->group(message_group);
 }
 
 void Parser::add_fetch_limit(CLI::App* verb) {
@@ -121,7 +122,7 @@ void Parser::add_completion() {
                      "maille completion zsh > ~/.zfunc/_maille   # a folder in $fpath\n"
                      "maille completion fish > ~/.config/fish/completions/maille.fish\n"
                      "maille completion man | man -l -");
-  choice(c->add_option("SHELL", raw.shell, "What to print"), {"bash", "zsh", "fish", "man", "markdown"})
+  one_of(c->add_option("SHELL", raw.shell, "What to print"), {"bash", "zsh", "fish", "man", "markdown"})
       ->required();
 }
 

@@ -7,11 +7,13 @@ namespace {
 
 void add_region(CLI::App* verb, ExtractOptions& extract) {
   constexpr const char* region = "Region";
-  list(verb->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
+  comma_separated(
+      verb->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
       ->expected(6)
       ->type_name("X,Y,Z,X,Y,Z")
       ->group(region);
-  list(verb->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
+  comma_separated(
+      verb->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
       ->expected(4)
       ->type_name("X,Y,Z,R")
       ->group(region);
@@ -21,17 +23,18 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
                  "Add an array 'chart' of the cells: which of the charts that were read each is of")
       ->group(files_group);
   CLI::Option* component =
-      list(verb->add_option(
-               "--component", extract.component,
-               "What hangs together with the face nearest to this point: three numbers, separated "
-               "by commas"))
+      comma_separated(verb->add_option(
+                          "--component", extract.component,
+                          "What hangs together with the face nearest to this point: three numbers, separated "
+                          "by commas"))
           ->expected(3)
           ->type_name("X,Y,Z")
           ->group(region);
   CLI::Option* nearest =
-      list(verb->add_option("--nearest", extract.nearest,
-                            "The points of the mesh nearest to this one, the nearest first, without faces: "
-                            "three numbers, separated by commas"))
+      comma_separated(
+          verb->add_option("--nearest", extract.nearest,
+                           "The points of the mesh nearest to this one, the nearest first, without faces: "
+                           "three numbers, separated by commas"))
           ->expected(3)
           ->type_name("X,Y,Z")
           ->group(region)
@@ -64,9 +67,10 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
       ->excludes(full)
       ->excludes(error)
       ->excludes(level);
-  list(verb->add_option("--eye", extract.eye,
-                        "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
-                        "separated by commas"))
+  comma_separated(
+      verb->add_option("--eye", extract.eye,
+                       "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
+                       "separated by commas"))
       ->expected(3)
       ->type_name("X,Y,Z")
       ->group(detail)
@@ -94,8 +98,8 @@ void Parser::add_extract() {
                      "maille extract scan.maille part.ply --component 0.1,0,2\n"
                      "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
                      "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2");
-  file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
-  file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
+  add_file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
+  add_file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   add_output_format(e, extract.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
   e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
@@ -123,7 +127,7 @@ void Parser::add_serve() {
            "maille serve scans\n"
            "maille serve scan.maille --port 0 &\n"
            "maille extract http://127.0.0.1:8080/scan.maille head.ply --box 0,0,1.5,1,1,2");
-  file(s, "PATH", serve.path, "Folder or file to serve")->required();
+  add_file(s, "PATH", serve.path, "Folder or file to serve")->required();
   s->add_option(
        "--host", serve.host,
        "Address to listen at; 0.0.0.0: for every machine that reaches this one (default: 127.0.0.1, for this "
@@ -149,7 +153,7 @@ void Parser::add_view() {
            "maille view scan.maille\n"
            "maille view https://example.org/scan.maille\n"
            "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
-  file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
+  add_file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
   v->add_option("-p,--port", view.port, "Port to listen at; 0: any that is free (default)")
       ->check(CLI::Range(0, 65535))
       ->type_name("N")

@@ -18,9 +18,9 @@ void Parser::add_compress() {
            "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
   c->alias("c");
-  file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
-  file(c, "-o,--output,OUT", compress.output,
-       "File to write; - is standard output (default: IN with the extension .maille)");
+  add_file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
+  add_file(c, "-o,--output,OUT", compress.output,
+           "File to write; - is standard output (default: IN with the extension .maille)");
   add_input_format(c, compress.input_format, "IN", files_group);
   add_force(c, compress.force);
   c->add_flag("--no-provenance", raw.no_provenance,
@@ -59,7 +59,7 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->needs(any);
 
-  choice(c->add_option("--mode", raw.mode,
+  one_of(c->add_option("--mode", raw.mode,
                        "Kind of file (default: stream for meshes with volume cells, else single)"),
          {"single", "stream", "random"})
       ->group(speed_group);
@@ -79,10 +79,10 @@ void Parser::add_decompress() {
                      "maille d flow.maille flow_3.vtu --step 3\n"
                      "maille d in.maille - --output-format off | less");
   d->alias("d");
-  file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
-  file(d, "-o,--output,OUT", decompress.output,
-       "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
-       "volumes .vtu)");
+  add_file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
+  add_file(d, "-o,--output,OUT", decompress.output,
+           "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
+           "volumes .vtu)");
   add_output_format(d, decompress.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
   add_force(d, decompress.force);
@@ -118,7 +118,7 @@ void Parser::add_append() {
       "maille append flow.maille flow_1.vtu --time 0.1\n"
       "maille append flow.maille run.pvd --error pressure=0.5\n"
       "maille decompress flow.maille last.vtu --time 0.1");
-  file(a, "FILE", append.file, "A .maille file of mode stream")->required();
+  add_file(a, "FILE", append.file, "A .maille file of mode stream")->required();
   a->add_option("STEP", append.steps, "Meshes with the values of the next steps, in any format, or .pvd")
       ->type_name("FILE")
       ->required()
@@ -148,7 +148,8 @@ void Parser::add_info() {
                      "maille info dragon.maille\n"
                      "maille info https://example.org/dragon.maille\n"
                      "maille info --json dragon.maille | jq .points");
-  file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")->required();
+  add_file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")
+      ->required();
   i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
       ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
@@ -166,7 +167,7 @@ void Parser::add_verify() {
            "the steps of time behind it.",
            "maille verify dragon.maille\n"
            "maille verify dragon.maille --against dragon.ply");
-  file(v, "-i,--input,FILE", verify.input, "A .maille file; - is standard input")->required();
+  add_file(v, "-i,--input,FILE", verify.input, "A .maille file; - is standard input")->required();
   v->add_option("--against", verify.original, "The mesh that was compressed, in any format")
       ->type_name("FILE")
       ->group(answer_group);
@@ -203,8 +204,8 @@ void Parser::add_convert() {
            "maille convert scan.obj scan.ply\n"
            "maille convert --ascii scan.stl scan.ply\n"
            "maille convert - - --input-format ply --output-format obj < in.ply > out.obj");
-  file(c, "-i,--input,IN", convert.input, "Mesh to read; - is standard input")->required();
-  file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
+  add_file(c, "-i,--input,IN", convert.input, "Mesh to read; - is standard input")->required();
+  add_file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
   add_input_format(c, convert.input_format, "IN", files_group);
   add_output_format(c, convert.output_format, "by extension", formats_to_write());
   add_force(c, convert.force);

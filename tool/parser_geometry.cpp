@@ -22,10 +22,10 @@ void Parser::add_stencil() {
   s->add_option("--file", stencil.file, "Read a stencil of your own from a JSON file; - is standard input")
       ->type_name("FILE")
       ->group(prediction_group);
-  choice(s->add_option("--rule", stencil.rule, "How weights are derived (default: as usual for the stencil)"),
+  one_of(s->add_option("--rule", stencil.rule, "How weights are derived (default: as usual for the stencil)"),
          {"taylor", "spectral"})
       ->group(prediction_group);
-  choice(s->add_option("--covariance", raw.covariance,
+  one_of(s->add_option("--covariance", raw.covariance,
                        "Taylor: what derivatives of one order are taken to be (default: rotation)"),
          {"independent", "rotation", "gaussian"})
       ->group(prediction_group);
@@ -57,13 +57,13 @@ void Parser::add_subdivide() {
       "however large the result.",
       "maille subdivide cow.off smooth.ply --levels 2\n"
       "maille subdivide bunny.ply large.ply --scheme sqrt3 --levels 6");
-  file(s, "-i,--input,IN", subdivide.input, "Mesh to read; - is standard input")->required();
-  file(s, "-o,--output,OUT", subdivide.output, "File to write; - is standard output")->required();
+  add_file(s, "-i,--input,IN", subdivide.input, "Mesh to read; - is standard input")->required();
+  add_file(s, "-o,--output,OUT", subdivide.output, "File to write; - is standard output")->required();
   add_input_format(s, subdivide.input_format, "IN", files_group);
   add_output_format(s, subdivide.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
   add_force(s, subdivide.force);
-  choice(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),
+  one_of(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),
          {"butterfly", "sqrt3"})
       ->group(scheme_group);
   s->add_option("--levels", subdivide.subdivision.levels, "How often (default: 1)")
@@ -83,8 +83,8 @@ void Parser::add_generate() {
       "maille generate system/blockMeshDict mesh.maille\n"
       "maille generate system/blockMeshDict fine.maille --refine 4\n"
       "maille generate system/blockMeshDict --count --refine 20");
-  file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
-  file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
+  add_file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
+  add_file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
   add_output_format(g, generate.output_format, "by extension", formats_to_write());
   add_force(g, generate.force);
   g->add_option("--refine", generate.generation.refine, "Multiply all divisions of blocks (default: 1)")
@@ -126,12 +126,14 @@ void Parser::add_bench() {
   b->add_flag("--lossless", raw.lossless, "Positions as float32, bit for bit")
       ->group(quality_group)
       ->excludes(bits);
-  list(b->add_option("--levels", bench.levels, "Efforts of maille, separated by commas (default: 1 to 9)"))
+  comma_separated(
+      b->add_option("--levels", bench.levels, "Efforts of maille, separated by commas (default: 1 to 9)"))
       ->check(CLI::Range(1, 9))
       ->type_name("N,N,...")
       ->group(answer_group);
-  list(b->add_option("--codec", bench.codecs,
-                     "Only codecs with one of these in their name, separated by commas (default: all)"))
+  comma_separated(
+      b->add_option("--codec", bench.codecs,
+                    "Only codecs with one of these in their name, separated by commas (default: all)"))
       ->type_name("NAME,...")
       ->group(answer_group);
   b->add_option("--against", bench.against,

@@ -15,12 +15,13 @@ inline constexpr const char* speed_group = "Speed and memory";
 inline constexpr const char* message_group = "Messages";
 
 /// One of `values`.
-CLI::Option* choice(CLI::Option* option, const std::vector<std::string>& values);
+CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values);
 /// May be given several times, each with one `value`; an option of quality.
 CLI::Option* repeatable(CLI::Option* option, const std::string& value);
 /// "1,5,9" in one word.
-CLI::Option* list(CLI::Option* option);
-CLI::Option* file(CLI::App* verb, const std::string& names, std::string& variable, const std::string& help);
+CLI::Option* comma_separated(CLI::Option* option);
+CLI::Option* add_file(CLI::App* verb, const std::string& names, std::string& variable,
+                      const std::string& help);
 
 /// Mesh formats that can be written; with "maille" behind them.
 std::vector<std::string> mesh_formats_to_write();
