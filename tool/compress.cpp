@@ -156,6 +156,8 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
   TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
+  if (const auto note = note_of_size(tolerances, loaded.mesh))
+    say_notes(input_name(options.input), {*note}, options.common.quiet);
   const Threads threads(options.common.threads);
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);
