@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <set>
 
 #include "compress_one.h"
 #include "files.h"
@@ -144,10 +146,26 @@ Result<> check_same_mesh(const std::string& file_name, const Source& file, const
                              step_name, file_name, difference));
 }
 
-Result<> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
-  const Stopwatch whole;
+struct Appended {
   StepReport report;
   double time = 0;
+  uint64_t bytes = 0;
+  double seconds = 0;
+};
+
+void note_known_time(const AppendOptions& options, const std::vector<StreamStep>& known, double time) {
+  const auto same =
+      std::find_if(known.begin(), known.end(), [&](const StreamStep& step) { return step.time == time; });
+  if (same == known.end()) return;
+  say_notes(options.file,
+            {fmt::format("step {} has the time {}, too: --time {} gives that one, --step the later one",
+                         same - known.begin() + 1, time, time)},
+            options.common.quiet);
+}
+
+Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
+  const Stopwatch whole;
+  Appended done;
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     const LoadedMesh loaded = TOOL_TRY(load_step(step, options, progress));
@@ -166,24 +184,58 @@ Result<> append_one(const AppendOptions& options, const Step& step, const Tolera
           check_same_mesh(options.file, *file.source, info, input_name(step.path), loaded.mesh, reading));
     }
     const auto known = TOOL_TRY(list_steps(*file.source));
-    time = step.time.value_or(time_in(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
-    report = TOOL_TRY(append_step(options.file, time, loaded.mesh, encoding));
+    done.time = step.time.value_or(time_in(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
+    done.report = TOOL_TRY(append_step(options.file, done.time, loaded.mesh, encoding));
+    note_known_time(options, known, done.time);
   }
-  uint64_t bytes = 0;
-  for (const uint64_t each : report.array_bytes) bytes += each;
+  for (const uint64_t each : done.report.array_bytes) done.bytes += each;
+  done.seconds = whole.seconds();
+  return done;
+}
+
+Result<> tell(const AppendOptions& options, const Step& step, const Appended& done) {
   if (options.common.json) {
     return answer(dump({{"file", options.file},
                         {"input", input_name(step.path)},
-                        {"step", report.number},
-                        {"time", time},
-                        {"coded_bytes", bytes},
-                        {"file_bytes", report.file_bytes},
-                        {"seconds", whole.seconds()}}));
+                        {"step", done.report.number},
+                        {"time", done.time},
+                        {"coded_bytes", done.bytes},
+                        {"file_bytes", done.report.file_bytes},
+                        {"seconds", done.seconds}}));
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: step {} at time {}, {}; {:.2f} s", input_name(step.path), options.file,
-                  report.number, time, human_bytes(static_cast<double>(bytes)), whole.seconds()));
+                  done.report.number, done.time, human_bytes(static_cast<double>(done.bytes)), done.seconds));
   return {};
+}
+
+uint64_t bytes_of_files(const std::vector<Step>& steps) {
+  std::set<std::string> paths;
+  uint64_t bytes = 0;
+  for (const Step& step : steps) {
+    std::error_code error;
+    const uint64_t size = std::filesystem::file_size(step.path, error);
+    if (paths.insert(step.path).second && !error) bytes += size;
+  }
+  return bytes;
+}
+
+/// The steps of a series that is compressed: they are told one by one only where much is to be told.
+Result<AppendedSteps> append_series(const AppendOptions& options, const std::string& output) {
+  const Tolerances tolerances = TOOL_TRY(parse_tolerances(options.quality));
+  const std::vector<Step> steps = TOOL_TRY(all_steps(options));
+  AppendedSteps all;
+  all.input_bytes = bytes_of_files(steps);
+  for (const Step& step : steps) {
+    const Appended done = TOOL_TRY(append_one(options, step, tolerances));
+    ++all.count;
+    all.coded_bytes += done.bytes;
+    all.file_bytes = done.report.file_bytes;
+    AppendOptions telling = options;
+    telling.file = output;
+    if (options.common.verbose) TOOL_CHECK(tell(telling, step, done));
+  }
+  return all;
 }
 
 }  // namespace
@@ -193,7 +245,10 @@ Result<int> run(const AppendOptions& options) {
   if (tolerances.positions) {
     return failure(ErrorCode::usage, "append: a step has no positions; bounds are of arrays, NAME=X");
   }
-  for (const Step& step : TOOL_TRY(all_steps(options))) TOOL_CHECK(append_one(options, step, tolerances));
+  for (const Step& step : TOOL_TRY(all_steps(options))) {
+    const Appended done = TOOL_TRY(append_one(options, step, tolerances));
+    TOOL_CHECK(tell(options, step, done));
+  }
   return 0;
 }
 
@@ -227,12 +282,10 @@ Result<int> compress_series(CompressOptions options) {
   }
   options.mode = Mode::stream;
   options.input = series.front().path;
-  TOOL_TRY(compress_one(options));
   // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
   AppendOptions append;
   append.common = options.common;
   append.common.json = false;
-  append.file = options.output;
   append.steps = {list};
   const auto of_arrays = [](const std::vector<std::string>& bounds) {
     std::vector<std::string> named;
@@ -244,7 +297,11 @@ Result<int> compress_series(CompressOptions options) {
   append.quality.error = of_arrays(options.error);
   append.quality.relative_error = of_arrays(options.relative_error);
   append.quality.bits = of_arrays(options.bits);
-  return run(append);
+  const Series later{list, [&](const std::string& file) {
+                       append.file = file;
+                       return append_series(append, options.output);
+                     }};
+  return compress_one(options, &later);
 }
 
 }  // namespace maille::tool

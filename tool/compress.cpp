@@ -2,6 +2,9 @@
 #include <fmt/ranges.h>
 #include <maille/encode.h>
 #include <maille/version.h>
+#include <unistd.h>
+
+#include <filesystem>
 
 #include "compress_one.h"
 #include "files.h"
@@ -63,13 +66,28 @@ Result<> check(const CompressOptions& options, const std::string& output) {
   return {};
 }
 
-Result<> report(const CompressOptions& options, const EncodeReport& report, const std::string& output,
-                uint64_t input_bytes, double seconds, const char* word) {
-  const std::string input = input_name(options.input);
-  if (options.common.json) return answer(dump(summary_json(report, input, output, input_bytes, seconds)));
+/// What was compressed, for the report.
+struct Compressed {
+  EncodeReport report;
+  uint64_t input_bytes = 0;
+  const char* cell_word = "cell";
+  std::optional<AppendedSteps> steps = {};
+};
+
+Result<> report(const CompressOptions& options, const Compressed& done, const std::string& input,
+                const std::string& output, double seconds) {
+  if (options.common.json) {
+    Json json = summary_json(done.report, input, output, done.input_bytes, seconds);
+    if (done.steps) json.update({{"steps", done.steps->count}, {"step_bytes", done.steps->coded_bytes}});
+    return answer(dump(json));
+  }
   if (options.common.quiet) return {};
-  std::string text =
-      summary_text(report, input, output_name(output), input_bytes, seconds, options.common.verbose, word);
+  std::string text = summary_text(done.report, input, output_name(output), done.input_bytes, seconds,
+                                  options.common.verbose, done.cell_word);
+  if (done.steps) {
+    text += fmt::format("{} of time: {}\n", counted(done.steps->count, "step"),
+                        human_bytes(static_cast<double>(done.steps->coded_bytes)));
+  }
   if (!options.lossless && options.error.empty() && options.relative_error.empty() && options.bits.empty()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
@@ -77,13 +95,6 @@ Result<> report(const CompressOptions& options, const EncodeReport& report, cons
   say(text);
   return {};
 }
-
-/// What was compressed, for the report.
-struct Compressed {
-  EncodeReport report;
-  uint64_t input_bytes = 0;
-  const char* cell_word = "cell";
-};
 
 // What check_names() asks a mesh for.
 Mesh names_of(const std::vector<Array>& arrays) {
@@ -146,6 +157,8 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
   TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
+  if (const auto note = note_of_size(tolerances, loaded.mesh))
+    say_notes(input_name(options.input), {*note}, options.common.quiet);
   const Threads threads(options.common.threads);
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);
@@ -191,14 +204,46 @@ Result<int> run(const CompressOptions& options) {
   return is_series(options.input) ? compress_series(options) : compress_one(options);
 }
 
-Result<int> compress_one(const CompressOptions& options) {
+namespace {
+
+/// The mesh and its steps under another name, so that the output is whole when it is there.
+Result<Compressed> compress_with_steps(CompressOptions options, const Tolerances& tolerances,
+                                       const std::string& output, const Series& series) {
+  TOOL_CHECK(check_output({output, series.name, options.force, true}));
+  std::error_code error, absent;
+  const bool is_link = std::filesystem::is_symlink(output, absent);
+  const auto target = is_link ? std::filesystem::canonical(output, error) : std::filesystem::path(output);
+  if (error) return failure(ErrorCode::write_failed, output + ": " + error.message());
+  const std::string part = fmt::format("{}.{}.part", target.string(), ::getpid());
+  options.force = true;
+  auto done = compress(options, tolerances, part);
+  Result<AppendedSteps> steps =
+      done ? series.append(part) : Result<AppendedSteps>(tl::unexpected(done.error()));
+  if (steps) std::filesystem::rename(part, target, error);
+  if (steps && !error) {
+    done->report.file_bytes = steps->file_bytes;
+    done->input_bytes = steps->input_bytes;
+    done->steps = *steps;
+    return done;
+  }
+  std::error_code ignored;
+  std::filesystem::remove(part, ignored);
+  if (!steps) return tl::unexpected(steps.error());
+  return failure(ErrorCode::write_failed, output + ": " + error.message());
+}
+
+}  // namespace
+
+Result<int> compress_one(const CompressOptions& options, const Series* series) {
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
   TOOL_CHECK(check(options, output));
   const Tolerances tolerances = TOOL_TRY(parse_tolerances(options));
-  const Compressed done = TOOL_TRY(compress(options, tolerances, output));
-  TOOL_CHECK(report(options, done.report, output, done.input_bytes, whole.seconds(), done.cell_word));
+  const Compressed done = TOOL_TRY(series ? compress_with_steps(options, tolerances, output, *series)
+                                          : compress(options, tolerances, output));
+  TOOL_CHECK(
+      report(options, done, input_name(series ? series->name : options.input), output, whole.seconds()));
   return 0;
 }
 

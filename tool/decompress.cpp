@@ -5,6 +5,7 @@
 #include <maille/io.h>
 
 #include <algorithm>
+#include <cmath>
 #include "files.h"
 #include "in_parts.h"
 #include "result.h"
@@ -48,9 +49,20 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
     if (info.steps[i].time == *options.time) return i + 1;
     times.push_back(info.steps[i].time);
   }
+  constexpr size_t most_named = 10;
+  const bool all = times.size() <= most_named;
+  if (!all) {
+    const auto distance = [&](double time) { return std::abs(time - *options.time); };
+    std::stable_sort(times.begin(), times.end(),
+                     [&](double a, double b) { return distance(a) < distance(b); });
+    times.resize(2);
+  }
+  const std::string named = times.empty() ? "none" : fmt::format("{}", fmt::join(times, ", "));
   return failure(ErrorCode::usage,
-                 fmt::format("{}: has no step at time {}; it has: {}", source.name(), *options.time,
-                             times.empty() ? "none" : fmt::format("{}", fmt::join(times, ", "))));
+                 fmt::format("{}: has no step at time {}; {}", source.name(), *options.time,
+                             all ? "it has: " + named
+                                 : fmt::format("the nearest are {}; `maille info` lists all {}", named,
+                                               info.steps.size())));
 }
 
 Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted, uint64_t step) {

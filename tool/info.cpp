@@ -1,4 +1,5 @@
 #include <maille/file.h>
+#include <maille/random_access.h>
 
 #include "files.h"
 #include "result.h"
@@ -8,12 +9,24 @@
 
 namespace maille::tool {
 
+namespace {
+
+/// Where a mesh of mode random lies, for --box and --sphere of extract: the root of its levels knows.
+std::optional<Sphere> sphere_of(const Source& source, const FileInfo& info) {
+  if (info.mode != Mode::random) return {};
+  const auto file = File::open(source);
+  return file && file->levels() > 0 ? std::optional(file->sphere()) : std::nullopt;
+}
+
+}  // namespace
+
 Result<int> run(const InfoOptions& options) {
   const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   const std::string name = input_name(options.input);
-  TOOL_CHECK(answer(options.common.json ? dump(info_json(info, name))
-                                        : info_text(info, name, options.tree, options.chunks)));
+  const std::optional<Sphere> sphere = sphere_of(*input.source, info);
+  TOOL_CHECK(answer(options.common.json ? dump(info_json(info, name, sphere))
+                                        : info_text(info, name, sphere, options.tree, options.chunks)));
   for (const std::string& problem : info.problems) complain(name + ": " + problem);
   return info.problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
 }

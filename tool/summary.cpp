@@ -239,7 +239,8 @@ std::string steps_text(const FileInfo& info) {
 
 }  // namespace
 
-std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks) {
+std::string info_text(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere,
+                      bool tree, bool chunks) {
   const char* word = info.mode == Mode::stream ? "cell" : "face";
   std::string text = fmt::format(
       "{}: .maille format {}.{}, mode {}, effort {}, order {}\n"
@@ -260,6 +261,11 @@ std::string info_text(const FileInfo& info, const std::string& name, bool tree, 
   if (!info.faces_of_level.empty()) {
     text += fmt::format("levels:  {}, the coarsest of {}\n", info.faces_of_level.size(),
                         counted(info.faces_of_level.back(), word));
+  }
+  if (sphere) {
+    const Vector3& c = sphere->centre;
+    text += fmt::format("lies in: {:.6g},{:.6g},{:.6g},{:.6g} (centre and radius, as for extract --sphere)\n",
+                        c[0], c[1], c[2], sphere->radius);
   }
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
@@ -289,7 +295,9 @@ Json json_of_types(const FileInfo& info) {
 
 }  // namespace
 
-Json info_json(const FileInfo& info, const std::string& name) {
+Json info_json(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere) {
+  Json around;  // null where it is not known
+  if (sphere) around = {{"centre", sphere->centre.x}, {"radius", sphere->radius}};
   Json blocks = Json::array();
   for (const auto& [block, cells] : info.blocks) blocks.push_back({{"name", block}, {"cells", cells}});
   Json arrays = Json::array();
@@ -318,6 +326,7 @@ Json info_json(const FileInfo& info, const std::string& name) {
           {"most_points_in_use", info.most_points_in_use},
           {"decode_bytes", info.decode_bytes},
           {"levels", json_of_levels(info)},
+          {"sphere", around},
           {"blocks", blocks},
           {"connectivity", json_of(info.connectivity)},
           {"positions", json_of(info.positions)},

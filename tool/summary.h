@@ -2,8 +2,10 @@
 
 #include <maille/encode.h>
 #include <maille/file.h>
+#include <maille/random_access.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 // Arrays as rows of a table and as JSON, the same for compress, info and verify.
@@ -18,8 +20,10 @@ std::string summary_text(const EncodeReport& report, const std::string& input, c
 Json summary_json(const EncodeReport& report, const std::string& input, const std::string& output,
                   uint64_t input_bytes, double seconds);
 
-std::string info_text(const FileInfo& info, const std::string& name, bool tree, bool chunks);
-Json info_json(const FileInfo& info, const std::string& name);
+/// `sphere`: around the mesh, where it is known.
+std::string info_text(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere,
+                      bool tree, bool chunks);
+Json info_json(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere);
 
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);

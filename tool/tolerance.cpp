@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include "result.h"
 
@@ -85,6 +87,42 @@ Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::
                    fmt::format("{}: has no array '{}'; it has: {}", input, name, fmt::join(known, ", ")));
   }
   return {};
+}
+
+namespace {
+
+/// Of the box around all finite positions; 0 where there are none, or where they are no floats.
+template <class T>
+double diagonal_of(std::span<const T> coordinates) {
+  double squares = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (size_t i = axis; i < coordinates.size(); i += 3) {
+      const auto value = static_cast<double>(coordinates[i]);
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    if (low < high) squares += (high - low) * (high - low);
+  }
+  return std::sqrt(squares);
+}
+
+double diagonal_of(const Mesh& mesh) {
+  if (mesh.points.components != 3) return 0;
+  if (mesh.points.type == Scalar::f32) return diagonal_of(mesh.points.values<float>());
+  return mesh.points.type == Scalar::f64 ? diagonal_of(mesh.points.values<double>()) : 0;
+}
+
+}  // namespace
+
+std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh& mesh) {
+  constexpr double much = 0.01;  // of the diagonal
+  if (!tolerances.positions || tolerances.positions->kind != Tolerance::Kind::absolute) return {};
+  const double diagonal = diagonal_of(mesh), error = tolerances.positions->value;
+  if (!(diagonal > 0) || error < much * diagonal) return {};
+  return fmt::format("an error of {} is {:.0f} % of the size of the mesh, whose box has a diagonal of {:.4g}",
+                     error, 100 * error / diagonal, diagonal);
 }
 
 }  // namespace maille::tool

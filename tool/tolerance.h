@@ -26,4 +26,8 @@ Result<Tolerances> parse_tolerances(const CompressOptions& options);
 /// Checks that every array named exists. Error: usage, listing the arrays there are.
 Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input);
 
+/// A note where an error allowed is so large that the shape goes: for files in metres and bounds in
+/// millimetres.
+std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh& mesh);
+
 }  // namespace maille::tool

@@ -106,8 +106,10 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (first.empty()) return failure(ErrorCode::malformed_input, source.name() + ": it is empty");
   if (const Format* format = format_by_content(first)) return format;
-  return unknown_format(source.name(), first,
-                        "neither the name nor the first bytes tell the format; say which of these it is: ");
+  return unknown_format(
+      source.name(), first,
+      "neither the name nor the first bytes tell the format; say which of these it is (the command: "
+      "--input-format), or convert it to one of them first: ");
 }
 
 /// A source that owns its bytes but keeps the name of the packed file.
@@ -158,6 +160,28 @@ Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options
   return read_mesh(*source, options);
 }
 
+namespace {
+
+/// A file that was renamed: what its first bytes are those of stands behind what its reader says.
+Error with_other_format(Error error, const Source& source, const Format& format, const ReadOptions& options) {
+  const bool malformed = error.code == ErrorCode::malformed_input;
+  const auto first = malformed && options.format.empty() ? first_bytes_of(source) : std::vector<std::byte>();
+  const Format* const other = first ? format_by_content(*first) : nullptr;
+  if (other == nullptr || other == &format) return error;
+  error.message += error.message.ends_with('?') ? " Its" : "; its";
+  error.message += " first bytes are those of " + other->info.name + " (the command: --input-format " +
+                   other->info.name + ")";
+  return error;
+}
+
+Result<ReadResult> read_as(const Format& format, const Source& source, const ReadOptions& options) {
+  auto result = read_checked(format, source, options);
+  if (result) return result;
+  return tl::unexpected(with_other_format(result.error(), source, format, options));
+}
+
+}  // namespace
+
 Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
   const Format* const format = MAILLE_TRY(choose(options.format, source));
   if (source.size() >= 3) {
@@ -165,10 +189,10 @@ Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
     MAILLE_CHECK(source.read_at(0, magic));
     if (is_gzip(magic)) {
       const std::unique_ptr<Source> plain = MAILLE_TRY(unpacked(source, options));
-      return read_checked(*format, *plain, options);
+      return read_as(*format, *plain, options);
     }
   }
-  return read_checked(*format, source, options);
+  return read_as(*format, source, options);
 }
 
 Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {

@@ -138,6 +138,17 @@ TEST(ReadMesh, NamesAnUnknownFormat) {
   EXPECT_EQ(read_mesh(*source, options).error().code, ErrorCode::usage);
 }
 
+TEST(ReadMesh, NamesTheFormatOfARenamedFile) {
+  const std::string ply = "ply\nformat ascii 1.0\nend_header\n";
+  const auto as_obj = read_mesh(*memory_source(bytes_of(ply), "a.obj"), {});
+  ASSERT_FALSE(as_obj.has_value());
+  EXPECT_NE(as_obj.error().message.find("Its first bytes are those of ply"), std::string::npos);
+  const std::string neither = "eggs\n";
+  const auto as_ply = read_mesh(*memory_source(bytes_of(neither), "a.ply"), {});
+  ASSERT_FALSE(as_ply.has_value());
+  EXPECT_EQ(as_ply.error().message.find("first bytes"), std::string::npos);
+}
+
 TEST(ReadMesh, SaysWhenAFileIsMissing) {
   const auto result = read_mesh("/no/such/file.ply");
   ASSERT_FALSE(result);

@@ -23,9 +23,9 @@ Result<InputBytes> InputBytes::load(const Source& source) {
 Result<> Watch::at(uint64_t position, uint64_t mesh_bytes) {
   next_ = position + interval;
   if (mesh_bytes > options_.limits.mesh_bytes) {
-    return failure(ErrorCode::memory_bound, name_ + ": the mesh takes more than the " +
-                                                std::to_string(options_.limits.mesh_bytes) +
-                                                " bytes allowed");
+    return failure(ErrorCode::memory_bound,
+                   name_ + ": the mesh takes more than the " + std::to_string(options_.limits.mesh_bytes) +
+                       " bytes allowed; raise the memory limit if you trust the file");
   }
   const double fraction =
       total_ == 0 ? 1 : std::min(1.0, static_cast<double>(position) / static_cast<double>(total_));

@@ -48,3 +48,12 @@ sed 's/^8 0 1 4 3 9/8 1 0 4 3 9/' flow_1.vtk > turned.vtk
 try maille append -q flow.maille turned.vtk
 maille compress -q cube.ply && try maille append -q cube.maille cube.ply
 try maille append -q flow.maille flow_1.vtk --error 0.1
+# All of a series or nothing; of many steps not all are told.
+sed 's/flow_3/lost/' run.pvd > broken.pvd
+try maille compress -q broken.pvd
+files_like '*broken*'
+maille compress -f run.pvd 2>&1 | grep -e '^run.pvd' -e 'of time' | sed 's/;.*//'
+maille compress -f --json run.pvd | json 'j["steps"], j["output"], j["file_bytes"] == __import__("os").path.getsize("run.maille")'
+for time in 0.4 0.5 0.6 0.7 0.8 0.9 1.0 1.1 1.2; do maille append -q run.maille flow_1.vtk --time $time; done
+try maille decompress run.maille step.vtk --time 0.52
+maille append run.maille flow_2.vtk --time 0.5

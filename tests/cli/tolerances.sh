@@ -6,3 +6,7 @@ for options in '-e 0.01' '--rel-error 0.001' '--bits 8' '-e quality=0.5' '--rel-
   maille verify --json wave.maille --against wave.ply | json \
     'j["same"], [a["name"] + (" lossless" if a["lossless"] else " lossy") for a in j["arrays"] if a["good"]]'
 done
+# A bound for another unit than the file's is told, and kept.
+maille compress -f -e 0.1 cube.ply out.maille 2>&1 | grep 'note'
+maille compress -f -e 0.01 cube.ply out.maille 2>&1 | grep 'note'
+maille compress -q -f -e 0.1 cube.ply out.maille 2>&1

@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "text.h"
+
 namespace maille::tool {
 
 namespace {
@@ -168,13 +170,28 @@ std::vector<std::string> ServedFiles::names_in(const std::string& path) const {
   return names;
 }
 
+namespace {
+
+/// As plain as it was, but for eyes: dark where the reader has it so, and rows that fingers hit.
+constexpr const char* page_style =
+    "<meta name=viewport content=\"width=device-width\">\n"
+    "<style>:root{color-scheme:light dark;font:15px/1.4 system-ui,sans-serif}"
+    "body{max-width:46em;margin:2em auto;padding:0 1em}h1{font-size:1.3em;overflow-wrap:anywhere}"
+    "ul{list-style:none;padding:0}li{display:flex;gap:1em;padding:.45em 0;border-top:1px solid #8884}"
+    "li "
+    ":first-child{flex:1;overflow-wrap:anywhere}small{opacity:.7;min-width:5.5em;text-align:right}</style>\n";
+
+}  // namespace
+
 std::string ServedFiles::page(const std::string& path, const std::string& viewer) const {
-  std::string text = fmt::format(
-      "<!doctype html>\n<meta charset=utf-8>\n<title>{0}</title>\n<h1>{0}</h1>\n<ul>\n", html(path));
+  std::string text = fmt::format("<!doctype html>\n<meta charset=utf-8>\n<title>{}</title>\n", html(path));
+  text += page_style + fmt::format("<h1>{}</h1>\n<ul>\n", html(path));
   for (const std::string& name : names_in(path)) {
     text += fmt::format("<li><a href=\"{}\">{}</a>", "./" + url_encoded(name), html(name));
     if (!viewer.empty() && type_of(name) == "model/vnd.maille")
       text += fmt::format(" <a href=\"{}/?file={}\">view</a>", viewer, url_encoded(path + name));
+    if (const auto served = name.ends_with('/') ? nullptr : file(path + name))
+      text += fmt::format(" <small>{}</small>", human_bytes(static_cast<double>(served->size)));
     text += "\n";
   }
   return text + "</ul>\n";

@@ -13,7 +13,10 @@ const TRIES = 4;
  * @returns {Promise<{size, name, read(offset, size, signal): Promise<Uint8Array>}>}
  */
 export async function bytesOf(input, options = {}) {
-  if (typeof input === 'string' || input instanceof URL) return HttpBytes.open(String(input), options);
+  if (typeof input === 'string' || input instanceof URL) {
+    checkAddress(String(input), options);
+    return HttpBytes.open(String(input), options);
+  }
   if (typeof Blob !== 'undefined' && input instanceof Blob) {
     return {
       size: input.size, name: input.name ?? '<blob>', isLocal: true,
@@ -31,6 +34,12 @@ export async function bytesOf(input, options = {}) {
     };
   }
   throw new MailleError(ErrorCode.usage, 'open() takes a URL, a Blob, an ArrayBuffer, or an object with size and readAt(offset, size)');
+}
+
+/** Where there is no page, as in node, an address has all its parts; paths of files are the first thing to be tried there. */
+function checkAddress(address, {fetch}) {
+  if (fetch || globalThis.location?.href || /^[a-z][a-z0-9+.-]*:/i.test(address)) return;
+  throw new MailleError(ErrorCode.usage, `${address}: is no address (https://...); of a file give the bytes, in node open(await readFile('${address}'))`);
 }
 
 /**

@@ -35,6 +35,13 @@ function fresh(behaviour = null) {
   misbehave = behaviour;
 }
 
+test('a path where an address belongs is told at once, with what to do', async () => {
+  await assert.rejects(MeshFile.open('scans/a.maille'), {code: 2, message: /^scans\/a.maille: is no address .* open\(await readFile\('scans\/a.maille'\)\)$/});
+  fresh();
+  const bytes = await bytesOf('golden', {fetch: (url, more) => fetch(new URL(url, address), more)});
+  assert.equal(bytes.size, golden.length);
+});
+
 test('one request gives the size and the front, and a small file needs no other', async () => {
   fresh();
   const file = await MeshFile.open(`${address}/golden`);

@@ -15,6 +15,11 @@ const meshes = {
   combustor: ['hex/combustor_plot3d.vtu'], coloured: ['textured/bunny10k_textured.ply', '--mode', 'random'],
   quads: ['poly/fertility_quad.off', '--mode', 'random'],
 };
+const points = 'property float x\nproperty float y\nproperty float z\n';
+const odd = {
+  cloud: `element vertex 3\n${points}end_header\n0 0 0\n1 0 0\n0 1 0\n`,
+  holes: `element vertex 4\n${points}element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\nnan 1 inf\n3 0 1 2\n3 1 3 2\n`,
+};
 let browser, server;
 
 before(async () => {
@@ -22,6 +27,10 @@ before(async () => {
   mkdirSync(folder, {recursive: true});
   for (const [name, [mesh, ...options]] of Object.entries(meshes))
     execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
+  for (const [name, text] of Object.entries(odd)) {
+    writeFileSync(path.join(folder, `${name}.ply`), `ply\nformat ascii 1.0\n${text}`);
+    execFileSync(maille, ['compress', '-q', '-f', path.join(folder, `${name}.ply`)]);
+  }
   browser = await launch();
   server = await serve('serve', '--quiet', '--port', '0', folder);
 });
@@ -151,6 +160,32 @@ test('fields of points and cells of a volume are coloured, with a legend', {skip
   await page.selectOption('#colour', 'point Momentum');
   assert.deepEqual(page.complaints, []);
   await page.close();
+});
+
+test('a volume opens with its first field and flat faces, a scan in one colour and smooth', {skip}, async () => {
+  const looks = async (file, more) => {
+    const page = await openViewer(file, more);
+    const seen = await page.evaluate(() => ({colour: document.querySelector('#colour').value, flat: document.querySelector('#flat').checked, drawnFlat: viewer.colouring.plain.flatShading}));
+    await page.close();
+    return seen;
+  };
+  assert.deepEqual(await looks('combustor.maille'), {colour: 'point Density', flat: true, drawnFlat: true});
+  assert.deepEqual(await looks('bear.maille'), {colour: 'plain', flat: false, drawnFlat: false});
+});
+
+test('what cannot be drawn is told, and the rest is drawn', {skip}, async () => {
+  const said = async file => {
+    const page = await openViewer(file);
+    await page.waitForSelector('.message');
+    const seen = {text: await page.textContent('.message p'), radius: await page.evaluate(() => viewer.model.sphere.radius)};
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+    return seen;
+  };
+  assert.match((await said('cloud.maille')).text, /no faces/);
+  const {text, radius} = await said('holes.maille');
+  assert.match(text, /^1 triangle not drawn/);
+  assert.ok(radius > 0.5 && radius < 2, `${radius}`);
 });
 
 test('what colouring by cells takes is counted as memory, and given back', {skip}, async () => {

@@ -148,7 +148,9 @@ export function legendOf(colouring, model) {
   if (field) {
     if (!(range[0] <= range[1])) return null;
     const part = field.components === 1 ? '' : component < 0 ? ' (magnitude)' : ` [${component}]`;
-    const ticks = [1, 0.75, 0.5, 0.25, 0].map(t => number(range[0] + t * (range[1] - range[0])));
+    const whole = field.type[0] !== 'f' && (field.components === 1 || component >= 0), parts = whole ? Math.min(4, range[1] - range[0]) : 4;
+    const ticks = Array.from({length: parts + 1}, (_, i) => range[1] - (parts > 0 ? i / parts : 0) * (range[1] - range[0]))
+      .map(value => number(whole ? Math.round(value) : value));
     return {title: field.name + part, about: field.domain === 'cell' ? 'of cells' : 'of points', colours: maps[colouring.map], ticks};
   }
   if (mode !== 'level' || !model.refines) return null;

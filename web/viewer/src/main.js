@@ -11,7 +11,7 @@ import {Region} from './region.js';
 import {Settings} from './settings.js';
 import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
-import {bytesText, count, rateText, sentence} from './text.js';
+import {bytesText, count, counted, rateText, sentence} from './text.js';
 
 const find = id => document.getElementById(id);
 
@@ -85,11 +85,18 @@ class Viewer {
     this.settings.setAxis('');
     this.settings.offer(model);
     this.settings.setColour(find('colour').value);
+    this.settings.suitFlat(model.flat ?? false);
     this.setTarget(this.target);
     this.setSpheres(find('spheres').checked);
     this.fit(this.navigation.firstDirection);
     model.object.addEventListener('chart', ({mesh}) => this.#arrived(mesh));
     model.object.addEventListener('error', ({error}) => this.#failed(error));
+    this.#tellWhatIsMissing();
+  }
+  #tellWhatIsMissing() {
+    const {model} = this, faces = model.refines ? model.file.levels[0]?.faces ?? 0 : model.triangles;
+    if (faces === 0) tell('This mesh has no faces. Points and lines are not drawn.', true);
+    if (model.undrawable > 0) tell(`${counted(model.undrawable, 'triangle')} not drawn: the numbers of their corners are not finite.`, true);
   }
 
   #arrived(mesh) {

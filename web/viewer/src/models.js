@@ -5,7 +5,7 @@ import * as THREE from 'three';
 
 import {MeshFile} from '../../src/maille.js';
 import {cacheBytesFor, isOfCells, MailleObject, toGeometry, tupleOfTriangle} from '../../src/three.js';
-import {bytesText, count} from './text.js';
+import {bytesText, counted} from './text.js';
 
 /** Servers without ranges give all of a file: as much as a page can hold. */
 const MOST_BYTES = 2 ** 31;
@@ -65,7 +65,7 @@ class RefinedModel {
   get triangles() { return this.object.triangles; }
   get about() {
     const {levels} = this.file;
-    return `${count(levels[0]?.faces ?? 0)} faces · ${levels.length} levels · ${bytesText(this.file.size)}`;
+    return `${counted(levels[0]?.faces ?? 0, 'face')} · ${counted(levels.length, 'level')} · ${bytesText(this.file.size)}`;
   }
   /** Triangles a second, of the last seconds in which there were any. */
   get decodeRate() {
@@ -99,7 +99,9 @@ class RefinedModel {
 
 class WholeModel {
   constructor(file, count, drawn, milliseconds) {
-    Object.assign(this, {file, count, drawn, refines: false});
+    Object.assign(this, {file, count, drawn, refines: false, undrawable: leaveOutUndrawable(drawn)});
+    // The boundary of solids has edges: normals of points, which nobody gave it, would round them off.
+    this.flat = file.mode === 'stream' && !drawn.arrays.some(array => array.role === 'normal');
     const geometry = toGeometry(drawn);
     geometry.computeBoundingSphere();
     const mesh = new THREE.Mesh(geometry);
@@ -116,7 +118,7 @@ class WholeModel {
   }
   get shown() { return this.meshes; }
   get about() {
-    return `${count(this.triangles)} triangles shown · mode ${this.file.mode} · ${bytesText(this.file.size)}`;
+    return `${counted(this.triangles, 'triangle')} shown · mode ${this.file.mode} · ${bytesText(this.file.size)}`;
   }
   update() { return true; }
   dispose() {
@@ -136,6 +138,22 @@ class WholeModel {
       values: valuesAt(this.drawn, triangle, barycentric?.toArray() ?? [1, 0, 0]),
     };
   }
+}
+
+/** Triangles with corners that are no finite numbers become points at the origin of the mesh; @returns how many. */
+function leaveOutUndrawable({positions, triangles}) {
+  if (positions.every(Number.isFinite)) return 0;
+  const isDrawable = vertex => [0, 1, 2].every(c => Number.isFinite(positions[3 * vertex + c]));
+  let leftOut = 0;
+  for (let at = 0; at < triangles.length; at += 3) {
+    if ([0, 1, 2].every(k => isDrawable(triangles[at + k]))) continue;
+    triangles.fill(triangles[at], at, at + 3);
+    ++leftOut;
+  }
+  for (let i = 0; i < positions.length; ++i) {
+    if (!Number.isFinite(positions[i])) positions[i] = 0;
+  }
+  return leftOut;
 }
 
 /** The triangle of a face that has the corners that were hit. */

@@ -25,6 +25,7 @@ export class Settings {
     for (const [id, set] of [['wireframe', on => viewer.colouring.setWireframe(on)], ['flat', on => viewer.colouring.setFlat(on)],
       ['spheres', on => viewer.setSpheres(on)], ['light', on => this.setTheme(on ? 'light' : 'dark')], ['freeze', on => viewer.setFrozen(on)]]) {
       find(id).onchange = () => {
+        if (id === 'flat') this.flatChosen = true;
         set(find(id).checked);
         viewer.stage.touch();
       };
@@ -92,6 +93,12 @@ export class Settings {
     find('clip').disabled = find('clip-flip').disabled = axis === '';
     this.#cut();
   }
+  /** Flat shading as suits a mesh, until somebody chose. */
+  suitFlat(flat) {
+    if (this.flatChosen) return;
+    find('flat').checked = flat;
+    this.viewer.colouring.setFlat(flat);
+  }
   #cut() {
     const {stage} = this.viewer, {center, radius} = stage.sphere;
     stage.setClip(Boolean(this.axis));
@@ -115,7 +122,7 @@ export class Settings {
     const before = select.value;
     select.replaceChildren(...options, ...groups);
     const values = [...select.options].map(option => option.value);
-    select.value = chosen ?? (values.includes(before) && before !== 'plain' ? before : values.includes('own') ? 'own' : 'plain');
+    select.value = chosen ?? (values.includes(before) && before !== 'plain' ? before : values.includes('own') ? 'own' : firstField(model) ?? 'plain');
     if (select.selectedIndex < 0) select.value = 'plain';
   }
   setColour(value) {
@@ -153,6 +160,13 @@ export class Settings {
     event.preventDefault();
     run();
   }
+}
+
+/** Who has computed something wants to see it: the first field of a volume. Numbers of points and labels of cells are none. */
+function firstField(model) {
+  if (model.file.mode !== 'stream') return null;
+  const fields = [...model.fields.values()].filter(({type, role}) => type[0] === 'f' && role !== 'normal');
+  return (fields.find(field => field.domain === 'point') ?? fields[0])?.key ?? null;
 }
 
 function optionsOf({key, name, components}) {

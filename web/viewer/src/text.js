@@ -3,6 +3,10 @@
 export function count(n) {
   return Math.round(n).toLocaleString('en').replaceAll(',', ' ');
 }
+/** '1 face', '2 faces'. */
+export function counted(n, noun) {
+  return `${count(n)} ${noun}${n === 1 ? '' : 's'}`;
+}
 export function bytesText(n) {
   for (const [unit, size] of [['GB', 1e9], ['MB', 1e6], ['kB', 1e3]]) {
     if (n >= size) return `${(n / size).toPrecision(3)} ${unit}`;
