@@ -182,7 +182,7 @@ class RandomEncoder {
     }
     uint64_t faces = 0;
     for (const MeshPart& part : parts) faces += part.mesh.cell_count();
-    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, *arrays_[0].array, faces));
+    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, {*arrays_[0].array, true}, faces));
     if (bytes.empty()) return {};
     tables_[set] = std::move(bytes);
     starts_[set] = MAILLE_TRY(read_start(tables_[set], arrays_[0].array->type));

@@ -31,12 +31,22 @@ class StartSample {
   /// are left out.
   Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   Result<> add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
+  /// Of all patches, or a good part of them.
+  struct Positions {
+    const Array& array;
+    bool complete;
+  };
   /// What was learnt as it stands in the file; nothing where it does not pay for so many faces. `maps` hold
-  /// for all patches; `all`: their positions, or a good part of them.
-  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all, uint64_t faces);
+  /// for all patches.
+  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Positions& positions, uint64_t faces);
 
  private:
-  Result<bool> pays(const std::vector<std::byte>& sample, const ArrayMaps& maps, uint64_t faces) const;
+  Result<std::vector<std::byte>> write(const EncodedFanPatch& coded, const ArrayMaps& maps,
+                                       const Array& all) const;
+  // About the bytes of so many faces as the probes take with models that know nothing, or this.
+  Result<double> size_alone(const ArrayMaps& maps, uint64_t faces) const;
+  Result<double> size_from_start(const std::vector<std::byte>& bytes, uint64_t faces) const;
+  double size_of_all(uint64_t size_of_probes, uint64_t faces) const;
 
   Mesh mesh_;
   std::vector<Mesh> probes_;
