@@ -22,8 +22,7 @@ struct AdaptiveStart {
 };
 
 bool can_share_start(const ArrayToCode& positions, int effort) {
-  return effort > fast_effort && effort < least_mixed_effort &&
-         fits_fan_positions(*positions.array, positions.maps);
+  return effort > fast_effort && fits_fan_positions(*positions.array, positions.maps);
 }
 
 size_t charts_in_start(size_t charts) {
@@ -100,6 +99,24 @@ std::vector<ArrayMaps> ways_to_map(const ArrayMaps& maps, const StartSample::Pos
   return ways;
 }
 
+/// As if the whole were a part of itself.
+PartNumbers numbers_of_whole(const Mesh& mesh) {
+  PartNumbers numbers;
+  numbers.points.resize(mesh.point_count());
+  std::iota(numbers.points.begin(), numbers.points.end(), 0u);
+  for (uint32_t cell = 0; cell < mesh.cell_count(); ++cell) {
+    numbers.cells.push_back(cell);
+    numbers.first_corner.push_back(3 * cell);
+  }
+  return numbers;
+}
+
+uint64_t size_of(const EncodedPatch& patch) {
+  uint64_t size = patch.topology.bytes.size();
+  for (const CodedStream& stream : patch.arrays) size += stream.bytes.size();
+  return size;
+}
+
 std::vector<std::byte> write_start(AdaptiveStart& start) {
   ByteWriter out;
   out.put_bytes(write_positions_head(start.positions));
@@ -124,15 +141,17 @@ Result<> StartSample::add_probe(const Mesh& mesh, const std::vector<uint32_t>& p
 }
 
 Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Positions& positions,
-                                                   uint64_t faces) {
+                                                   uint64_t faces, int effort) {
   std::vector<std::byte> best;
   if (mesh_.blocks.empty() || probes_.empty()) return best;
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
   if (!coded) return best;
-  double smallest = MAILLE_TRY(size_alone(maps, faces));
+  double smallest = MAILLE_TRY(size_of_all(maps, nullptr, faces, effort));
   for (const ArrayMaps& way : ways_to_map(maps, positions)) {
     std::vector<std::byte> bytes = MAILLE_TRY(write(*coded, way, positions.array));
-    const double size = static_cast<double>(bytes.size()) + MAILLE_TRY(size_from_start(bytes, faces));
+    const auto start = MAILLE_TRY(read_start(bytes, mesh_.points.type));
+    const double size =
+        static_cast<double>(bytes.size()) + MAILLE_TRY(size_of_all(way, start.get(), faces, effort));
     if (size >= smallest) continue;
     smallest = size;
     best = std::move(bytes);
@@ -153,33 +172,20 @@ Result<std::vector<std::byte>> StartSample::write(const EncodedFanPatch& coded, 
   return write_start(learnt);
 }
 
-double StartSample::size_of_all(uint64_t size_of_probes, uint64_t faces) const {
-  uint64_t probed = 0;
-  for (const Mesh& probe : probes_) probed += probe.cell_count();
-  return static_cast<double>(size_of_probes) / static_cast<double>(probed) * static_cast<double>(faces);
-}
-
-Result<double> StartSample::size_alone(const ArrayMaps& maps, uint64_t faces) const {
-  uint64_t size = 0;
+Result<double> StartSample::size_of_all(const ArrayMaps& maps, const AdaptiveStart* start, uint64_t faces,
+                                        int effort) const {
+  EncodeOptions options;
+  options.effort = effort;
+  uint64_t size = 0, probed = 0;
   for (const Mesh& probe : probes_) {
-    const auto alone = MAILLE_TRY(encode_fan_patch(probe, FanModels::adaptive));
-    if (!alone) continue;
-    size += alone->bytes.size() +
-            encode_adaptive_positions(alone->patch.fans, probe.points, maps, alone->sources.points).size();
+    const ArrayToCode positions{&probe.points, maps};
+    const PartNumbers numbers = numbers_of_whole(probe);
+    size += size_of(
+        start ? MAILLE_TRY(encode_patch_from_start(probe, numbers, 1, {&positions, 1}, options, *start))
+              : MAILLE_TRY(encode_patch(probe, &numbers, 1, {&positions, 1}, options)));
+    probed += probe.cell_count();
   }
-  return size_of_all(size, faces);
-}
-
-Result<double> StartSample::size_from_start(const std::vector<std::byte>& bytes, uint64_t faces) const {
-  const auto start = MAILLE_TRY(read_start(bytes, mesh_.points.type));
-  uint64_t size = 0;
-  for (const Mesh& probe : probes_) {
-    std::vector<uint32_t> points(probe.point_count());
-    std::iota(points.begin(), points.end(), 0u);
-    const auto started = MAILLE_TRY(encode_from_start(probe, points, probe.points, *start));
-    if (started) size += started->coded.bytes.size() + started->positions.size();
-  }
-  return size_of_all(size, faces);
+  return static_cast<double>(size) / static_cast<double>(probed) * static_cast<double>(faces);
 }
 
 Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type) {
@@ -194,8 +200,12 @@ Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type
   return std::shared_ptr<const AdaptiveStart>(std::move(start));
 }
 
-Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const std::vector<uint32_t>& points,
-                                                        const Array& array, const AdaptiveStart& start) {
+namespace {
+
+/// None when fans are not made for it.
+Result<std::optional<SharedFanPatch>> encode_fans_from_start(const Mesh& mesh,
+                                                             const std::vector<uint32_t>& points,
+                                                             const Array& array, const AdaptiveStart& start) {
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive, &start.fans));
   if (!coded) return std::optional<SharedFanPatch>();
   std::vector<uint32_t> source = coded->sources.points;
@@ -203,6 +213,19 @@ Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const 
   std::vector<std::byte> positions =
       encode_adaptive_positions(coded->patch.fans, array, source, start.positions);
   return std::optional(SharedFanPatch{std::move(*coded), std::move(positions)});
+}
+
+}  // namespace
+
+Result<EncodedPatch> encode_patch_from_start(const Mesh& mesh, const PartNumbers& numbers, uint32_t patch,
+                                             std::span<const ArrayToCode> arrays,
+                                             const EncodeOptions& options, const AdaptiveStart& start) {
+  auto fans = MAILLE_TRY(encode_fans_from_start(mesh, numbers.points, *arrays[0].array, start));
+  const bool with_fans = fans.has_value();
+  EncodedPatch coded = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options, std::move(fans)));
+  if (!with_fans || options.effort < least_mixed_effort) return coded;
+  EncodedPatch mixed = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options));
+  return size_of(mixed) < size_of(coded) ? std::move(mixed) : std::move(coded);
 }
 
 Result<FanPatchDecoder> begin_fan_patch(Bytes bytes, uint32_t points, uint64_t corners,
