@@ -103,6 +103,28 @@ TEST(ChartStart, KnowsTheNumbersOfTheWholeMeshWhereTheyComeAgain) {
   EXPECT_EQ(differences_between(mesh, decode_bytes(file.bytes).value()), "");
 }
 
+TEST(ChartStart, HoldsChartsOfEdgesWithThreeFaces) {
+  Mesh mesh = rough_sphere();
+  std::vector<uint32_t>& corners = mesh.blocks[0].connectivity;
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  // Fins on a few faces, far fewer than charts.
+  for (uint32_t fin = 0; fin < 20; ++fin) {
+    const std::vector<uint32_t> edge(corners.begin() + 3000 * fin, corners.begin() + 3000 * fin + 2);
+    corners.insert(corners.end(), {edge[0], edge[1], points + fin});
+    if (!mesh.blocks[0].offsets.empty()) mesh.blocks[0].offsets.push_back(corners.size());
+    for (const float x : {2.0f, static_cast<float>(fin), 0.0f}) {
+      const auto* bytes = reinterpret_cast<const std::byte*>(&x);
+      mesh.points.bytes.insert(mesh.points.bytes.end(), bytes, bytes + sizeof x);
+    }
+  }
+  EncodeOptions lossless = adaptive(5);
+  lossless.positions = {};
+  const RandomFile file = random_file(mesh, lossless, 256);
+  ASSERT_EQ(file.error, "");
+  EXPECT_FALSE(start_of(file.bytes).empty());
+  EXPECT_EQ(differences_between(mesh, decode_bytes(file.bytes).value()), "");
+}
+
 TEST(ChartStart, IsRefusedWhereItIsDamaged) {
   const std::vector<std::byte> start = start_of(random_file(rough_sphere(), adaptive(5), 256).bytes);
   ASSERT_FALSE(start.empty());
