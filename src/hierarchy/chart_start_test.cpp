@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 #include <maille/random_access.h>
 
+#include <cmath>
+
+#include "base/bytes.h"
 #include "container/file_reader.h"
 #include "hierarchy/random_file.h"
 #include "hierarchy/random_layout.h"
@@ -11,6 +14,7 @@
 #include "support/random_file.h"
 #include "support/shapes.h"
 #include "surface/adaptive_start.h"
+#include "surface/number_maps.h"
 
 namespace maille::testing {
 namespace {
@@ -39,7 +43,7 @@ std::vector<std::byte> start_of(const std::vector<std::byte>& file) {
 
 TEST(ChartStart, GivesTheSameMeshWithAndWithoutIt) {
   const Mesh mesh = rough_sphere();
-  for (const int effort : {4, 5, 6}) {
+  for (const int effort : {4, 5, 6, 7, 9}) {
     const RandomFile small_charts = random_file(mesh, adaptive(effort), 256);
     ASSERT_EQ(small_charts.error, "");
     EXPECT_FALSE(start_of(small_charts.bytes).empty());
@@ -68,6 +72,57 @@ TEST(ChartStart, IsThereForMeshesInWindows) {
   EXPECT_FALSE(start_of(bytes).empty());
   const RandomFile whole = random_file(mesh, adaptive(5), 4096);
   EXPECT_EQ(differences_between(decode_bytes(whole.bytes).value(), decode_bytes(bytes).value()), "");
+}
+
+/// Points of a voxel lattice's edges: two coordinates are levels, the third is one of a few hundred numbers.
+Mesh voxel_sphere() {
+  Mesh mesh = rough_sphere();
+  const auto numbers = mesh.points.values<float>();
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    const bool level = i % 3 != (i / 3) % 3;
+    const float step = level ? 0.05f : 0.05f / 9;
+    numbers[i] = std::round(numbers[i] / step) * step;
+  }
+  return mesh;
+}
+
+TEST(ChartStart, KnowsTheNumbersOfTheWholeMeshWhereTheyComeAgain) {
+  const Mesh mesh = voxel_sphere();
+  EncodeOptions lossless;
+  lossless.mode = Mode::random;
+  lossless.effort = 5;
+  const RandomFile file = random_file(mesh, lossless, 256);
+  ASSERT_EQ(file.error, "");
+  const std::vector<std::byte> start = start_of(file.bytes);
+  ASSERT_FALSE(start.empty());
+  ByteReader in(start);
+  in.get<uint8_t>();
+  const auto map = read_map(in, Scalar::f32);
+  ASSERT_TRUE(map);
+  EXPECT_FALSE(map->table.empty());
+  EXPECT_EQ(differences_between(mesh, decode_bytes(file.bytes).value()), "");
+}
+
+TEST(ChartStart, HoldsChartsOfEdgesWithThreeFaces) {
+  Mesh mesh = rough_sphere();
+  std::vector<uint32_t>& corners = mesh.blocks[0].connectivity;
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  // Fins on a few faces, far fewer than charts.
+  for (uint32_t fin = 0; fin < 20; ++fin) {
+    const std::vector<uint32_t> edge(corners.begin() + 3000 * fin, corners.begin() + 3000 * fin + 2);
+    corners.insert(corners.end(), {edge[0], edge[1], points + fin});
+    if (!mesh.blocks[0].offsets.empty()) mesh.blocks[0].offsets.push_back(corners.size());
+    for (const float x : {2.0f, static_cast<float>(fin), 0.0f}) {
+      const auto* bytes = reinterpret_cast<const std::byte*>(&x);
+      mesh.points.bytes.insert(mesh.points.bytes.end(), bytes, bytes + sizeof x);
+    }
+  }
+  EncodeOptions lossless = adaptive(5);
+  lossless.positions = {};
+  const RandomFile file = random_file(mesh, lossless, 256);
+  ASSERT_EQ(file.error, "");
+  EXPECT_FALSE(start_of(file.bytes).empty());
+  EXPECT_EQ(differences_between(mesh, decode_bytes(file.bytes).value()), "");
 }
 
 TEST(ChartStart, IsRefusedWhereItIsDamaged) {

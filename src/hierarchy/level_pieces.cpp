@@ -92,12 +92,12 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   for (const uint32_t v : part.mesh.blocks[0].connectivity) corners.push_back(part.numbers.points[v]);
   coded.extent.box = box_in_space(corners, *piece.positions, chart.sphere.centre + rules.origin);
   const Array& positions = *piece.arrays.front().array;
-  auto fans =
+  const auto& [mesh, numbers] = part;
+  EncodedPatch patch = MAILLE_TRY(
       rules.starts[set]
-          ? MAILLE_TRY(encode_from_start(part.mesh, part.numbers.points, positions, *rules.starts[set]))
-          : MAILLE_TRY(rules.tables[set].encode(part.mesh, part.numbers.points, positions));
-  EncodedPatch patch =
-      MAILLE_TRY(encode_patch(part.mesh, &part.numbers, 1, piece.arrays, rules.of_chart, std::move(fans)));
+          ? encode_patch_from_start(mesh, numbers, 1, piece.arrays, rules.of_chart, *rules.starts[set])
+          : encode_patch(mesh, &numbers, 1, piece.arrays, rules.of_chart,
+                         MAILLE_TRY(rules.tables[set].encode(mesh, numbers.points, positions))));
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);

@@ -161,8 +161,10 @@ class RandomEncoder {
     if (can_share_start(arrays_[0], options_.effort)) MAILLE_CHECK(make_start(set, parts));
     return for_each([&](size_t i) -> Result<> {
       // Not patch 0: arrays of the mesh as a whole are not in charts.
-      patches_[begin + i] = MAILLE_TRY(encode_patch(parts[i].mesh, &parts[i].numbers, 1, arrays, of_chart,
-                                                    MAILLE_TRY(shared_patch(set, parts[i], shared.take(i)))));
+      const auto& [part, numbers] = parts[i];
+      patches_[begin + i] =
+          MAILLE_TRY(starts_[set] ? encode_patch_from_start(part, numbers, 1, arrays, of_chart, *starts_[set])
+                                  : encode_patch(part, &numbers, 1, arrays, of_chart, shared.take(i)));
       meshes_[begin + i] = std::move(parts[i].mesh);
       return {};
     });
@@ -182,17 +184,12 @@ class RandomEncoder {
     }
     uint64_t faces = 0;
     for (const MeshPart& part : parts) faces += part.mesh.cell_count();
-    std::vector<std::byte> bytes = MAILLE_TRY(sample.finish(arrays_[0].maps, *arrays_[0].array, faces));
+    std::vector<std::byte> bytes =
+        MAILLE_TRY(sample.finish(arrays_[0].maps, {*arrays_[0].array, true}, faces, options_.effort));
     if (bytes.empty()) return {};
     tables_[set] = std::move(bytes);
     starts_[set] = MAILLE_TRY(read_start(tables_[set], arrays_[0].array->type));
     return {};
-  }
-
-  Result<std::optional<SharedFanPatch>> shared_patch(uint32_t set, const MeshPart& part,
-                                                     std::optional<SharedFanPatch> with_tables) const {
-    if (!starts_[set]) return with_tables;
-    return encode_from_start(part.mesh, part.numbers.points, *arrays_[0].array, *starts_[set]);
   }
 
   void make_charts() {

@@ -146,8 +146,8 @@ class SourceEncoder {
   Result<> finish_start(uint32_t set) {
     // Coarser levels have a third of the faces.
     const uint64_t faces = description().cells / (set == 0 ? 1 : 3);
-    std::vector<std::byte> bytes =
-        MAILLE_TRY(rules_.samples[set].finish(rules_.maps[0], rules_.sampled, faces));
+    std::vector<std::byte> bytes = MAILLE_TRY(
+        rules_.samples[set].finish(rules_.maps[0], {rules_.sampled, false}, faces, options_.effort));
     if (bytes.empty()) return {};
     tables_[set] = std::move(bytes);
     rules_.starts[set] = MAILLE_TRY(read_start(tables_[set], description().point_type));

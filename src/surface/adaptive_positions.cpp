@@ -98,10 +98,10 @@ class AdaptivePositionEncoder {
     other.repeats = Repeats::candidates;
     consider(other, 0.98);
     const auto counts = count_values();
-    for (const uint32_t least : {8u, 32u, 128u}) {
+    for (const Often& often : {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}}) {
       double share = 0;
-      for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], least, other.dictionaries[k]);
-      if (share < 0.1) break;
+      for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], often, other.dictionaries[k]);
+      if (share < 0.1) continue;
       if (!all_.empty() && entries(other) > most_shared_entries) continue;
       other.repeats = Repeats::levels;
       for (const Centre centre : {Centre::fitted, Centre::gate}) {
@@ -204,12 +204,25 @@ class AdaptivePositionEncoder {
     }
     return result;
   }
+  /// How often values are in a dictionary at least, and how many times as often as those near them. On a
+  /// coarse lattice all values come again, in a mesh of many points more often than any number says; those of
+  /// a voxel lattice are seen among them.
+  struct Often {
+    uint64_t least;
+    uint64_t times;
+  };
   /// Those that are there so often; returns the share of all numbers that they are.
-  double fill(const Counts& counts, uint32_t least, ValueDictionary& dictionary) const {
+  double fill(const Counts& counts, const Often& often, ValueDictionary& dictionary) const {
+    constexpr size_t near = 16;
+    std::vector<uint64_t> below{0};
+    for (const auto& [value, count] : counts) below.push_back(below.back() + count);
     std::vector<int32_t> values;
     uint64_t covered = 0;
-    for (const auto& [value, count] : counts) {
-      if (count < least || values.size() == ValueDictionary::most) continue;
+    for (size_t i = 0; i < counts.size(); ++i) {
+      const auto& [value, count] = counts[i];
+      const size_t first = i - std::min(i, near), end = std::min(i + near + 1, counts.size());
+      const bool stands_out = count * (end - first) >= often.times * (below[end] - below[first]);
+      if (count < often.least || !stands_out || values.size() == ValueDictionary::most) continue;
       values.push_back(value);
       covered += count;
     }

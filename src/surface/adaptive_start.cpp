@@ -13,6 +13,7 @@
 #include "surface/fan_positions.h"
 #include "surface/mixed_array.h"
 #include "surface/model_states.h"
+#include "surface/number_maps.h"
 
 namespace maille {
 struct AdaptiveStart {
@@ -21,8 +22,7 @@ struct AdaptiveStart {
 };
 
 bool can_share_start(const ArrayToCode& positions, int effort) {
-  return effort > fast_effort && effort < least_mixed_effort &&
-         fits_fan_positions(*positions.array, positions.maps);
+  return effort > fast_effort && fits_fan_positions(*positions.array, positions.maps);
 }
 
 size_t charts_in_start(size_t charts) {
@@ -30,6 +30,9 @@ size_t charts_in_start(size_t charts) {
 }
 
 namespace {
+
+// About a byte each, which a reader waits for before it has the first chart.
+constexpr size_t most_numbers_in_start = 1 << 17;
 
 /// Adds the triangles of a patch, and their points: what else there is says nothing of them.
 Result<> append_patch(Mesh& sample, const Mesh& mesh, const std::vector<uint32_t>& points,
@@ -81,6 +84,39 @@ Result<AdaptiveStart> learn(const CodedSample& sample) {
   return start;
 }
 
+/// As they are, and with tables of all numbers, where these are known and come again: charts alone could
+/// not tell which ones there are.
+std::vector<ArrayMaps> ways_to_map(const ArrayMaps& maps, const StartSample::Positions& positions) {
+  std::vector<ArrayMaps> ways{maps};
+  if (!maps.lossless || !positions.complete) return ways;
+  std::vector<uint32_t> source(positions.array.count());
+  std::iota(source.begin(), source.end(), 0u);
+  ArrayMaps ranks = maps;
+  ranks.maps = with_tables(positions.array, maps.maps, source);
+  size_t numbers = 0;
+  for (const NumberMap& map : ranks.maps) numbers += map.table.size();
+  if (numbers > 0 && numbers <= most_numbers_in_start) ways.push_back(std::move(ranks));
+  return ways;
+}
+
+/// As if the whole were a part of itself.
+PartNumbers numbers_of_whole(const Mesh& mesh) {
+  PartNumbers numbers;
+  numbers.points.resize(mesh.point_count());
+  std::iota(numbers.points.begin(), numbers.points.end(), 0u);
+  for (uint32_t cell = 0; cell < mesh.cell_count(); ++cell) {
+    numbers.cells.push_back(cell);
+    numbers.first_corner.push_back(3 * cell);
+  }
+  return numbers;
+}
+
+uint64_t size_of(const EncodedPatch& patch) {
+  uint64_t size = patch.topology.bytes.size();
+  for (const CodedStream& stream : patch.arrays) size += stream.bytes.size();
+  return size;
+}
+
 std::vector<std::byte> write_start(AdaptiveStart& start) {
   ByteWriter out;
   out.put_bytes(write_positions_head(start.positions));
@@ -104,41 +140,52 @@ Result<> StartSample::add_probe(const Mesh& mesh, const std::vector<uint32_t>& p
   return {};
 }
 
-Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Array& all, uint64_t faces) {
-  if (mesh_.blocks.empty()) return std::vector<std::byte>();
+Result<std::vector<std::byte>> StartSample::finish(const ArrayMaps& maps, const Positions& positions,
+                                                   uint64_t faces, int effort) {
+  std::vector<std::byte> best;
+  if (mesh_.blocks.empty() || probes_.empty()) return best;
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh_, FanModels::adaptive));
-  if (!coded) return std::vector<std::byte>();
-  const std::vector<std::byte> positions =
-      encode_position_sample(coded->patch.fans, mesh_.points, maps, coded->sources.points, all);
-  const auto count = static_cast<uint32_t>(mesh_.point_count());
-  const uint64_t corners = mesh_.blocks[0].connectivity.size();
-  AdaptiveStart learnt = MAILLE_TRY(learn({coded->bytes, positions, count, corners, mesh_.points.type}));
-  std::vector<std::byte> bytes = write_start(learnt);
-  if (!MAILLE_TRY(pays(bytes, maps, faces))) bytes.clear();
+  if (!coded) return best;
+  double smallest = MAILLE_TRY(size_of_all(maps, nullptr, faces, effort));
+  for (const ArrayMaps& way : ways_to_map(maps, positions)) {
+    std::vector<std::byte> bytes = MAILLE_TRY(write(*coded, way, positions.array));
+    const auto start = MAILLE_TRY(read_start(bytes, mesh_.points.type));
+    const double size =
+        static_cast<double>(bytes.size()) + MAILLE_TRY(size_of_all(way, start.get(), faces, effort));
+    if (size >= smallest) continue;
+    smallest = size;
+    best = std::move(bytes);
+  }
   mesh_ = {};
   probes_.clear();
-  return bytes;
+  return best;
 }
 
-Result<bool> StartSample::pays(const std::vector<std::byte>& bytes, const ArrayMaps& maps,
-                               uint64_t faces) const {
-  const auto start = MAILLE_TRY(read_start(bytes, mesh_.points.type));
-  uint64_t with = 0, without = 0, probed = 0;
+/// What the sample teaches with these maps.
+Result<std::vector<std::byte>> StartSample::write(const EncodedFanPatch& coded, const ArrayMaps& maps,
+                                                  const Array& all) const {
+  const std::vector<std::byte> positions =
+      encode_position_sample(coded.patch.fans, mesh_.points, maps, coded.sources.points, all);
+  const auto count = static_cast<uint32_t>(mesh_.point_count());
+  const uint64_t corners = mesh_.blocks[0].connectivity.size();
+  AdaptiveStart learnt = MAILLE_TRY(learn({coded.bytes, positions, count, corners, mesh_.points.type}));
+  return write_start(learnt);
+}
+
+Result<double> StartSample::size_of_all(const ArrayMaps& maps, const AdaptiveStart* start, uint64_t faces,
+                                        int effort) const {
+  EncodeOptions options;
+  options.effort = effort;
+  uint64_t size = 0, probed = 0;
   for (const Mesh& probe : probes_) {
-    std::vector<uint32_t> points(probe.point_count());
-    std::iota(points.begin(), points.end(), 0u);
-    const auto alone = MAILLE_TRY(encode_fan_patch(probe, FanModels::adaptive));
-    const auto started = MAILLE_TRY(encode_from_start(probe, points, probe.points, *start));
-    if (!alone || !started) continue;
-    const FanSurface& fans = alone->patch.fans;
-    without += alone->bytes.size() +
-               encode_adaptive_positions(fans, probe.points, maps, alone->sources.points).size();
-    with += started->coded.bytes.size() + started->positions.size();
+    const ArrayToCode positions{&probe.points, maps};
+    const PartNumbers numbers = numbers_of_whole(probe);
+    size += size_of(
+        start ? MAILLE_TRY(encode_patch_from_start(probe, numbers, 1, {&positions, 1}, options, *start))
+              : MAILLE_TRY(encode_patch(probe, &numbers, 1, {&positions, 1}, options)));
     probed += probe.cell_count();
   }
-  const auto saved = static_cast<double>(without) - static_cast<double>(with);
-  return probed > 0 &&
-         saved / static_cast<double>(probed) * static_cast<double>(faces) > static_cast<double>(bytes.size());
+  return static_cast<double>(size) / static_cast<double>(probed) * static_cast<double>(faces);
 }
 
 Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type) {
@@ -153,8 +200,12 @@ Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type
   return std::shared_ptr<const AdaptiveStart>(std::move(start));
 }
 
-Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const std::vector<uint32_t>& points,
-                                                        const Array& array, const AdaptiveStart& start) {
+namespace {
+
+/// None when fans are not made for it.
+Result<std::optional<SharedFanPatch>> encode_fans_from_start(const Mesh& mesh,
+                                                             const std::vector<uint32_t>& points,
+                                                             const Array& array, const AdaptiveStart& start) {
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive, &start.fans));
   if (!coded) return std::optional<SharedFanPatch>();
   std::vector<uint32_t> source = coded->sources.points;
@@ -162,6 +213,19 @@ Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const 
   std::vector<std::byte> positions =
       encode_adaptive_positions(coded->patch.fans, array, source, start.positions);
   return std::optional(SharedFanPatch{std::move(*coded), std::move(positions)});
+}
+
+}  // namespace
+
+Result<EncodedPatch> encode_patch_from_start(const Mesh& mesh, const PartNumbers& numbers, uint32_t patch,
+                                             std::span<const ArrayToCode> arrays,
+                                             const EncodeOptions& options, const AdaptiveStart& start) {
+  auto fans = MAILLE_TRY(encode_fans_from_start(mesh, numbers.points, *arrays[0].array, start));
+  const bool with_fans = fans.has_value();
+  EncodedPatch coded = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options, std::move(fans)));
+  if (!with_fans || options.effort < least_mixed_effort) return coded;
+  EncodedPatch mixed = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options));
+  return size_of(mixed) < size_of(coded) ? std::move(mixed) : std::move(coded);
 }
 
 Result<FanPatchDecoder> begin_fan_patch(Bytes bytes, uint32_t points, uint64_t corners,

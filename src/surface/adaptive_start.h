@@ -31,12 +31,22 @@ class StartSample {
   /// are left out.
   Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   Result<> add_probe(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
+  /// Of all patches, or a good part of them.
+  struct Positions {
+    const Array& array;
+    bool complete;
+  };
   /// What was learnt as it stands in the file; nothing where it does not pay for so many faces. `maps` hold
-  /// for all patches; `all`: their positions, or a good part of them.
-  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Array& all, uint64_t faces);
+  /// for all patches.
+  Result<std::vector<std::byte>> finish(const ArrayMaps& maps, const Positions& positions, uint64_t faces,
+                                        int effort);
 
  private:
-  Result<bool> pays(const std::vector<std::byte>& sample, const ArrayMaps& maps, uint64_t faces) const;
+  Result<std::vector<std::byte>> write(const EncodedFanPatch& coded, const ArrayMaps& maps,
+                                       const Array& all) const;
+  /// About the bytes of so many faces, by what the probes take. `start`: none: nullptr.
+  Result<double> size_of_all(const ArrayMaps& maps, const AdaptiveStart* start, uint64_t faces,
+                             int effort) const;
 
   Mesh mesh_;
   std::vector<Mesh> probes_;
@@ -45,9 +55,11 @@ class StartSample {
 /// Inverse. `type`: of the positions. Safe on any bytes. Error: corrupt.
 Result<std::shared_ptr<const AdaptiveStart>> read_start(Bytes bytes, Scalar type);
 
-/// A patch with these models, for encode_patch(). None when fans are not made for it.
-Result<std::optional<SharedFanPatch>> encode_from_start(const Mesh& mesh, const std::vector<uint32_t>& points,
-                                                        const Array& array, const AdaptiveStart& start);
+/// encode_patch() with these models, where fans are made for the patch. At efforts that mix, what takes less:
+/// mixing learns more from a patch, but begins anew with each.
+Result<EncodedPatch> encode_patch_from_start(const Mesh& mesh, const PartNumbers& numbers, uint32_t patch,
+                                             std::span<const ArrayToCode> arrays,
+                                             const EncodeOptions& options, const AdaptiveStart& start);
 /// Inverses, as those without it.
 Result<FanPatchDecoder> begin_fan_patch(Bytes bytes, uint32_t points, uint64_t corners,
                                         const AdaptiveStart& start);

@@ -184,8 +184,9 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const UniqueFaces unique = without_copies(faces.all_corners, points);
   const GluedSurface glued = glue({unique.all_corners, {}, points});
-  // What was decoded would be glued otherwise, and give another file; those who ask for speed accept that.
-  if (glued.chosen && models == FanModels::adaptive) return std::nullopt;
+  // What was decoded would be glued otherwise, and give another file; those who ask for speed accept that. So
+  // do charts: by themselves they would learn everything anew.
+  if (glued.chosen && models == FanModels::adaptive && start == nullptr) return std::nullopt;
   EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models, start);
 
   std::optional<EncodedFanPatch> result(std::in_place);
