@@ -1,6 +1,7 @@
 #include "placement.h"
 
 #include <emmintrin.h>
+#include <wasm_simd128.h>
 
 #include <algorithm>
 #include <cstring>
@@ -70,6 +71,16 @@ void place_floats(const std::byte* bytes, size_t vertices, const Vector3& origin
   }
 }
 
+/// Numbers below 2^16, eight at once: clang 14 makes no vectors of a loop over them.
+void narrow(const std::vector<uint32_t>& from, uint16_t* to) {
+  size_t i = 0;
+  for (; i + 8 <= from.size(); i += 8) {
+    const v128_t low = wasm_v128_load(from.data() + i), high = wasm_v128_load(from.data() + i + 4);
+    wasm_v128_store(to + i, wasm_u16x8_narrow_i32x4(low, high));
+  }
+  for (; i < from.size(); ++i) to[i] = static_cast<uint16_t>(from[i]);
+}
+
 }  // namespace
 
 Vector3 place(const Array& positions, std::span<const uint32_t> tuples, const std::optional<Vector3>& given,
@@ -111,7 +122,7 @@ void PackedChart::pack(const Mesh& mesh, const std::optional<Vector3>& given) {
   triangles = {};
   if (points > size_t{1} << 16) return;
   auto* const to = reinterpret_cast<uint16_t*>(bytes_.get() + 12 * points);
-  for (size_t i = 0; i < corners.size(); ++i) to[i] = static_cast<uint16_t>(corners[i]);
+  narrow(corners, to);
   triangles = {to, corners.size()};
 }
 

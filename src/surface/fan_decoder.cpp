@@ -44,6 +44,8 @@ class FanReader {
 constexpr uint32_t fast_room = 1 << 9;
 /// Slow symbols that are done in a row.
 constexpr int slow_run = 8;
+/// Rings of the fast loop: the two vertices behind the head are others than the last one.
+constexpr std::ptrdiff_t least_fast_ring = 4;
 /// Vertices that are decoded beyond those asked for, at most.
 constexpr uint32_t fast_vertices = fast_room + slow_run * most_closed + 8;
 static_assert(fast_vertices <= FanDecoder::most_ahead);
@@ -83,7 +85,11 @@ constexpr auto fast_kinds = [] {
 /// a where the mask is 0, b where it is all ones. Compilers make branches of conditions, and these would be
 /// unpredictable.
 [[gnu::always_inline]] inline uint64_t choose(uint64_t mask, uint64_t a, uint64_t b) {
+#ifdef __EMSCRIPTEN__
+  return mask == 0 ? a : b;  // there it has an instruction of its own
+#else
   return a ^ ((a ^ b) & mask);
+#endif
 }
 
 /// Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
@@ -182,8 +188,8 @@ struct Cursor {
 /// FanMachine::apply() would take more time than all others together. What it does for them.
 class RareSymbols {
  public:
-  /// Symbols of the fast loop that one of these counts for: at most nine entries, of which five are vertices.
-  static constexpr uint32_t steps = 3;
+  /// Symbols of the fast loop that one of these counts for: at most eleven vertices, twelve triangles.
+  static constexpr uint32_t steps = 4;
   enum class Outcome : uint8_t { done, left, damaged };
 
   RareSymbols(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out)
@@ -193,12 +199,14 @@ class RareSymbols {
   [[gnu::noinline]] Outcome take(const FanSlots::EventTable& table, unsigned symbol, Cursor& at) {
     const auto room = static_cast<uint64_t>(machine_.entries.data() + machine_.entries.size() - at.tail);
     const auto size = static_cast<uint64_t>(at.tail - at.head);
-    if (symbol < fan_border || symbol == fan_merge || symbol == fan_marker) return Outcome::left;
+    if (symbol == fan_swallow || symbol == fan_merge || symbol == fan_marker) return Outcome::left;
+    if (symbol < fan_swallow && vertex_in(at.head[1]) == none) return Outcome::damaged;
     // A split copies some of the ring.
     if (symbol >= fan_split && symbol < fan_known && room < size + fast_room) return Outcome::left;
     StaticRansDecoder& rans = reader_.rans;
     rans.state = table.next(rans.state, symbol);
     rans.refill();
+    if (symbol < fan_swallow) return close(symbol - fan_close_4 + 4, at);
     if (symbol < fan_split) return border(symbol - fan_border, at);
     if (symbol < fan_known) return split(symbol - fan_split, at);
     if (symbol == fan_known) return known(at);
@@ -248,6 +256,27 @@ class RareSymbols {
     at.f_rest = see(at.f_rest, 1);
   }
 
+  Outcome close(unsigned i, Cursor& at) {
+    const uint64_t n = vertex_in(at.head[1]), n_opposite = at.f_rest & point_mask;
+    const auto seen = static_cast<unsigned>(at.f_rest >> fan_point_bits);
+    const unsigned seen_then = std::min(seen + i + 1, most_seen);
+    uint64_t before = at.p_rest & point_mask;
+    for (unsigned j = 1; j <= i; ++j, ++at.v) {
+      store_one(out_.references[at.v - out_.first], at.f, n, n_opposite, before, at.p);
+      out_.kinds[at.v - out_.first] = static_cast<uint8_t>(fan_kind(true, i, j, seen_then));
+      add_triangle(at, at.v);
+      close_gate(at);
+      before = at.p;
+      push(at, at.v, at.f);
+    }
+    add_triangle(at, n);
+    close_gate(at);
+    ++at.head;
+    at.f = n;
+    at.f_rest = see(*at.head >> 32, 1);
+    return Outcome::done;
+  }
+
   Outcome border(unsigned i, Cursor& at) {
     add_fan(i, at);
     if (vertex_in(at.head[1]) != none) {
@@ -261,7 +290,7 @@ class RareSymbols {
   }
   /// As FanMachine::prepare(); at most two entries are new, since there is no marker at the end then.
   static void pass_markers(Cursor& at) {
-    while (at.tail - at.head > 4) {
+    while (at.tail - at.head >= least_fast_ring) {
       const bool marker = vertex_in(*at.head) == none;
       const bool after_marker = vertex_in(at.tail[-1]) == none;
       if (!marker && !after_marker) return;
@@ -345,8 +374,21 @@ class RareSymbols {
   return true;
 }
 
+/// Of whole entries: where what they have seen begins, and the vertex beyond their gate.
+constexpr unsigned seen_shift = 32 + fan_point_bits;
+constexpr uint64_t seen_once = uint64_t{1} << seen_shift;
+constexpr uint64_t across_mask = point_mask << 32;
+constexpr uint64_t marker_bit = uint64_t{1} << 31;
+/// An entry that has seen more triangles. Hardly ever so many that it cannot count them.
+[[gnu::always_inline]] inline uint64_t see_more(uint64_t entry, uint64_t more) {
+  uint64_t then;
+  if (__builtin_add_overflow(entry, more, &then)) [[unlikely]]
+    return entry | most_seen * seen_once;
+  return then;
+}
+
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
-/// branches; close with more, and swallow, in between, and rare ones. What FanMachine::apply() does for them.
+/// branches; swallow, and rare ones, in between. What FanMachine::apply() does for them.
 /// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
 template <bool with_late>
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
@@ -357,129 +399,89 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   VertexReferences* const references = out.references.data();
   uint8_t* const kinds = out.kinds.data();
   const uint64_t first = out.first;
-  uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
   const uint64_t nowhere = out.references.size() - 1;
-  // In locals, so that they stay in registers.
+  uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
+  // In locals, so that they stay in registers: few, as WebAssembly has no more of them than it needs itself.
   uint64_t state = reader.rans.state;
   StaticRansDecoder::Words words = reader.rans.words;
   uint64_t* head = machine.entries.data() + machine.head;
   uint64_t* tail = machine.entries.data() + machine.tail;
   uint64_t v = machine.vertices;
-  uint64_t f = vertex_in(*head), f_rest = *head >> 32;
-  uint64_t p = vertex_in(tail[-1]), p_rest = tail[-1] >> 32;
+  uint64_t f_entry = *head, p_entry = tail[-1];
   uint64_t markers = 0;
   RareSymbols rare(machine, reader, out);
-  for (; steps > 0 && tail - head > 4; --steps) {
+  for (; steps > 0 && tail - head >= least_fast_ring; --steps) {
     const uint64_t n_entry = head[1], m_entry = head[2];
-    const uint64_t f_seen = f_rest >> fan_point_bits;
-    const FanSlots::EventTable& table =
-        slots.table_of(f_seen, n_entry >> (32 + fan_point_bits), p_rest >> fan_point_bits);
+    const FanSlots::EventTable& table = slots.table_at_seen(
+        f_entry >> seen_shift | (n_entry >> (seen_shift - 4) & 0xf0) | (p_entry >> (seen_shift - 8) & 0xf00));
     const unsigned symbol = table.symbol(state);
+    const uint64_t f = vertex_in(f_entry), p = vertex_in(p_entry);
     if (symbol >= fast_fan_symbols) [[unlikely]] {
       const uint64_t before_last = vertex_in(tail[-2]);
       if (steps < 5 || (symbol == fan_swallow && before_last == none)) break;
-      if (symbol > fan_swallow) {
-        reader.rans.state = state;
-        reader.rans.words = words;
-        Cursor at{head, tail, f, f_rest, p, p_rest, v, corner};
-        const RareSymbols::Outcome outcome = rare.take(table, symbol, at);
-        if (outcome == RareSymbols::Outcome::damaged) return false;
-        if (outcome == RareSymbols::Outcome::left) break;
-        head = at.head, tail = at.tail;
-        f = at.f, f_rest = at.f_rest, p = at.p, p_rest = at.p_rest;
-        v = at.v;
-        corner = at.corner;
-        state = reader.rans.state;
-        words = reader.rans.words;
-        steps -= RareSymbols::steps - 1;
-        continue;
-      }
-      if (!take_symbol(table, symbol, state, words)) break;
       if (symbol == fan_swallow) {
+        if (!take_symbol(table, symbol, state, words)) break;
         store(corner, pair_of(f, p));
-        store(corner + 2, static_cast<uint32_t>(before_last));
+        corner[2] = static_cast<uint32_t>(before_last);
         corner += 3;
         --tail;
-        f_rest = see(f_rest, 1);
-        p_rest = (see(tail[-1] >> 32, 1) & ~point_mask) | p;
-        p = before_last;
-        tail[-1] = pair_of(p, p_rest);
+        f_entry = see_more(f_entry, seen_once);
+        p_entry = (see_more(tail[-1], seen_once) & ~across_mask) | p << 32;
+        tail[-1] = p_entry;
         continue;
       }
-      const auto i = static_cast<unsigned>(symbol - fan_close_4 + 4);
-      const uint64_t n = vertex_in(n_entry);
-      markers |= n;
-      const auto then = static_cast<unsigned>(std::min<uint64_t>(f_seen + i + 1, most_seen));
-      uint64_t before = p_rest & point_mask;
-      tail[-1] = pair_of(p, (see(p_rest, 1) & ~point_mask) | f);
-      for (unsigned j = 1; j <= i; ++j, ++v) {
-        store_one(references[v - first], f, n, f_rest & point_mask, before, p);
-        kinds[v - first] = static_cast<uint8_t>(fan_kind(true, i, j, then));
-        store(corner, pair_of(f, p));
-        store(corner + 2, static_cast<uint32_t>(v));
-        corner += 3;
-        *tail++ = pair_of(v, f | 2 * one_seen);
-        before = p;
-        p = v;
-      }
-      store(corner, pair_of(f, p));
-      store(corner + 2, static_cast<uint32_t>(n));
-      corner += 3;
-      p_rest = f | 2 * one_seen;
-      ++head;
-      f = n;
-      f_rest = see(*head >> 32, 1);
-      // Eleven vertices at most, twelve triangles.
-      steps -= 3;
+      reader.rans.state = state;
+      reader.rans.words = words;
+      Cursor at{head, tail, f, f_entry >> 32, p, p_entry >> 32, v, corner};
+      const RareSymbols::Outcome outcome = rare.take(table, symbol, at);
+      if (outcome == RareSymbols::Outcome::damaged) return false;
+      if (outcome == RareSymbols::Outcome::left) break;
+      head = at.head, tail = at.tail;
+      f_entry = pair_of(at.f, at.f_rest), p_entry = pair_of(at.p, at.p_rest);
+      v = at.v;
+      corner = at.corner;
+      state = reader.rans.state;
+      words = reader.rans.words;
+      steps -= RareSymbols::steps - 1;
       continue;
     }
     if (!take_symbol(table, symbol, state, words)) break;
     const uint64_t i = symbol & 3;
-    const uint64_t has_new = 0 - ((i + 3) >> 2);
     const uint64_t pocket = symbol >> 2;
     const uint64_t is_pocket = 0 - pocket;
-    const uint64_t n = vertex_in(n_entry);
-    const uint64_t m = vertex_in(m_entry);
-    const uint64_t next = choose(is_pocket, n, m);
-    const uint64_t next_opposite = choose(is_pocket, f_rest & point_mask, n);
-    // One triangle more for a next vertex, two for one beyond; both before it is known which: the next symbol
-    // waits for it.
-    const uint64_t n_rest = see(n_entry >> 32, 1), m_rest = see(m_entry >> 32, 2);
-    markers |= n | next;
+    const uint64_t n = vertex_in(n_entry), m = vertex_in(m_entry);
+    const uint64_t next_entry = choose(is_pocket, n_entry, m_entry);
+    const uint64_t next = vertex_in(next_entry);
+    const uint64_t next_opposite = choose(is_pocket, f_entry >> 32 & point_mask, n);
+    markers |= n_entry | next_entry;
 
     uint32_t* late = nullptr;
     if constexpr (with_late) {
       // A late triple for the vertex before, or for none.
-      const uint64_t differs = (has_new & 1) | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+      const uint64_t differs = i | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
       const uint64_t at = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
       late = references[at].at.data() + VertexReferences::late;
       kinds[at] |= 1;
     }
-    store_fan<with_late>({f, p, next, next_opposite, p_rest & point_mask, v}, late, references + (v - first),
-                         corner, tail);
-    store(kinds + (v - first), fast_kinds[symbol][f_seen]);
-    corner += 3 * i;
-    const uint64_t last = choose(has_new, p, v + i - 1);
-    corner[0] = static_cast<uint32_t>(f);
-    corner[1] = static_cast<uint32_t>(last);
-    corner[2] = static_cast<uint32_t>(next);
-    corner[3] = static_cast<uint32_t>(f);
-    corner[4] = static_cast<uint32_t>(m);
-    corner[5] = static_cast<uint32_t>(n);
-    corner += 3 + 3 * pocket;
+    store_fan<with_late>({f, p, next, next_opposite, p_entry >> 32 & point_mask, v}, late,
+                         references + (v - first), corner, tail);
+    store(kinds + (v - first), fast_kinds[symbol][f_entry >> seen_shift]);
 
     // Entries have the focus beyond their gates now; the last one has seen a triangle more.
-    const uint64_t p_then = (see(p_rest, 1) & ~point_mask) | f;
-    tail[-1] = pair_of(p, p_then);
+    const uint64_t p_then = (see_more(p_entry, seen_once) & ~across_mask) | f << 32;
+    tail[-1] = p_then;
+    p_entry = choose(0 - ((i + 3) >> 2), p_then, pair_of(v + i - 1, f) + 2 * seen_once);
+    corner += 3 * i;
+    store(corner, pair_of(f, p_entry));
+    store(corner + 2, pair_of(next, f));
+    store(corner + 4, pair_of(m, n));
+    corner += 3 + 3 * pocket;
     tail += i;
     v += i;
-    p = last;
-    p_rest = choose(has_new, p_then, f | 2 * one_seen);
     head += 1 + pocket;
-    f = next;
-    f_rest = choose(is_pocket, n_rest, m_rest);
+    f_entry = see_more(next_entry, seen_once << pocket);
   }
-  *head = pair_of(vertex_in(*head), f_rest);
+  *head = f_entry;
   reader.rans.state = state;
   reader.rans.words = words;
   machine.head = static_cast<uint32_t>(head - machine.entries.data());
@@ -487,7 +489,7 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   machine.vertices = static_cast<uint32_t>(v);
   machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
   // There is room for too many vertices, which are found out here.
-  return (markers >> 31) == 0 && v <= vertices_end;
+  return (markers & marker_bit) == 0 && v <= vertices_end;
 }
 
 tl::unexpected<Error> corrupt(const char* what) {
@@ -598,8 +600,7 @@ Result<> FanDecoder::State::step() {
   if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
   for (int i = 0; i < slow_run; ++i) {
     if (machine.done() || !machine.prepare()) return {};
-    // Rings of more than four are for the fast loop.
-    if (i > 0 && machine.tail - machine.head > 4) return {};
+    if (i > 0 && machine.tail - machine.head >= least_fast_ring) return {};
     const FanSlots::EventTable& table = reader.slots.table_of(
         machine.seen(machine.head), machine.seen(machine.head + 1), machine.seen(machine.tail - 1));
     if (!machine.apply(reader.rans.get(table))) return corrupt("a fan that cannot be completed");

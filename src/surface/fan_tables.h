@@ -48,8 +48,11 @@ class FanSlots {
   using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
   /// By what head, next and last have seen.
   const EventTable& table_of(uint64_t head, uint64_t next, uint64_t last) const {
+    return table_at_seen(head | next << 4 | last << 8);
+  }
+  const EventTable& table_at_seen(uint64_t all_three) const {
     const auto* const begin = reinterpret_cast<const std::byte*>(events.data());
-    return *reinterpret_cast<const EventTable*>(begin + table_at[head | next << 4 | last << 8]);
+    return *reinterpret_cast<const EventTable*>(begin + table_at[all_three]);
   }
   const NumberTable& table_of(FanNumber kind) const {
     return numbers[number_at[static_cast<unsigned>(kind)]];

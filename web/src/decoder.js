@@ -273,7 +273,8 @@ export class DecoderFile {
         // A copy that can be handed to other threads, of all that lies side by side.
         [begin, end] = [bytes, bytes + size];
         for (let next = i + BUFFER_WORDS; words[next + 9] === end; next += BUFFER_WORDS) end += words[next + 10];
-        copy = memory.buffer.slice(begin, end);
+        // Not slice(), which fills it with zeros first.
+        copy = new Uint8Array(new Uint8Array(memory.buffer, begin, end - begin)).buffer;
       }
       // Empty vectors may have any address.
       const values = size === 0 ? new Type(0) : new Type(copy, bytes - begin, size / Type.BYTES_PER_ELEMENT);
