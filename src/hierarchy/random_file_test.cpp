@@ -112,7 +112,9 @@ Mesh landscape(uint32_t n) {
 
 TEST(RandomFile, OfSeveralIndexPagesIsRead) {
   const Mesh mesh = landscape(50);
-  const RandomFile file = random_file(mesh, {}, 4);
+  EncodeOptions options;
+  options.effort = 1;
+  const RandomFile file = random_file(mesh, options, 4);
   ASSERT_EQ(file.error, "");
   const auto source = memory_source(Bytes(file.bytes));
   const auto info = inspect(*source);
