@@ -111,8 +111,10 @@ Mesh landscape(uint32_t n) {
 }
 
 TEST(RandomFile, OfSeveralIndexPagesIsRead) {
-  const Mesh mesh = landscape(100);
-  const RandomFile file = random_file(mesh, {}, 8);
+  const Mesh mesh = landscape(50);
+  EncodeOptions options;
+  options.effort = 1;
+  const RandomFile file = random_file(mesh, options, 4);
   ASSERT_EQ(file.error, "");
   const auto source = memory_source(Bytes(file.bytes));
   const auto info = inspect(*source);
@@ -123,9 +125,9 @@ TEST(RandomFile, OfSeveralIndexPagesIsRead) {
   EXPECT_EQ(differences_between(mesh, decode_bytes(file.bytes).value()), "");
   // The number of faces of what is chosen stays below the limit, page by page.
   File open = File::open(*source).value();
-  const Selection some = open.select({}, 5000).value();
-  EXPECT_LE(some.faces, 5000u);
-  EXPECT_GE(some.faces, 3000u);
+  const Selection some = open.select({}, 2500).value();
+  EXPECT_LE(some.faces, 2500u);
+  EXPECT_GE(some.faces, 1500u);
 }
 
 TEST(RandomFile, GivesTheMeshAtFullDetail) {
@@ -430,7 +432,7 @@ TEST(RandomFile, FindsTheNearestPoint) {
 }
 
 TEST(RandomFile, KeepsWithinTheBoundAsked) {
-  const Mesh mesh = landscape(60);
+  const Mesh mesh = landscape(large(60));
   const RandomFile file = random_file(mesh, {}, 64);
   const auto source = memory_source(Bytes(file.bytes));
   File open = File::open(*source).value();

@@ -92,7 +92,7 @@ TEST(RandomSource, GivesSurfacesBackAtEveryEffort) {
   for (const int effort : {1, 2, 5, 7}) {
     EncodeOptions options;
     options.effort = effort;
-    EXPECT_EQ(round_trip_in_parts(rough_sphere(40), small_windows(300), options), "") << effort;
+    EXPECT_EQ(round_trip_in_parts(rough_sphere(large(40)), small_windows(large(300)), options), "") << effort;
   }
 }
 
@@ -106,19 +106,19 @@ TEST(RandomSource, KeepsTheOrder) {
     return round_trip_in_parts(mesh, small_windows(40), options);
   };
   EXPECT_EQ(check_random_surfaces(2, 200, meshes, round_trip), "");
-  EXPECT_EQ(round_trip_in_parts(unwelded(rough_sphere(40)), small_windows(200), options), "");
+  EXPECT_EQ(round_trip_in_parts(unwelded(rough_sphere(large(40))), small_windows(large(200)), options), "");
 }
 
 TEST(RandomSource, TellsPointsAtOnePlaceApart) {
   // On a coarse lattice many points of one window lie at a place, some of them on the borders of charts.
   EncodeOptions options;
   options.positions = {Tolerance::Kind::bits, 4};
-  const Mesh mesh = rough_sphere(40);
-  const RandomFile in_parts = file_in_parts(mesh, small_windows(200), options);
+  const Mesh mesh = rough_sphere(large(40));
+  const RandomFile in_parts = file_in_parts(mesh, small_windows(large(200)), options);
   ASSERT_EQ(in_parts.error, "");
   const RandomFile whole = random_file(mesh, options, 16);
   EXPECT_EQ(differences_between(decode_bytes(whole.bytes).value(), decode_bytes(in_parts.bytes).value()), "");
-  EXPECT_EQ(round_trip_in_parts(unwelded(mesh), small_windows(200)), "");
+  EXPECT_EQ(round_trip_in_parts(unwelded(mesh), small_windows(large(200))), "");
 }
 
 TEST(RandomSource, KeepsABoundForNumbersThatNoSampleHas) {
@@ -139,14 +139,14 @@ TEST(RandomSource, KeepsABoundForNumbersThatNoSampleHas) {
 
 TEST(RandomSource, IsTheSameForAnyNumberOfThreadsAndAnyMemory) {
   const auto threads = thread_executor(3);
-  const Mesh mesh = rough_sphere(60);
+  const Mesh mesh = rough_sphere(large(60));
   EncodeOptions options;
   options.order = Order::keep;
-  const RandomFile serial = file_in_parts(mesh, small_windows(500), options);
+  const RandomFile serial = file_in_parts(mesh, small_windows(large(500)), options);
   ASSERT_EQ(serial.error, "");
   options.executor = threads.get();
-  EXPECT_TRUE(serial.bytes == file_in_parts(mesh, small_windows(500), options).bytes);
-  SourceBuilding little = small_windows(500);
+  EXPECT_TRUE(serial.bytes == file_in_parts(mesh, small_windows(large(500)), options).bytes);
+  SourceBuilding little = small_windows(large(500));
   little.space.memory = uint64_t{97} << 20;
   EXPECT_TRUE(serial.bytes == file_in_parts(mesh, little, options).bytes);
 }
@@ -176,7 +176,7 @@ std::set<std::array<float, 6>> odd_edges(const Mesh& mesh) {
 
 void expect_no_cracks(const Mesh& mesh) {
   ASSERT_TRUE(odd_edges(mesh).empty());
-  const RandomFile file = file_in_parts(mesh, small_windows(600, 32));
+  const RandomFile file = file_in_parts(mesh, small_windows(large(600), 32));
   ASSERT_EQ(file.error, "");
   const auto source = memory_source(Bytes(file.bytes));
   File open = File::open(*source).value();
@@ -197,13 +197,13 @@ void expect_no_cracks(const Mesh& mesh) {
 }
 
 TEST(RandomSource, HasNoCracksInAnyView) {
-  expect_no_cracks(rough_sphere(70));
-  expect_no_cracks(unwelded(rough_sphere(50)));
+  expect_no_cracks(rough_sphere(large(70)));
+  expect_no_cracks(unwelded(rough_sphere(large(50))));
 }
 
 TEST(RandomSource, HasAFewChartsAtItsRoot) {
-  const Mesh mesh = rough_sphere(100);
-  const RandomFile file = file_in_parts(mesh, small_windows(2500, 32));
+  const Mesh mesh = rough_sphere(large(100));
+  const RandomFile file = file_in_parts(mesh, small_windows(large(2500), 32));
   ASSERT_EQ(file.error, "");
   const auto info = inspect(*memory_source(Bytes(file.bytes)));
   ASSERT_TRUE(info);
@@ -226,7 +226,7 @@ TEST(RandomSource, SaysWhatItCannotDo) {
 }
 
 TEST(RandomSource, StopsWhenItIsTold) {
-  const Mesh mesh = rough_sphere(60);
+  const Mesh mesh = rough_sphere(large(60));
   const auto source_in_memory = mesh_as_source(mesh);
   MeshSource& source = *source_in_memory;
   std::vector<std::byte> bytes;
@@ -237,7 +237,7 @@ TEST(RandomSource, StopsWhenItIsTold) {
     options.mode = Mode::random;
     int reports = 0;
     options.progress = [&](const ProgressReport&) { return reports++ < most; };
-    const auto report = encode_random(source, *sink, options, small_windows(500));
+    const auto report = encode_random(source, *sink, options, small_windows(large(500)));
     ASSERT_FALSE(report) << most;
     EXPECT_EQ(report.error().code, ErrorCode::cancelled);
   }
