@@ -142,6 +142,21 @@ TEST(BadInput, NumbersThatAreNoneAreKept) {
   }
 }
 
+/// A curve goes through those of no cell: its steps would be infinite here.
+TEST(BadInput, PointsALeastDistanceApartAreKept) {
+  const double least = std::numeric_limits<double>::denorm_min();
+  const std::vector<double> positions = {0, 0, 0, least, 0, -least, 3 * least, 0, 3 * least};
+  Mesh mesh;
+  mesh.points = make_array("position", Domain::point, Scalar::f64, 3);
+  const Bytes bytes = std::as_bytes(std::span(positions));
+  mesh.points.bytes.assign(bytes.begin(), bytes.end());
+  EncodeOptions options = kept();
+  options.order = Order::canonical;
+  const auto back = decode(*memory_source(Bytes(encoded(mesh, options))));
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(compare(mesh, *back).equal);
+}
+
 /// A small file whose batch and tail say what they like.
 std::vector<std::byte> claiming(const BatchHeader& batch, const StreamTail& tail, size_t bytes) {
   const std::vector<std::byte> honest = encoded(grid(1, 1, 1), kept());

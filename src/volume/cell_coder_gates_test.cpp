@@ -100,6 +100,24 @@ RC_GTEST_PROP(CellsAtGates, ComeBackFromAnySoupInAnyOrderWithAnyBorders, ()) {
   expect_back(cells, coded(cells, borders));
 }
 
+/// A tetrahedron that stays, whose gate waits for ever, and others that come and go at points of their own.
+TEST(CellsAtGates, AreNotHeldWhenTheyAreClosed) {
+  Hull hull;
+  Gates gates;
+  const unsigned tetrahedron = kind_of(CellType::tetrahedron);
+  for (uint32_t ordinal = 1; ordinal <= 100000; ++ordinal) {
+    std::array<uint32_t, most_corners> corner{};
+    for (unsigned i = 0; i < 4; ++i) gates.enter_point(hull, corner[i] = hull.add_point(ordinal));
+    const uint32_t slot = hull.add_cell(tetrahedron, corner.data(), 0, ordinal);
+    gates.enter(hull, slot, {}, 0, 15);
+    if (ordinal == 1) continue;
+    EXPECT_NE(gates.next(hull).cell, no_slot);
+    for (unsigned i = 0; i < 4; ++i) hull.remove_point(corner[i]);
+    hull.free_points();
+  }
+  EXPECT_LT(gates.held(), 100000u);
+}
+
 TEST(CellsAtGates, OfAnyBytesDecodeOrAreRefused) {
   std::mt19937 random(1);
   for (unsigned round = 0; round < 400; ++round) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -42,7 +43,10 @@ class Gates {
       count_at(hull, {slot, face}, 1);
       waiting_.push_back({slot * 8 + face, ordinal});
     }
+    if (waiting_.size() >= sweep_at_) sweep(hull);
   }
+  /// So many wait, with those that closed meanwhile.
+  size_t held() const { return waiting_.size(); }
   void enter_point(const Hull& hull, uint32_t slot) {
     if (slot >= at_point_.size()) at_point_.resize(hull.point_capacity());
     at_point_[slot] = {};
@@ -110,11 +114,20 @@ class Gates {
     first_ = 0;
   }
 
+  /// Where the first one waits for ever, those behind it that close are held for ever, too: a mesh of no more
+  /// than a front would take as much memory as it has cells.
+  void sweep(const Hull& hull) {
+    std::erase_if(waiting_, [&](const Gate& gate) { return !is_there(hull, gate); });
+    first_ = 0;
+    sweep_at_ = std::max(size_t{1} << 16, 4 * waiting_.size());
+  }
+
   std::vector<Links> links_;
   std::vector<uint8_t> gates_;  ///< by cell, a bit for each face
   std::vector<AtPoint> at_point_;
   std::vector<Gate> waiting_;
   size_t first_ = 0;
+  size_t sweep_at_ = size_t{1} << 16;
 };
 
 /// Models of what a cell says at its gate.

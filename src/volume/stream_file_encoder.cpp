@@ -279,8 +279,11 @@ void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
   std::vector<std::pair<uint64_t, uint64_t>> places;
   for (const uint64_t number : numbers) {
     std::array<uint32_t, 3> point;
-    for (unsigned k = 0; k < 3; ++k)
-      point[k] = static_cast<uint32_t>((coordinate(number, k) - low[k]) * factor[k]);
+    for (unsigned k = 0; k < 3; ++k) {
+      // Not finite where the points lie within less than 1e-300.
+      const double along = (coordinate(number, k) - low[k]) * factor[k];
+      point[k] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
+    }
     places.emplace_back(place_on_curve(point), number);
   }
   std::sort(places.begin(), places.end());

@@ -79,3 +79,49 @@ echo "exit $?"
 cat said
 try maille serve nothing
 try maille serve shown --port 70000
+
+# Clients that never come to the end of a request do not keep others waiting.
+: > address
+maille serve --port 0 shown > address 2> said &
+server=$!
+until [[ -s address ]]; do kill -0 $server || exit 9; sleep 0.05; done
+python3 - "$(cat address)" << 'END'
+import http.client, socket, sys, threading, urllib.parse
+place = urllib.parse.urlparse(sys.argv[1])
+slow = [socket.create_connection((place.hostname, place.port)) for _ in range(100)]
+answered = threading.Event()
+def send_on():
+    while not answered.wait(0.5):
+        for each in slow:
+            try:
+                each.send(b'GET /zeros.maille HTTP/1.1\r\n' if each not in begun else b'A: b\r\n')
+                begun.add(each)
+            except OSError:
+                begun.discard(each)
+                slow[slow.index(each)] = socket.create_connection((place.hostname, place.port))
+begun = set()
+threading.Thread(target=send_on).start()
+answers = []
+for _ in range(3):
+    connection = http.client.HTTPConnection(place.netloc, timeout=60)
+    connection.request('GET', '/in/')
+    answers.append(connection.getresponse().status)
+answered.set()
+print('beside 100 slow clients:', *answers)
+
+# One that sends headers without end is cut off.
+endless = socket.create_connection((place.hostname, place.port))
+endless.sendall(b'GET / HTTP/1.1\r\n')
+try:
+    for _ in range(100000):
+        endless.sendall(b'A: ' + b'b' * 5000 + b'\r\n')
+    print('takes any number of headers')
+except OSError:
+    print('cut off')
+bare = socket.create_connection((place.hostname, place.port))
+bare.sendall(b'GET ?query HTTP/1.1\r\nConnection: close\r\n\r\n')
+print(bare.recv(12).decode())
+END
+kill $server
+wait $server
+echo "exit $?"

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "result.h"
+#include "serve/bounded_server.h"
 #include "serve/browser.h"
 #include "serve/served_files.h"
 #include "serve/viewer_files.h"
@@ -19,8 +20,7 @@ namespace maille::tool {
 
 namespace {
 
-/// Browsers keep six connections each, and every one holds a thread while it is kept.
-constexpr size_t server_threads = 32;
+constexpr size_t most_connections = 256;
 
 struct ByteRange {
   uint64_t first = 0, size = 0;
@@ -109,6 +109,8 @@ void answer_files(const Site& site, const httplib::Request& request, httplib::Re
   const ServedFiles& files = *site.files;
   if (auto file = files.file(request.path)) {
     send(request, response, std::move(file));
+  } else if (request.path.empty()) {  // "GET ?query"
+    say_missing(response, "there is no such file");
   } else if (request.path == "/" || (request.path.back() == '/' && files.is_folder(request.path))) {
     if (auto index = files.file(request.path + "index.html"))
       return send(request, response, std::move(index));
@@ -138,8 +140,7 @@ void answer_request(const Site& site, const httplib::Request& request, httplib::
 }
 
 void set_up(httplib::Server& server, const Site& site, bool verbose) {
-  server.new_task_queue = [] { return new httplib::ThreadPool(server_threads); };
-  server.set_keep_alive_max_count(1000);
+  server.new_task_queue = [] { return new ConnectionThreads(most_connections); };
   server.set_tcp_nodelay(true);
   // Not SO_REUSEPORT, which would let two servers share one port.
   server.set_socket_options([](socket_t socket) {
@@ -199,7 +200,7 @@ class StopOnSignal {
   std::thread waiting_;
 };
 
-Result<int> bind(httplib::Server& server, const std::string& host, int wanted) {
+Result<int> listen_at(httplib::Server& server, const std::string& host, int wanted) {
   errno = 0;
   if (wanted == 0) {
     if (const int found = server.bind_to_any_port(host); found > 0) return found;
@@ -223,9 +224,9 @@ Result<int> serve(const Site& site, const ServeOptions& options, Ready ready) {
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  httplib::Server server;
+  BoundedServer server;
   set_up(server, site, options.common.verbose);
-  const int port = TOOL_TRY(bind(server, options.host, static_cast<int>(options.port)));
+  const int port = TOOL_TRY(listen_at(server, options.host, static_cast<int>(options.port)));
   const std::string address = address_of(options.host, port);
   TOOL_CHECK(ready(address, port));
   const StopOnSignal stop(server, signals);
