@@ -19,9 +19,9 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
-      valence =
-          valence * 16 +
-          std::min<uint32_t>(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence(), 15);
+      valence = valence * 16 +
+                std::min<uint32_t>(
+                    hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence(), 15);
     }
     bool fresh = false;
     if constexpr (encoding) fresh = target_[i] == no_slot;
@@ -255,8 +255,8 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
     for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
     if (before) continue;
     const Hull::Point& point = hull_.point(node_[i]);
-    uint32_t local =
-        std::min<uint32_t>(point.valence(), 63) | std::min<uint32_t>(point.open(), 31) << 6 | cell_.kind << 11;
+    uint32_t local = std::min<uint32_t>(point.valence(), 63) | std::min<uint32_t>(point.open(), 31) << 6 |
+                     cell_.kind << 11;
     if (i >= shape.corners) {
       const bool with_corners = (shape.lies_on[i] & ~final) == 0;
       local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;

@@ -80,7 +80,8 @@ void CellCoder<Coder>::find_partners() {
       const unsigned corner = shape.face[f].corner[i];
       all_there = all_there && target_[corner] != no_slot;
       if (!all_there) break;
-      if (from == most_corners || hull_.point(target_[corner]).valence() < hull_.point(target_[from]).valence())
+      if (from == most_corners ||
+          hull_.point(target_[corner]).valence() < hull_.point(target_[from]).valence())
         from = corner;
     }
     left &= ~(1u << f);

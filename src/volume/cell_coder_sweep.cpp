@@ -39,6 +39,7 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
   for (unsigned f = 0; f < most_faces; ++f) followed_ |= (successors_[f].slot != no_slot ? 1u : 0u) << f;
   SweptSources sources;
   HexahedronSlots corners;
+  auto [newest, second, third] = last_signatures_;
   while (done < most && hull_.valid(last_)) {
     const uint32_t id = find_swept_sources(sources);
     const PatternPlan& found = patterns_[id];
@@ -54,7 +55,8 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
     places_passed_ = hit ? 0 : 1;
     if (!hit) break;
     if (plan.fresh != 0) {
-      create_swept_corners(plan, sources, corners, numbers, points, static_cast<uint32_t>(before + done), out);
+      create_swept_corners(plan, sources, corners, numbers, points, static_cast<uint32_t>(before + done),
+                           out);
       if (damaged_) break;
     }
     if (done == room) {
@@ -63,6 +65,9 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
     }
     enter_swept(plan, sources, corners, before + done, nodes_before + done * most_corners, out);
     ++done;
+    third = second;
+    second = newest;
+    newest = plan.signature;
     if constexpr (encoding) {
       points += most_corners;
       last_use += most_corners;
@@ -72,7 +77,11 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
   for (unsigned f = 0; f < most_faces; ++f) {
     if ((followed_ >> f & 1) == 0) successors_[f] = {};
   }
-  if (done > 0) last_kind_ = hexahedron_kind;
+  if (done > 0) {
+    last_kind_ = hexahedron_kind;
+    last_signatures_ = {newest, second, third};
+    signature_ = newest;
+  }
   for (size_t k = done < recent_cells_.size() ? done : recent_cells_.size(); k-- > 0;) {
     const auto ordinal = static_cast<uint32_t>(last_.ordinal - k);
     recent_cells_[ordinal % recent_cells_.size()] = {out.cell_slots[before + done - 1 - k], ordinal};
@@ -164,9 +173,10 @@ template <class Coder>
     for (unsigned k = 0; k < plan.glues; ++k)
       cell_.glue[plan.glue[k].own] = {sources.slot[plan.glue[k].source], plan.glue[k].face};
   }
-  for (unsigned fresh = plan.fresh; fresh != 0; fresh &= fresh - 1) {
+  for (unsigned fresh = plan.fresh; fresh != 0 && !damaged_; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
-    NewPoint point;
+    // In place: a copy of what was just written number by number would have to wait for it.
+    NewPoint& point = out.points.emplace_back();
     point.cell = cell;
     point.node = static_cast<uint8_t>(i);
     point.fresh = plan.fresh;
@@ -178,15 +188,14 @@ template <class Coder>
                                       : 0;
     const uint64_t input = encoding ? points[i] : 0;
     const auto others = [&](auto suggest) { suggest_as_last(i, suggest); };
-    point.slot = enter_point(
-        numbered_ ? numbering_.code(numbers, input, expects, expected, i + (plan.several ? 8 : 0), others)
-                  : counted_,
-        input);
-    if (damaged_) return;
-    point.number = encoding ? input : number_of(point.slot);
-    out.points.push_back(point);
-    corners.slot[i] = point.slot;
-    cell_.set_corner(i, point.slot);
+    const unsigned context = i + (plan.several ? 8 : 0);
+    const uint64_t number =
+        numbered_ ? numbering_.code(numbers, input, expects, expected, context, others) : counted_;
+    const uint32_t slot = enter_point(number, input);
+    point.slot = slot;
+    point.number = encoding ? input : number;
+    corners.slot[i] = slot;
+    cell_.set_corner(i, slot);
   }
 }
 
@@ -208,10 +217,9 @@ template <class Coder>
   out.kinds[at] = hexahedron_kind;
   out.begin[at] = static_cast<uint32_t>(first_node);
   out.cell_slots[at] = slot;
-  // In place: a copy of what was just written number by number would have to wait for it.
   std::array<uint32_t, most_faces>& across = out.across[at];
   across.fill(no_slot);
-  followed_ = 0;
+  unsigned followed = 0;
   for (unsigned k = 0; k < plan.glues; ++k) {
     const PatternPlan::Glue& from = plan.glue[k];
     const uint32_t other_slot = sources.slot[from.source];
@@ -219,11 +227,11 @@ template <class Coder>
     other.open = static_cast<uint8_t>(other.open & ~(1u << from.face));
     across[from.own] = other_slot;
     successors_[from.own] = {other.successor, other.ordinal + 1};
-    followed_ |= (other.successor != no_slot ? 1u : 0u) << from.own;
+    followed |= (other.successor != no_slot ? 1u : 0u) << from.own;
   }
+  followed_ = followed;
   cell.pattern = plan.id;
-  cell.signature = signature_ = plan.signature;
-  last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
+  cell.signature = plan.signature;
   hull_.cell(last_.slot).successor = slot;
   last_ = {slot, ordinal_++};
   for (unsigned final = plan.final; final != 0; final &= final - 1) {

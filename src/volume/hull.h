@@ -152,16 +152,18 @@ class Hull {
     Point& point = points_[slot];
     Cell* const cells = cells_.data();
     const uint32_t* const next = next_.data();
+    const uint8_t* const faces_at = faces_at_corner.data();
     for (uint32_t at = point.head(); at != no_slot;) {
-      const uint32_t cell_slot = at / most_corners;
-      Cell& cell = cells[cell_slot];
-      const unsigned corner = at % most_corners;
-      at = next[at];
+      const uint32_t here = at;
+      const size_t corner = here % most_corners;
+      Cell& cell = cells[here / most_corners];
+      at = next[here];
       cell.corner[corner] = no_slot;
-      const unsigned closing = cell.open & faces_at_corner[cell.kind * most_corners + corner];
+      const unsigned closing = cell.open & faces_at[cell.kind * size_t{most_corners} + corner];
       if (closing != 0) [[unlikely]]
         close(cell, closing);
-      if (--cell.live == 0) cell_slots_.give_back(cell_slot);
+      if (--cell.live == 0) [[unlikely]]
+        cell_slots_.give_back(here / most_corners);
     }
     point.end();
     removed_.push_back(slot);

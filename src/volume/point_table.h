@@ -103,7 +103,8 @@ class PointTable {
   }
 
   std::vector<uint32_t> table_;
-  std::vector<Page> pages_ = std::vector<Page>(1);  ///< the first has no numbers: `last_` is always one of them
+  std::vector<Page> pages_ =
+      std::vector<Page>(1);  ///< the first has no numbers: `last_` is always one of them
   std::vector<uint32_t> unused_;
   std::array<uint32_t, 32> last_{};
 };

@@ -30,9 +30,9 @@ struct SweptPattern {
   std::array<From, most_corners> from{};  ///< of a new corner that of one which is known
   std::array<PatternPlan::Glue, most_faces> glue{};
   std::array<CellShape::Parallelogram, most_corners> expected{};  ///< by new corner: the first that is known
-  uint64_t ends = 0;                                 ///< by corner a byte: 0x80 if it is used for the last time
-  std::array<uint64_t, most_corners> is_known{};     ///< all bits, or none
-  std::array<uint64_t, most_corners> entered{};      ///< what Hull::add_hexahedron() adds to the points
+  uint64_t ends = 0;                              ///< by corner a byte: 0x80 if it is used for the last time
+  std::array<uint64_t, most_corners> is_known{};  ///< all bits, or none
+  std::array<uint64_t, most_corners> entered{};   ///< what Hull::add_hexahedron() adds to the points
 
   SweptPattern() = default;
   /// If plan.sweeps.
