@@ -168,11 +168,9 @@ class CellSequence {
       const Evidence which{
           local, use.node << 4 | last_corner_, rank << 4 | count, size_class(gap), history_ & 255, use.node};
       ++rank;
-      if (decisions_.code(coder, other == cell && here, at_point, which)) {
-        last_corner_ = use.node & 15;
-        return static_cast<uint32_t>(other);
-      }
-      if (rank == waiting_[at_ + gap]) break;  // those behind are gone: most, where few are left
+      if (!decisions_.code(coder, other == cell && here, at_point, which)) continue;
+      last_corner_ = use.node & 15;
+      return static_cast<uint32_t>(other);
     }
     return nothing;
   }
