@@ -152,24 +152,6 @@ bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const 
   return false;
 }
 
-/// As far from each neighbour of the corner as the last cell's corner there is from its neighbour: rows and
-/// layers with gaps go on with the same distance.
-template <class Coder>
-template <class Suggest>
-void CellCoder<Coder>::suggest_as_last(unsigned corner, Suggest suggest) const {
-  if (corner == most_corners || sources_.cell[0] == no_slot) return;
-  const Hull::Cell& last = hull_.cell(sources_.cell[0]);
-  if (last.kind != cell_.kind || last.corner[corner] == no_slot) return;
-  unsigned left = Numbering::most_others;
-  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0 && left > 0; n &= n - 1) {
-    const auto neighbour = static_cast<unsigned>(__builtin_ctz(n));
-    if (last.corner[neighbour] == no_slot) continue;
-    suggest(number_of(cell_.corner[neighbour]) + number_of(last.corner[corner]) -
-            number_of(last.corner[neighbour]));
-    --left;
-  }
-}
-
 template <class Coder>
 uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
                                         unsigned context, unsigned corner) {
@@ -178,20 +160,12 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   if (!number_is_known_) {
     number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
   }
-  ++counted_;
-  const uint32_t slot = hull_.add_point(number);
-  // No point is there twice; an encoder looked before.
-  if (!table_.insert(number, slot, 8)) {
-    damaged_ = true;
-    return 0;
-  }
+  const uint32_t slot = enter_point(number, input);
+  if (damaged_) return 0;
   if (gates_) gates_->enter_point(hull_, slot);
-  if (encoding && !numbered_) {
-    if (!gates_) inputs_.insert(input, slot, 8);
-    if (gates_ && input >= dense_.size()) dense_.resize(input + input / 2 + 1024, no_slot);
-    if (gates_) dense_[input] = slot;
-    if (slot >= input_numbers_.size()) input_numbers_.resize(hull_.point_capacity());
-    input_numbers_[slot] = input;
+  if (encoding && gates_) {
+    if (input >= dense_.size()) dense_.resize(input + input / 2 + 1024, no_slot);
+    dense_[input] = slot;
   }
   return slot;
 }
@@ -287,7 +261,7 @@ template <class Coder>
 void CellCoder<Coder>::remove_final(const StreamedCell& cell, CodedCells& out) {
   for (uint32_t final = cell.final; final != 0; final &= final - 1) {
     const uint32_t slot = node_[static_cast<unsigned>(__builtin_ctz(final))];
-    if (hull_.point(slot).alive) end_point(slot, out);  // else a corner that repeats another
+    if (hull_.point(slot).alive()) end_point(slot, out);  // else a corner that repeats another
   }
 }
 

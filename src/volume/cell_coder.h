@@ -13,6 +13,7 @@
 #include "volume/index_coder.h"
 #include "volume/numbering.h"
 #include "volume/patterns.h"
+#include "volume/swept_pattern.h"
 
 namespace maille {
 
@@ -138,12 +139,19 @@ class CellCoder {
   void find_sources();
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
   bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
-  uint32_t find_swept_sources();
-  bool put_together(const PatternPlan& plan);
-  bool has_corners(const PatternPlan& plan, const uint64_t* points);
-  void create_swept_corners(const PatternPlan& plan, Coder& numbers, const uint64_t* points, uint32_t cell,
-                            CodedCells& out);
-  void enter_swept(const PatternPlan& plan, uint32_t id, size_t at, size_t first_node, CodedCells& out);
+  /// Sources as sweep() uses them: those that are not there have what they had before.
+  struct SweptSources {
+    std::array<const Hull::Cell*, source_count> cell{};
+    std::array<uint32_t, source_count> slot{};
+    unsigned there = 0;
+  };
+  uint32_t find_swept_sources(SweptSources& sources);
+  bool put_together(const SweptPattern& plan, const SweptSources& sources, HexahedronSlots& corners);
+  bool has_corners(const SweptPattern& plan, const HexahedronSlots& corners, const uint64_t* points);
+  void create_swept_corners(const SweptPattern& plan, const SweptSources& sources, HexahedronSlots& corners,
+                            Coder& numbers, const uint64_t* points, uint32_t cell, CodedCells& out);
+  void enter_swept(const SweptPattern& plan, const SweptSources& sources, const HexahedronSlots& corners,
+                   size_t at, size_t first_node, CodedCells& out);
 
   bool code_by_indices(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   void join_by_numbers(const StreamedCell& cell);
@@ -209,6 +217,23 @@ class CellCoder {
   /// `corner`: of the cell being coded; most_corners for other nodes.
   uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
                         unsigned context, unsigned corner = most_corners);
+  /// A point into memory; `input`: the caller's number (encoder).
+  [[gnu::always_inline]] uint32_t enter_point(uint64_t number, uint64_t input) {
+    ++counted_;
+    const uint32_t slot = hull_.add_point(number);
+    // No point is there twice; an encoder looked before.
+    if (!table_.insert(number, slot, 8)) [[unlikely]] {
+      damaged_ = true;
+      return 0;
+    }
+    if (encoding && !numbered_) {
+      if (!gates_) inputs_.insert(input, slot, 8);
+      if (slot >= input_numbers_.size()) [[unlikely]]
+        input_numbers_.resize(hull_.point_capacity());
+      input_numbers_[slot] = input;
+    }
+    return slot;
+  }
   bool expected_number(unsigned corner, uint64_t& number) const;
   template <class Suggest>
   void suggest_as_last(unsigned corner, Suggest suggest) const;
@@ -249,6 +274,7 @@ class CellCoder {
   std::vector<uint64_t> input_numbers_;
   std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own
   Patterns patterns_;
+  std::vector<SweptPattern> swept_ = std::vector<SweptPattern>(32);  ///< by id: those met last
   Decisions<question_count> decisions_;
   Numbering numbering_;
   DifferenceModel old_point_, loose_count_;
@@ -297,5 +323,23 @@ class CellCoder {
   std::array<std::array<std::array<uint8_t, kind_count>, most_faces>, kind_count> last_turn_{};
   std::vector<std::array<uint32_t, most_nodes - 8 + 4>> extra_;  ///< by cell slot, once there are such nodes
 };
+
+/// As far from each neighbour of the corner as the last cell's corner there is from its neighbour: rows and
+/// layers with gaps go on with the same distance.
+template <class Coder>
+template <class Suggest>
+void CellCoder<Coder>::suggest_as_last(unsigned corner, Suggest suggest) const {
+  if (corner == most_corners || sources_.cell[0] == no_slot) return;
+  const Hull::Cell& last = hull_.cell(sources_.cell[0]);
+  if (last.kind != cell_.kind || last.corner[corner] == no_slot) return;
+  unsigned left = Numbering::most_others;
+  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0 && left > 0; n &= n - 1) {
+    const auto neighbour = static_cast<unsigned>(__builtin_ctz(n));
+    if (last.corner[neighbour] == no_slot) continue;
+    suggest(number_of(cell_.corner[neighbour]) + number_of(last.corner[corner]) -
+            number_of(last.corner[neighbour]));
+    --left;
+  }
+}
 
 }  // namespace maille

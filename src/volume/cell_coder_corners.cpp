@@ -19,9 +19,9 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
-      valence =
-          valence * 16 +
-          std::min<uint32_t>(hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence, 15);
+      valence = valence * 16 +
+                std::min<uint32_t>(
+                    hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence(), 15);
     }
     bool fresh = false;
     if constexpr (encoding) fresh = target_[i] == no_slot;
@@ -149,7 +149,7 @@ bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
   for (unsigned i = 0; i < count; ++i) {
     const uint32_t slot = joined_[i].first;
     const uint32_t local = i | std::min<uint32_t>(joined_[i].second, 7) << 4 | cell_.kind << 7;
-    const uint32_t valence = std::min<uint32_t>(hull_.point(slot).valence, 31);
+    const uint32_t valence = std::min<uint32_t>(hull_.point(slot).valence(), 31);
     if (!decide(coder, target_[corner] == slot, joined_here, local, anchor_signature_, valence * 16 + i))
       continue;
     cell_.set_corner(corner, slot);
@@ -178,7 +178,7 @@ void CellCoder<Coder>::glue_the_rest() {
     std::array<uint32_t, 4> slots{};
     if (cell_.known_of(shape.face[f], slots) < shape.face[f].size) continue;
     bool open = true;
-    for (unsigned i = 0; i < shape.face[f].size; ++i) open = open && hull_.point(slots[i]).open != 0;
+    for (unsigned i = 0; i < shape.face[f].size; ++i) open = open && hull_.point(slots[i]).open() != 0;
     if (!open) continue;
     const FaceRef found = hull_.find_face(shape.face[f].size, slots.data(), shape.face[f].size);
     if (found.cell != no_slot) cell_.set_glue(f, found);
@@ -208,7 +208,7 @@ uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
         same = has;
       }
       const uint32_t candidate = extra_[slot][i - shape.corners];
-      if (same && hull_.point(candidate).alive) found = candidate;
+      if (same && hull_.point(candidate).alive()) found = candidate;
     }
     return found != no_slot;
   });
@@ -255,8 +255,8 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
     for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
     if (before) continue;
     const Hull::Point& point = hull_.point(node_[i]);
-    uint32_t local =
-        std::min<uint32_t>(point.valence, 63) | std::min<uint32_t>(point.open, 31) << 6 | cell_.kind << 11;
+    uint32_t local = std::min<uint32_t>(point.valence(), 63) | std::min<uint32_t>(point.open(), 31) << 6 |
+                     cell_.kind << 11;
     if (i >= shape.corners) {
       const bool with_corners = (shape.lies_on[i] & ~final) == 0;
       local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;
@@ -324,7 +324,7 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
     final = decide(coder, final, is_final, 0x200000, 0, 0);
     if constexpr (!encoding) cell.finals.push_back(final);
     const uint32_t slot = out.nodes[first + i];
-    if (final && hull_.point(slot).alive) end_point(slot, out);
+    if (final && hull_.point(slot).alive()) end_point(slot, out);
   }
   last_kind_ = loose_cell;
   return !damaged_;

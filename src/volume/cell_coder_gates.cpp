@@ -288,8 +288,8 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
       const unsigned context = std::min(there.around, 7u) | (knows_a || knows_b ? 8u : 0) | agree << 4 |
                                differ << 6 | std::min(joined, 2u) << 8 | std::min(i, 2u) << 10 |
                                (base.size - 3u) << 12 | (there.size - 3u) << 13;
-      const uint32_t valence = hull_.point(cell_.corner[base.corner[i]]).valence * 32u +
-                               hull_.point(cell_.corner[base.corner[after]]).valence;
+      const uint32_t valence = hull_.point(cell_.corner[base.corner[i]]).valence() * 32u +
+                               hull_.point(cell_.corner[base.corner[after]]).valence();
       here = decide_by(gate_models_->joined[context], coder, here, glued_here, context,
                        hashed(anchor_signature_, hull_.cell(there.face.cell).signature),
                        valence * 16 + std::min(there.around, 15u));

@@ -80,13 +80,14 @@ void CellCoder<Coder>::find_partners() {
       const unsigned corner = shape.face[f].corner[i];
       all_there = all_there && target_[corner] != no_slot;
       if (!all_there) break;
-      if (from == most_corners || hull_.point(target_[corner]).valence < hull_.point(target_[from]).valence)
+      if (from == most_corners ||
+          hull_.point(target_[corner]).valence() < hull_.point(target_[from]).valence())
         from = corner;
     }
     left &= ~(1u << f);
     if (!all_there) continue;
     left &= ~static_cast<unsigned>(shape.faces_at[from]);
-    if (hull_.point(target_[from]).open == 0) continue;
+    if (hull_.point(target_[from]).open() == 0) continue;
     // More than there is room for are no mesh, and any of them will do.
     hull_.around(target_[from], [&](uint32_t slot, uint32_t corner) {
       add_partner(slot, hull_.cell(slot).open & Hull::shape_of(hull_.cell(slot)).faces_at[corner]);
@@ -205,7 +206,7 @@ void CellCoder<Coder>::add_anchors_beside() {
   unsigned count = 0;
   for (unsigned i = 0; i < most_corners && sources_.cell[0] != no_slot; ++i) {
     const uint32_t point = hull_.cell(sources_.cell[0]).corner[i];
-    if (point == no_slot || hull_.point(point).open == 0) continue;
+    if (point == no_slot || hull_.point(point).open() == 0) continue;
     unsigned left = 24;
     hull_.around(point, [&](uint32_t slot, uint32_t) {
       Hull::Cell& cell = hull_.cell(slot);
@@ -435,7 +436,7 @@ unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned
   edge_face_count_ = 0;
   unsigned cells = 0;
   uint32_t from = cell_.corner[a], to = cell_.corner[b];
-  if (hull_.point(from).valence > hull_.point(to).valence) std::swap(from, to);
+  if (hull_.point(from).valence() > hull_.point(to).valence()) std::swap(from, to);
   hull_.around(from, [&](uint32_t slot, uint32_t corner) {
     const Hull::Cell& other = hull_.cell(slot);
     const CellShape& shape = Hull::shape_of(other);
@@ -480,7 +481,7 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
       const uint32_t local = cells | (known - 2) << 4 | std::min<uint32_t>(edge_face_count_, 3) << 6 |
                              glued_so_far << 8 | i << 12 | std::min<uint32_t>(k, 3) << 14 | cell_.kind << 16;
       const uint32_t valence =
-          hull_.point(cell_.corner[a]).valence * 32u + hull_.point(cell_.corner[b]).valence;
+          hull_.point(cell_.corner[a]).valence() * 32u + hull_.point(cell_.corner[b]).valence();
       glued = decide(coder, glued, glued_here, local, hashed(anchor_signature_, other.signature),
                      valence * 16 + cells);
       if (!glued) continue;

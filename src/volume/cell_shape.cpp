@@ -134,6 +134,13 @@ constexpr std::array<CellShape, shape_count> cell_shapes = {
     higher(hexahedron, CellType::triquadratic_hexahedron, hexahedron_middles),
 };
 
+constexpr std::array<uint8_t, shape_count* most_corners> faces_at_corner = [] {
+  std::array<uint8_t, shape_count * most_corners> faces{};
+  for (unsigned i = 0; i < faces.size(); ++i)
+    faces[i] = cell_shapes[i / most_corners].faces_at[i % most_corners];
+  return faces;
+}();
+
 unsigned kind_of(CellType type) {
   if (type == CellType::polyhedron || type == CellType::polygon) return face_cell;
   for (unsigned kind = 0; kind < shape_count; ++kind) {

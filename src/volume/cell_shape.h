@@ -53,6 +53,8 @@ struct CellShape {
 /// Shapes that the hull codec knows, by an index of their own ("kind").
 inline constexpr unsigned shape_count = 18;
 extern const std::array<CellShape, shape_count> cell_shapes;
+/// CellShape::faces_at of all, by kind * most_corners + corner: for the loop that takes points out of memory.
+extern const std::array<uint8_t, shape_count * most_corners> faces_at_corner;
 
 inline constexpr unsigned hexahedron_kind = 0;
 /// Kinds that are no cells of a known shape: a point no cell uses; a cell that is a list of points of any

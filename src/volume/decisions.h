@@ -18,18 +18,22 @@ class RunModel {
   [[gnu::always_inline]] bool code(Coder& coder, bool bit) {
     const uint32_t high = probability_ >> 16;
     bit = coder.code(bit, high == 0 ? 1 : high);
-    const int64_t error = (bit ? int64_t{0xffffffff} : int64_t{0}) - int64_t{probability_};
-    probability_ = static_cast<uint32_t>(int64_t{probability_} + error * rates()[visits_] / 65536);
+    const uint64_t rate = rates()[visits_];
+    if (bit) {
+      probability_ += static_cast<uint32_t>((0xffffffff - probability_) * rate >> 16);
+    } else {
+      probability_ -= static_cast<uint32_t>(probability_ * rate >> 16);
+    }
     visits_ = static_cast<uint16_t>(visits_ + (visits_ < limit));
     return bit;
   }
 
  private:
   static constexpr unsigned limit = 1000;
-  static const std::array<int32_t, limit + 1>& rates() {
+  static const std::array<uint32_t, limit + 1>& rates() {
     static constexpr auto table = [] {
-      std::array<int32_t, limit + 1> rate{};
-      for (unsigned n = 0; n <= limit; ++n) rate[n] = static_cast<int32_t>(655360 / (10 * n + 16));
+      std::array<uint32_t, limit + 1> rate{};
+      for (unsigned n = 0; n <= limit; ++n) rate[n] = 655360 / (10 * n + 16);
       return rate;
     }();
     return table;

@@ -31,13 +31,38 @@ struct FaceRef {
 /// its last point does.
 class Hull {
  public:
-  struct Point {
+  /// The rest of a point is one word, as a cell changes all of it at each of its corners: from the lowest bit
+  /// on head, valence, alive, and the open faces, whose carry is lost.
+  class Point {
+   public:
+    Point() = default;
+    explicit Point(uint64_t with_number) : number(with_number), state_(no_slot | is_alive) {}
+    uint32_t head() const { return static_cast<uint32_t>(state_); }  ///< cell slot * 8 + corner
+    /// Cells in the list, not above 255.
+    unsigned valence() const { return static_cast<uint8_t>(state_ >> 32); }
+    bool alive() const { return (state_ & is_alive) != 0; }
+    /// Open faces of these cells at the point.
+    unsigned open() const { return static_cast<uint16_t>(state_ >> 48); }
+    /// Another cell in the list: `from` is its slot * 8, `entry` that of the corner.
+    [[gnu::always_inline]] void enter(uint32_t from, uint64_t entry) {
+      const uint64_t counted = valence() == 0xff ? 0 : one_cell;
+      state_ = (state_ & ~uint64_t{no_slot}) + from + entry + counted;
+    }
+    void close_one() { state_ -= one_face; }
+    void end() { state_ = (state_ & ~is_alive) | no_slot; }
+
     uint64_t number = 0;
-    uint32_t head = no_slot;  ///< cell slot * 8 + corner
-    uint16_t open = 0;        ///< open faces of these cells at the point
-    uint8_t valence = 0;      ///< cells in the list, not above 255
-    bool alive = false;
+
+   private:
+    friend class Hull;
+    static constexpr uint64_t one_cell = uint64_t{1} << 32, is_alive = uint64_t{1} << 40,
+                              one_face = uint64_t{1} << 48;
+    uint64_t state_ = no_slot;
   };
+  /// What a corner, and the open faces that a cell adds there, add to the word of a point.
+  static uint64_t entry(unsigned corner, int opened) {
+    return corner + static_cast<uint64_t>(static_cast<int64_t>(opened)) * Point::one_face;
+  }
   /// One line of a cache: the cells around it change whenever a point comes or leaves.
   struct alignas(64) Cell {
     std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
@@ -59,10 +84,11 @@ class Hull {
   const Point& point(uint32_t slot) const { return points_[slot]; }
   static const CellShape& shape_of(const Cell& cell) { return cell_shapes[cell.kind]; }
 
-  uint32_t add_point(uint64_t number) {
+  [[gnu::always_inline]] uint32_t add_point(uint64_t number) {
     const uint32_t slot = point_slots_.take();
-    if (slot >= points_.size()) points_.resize(point_slots_.capacity());
-    points_[slot] = {number, no_slot, 0, 0, true};
+    if (slot >= points_.size()) [[unlikely]]
+      points_.resize(point_slots_.capacity());
+    points_[slot] = Point(number);
     return slot;
   }
 
@@ -78,11 +104,10 @@ class Hull {
     for (unsigned i = 0; i < shape.corners; ++i) {
       Point& point = points_[corners[i]];
       cell.corner[i] = corners[i];
-      next[i] = point.head;
-      point.head = slot * most_corners + i;
-      point.valence = static_cast<uint8_t>(point.valence + (point.valence < 0xff));
+      next[i] = point.head();
       const unsigned at = shape.faces_at[i];
-      point.open = static_cast<uint16_t>(point.open + bits_in(at) - 2 * bits_in(at & glued));
+      point.enter(slot * most_corners,
+                  entry(i, static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued))));
     }
     for (unsigned i = shape.corners; i < most_corners; ++i) cell.corner[i] = no_slot;
     cell.successor = no_slot;
@@ -93,26 +118,25 @@ class Hull {
     return slot;
   }
 
-  /// add_cell() of a hexahedron, with what each corner adds to the open faces of its point.
-  [[gnu::always_inline]] uint32_t add_hexahedron(const uint32_t* corners, unsigned glued,
-                                                 const std::array<int8_t, most_corners>& opened,
-                                                 uint32_t ordinal) {
+  /// add_cell() of a hexahedron; `entered`: entry() of each corner.
+  [[gnu::always_inline]] uint32_t add_hexahedron(const std::array<uint32_t, most_corners>& corners,
+                                                 const std::array<uint64_t, most_corners>& entered,
+                                                 unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
-    if (slot >= cells_.size()) [[unlikely]]
-      cells_.resize(cell_slots_.capacity());
-    if (next_.size() < cells_.size() * most_corners) [[unlikely]]
-      next_.resize(cells_.size() * most_corners);
+    // `next_` never has room for more cells than `cells_`.
+    if (size_t{slot} * most_corners >= next_.size()) [[unlikely]]
+      grow_cells();
     Cell& cell = cells_[slot];
-    uint32_t* next = next_.data() + size_t{slot} * most_corners;
+    uint32_t* const next = next_.data() + size_t{slot} * most_corners;
     Point* const points = points_.data();
-    for (unsigned i = 0; i < most_corners; ++i) {
+    const uint32_t from = slot * most_corners;
+    const auto enter = [&](unsigned i) {
       Point& point = points[corners[i]];
-      cell.corner[i] = corners[i];
-      next[i] = point.head;
-      point.head = slot * most_corners + i;
-      point.valence = static_cast<uint8_t>(point.valence + (point.valence < 0xff));
-      point.open = static_cast<uint16_t>(point.open + opened[i]);
-    }
+      next[i] = point.head();
+      point.enter(from, entered[i]);
+    };
+    // Written out: compilers make a loop of it, and count.
+    enter(0), enter(1), enter(2), enter(3), enter(4), enter(5), enter(6), enter(7);
     cell.successor = no_slot;
     cell.ordinal = ordinal;
     cell.open = static_cast<uint8_t>(0x3f & ~glued);
@@ -128,30 +152,30 @@ class Hull {
     Point& point = points_[slot];
     Cell* const cells = cells_.data();
     const uint32_t* const next = next_.data();
-    for (uint32_t at = point.head; at != no_slot;) {
-      const uint32_t cell_slot = at / most_corners;
-      Cell& cell = cells[cell_slot];
-      const unsigned corner = at % most_corners;
-      at = next[at];
+    const uint8_t* const faces_at = faces_at_corner.data();
+    for (uint32_t at = point.head(); at != no_slot;) {
+      const uint32_t here = at;
+      const size_t corner = here % most_corners;
+      Cell& cell = cells[here / most_corners];
+      at = next[here];
       cell.corner[corner] = no_slot;
-      if (cell.open != 0) {
-        const unsigned closing = cell.open & shape_of(cell).faces_at[corner];
-        if (closing != 0) close(cell, closing);
-      }
-      if (--cell.live == 0) cell_slots_.give_back(cell_slot);
+      const unsigned closing = cell.open & faces_at[cell.kind * size_t{most_corners} + corner];
+      if (closing != 0) [[unlikely]]
+        close(cell, closing);
+      if (--cell.live == 0) [[unlikely]]
+        cell_slots_.give_back(here / most_corners);
     }
-    point.head = no_slot;
-    point.alive = false;
+    point.end();
     removed_.push_back(slot);
   }
   /// Faces of a cell, a bit for each, that no other can meet any more.
-  void close(Cell& cell, unsigned faces) {
+  [[gnu::noinline]] void close(Cell& cell, unsigned faces) {
     cell.open = static_cast<uint8_t>(cell.open & ~faces);
     for (unsigned left = faces; left != 0; left &= left - 1) {
       const CellFace& face = shape_of(cell).face[static_cast<unsigned>(__builtin_ctz(left))];
       for (unsigned i = 0; i < face.size; ++i) {
         const uint32_t slot = cell.corner[face.corner[i]];
-        if (slot != no_slot) --points_[slot].open;
+        if (slot != no_slot) points_[slot].close_one();
       }
     }
   }
@@ -163,7 +187,7 @@ class Hull {
   /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true.
   template <class Visit>
   bool around(uint32_t slot, Visit visit) const {
-    for (uint32_t at = points_[slot].head; at != no_slot;) {
+    for (uint32_t at = points_[slot].head(); at != no_slot;) {
       const uint32_t cell = at / most_corners, corner = at % most_corners;
       if (visit(cell, corner)) return true;
       at = next_[at];
@@ -204,6 +228,10 @@ class Hull {
   uint32_t cell_capacity() const { return cell_slots_.capacity(); }
 
  private:
+  [[gnu::noinline]] void grow_cells() {
+    cells_.resize(cell_slots_.capacity());
+    next_.resize(cells_.size() * most_corners);
+  }
   static bool has_all(const Cell& cell, const CellFace& face, const uint32_t* points, unsigned count) {
     for (unsigned i = 0; i < count; ++i) {
       bool has = false;

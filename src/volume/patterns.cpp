@@ -72,27 +72,7 @@ PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pat
     sources = static_cast<uint8_t>(sources | 1u << source);
     glued = static_cast<uint8_t>(glued | 1u << f);
   }
-  prepare_sweep();
-}
-
-void PatternPlan::prepare_sweep() {
-  const CellShape& shape = cell_shapes[kind];
-  sweeps = kind == hexahedron_kind && searched == 0 && (known | fresh) == 0xff;
-  unsigned there = known;
-  for (unsigned i = 0; i < shape.corners; ++i) {
-    const unsigned at = shape.faces_at[i];
-    ends |= uint64_t{final >> i & 1u} << (8 * i + 7);
-    opened[i] =
-        static_cast<int8_t>(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
-    if ((fresh >> i & 1) == 0) continue;
-    for (unsigned j = shape.parallelograms[i]; j-- > 0;) {
-      const auto& p = shape.parallelogram[i][j];
-      if ((there >> p.a & there >> p.b & there >> p.opposite & 1) == 0) continue;
-      expected[i] = p;
-      expects = static_cast<uint8_t>(expects | 1u << i);
-    }
-    there |= 1u << i;
-  }
+  sweeps = kind == hexahedron_kind && searched == 0 && corners > 0 && (known | fresh) == 0xff;
 }
 
 bool Patterns::search(const PatternPlan& plan, const Hull& hull, Assembly& cell) {

@@ -49,18 +49,11 @@ struct PatternPlan {
   uint8_t searched = 0;                     ///< a bit for each face that is found by search
   std::array<Corner, most_corners> corner{};
   std::array<Glue, most_faces> glue{};
-  /// For CellCoder::sweep(): a hexahedron, and nothing is searched for.
+  /// For CellCoder::sweep(): a hexahedron with a known corner, and nothing is searched for.
   bool sweeps = false;
-  uint64_t ends = 0;                          ///< by corner a byte: 0x80 if it is used for the last time
-  std::array<int8_t, most_corners> opened{};  ///< by corner, what the cell adds to the open faces there
-  std::array<CellShape::Parallelogram, most_corners> expected{};  ///< by new corner: the first that is known
-  uint8_t expects = 0;                                            ///< a bit for each new corner with one
 
   PatternPlan() = default;
   explicit PatternPlan(const Pattern& pattern);
-
- private:
-  void prepare_sweep();
 };
 
 /// The patterns met so far, numbered from 1; 0 stands for none.

@@ -17,13 +17,13 @@ class PointTable {
  public:
   PointTable() : table_(64, no_page) {}
 
-  uint32_t find(uint64_t number, unsigned corner) {
+  [[gnu::always_inline]] uint32_t find(uint64_t number, unsigned corner) {
     const uint32_t page = page_of(number / 32, corner);
     return page == no_page ? no_slot : pages_[page].slot[number % 32];
   }
   /// False: it is there already. `corner` tells apart who asks, below 32: each goes through numbers of its
   /// own.
-  bool insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
+  [[gnu::always_inline]] bool insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
     uint32_t page = page_of(number / 32, corner);
     if (page == no_page) [[unlikely]]
       page = last_[corner] = add_page(number / 32);
@@ -33,10 +33,11 @@ class PointTable {
     ++pages_[page].used;
     return true;
   }
-  void erase(uint64_t number, unsigned corner = 0) {
+  [[gnu::always_inline]] void erase(uint64_t number, unsigned corner = 0) {
     const uint32_t page = page_of(number / 32, corner);
     pages_[page].slot[number % 32] = no_slot;
-    if (--pages_[page].used == 0) remove_page(page);
+    if (--pages_[page].used == 0) [[unlikely]]
+      remove_page(page);
   }
 
  private:
@@ -49,15 +50,17 @@ class PointTable {
   };
 
   size_t home(uint64_t key) const { return hash_mix(key, 0) & (table_.size() - 1); }
-  uint32_t page_of(uint64_t key, unsigned corner) {
-    uint32_t& last = last_[corner % last_.size()];
-    if (last < pages_.size() && pages_[last].key == key) return last;
+  [[gnu::always_inline]] uint32_t page_of(uint64_t key, unsigned corner) {
+    const uint32_t last = last_[corner % last_.size()];
+    return pages_[last].key == key ? last : search(key, last_[corner % last_.size()]);
+  }
+  [[gnu::noinline]] uint32_t search(uint64_t key, uint32_t& last) {
     for (size_t at = home(key); table_[at] != no_page; at = (at + 1) & (table_.size() - 1)) {
       if (pages_[table_[at]].key == key) return last = table_[at];
     }
     return no_page;
   }
-  uint32_t add_page(uint64_t key) {
+  [[gnu::noinline]] uint32_t add_page(uint64_t key) {
     if (2 * (pages_.size() - unused_.size() + 1) > table_.size()) grow();
     uint32_t page = static_cast<uint32_t>(pages_.size());
     if (unused_.empty()) {
@@ -83,7 +86,7 @@ class PointTable {
     }
   }
   /// Entries behind move up into the gap, so that no search stops early (Knuth, volume 3, 6.4, algorithm R).
-  void remove_page(uint32_t page) {
+  [[gnu::noinline]] void remove_page(uint32_t page) {
     const size_t mask = table_.size() - 1;
     size_t gap = home(pages_[page].key);
     while (table_[gap] != page) gap = (gap + 1) & mask;
@@ -100,7 +103,8 @@ class PointTable {
   }
 
   std::vector<uint32_t> table_;
-  std::vector<Page> pages_;
+  std::vector<Page> pages_ =
+      std::vector<Page>(1);  ///< the first has no numbers: `last_` is always one of them
   std::vector<uint32_t> unused_;
   std::array<uint32_t, 32> last_{};
 };

@@ -12,8 +12,9 @@ namespace maille {
 /// after 100 layers).
 class Slots {
  public:
-  uint32_t take() {
-    while (free_[current_] == 0) current_ = next_block();
+  [[gnu::always_inline]] uint32_t take() {
+    if (free_[current_] == 0) [[unlikely]]
+      find_block();
     const auto bit = static_cast<unsigned>(__builtin_ctz(free_[current_]));
     free_[current_] = static_cast<uint16_t>(free_[current_] & (free_[current_] - 1u));
     ++taken_;
@@ -33,6 +34,9 @@ class Slots {
   uint32_t taken() const { return taken_; }
 
  private:
+  [[gnu::noinline]] void find_block() {
+    while (free_[current_] == 0) current_ = next_block();
+  }
   uint32_t next_block() {
     if (!empty_.empty()) {
       const uint32_t block = empty_.back();

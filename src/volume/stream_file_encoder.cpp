@@ -390,10 +390,19 @@ class MeshFeeder {
   void fill(const CellBlock& block, uint64_t first, uint64_t count, Run& run) const {
     const size_t nodes = nodes_of(block.type);
     const auto points = std::span(block.connectivity).subspan(first * nodes, count * nodes);
-    run.numbers.assign(points.begin(), points.end());
+    run.numbers.resize(points.size());
     run.finals.resize(points.size());
-    for (uint64_t i = 0, at = 0; i < count; ++i) {
-      for (size_t k = 0; k < nodes; ++k, ++at) run.finals[at] = last_[points[at]] == first_ + first + i;
+    // Through plain pointers: bytes could be anything, so members would be read again after each.
+    const uint32_t* point = points.data();
+    const uint64_t* const last = last_.data();
+    uint64_t* number = run.numbers.data();
+    uint8_t* final = run.finals.data();
+    for (uint64_t time = first_ + first, end = time + count; time < end; ++time) {
+      for (size_t k = 0; k < nodes; ++k) {
+        number[k] = point[k];
+        final[k] = last[point[k]] == time;
+      }
+      point += nodes, number += nodes, final += nodes;
     }
     run.arrays.clear();
     for (const Array* column : columns_) {

@@ -100,6 +100,13 @@ class StreamWriter::Implementation {
   Result<> take_point_values(Block& block);
   Result<> code_values(Block& block, size_t stage);
   void count_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> points);
+  /// A batch whose cells are coded, and the values of its last block may not be.
+  struct ClosedBatch {
+    BatchHeader header;
+    std::vector<std::byte> cells, numbers;
+  };
+  void close_batch();
+  Result<> write_closed_batch();
   Result<> end_batch();
 
   Sink& sink_;
@@ -120,6 +127,7 @@ class StreamWriter::Implementation {
   unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values
   bool values_wait_ = false;
   BatchHeader batch_;
+  std::optional<ClosedBatch> closed_;
   StreamedCell cell_;
   StreamTail tail_;
   std::array<uint64_t, 256> cells_of_type_{};
@@ -548,16 +556,60 @@ Result<> StreamWriter::Implementation::run_records() {
   });
   MAILLE_CHECK(positions);
   MAILLE_CHECK(cells);
+  MAILLE_CHECK(write_closed_batch());
   values_wait_ = true;
   current_ = 1 - current_;
   size_t bytes = cells_.size() + numbers_.size();
   for (auto& stage : stages_) bytes += stage.coder().size();
-  if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch)
-    return end_batch();
+  // The values of its last block are coded beside the cells of the next.
+  if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch) close_batch();
+  return {};
+}
+
+/// No more records: the next ones are another batch's. What waits for their values is written then.
+void StreamWriter::Implementation::close_batch() {
+  if (batch_.records == 0) return;
+  closed_.emplace();
+  closed_->cells = cells_.finish();
+  closed_->numbers = numbers_.finish();
+  cells_ = {};
+  numbers_ = {};
+  batch_.cell_bytes = closed_->cells.size();
+  closed_->header = std::move(batch_);
+  batch_ = {};
+  records_taken_ = 0;
+  for (BlockStart& start : intake_.blocks) start.records_before = 0;
+}
+
+/// The batch that is closed, all of whose values are coded.
+Result<> StreamWriter::Implementation::write_closed_batch() {
+  if (!closed_) return {};
+  const ClosedBatch batch = std::move(*closed_);
+  closed_.reset();
+  const auto patch = static_cast<uint32_t>(tail_.batches++);
+  ByteWriter out;
+  write_batch_header(out, batch.header);
+  out.put_bytes(batch.cells);
+  out.put_bytes(batch.numbers);
+  report_.cell_bytes += batch.cells.size();
+  report_.number_bytes += batch.numbers.size();
+  MAILLE_CHECK(file_.write_stream({"CELL", patch, 0}, out.bytes()));
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const std::vector<std::byte> bytes = stages_[s].coder().finish();
+    stages_[s].begin_batch(RansEncoder(stages_[s].lanes()));
+    const bool of_points = stages_[s].domain() == Domain::point;
+    const uint64_t tuples = of_points ? batch.header.points : batch.header.cells;
+    (s == 0 ? report_.position_bytes : report_.array_bytes[s - 1]) += bytes.size();
+    if (tuples == 0) continue;
+    const StreamKey key =
+        s == 0 ? StreamKey{"POSI", patch, 0} : StreamKey{"ARRY", patch, static_cast<uint32_t>(s - 1)};
+    MAILLE_CHECK(file_.write_stream(key, bytes));
+  }
   return {};
 }
 
 Result<> StreamWriter::Implementation::end_batch() {
+  if (!closed_) close_batch();
   if (values_wait_) {
     Result<> positions;
     executor_.parallel_for(stages_.size(), [&](size_t stage) {
@@ -567,33 +619,7 @@ Result<> StreamWriter::Implementation::end_batch() {
     MAILLE_CHECK(positions);
     values_wait_ = false;
   }
-  if (batch_.records == 0) return {};
-  const auto patch = static_cast<uint32_t>(tail_.batches++);
-  const std::vector<std::byte> cell_bytes = cells_.finish(), number_bytes = numbers_.finish();
-  cells_ = {};
-  numbers_ = {};
-  batch_.cell_bytes = cell_bytes.size();
-  ByteWriter out;
-  write_batch_header(out, batch_);
-  out.put_bytes(cell_bytes);
-  out.put_bytes(number_bytes);
-  report_.cell_bytes += cell_bytes.size();
-  report_.number_bytes += number_bytes.size();
-  MAILLE_CHECK(file_.write_stream({"CELL", patch, 0}, out.bytes()));
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    const std::vector<std::byte> bytes = stages_[s].coder().finish();
-    stages_[s].begin_batch(RansEncoder(stages_[s].lanes()));
-    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
-    (s == 0 ? report_.position_bytes : report_.array_bytes[s - 1]) += bytes.size();
-    if (tuples == 0) continue;
-    const StreamKey key =
-        s == 0 ? StreamKey{"POSI", patch, 0} : StreamKey{"ARRY", patch, static_cast<uint32_t>(s - 1)};
-    MAILLE_CHECK(file_.write_stream(key, bytes));
-  }
-  batch_ = {};
-  records_taken_ = 0;
-  for (BlockStart& start : intake_.blocks) start.records_before = 0;
-  return {};
+  return write_closed_batch();
 }
 
 Result<> StreamWriter::Implementation::flush() {
