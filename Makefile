@@ -3,11 +3,12 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help demo test web viewer bench scale fuzz format install clean
+.PHONY: help demo test sanitize web viewer bench scale fuzz format install clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
-	@echo "make test     build and run all tests, with and without sanitizers"
+	@echo "make test     build and run all tests"
+	@echo "make sanitize the same with the sanitizers of clang and small meshes (.ci/run does both)"
 	@echo "make web      build the WebAssembly decoder and test it, its JavaScript and the viewer, under node and in Chromium"
 	@echo "make viewer   build the viewer of maille view and maille serve; make install takes it along"
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
@@ -20,8 +21,13 @@ help:
 demo:
 	@scripts/demo $(if $(MESH),"$(MESH)")
 
+PRESETS ?= release
+
 test:
-	@scripts/test
+	@scripts/test $(PRESETS)
+
+sanitize:
+	@scripts/test sanitize
 
 web:
 	@scripts/test-web
