@@ -47,6 +47,18 @@ void list_piece(Reader& reader, const OpenPieces& pieces) {
 
 }  // namespace
 
+/// numbers: times of the steps behind the mesh; the first is that of step 1. Read are the front and the end
+/// of the file, and of each step its end and header.
+MAILLE_EXPORT int32_t maille_steps(Reader* reader) {
+  std::vector<StreamStep> steps;
+  // From a server all of the file is too much to look through.
+  if (const int32_t outcome = reader->keep(list_steps(reader->bytes, false), steps); outcome != done)
+    return outcome;
+  reader->numbers.clear();
+  for (const StreamStep& step : steps) reader->numbers.push_back(step.time);
+  return done;
+}
+
 /// Begins to give a file of mode stream in pieces, with the arrays of one step.
 MAILLE_EXPORT int32_t maille_begin_pieces(Reader* reader, double step) {
   reader->pieces.reset();

@@ -167,8 +167,9 @@ Result<StepReport> append_step(const std::string& path, const StepOptions& optio
 /// in which the file has them. Of `options`, bounds of arrays and the executor count.
 Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
                                const EncodeOptions& options = {});
-/// The steps behind a mesh, the first one step 1; empty for other modes. Error: cannot_read, corrupt.
-Result<std::vector<StreamStep>> list_steps(const Source& source);
+/// The steps behind a mesh, the first one step 1; empty for other modes. `search`: where the end of a large
+/// file is damaged, all of it is looked through; else that is an error. Error: cannot_read, corrupt.
+Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
 
 /// Some thousand cells, and the points that come up with them.
 ///

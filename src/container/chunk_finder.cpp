@@ -17,9 +17,8 @@ tl::unexpected<Error> bad_index(const std::string& what) {
 }
 
 /// The content of all index chunks, which fill the file from footer.index_offset to the footer at `end`.
-Result<std::vector<std::byte>> read_index_bytes(const Source& source, const Footer& footer, uint64_t end) {
+Result<std::vector<std::byte>> read_index_bytes(SourceWindow& window, const Footer& footer, uint64_t end) {
   std::vector<std::byte> bytes;
-  SourceWindow window(source);
   if (footer.index_offset < file_header_bytes || footer.index_offset > end) return bad_index("its place");
   uint64_t offset = footer.index_offset;
   for (uint32_t part = 0; offset < end; ++part) {
@@ -142,12 +141,21 @@ Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
   return Bytes(buffer_).subspan(static_cast<size_t>(offset - start_));
 }
 
+Result<Bytes> SourceWindow::before(uint64_t end, size_t size) {
+  const uint64_t offset = end - size;
+  if (offset < start_ || end > start_ + buffer_.size()) {
+    const auto count = static_cast<size_t>(std::min<uint64_t>(end, window_bytes));
+    MAILLE_CHECK(at(end - count, count));
+  }
+  return at(offset, size);
+}
+
 namespace {
 
 /// The chunks that one index lists, which stand one after the other up to it. `begin`: where the first does.
-Result<std::vector<ChunkRecord>> read_one_index(const Source& source, const Footer& footer, uint64_t end,
+Result<std::vector<ChunkRecord>> read_one_index(SourceWindow& window, const Footer& footer, uint64_t end,
                                                 uint64_t& begin) {
-  const std::vector<std::byte> bytes = MAILLE_TRY(read_index_bytes(source, footer, end));
+  const std::vector<std::byte> bytes = MAILLE_TRY(read_index_bytes(window, footer, end));
   std::vector<ChunkRecord> records;
   ByteReader in(bytes);
   uint64_t size = 0;
@@ -178,10 +186,11 @@ Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& 
   uint64_t end = source.size() - footer_bytes;
   SourceWindow window(source);
   for (uint64_t begin = 0;; end = begin - footer_bytes) {
-    parts.push_back(MAILLE_TRY(read_one_index(source, *next, end, begin)));
+    parts.push_back(MAILLE_TRY(read_one_index(window, *next, end, begin)));
     if (begin == file_header_bytes) break;
     if (begin < file_header_bytes + footer_bytes) return bad_index("fewer chunks than the file holds");
-    next = read_footer(MAILLE_TRY(window.at(begin - footer_bytes, footer_bytes)));
+    // The index of which stands before it: mostly read along.
+    next = read_footer(MAILLE_TRY(window.before(begin, footer_bytes)));
     if (!next) return bad_index("fewer chunks than the file holds");
     if (next->index_offset != 0) continue;
     Problems problems;

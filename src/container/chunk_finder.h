@@ -25,6 +25,8 @@ class SourceWindow {
   explicit SourceWindow(const Source& source) : source_(source) {}
   /// At least min(size, bytes left in the file) bytes from `offset` on; valid until the next call.
   Result<Bytes> at(uint64_t offset, size_t size);
+  /// At least the `size` bytes before `end`, by reading 64 KiB that end there: for going backwards.
+  Result<Bytes> before(uint64_t end, size_t size);
   /// Forgets what was read.
   void drop() { buffer_.clear(); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/result.h"
+#include "container/chunk_finder.h"
 #include "volume/array_stage.h"
 #include "volume/cell_replay.h"
 #include "volume/mesh_stream.h"
@@ -34,10 +35,13 @@ Result<StreamHeader> header_of(const FileReader& file) {
 }  // namespace
 
 Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays) {
-  std::vector<StepHeader> steps;
+  // A source whose bytes arrive later is asked for all of them before the first that is missing is an error.
+  std::vector<Result<std::vector<std::byte>>> streams;
   const uint64_t count = count_steps(file);
-  for (uint32_t i = 1; i <= count; ++i)
-    steps.push_back(MAILLE_TRY(decode_step(MAILLE_TRY(file.read_stream({"STEP", i, 0})), arrays)));
+  for (uint32_t i = 1; i <= count; ++i) streams.push_back(file.read_stream({"STEP", i, 0}));
+  std::vector<StepHeader> steps;
+  for (auto& stream : streams)
+    steps.push_back(MAILLE_TRY(decode_step(MAILLE_TRY(std::move(stream)), arrays)));
   return steps;
 }
 
@@ -321,7 +325,27 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
   return append(path, std::move(step), values, step_options, Counts{mesh.point_count(), mesh.cell_count()});
 }
 
-Result<std::vector<StreamStep>> list_steps(const Source& source) {
+namespace {
+
+/// A large file whose end tells nothing is looked through from the front by FileReader.
+Result<> check_end(const Source& source) {
+  if (source.size() < 2 * indexed_file_bytes) return {};
+  std::vector<std::byte> end(footer_bytes);
+  MAILLE_CHECK(source.read_at(source.size() - footer_bytes, end));
+  const auto footer = read_footer(end);
+  if (footer && footer->index_offset != 0) {
+    const auto records = read_index(source, *footer);
+    if (records) return {};
+    if (records.error().code != ErrorCode::corrupt) return tl::unexpected(records.error());
+  }
+  return failure(ErrorCode::corrupt,
+                 source.name() + ": its end is damaged, so it does not tell which steps of time it has");
+}
+
+}  // namespace
+
+Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
+  if (!search) MAILLE_CHECK(check_end(source));
   const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   if (file.header().mode != Mode::stream) return std::vector<StreamStep>{};
   const StreamHeader mesh = MAILLE_TRY(header_of(file));

@@ -196,6 +196,10 @@ export class DecoderFile {
   surface() {
     return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => this.#drawn(Wanted.surface));
   }
+  /** Times of the steps of a file of mode stream: [{step, time}], without step 0, which is the mesh itself. */
+  steps() {
+    return this.#outcome(this.decoder.calls.maille_steps(this.reader), () => [...this.#numbers()].map((time, i) => ({step: i + 1, time})));
+  }
   /** A file of mode stream is to be given in pieces, with the arrays of a step. */
   beginPieces(step = 0) {
     return this.#outcome(this.decoder.calls.maille_begin_pieces(this.reader, step), () => true);

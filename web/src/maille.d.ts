@@ -198,6 +198,12 @@ export interface OpenOptions {
   onBytes?(fetched: number): void;
   signal?: AbortSignal;
 }
+/** Values of a later time. Step 0, which is not listed, is what the mesh came with. */
+export interface Step {
+  /** From 1 on: what `surface({step})` and `pieces({step})` take. */
+  step: number;
+  time: number;
+}
 export interface CallOptions {
   signal?: AbortSignal;
 }
@@ -215,9 +221,17 @@ export class MeshFile {
   /** Mode random: the mesh itself first. */
   readonly levels?: {faces: number; charts: number}[];
   readonly sphere?: Sphere;
-  readonly info: Pick<MeshFile, 'name' | 'size' | 'mode' | 'levels' | 'sphere'>;
+  /** Once readSteps() has read them. */
+  readonly steps?: Step[];
+  readonly info: Pick<MeshFile, 'name' | 'size' | 'mode' | 'levels' | 'sphere' | 'steps'>;
   /** Bytes held in caches and by decoders, and what was fetched so far. */
   readonly usage: {cacheBytes: number; decoderBytes: number; fetchedBytes?: number; requests?: number};
+
+  /**
+   * Steps of time behind the mesh; [] where there are none. Reads the end of the file and, step by step, where each begins: not
+   * the mesh, nor values; from a server without ranges, all of the file.
+   */
+  readSteps(options?: CallOptions): Promise<Step[]>;
 
   /** Charts that together show a region without cracks. Mode random. */
   select(request?: Request, options?: CallOptions): Promise<Chart[]>;

@@ -135,16 +135,28 @@ export class MeshFile {
     this.bytes.close();
   }
 
-  /** {name, size, mode}, and of a file of mode random levels [{faces, charts}] and sphere {centre, radius}. */
+  /**
+   * {name, size, mode}, and of a file of mode random levels [{faces, charts}] and sphere {centre, radius}; steps, as
+   * soon as readSteps() has read them.
+   */
   get info() {
-    const {name, size, mode, levels, sphere} = this;
-    return {name, size, mode, levels, sphere};
+    const {name, size, mode, levels, sphere, steps} = this;
+    return {name, size, mode, levels, sphere, steps};
   }
   /** What is held: {cacheBytes, decoderBytes}; and what was fetched so far: {fetchedBytes, requests}. */
   get usage() {
     const {bytes} = this;
     const decoderBytes = (this.session?.memoryBytes ?? 0) + (this.pool?.memoryBytes ?? 0);
     return {cacheBytes: bytes.held, decoderBytes, fetchedBytes: bytes.fetched, requests: bytes.requests};
+  }
+
+  /**
+   * Steps of time behind the mesh, [{step, time}], from then on in info.steps: `step` is what surface() and pieces() take. They stand
+   * in the file behind the mesh, so open() does not wait for them.
+   */
+  async readSteps({signal} = {}) {
+    this.steps ??= this.mode === 'stream' ? await this.pool.run({call: 'steps'}, {signal}) : [];
+    return this.steps;
   }
 
   /**

@@ -107,9 +107,11 @@ export class Session {
         onProgress?.({loaded: this.loaded, total: this.about.size, cells: this.cells});
       } else if (result instanceof GoesOn) {
         this.cells = result.cells;
+        this.usedUp = true;
         onProgress?.({loaded: this.loaded, total: this.about.size, cells: this.cells});
         await new Promise(resolve => setTimeout(resolve, 0));  // so that an abort can come in
       } else {
+        this.usedUp = true;
         return result;
       }
     }
@@ -117,12 +119,14 @@ export class Session {
 
   async #fetch({ranges}, call, signal) {
     const {size, mode} = this.about;
-    const inOrder = mode === 'stream' && call !== 'decode';
+    const inOrder = mode === 'stream' && (call === 'surface' || call === 'nextPiece');
     let wanted = ranges;
-    // All of the rest at once, if memory holds it; of what is read in order, what was read is used up.
+    // All of the rest at once, if memory holds it. Of what is read in order, what was read is used up when it gave something: a
+    // call that has values of a later time needs some of the mesh and some behind it.
     const whole = (call === 'decode' || (call === 'surface' && !inOrder)) && size <= MOST_WHOLE;
     if (whole) wanted = [{offset: Math.min(...ranges.map(r => r.offset)), size}];
-    if (inOrder) this.file.forgetBehind(KEPT_FRONT);
+    if (inOrder && this.usedUp) this.file.forgetBehind(KEPT_FRONT);
+    this.usedUp = false;
     const least = inOrder ? AHEAD : 0;
     wanted = wanted.map(range => {
       const atLeast = Math.max(range.size, range.offset === 0 ? LEAST_READ : least);

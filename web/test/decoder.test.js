@@ -11,6 +11,7 @@ import {Decoder, DecoderFile} from '../src/decoder.js';
 import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
 import {Session} from '../src/session.js';
 import {checksumOf} from './checksum.js';
+import {times, withSteps} from './steps.js';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const build = process.env.MAILLE_BUILD ?? path.join(root, 'build/release');
@@ -297,6 +298,53 @@ test('the surface of a volume is the faces that one solid has, with the values o
       assert.equal(drawn.values.length, from.length * components, `${volume} ${name}`);
       assert.deepEqual(drawn.values, drawn.values.map((_, i) => values[from[Math.floor(i / components)] * components + i % components]), `${volume} ${name}`);
     }
+    file.close();
+  }
+});
+
+test('steps of time are those that the command tells, and the surface has the values that it gives for each', async () => {
+  const packed = withSteps(maille, folder, 40), bytes = readFileSync(packed);
+  const told = JSON.parse(execFileSync(maille, ['info', '--json', packed], {encoding: 'utf8'})).steps.map(step => step.time);
+  assert.deepEqual(told, times);
+  // Nothing is kept between reads: what a step needs lies megabytes from one another.
+  const file = await MeshFile.open(slowFile(bytes), {cacheBytes: 0});
+  assert.equal(file.info.steps, undefined);
+  assert.deepEqual(await file.readSteps(), times.map((time, i) => ({step: i + 1, time})));
+  assert.deepEqual(file.info.steps, await file.readSteps());
+  const mesh = path.join(folder, 'step.vtk'), own = path.join(folder, 'step.maille'), first = await file.surface();
+  for (const step of [0, 1, 2, 3]) {
+    execFileSync(maille, ['decompress', '-q', '-f', '--step', String(step), packed, mesh]);
+    execFileSync(maille, ['compress', '-q', '-f', mesh, own]);
+    const whole = await decode(readFileSync(own)), surface = await file.surface({step});
+    for (const same of ['positions', 'triangles', 'points', 'cells']) assert.deepEqual(surface[same], first[same]);
+    for (const [name, from] of [['p', surface.points], ['q', surface.points], ['id', surface.cells]]) {
+      const values = whole.arrays.find(array => array.name === name).values, drawn = surface.arrays.find(array => array.name === name).values;
+      assert.deepEqual([...drawn], Array.from(from, i => values[i]), `${name} at step ${step}`);
+    }
+  }
+  await assert.rejects(file.surface({step: 4}), {code: ErrorCode.usage, message: /no step 4/});
+  file.close();
+});
+
+test('steps are read from the ends of the mesh and of each step, and where the end is damaged nothing is looked for', async () => {
+  const bytes = readFileSync(withSteps(maille, folder, 40)), source = slowFile(bytes);
+  const file = await MeshFile.open(source), before = source.reads.length, {rounds} = source;
+  await file.readSteps();
+  assert.ok(source.rounds - rounds <= times.length + 5, `${source.rounds - rounds} rounds`);
+  const read = source.reads.slice(before).reduce((sum, [, count]) => sum + count, 0);
+  // 64 KiB for the end and the header of each.
+  assert.ok(read <= (2 * times.length + 2) * 65536, `${read} of ${bytes.length} bytes`);
+  file.close();
+  const cut = slowFile(bytes.subarray(0, bytes.length - 1000)), hurt = await MeshFile.open(cut);
+  await assert.rejects(hurt.readSteps(), {code: ErrorCode.corrupt, message: /end is damaged/});
+  assert.ok((await hurt.surface()).triangles.length > 0);
+  hurt.close();
+});
+
+test('files without steps have none', async () => {
+  for (const [mesh, ...options] of [['hex/can.vtu'], ['tri/bear.off'], ['tri/bear.off', '--mode', 'random']]) {
+    const file = await MeshFile.open(readFileSync(compressed(mesh, ...options)));
+    assert.deepEqual(await file.readSteps(), [], mesh);
     file.close();
   }
 });

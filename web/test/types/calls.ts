@@ -17,6 +17,7 @@ export async function calls(url: string, blob: Blob, signal: AbortSignal): Promi
   const face: number | undefined = hit?.face;
   const shown: DrawnMesh = await decode(url, {drawn: true});
   const whole: Mesh = await decode(blob);
+  for (const {step, time} of await file.readSteps({signal})) console.log(time, file.info.steps?.length, await file.surface({step}));
   for await (const piece of file.pieces({step: 1, signal})) console.log(piece.types.length);
   const surface = await file.surface({onProgress: ({cells, total}) => console.log(cells, total)});
   console.log(positions, part, face, shown.origin, whole.blocks[0].cellType, surface.arrays, file.usage.cacheBytes);

@@ -71,7 +71,9 @@ export class Colouring {
   #setScalars(mesh) {
     const {geometry} = mesh, {arrays, cells} = geometry.userData;
     const array = arrays.find(a => a.name === this.field.name && isOfCells(a) === (this.field.domain === 'cell'));
-    const vertices = geometry.getAttribute('position').count, scalars = new Float32Array(vertices).fill(NaN);
+    const vertices = geometry.getAttribute('position').count;
+    if (!geometry.hasAttribute('scalar')) geometry.setAttribute('scalar', new THREE.BufferAttribute(new Float32Array(vertices), 1));
+    const attribute = geometry.getAttribute('scalar'), scalars = attribute.array.fill(NaN);
     const range = [Infinity, -Infinity];
     for (let i = 0; array && i < vertices; ++i) {
       const value = scalarOf(array, isOfCells(array) ? tupleOfTriangle(array, cells, Math.floor(i / 3)) : i, this.component);
@@ -79,7 +81,7 @@ export class Colouring {
       if (value < range[0] && value > -Infinity) range[0] = value;
       if (value > range[1] && value < Infinity) range[1] = value;
     }
-    geometry.setAttribute('scalar', new THREE.BufferAttribute(scalars, 1));
+    attribute.needsUpdate = true;
     return this.#widen(range);
   }
   #widen([low, high]) {

@@ -12,6 +12,7 @@ import {Settings} from './settings.js';
 import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
 import {bytesText, count, counted, rateText, sentence} from './text.js';
+import {Timeline} from './timeline.js';
 
 const find = id => document.getElementById(id);
 
@@ -26,6 +27,7 @@ class Viewer {
     this.spheres = new Spheres(this.stage.scene);
     this.model = null;
     this.done = false;
+    this.timeline = new Timeline(() => this.#valuesChanged());
     this.settings = new Settings(this);
     this.stage.addEventListener('frame', () => this.#frame());
     setInterval(() => this.#tellState(), 250);
@@ -92,6 +94,7 @@ class Viewer {
     model.object.addEventListener('chart', ({mesh}) => this.#arrived(mesh));
     model.object.addEventListener('error', ({error}) => this.#failed(error));
     this.#tellWhatIsMissing();
+    this.timeline.offer(model);
   }
   #tellWhatIsMissing() {
     const {model} = this, faces = model.refines ? model.file.levels[0]?.faces ?? 0 : model.triangles;
@@ -100,12 +103,22 @@ class Viewer {
   }
 
   #arrived(mesh) {
-    if (this.knownFields !== this.model.fields.size) {
-      this.knownFields = this.model.fields.size;
-      this.settings.offer(this.model);
-      this.settings.setColour(find('colour').value);
-    }
+    this.#offerNewFields();
     this.colouring.apply(mesh);
+  }
+  #offerNewFields() {
+    if (this.knownFields === this.model.fields.size) return;
+    this.knownFields = this.model.fields.size;
+    this.settings.offer(this.model);
+    this.settings.setColour(find('colour').value);
+  }
+  /** Another step of time. Colours stay comparable: their range is that of all steps seen so far. */
+  #valuesChanged() {
+    this.#offerNewFields();
+    for (const mesh of this.model.meshes) this.colouring.apply(mesh);
+    const {last} = this.picking;  // a face of this model
+    if (last) this.picking.show({...last, values: this.model.valuesAt(last)});
+    this.stage.touch();
   }
   #failed(error) {
     ++this.failures;

@@ -99,7 +99,7 @@ class RefinedModel {
 
 class WholeModel {
   constructor(file, count, drawn, milliseconds) {
-    Object.assign(this, {file, count, drawn, refines: false, undrawable: leaveOutUndrawable(drawn)});
+    Object.assign(this, {file, count, drawn, step: 0, refines: false, undrawable: leaveOutUndrawable(drawn)});
     // The boundary of solids has edges: normals of points, which nobody gave it, would round them off.
     this.flat = file.mode === 'stream' && !drawn.arrays.some(array => array.role === 'normal');
     const geometry = toGeometry(drawn);
@@ -132,11 +132,22 @@ class WholeModel {
     if (!hit) return null;
     const triangle = hit.faceIndex, corners = cornersOf(this.drawn, triangle, this.drawn.origin);
     const barycentric = THREE.Triangle.getBarycoord(hit.point, ...corners.map(c => new THREE.Vector3(...c)), new THREE.Vector3());
-    const face = this.drawn.cells[triangle];
-    return {
-      position: hit.point.toArray(), distance: hit.distance, face, number: face, corners,
-      values: valuesAt(this.drawn, triangle, barycentric?.toArray() ?? [1, 0, 0]),
-    };
+    const face = this.drawn.cells[triangle], at = {triangle, weights: barycentric?.toArray() ?? [1, 0, 0]};
+    return {position: hit.point.toArray(), distance: hit.distance, face, number: face, corners, ...at, values: this.valuesAt(at)};
+  }
+  /** Of what pick() gave, at the step that is shown. */
+  valuesAt({triangle, weights}) {
+    return valuesAt(this.drawn, triangle, weights);
+  }
+
+  /** The values of a step of time instead of those that are shown: on the same vertices and triangles. */
+  async showStep(step, signal) {
+    const {arrays} = await this.file.surface({step, signal});
+    signal.throwIfAborted();
+    noteFields(this.fields, arrays);
+    // In place: the geometries have the same list.
+    this.drawn.arrays.splice(0, Infinity, ...arrays);
+    this.step = step;
   }
 }
 

@@ -145,15 +145,17 @@ export class Settings {
       1: () => this.setTool('orbit'), 2: () => this.setTool('fly'), 3: () => this.setTool('pick'), 4: () => this.setTool('box'),
       Home: () => viewer.fit(), Escape: () => viewer.escape(), '?': () => this.help(), Tab: () => this.togglePanel(),
       c: () => this.#nextColour(), m: () => check('wireframe'), f: () => check('flat'), b: () => check('spheres'), t: () => check('light'),
+      ' ': () => viewer.timeline.play(!viewer.timeline.playing), ',': () => viewer.timeline.move(-1), '.': () => viewer.timeline.move(1),
       h: () => check('freeze'), o: () => viewer.showStart(), u: () => this.setUp(this.up === 'z' ? 'y' : 'z'), '[': () => this.setTarget(viewer.target / 1.25), ']': () => this.setTarget(viewer.target * 1.25),
       ArrowLeft: () => move(-1, 0), ArrowRight: () => move(1, 0), ArrowUp: () => move(0, 1), ArrowDown: () => move(0, -1),
       '+': () => viewer.navigation.approach(0.85), '-': () => viewer.navigation.approach(1 / 0.85),
     };
     for (const axis of ['x', 'y', 'z']) keys[axis] = () => this.setAxis(this.axis === axis ? '' : axis);
     const arrows = /^(Arrow|[+-]$)/.test(event.key);
-    // Tab goes on from button to button where one has the focus; arrows move what has it.
+    // Tab goes on from button to button where one has the focus; arrows move what has it, Space presses it.
     const elsewhere = document.activeElement !== viewer.stage.canvas && document.activeElement !== document.body;
     if ((event.key === 'Tab' || arrows) && elsewhere) return;
+    if (event.key === ' ' && elsewhere && document.activeElement.type !== 'range') return;
     if (flying && arrows) return;
     const run = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!run) return;
