@@ -91,7 +91,7 @@ void CellCoder<Coder>::find_partners() {
     // More than there is room for are no mesh, and any of them will do.
     hull_.around(target_[from], [&](uint32_t slot, uint32_t corner) {
       add_partner(slot, hull_.cell(slot).open & Hull::shape_of(hull_.cell(slot)).faces_at[corner]);
-      return false;
+      return partner_count_ == partners_.size();
     });
   }
 }

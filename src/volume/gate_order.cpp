@@ -6,8 +6,11 @@
 namespace maille {
 namespace {
 
+constexpr unsigned most_waiting = 1024;
+
 /// The cell across each face, as neighbours_of() has it, but that of three cells with one face the third has
-/// none: faces wait at their lowest point for the same one, a few at a time.
+/// none: faces wait at their lowest point for the same one, a few at a time. Where more do, only the newest are
+/// looked at: thousands of cells at one point must not take thousands of times as long.
 Neighbours match_faces(const CellBlock& block, uint64_t points) {
   struct Waiting {
     std::array<uint32_t, 4> point;
@@ -34,8 +37,9 @@ Neighbours match_faces(const CellBlock& block, uint64_t points) {
         point[i] = low, point[j] = high;
       }
       uint32_t* at = &first[point[0]];
-      while (*at != no_cell && waiting[*at].point != point) at = &waiting[*at].next;
-      if (*at == no_cell) {
+      unsigned left = most_waiting;
+      while (*at != no_cell && left != 0 && waiting[*at].point != point) at = &waiting[*at].next, --left;
+      if (*at == no_cell || left == 0) {
         const Waiting entry = {point, cell, f, first[point[0]]};
         if (unused == no_cell) {
           first[point[0]] = static_cast<uint32_t>(waiting.size());

@@ -31,6 +31,8 @@ struct FaceRef {
 /// its last point does.
 class Hull {
  public:
+  static constexpr unsigned most_around = 1024;
+
   /// The rest of a point is one word, as a cell changes all of it at each of its corners: from the lowest bit
   /// on head, valence, alive, and the open faces, whose carry is lost.
   class Point {
@@ -184,10 +186,12 @@ class Hull {
     removed_.clear();
   }
 
-  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true.
+  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true. No
+  /// more than `most_around` of them: a million cells at one point must not take a million times a million.
   template <class Visit>
   bool around(uint32_t slot, Visit visit) const {
-    for (uint32_t at = points_[slot].head(); at != no_slot;) {
+    unsigned left = most_around;
+    for (uint32_t at = points_[slot].head(); at != no_slot && left != 0; --left) {
       const uint32_t cell = at / most_corners, corner = at % most_corners;
       if (visit(cell, corner)) return true;
       at = next_[at];
