@@ -9,8 +9,8 @@ namespace {
 constexpr unsigned most_waiting = 1024;
 
 /// The cell across each face, as neighbours_of() has it, but that of three cells with one face the third has
-/// none: faces wait at their lowest point for the same one, a few at a time. Where more do, only the newest are
-/// looked at: thousands of cells at one point must not take thousands of times as long.
+/// none: faces wait at their lowest point for the same one, a few at a time. Where more do, only the newest
+/// are looked at: thousands of cells at one point must not take thousands of times as long.
 Neighbours match_faces(const CellBlock& block, uint64_t points) {
   struct Waiting {
     std::array<uint32_t, 4> point;
