@@ -267,12 +267,9 @@ void CellCoder<Coder>::remove_final(const StreamedCell& cell, CodedCells& out) {
 
 template <class Coder>
 void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
-  out.removed.push_back(slot);
-  table_.erase(number_of(slot), 9);
-  if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
   if (encoding && gates_) dense_[input_numbers_[slot]] = no_slot;
   if (faces_) faces_->store().remove_point(slot, hull_);
-  hull_.remove_point(slot);
+  leave_point(slot, out);
 }
 
 /// Encoder: triangles and quads that lie on faces of polyhedra are coded as those are.

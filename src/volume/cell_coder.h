@@ -234,6 +234,13 @@ class CellCoder {
     }
     return slot;
   }
+  /// And out of it.
+  [[gnu::always_inline]] void leave_point(uint32_t slot, CodedCells& out) {
+    out.removed.push_back(slot);
+    table_.erase(number_of(slot), 9);
+    if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
+    hull_.remove_point(slot);
+  }
   bool expected_number(unsigned corner, uint64_t& number) const;
   template <class Suggest>
   void suggest_as_last(unsigned corner, Suggest suggest) const;

@@ -236,12 +236,7 @@ template <class Coder>
   last_ = {slot, ordinal_++};
   for (unsigned final = plan.final; final != 0; final &= final - 1) {
     const uint32_t point = corners.slot[static_cast<unsigned>(__builtin_ctz(final))];
-    if (!hull_.point(point).alive()) continue;
-    out.removed.push_back(point);
-    const uint64_t number = number_of(point);
-    table_.erase(number, 9);
-    if (encoding && !numbered_) inputs_.erase(input_numbers_[point], 9);
-    hull_.remove_point(point);
+    if (hull_.point(point).alive()) leave_point(point, out);
   }
 }
 
