@@ -15,21 +15,19 @@ add_compile_options(-fno-exceptions -fno-rtti -msimd128 -msse2 -Wno-shorten-64-t
 # Preset wasm compiles for size (-Oz; without -finline-functions emscripten 3.1.6 leaves inlining to its linker, and that
 # makes code twice as large). What runs for each triangle or cell is compiled for speed.
 set(maille_fast_on_web
-  surface/fan_decoder.cpp surface/fan_positions.cpp surface/adaptive_fan_decoder.cpp entropy/mixing.cpp
-  surface/mixed_array.cpp surface/position_predictor.cpp volume/cell_coder.cpp volume/cell_coder_corners.cpp
-  volume/cell_coder_slow.cpp volume/cell_coder_indices.cpp volume/mixed_values.cpp volume/tuple_values.cpp
-  volume/patterns.cpp volume/stream_reader.cpp)
+  surface/fans/fan_decoder.cpp surface/fans/fan_positions.cpp surface/fans/adaptive_fan_decoder.cpp entropy/mixing.cpp
+  surface/front/mixed_array.cpp surface/front/position_predictor.cpp volume/cells/cell_coder.cpp volume/cells/cell_coder_corners.cpp
+  volume/cells/cell_coder_slow.cpp volume/cells/cell_coder_indices.cpp volume/values/mixed_values.cpp volume/values/tuple_values.cpp
+  volume/cells/patterns.cpp volume/stream/stream_reader.cpp)
 
 # Files that only encoders, writers and tools use are left out: what links one of them by accident does not link.
 set(maille_not_for_web
   "base/(append_sink|region_file|scratch_file|sink|unfinished|unmapped_source|version)"
   "mesh/compare"
-  "predict/"
+  "(theory|generate|random/build)/"
+  "random/read/(component_walk|nearest_points)"
   "container/(file_writer|verify)"
-  "surface/(fan_position_encoder|partition)"
-  "hierarchy/(bisection|build_hierarchy|deviation|hierarchy_index|level_builder|level_pieces|local_positions)"
-  "hierarchy/(meshlets|mesh_windows|minimum_cut|principal_axes|random_encoder|random_source_encoder|random_writer)"
-  "hierarchy/(sampled_maps|seams|simplifier|spatial_graph|component_walk|nearest_points)"
-  "volume/(delay_buffer|last_uses|mesh_stream|reordered_source|source_|stream_file_encoder)"
-  "volume/(stream_writer|transfinite|stream_file_info)")
+  "surface/(fans/fan_position_encoder|parts/partition)"
+  "volume/order/(delay_buffer|last_uses|reordered_source)"
+  "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer|stream_file_info)")
 list(JOIN maille_not_for_web "|" maille_not_for_web)

@@ -3,9 +3,9 @@
 
 #include "base/bytes.h"
 #include "fuzzing.h"
-#include "surface/adaptive_positions.h"
-#include "surface/fan_patch.h"
-#include "surface/fan_positions.h"
+#include "surface/fans/adaptive_positions.h"
+#include "surface/fans/fan_patch.h"
+#include "surface/fans/fan_positions.h"
 
 namespace maille::fuzzing {
 namespace {

@@ -4,7 +4,7 @@
 #include <maille/generate.h>
 
 #include "fuzzing.h"
-#include "io/block_mesh.h"
+#include "io/foam/block_mesh.h"
 
 namespace maille::fuzzing {
 namespace {

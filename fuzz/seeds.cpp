@@ -6,14 +6,14 @@
 #include <fstream>
 
 #include "fuzzing.h"
-#include "hierarchy/random_file.h"
 #include "io/gzip.h"
 #include "packed_streams.h"
+#include "random/random_file.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
-#include "surface/adaptive_positions.h"
-#include "surface/fan_patch.h"
-#include "surface/fan_positions.h"
+#include "surface/fans/adaptive_positions.h"
+#include "surface/fans/fan_patch.h"
+#include "surface/fans/fan_positions.h"
 #include "surface/patch_topology.h"
 
 namespace maille::fuzzing {

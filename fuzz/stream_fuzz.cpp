@@ -10,8 +10,8 @@
 
 #include "fuzzing.h"
 #include "packed_streams.h"
-#include "volume/mesh_from_parts.h"
-#include "volume/stream_file.h"
+#include "volume/stream/mesh_from_parts.h"
+#include "volume/stream/stream_file.h"
 
 namespace maille::fuzzing {
 namespace {

@@ -13,7 +13,7 @@
 #include <set>
 
 #include "base/result.h"
-#include "io/foam_dictionary.h"
+#include "io/foam/foam_dictionary.h"
 #include "io/reading.h"
 
 namespace maille {

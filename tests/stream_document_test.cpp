@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "support/format_document.h"
-#include "volume/face_coder.h"
-#include "volume/stream_layout.h"
+#include "volume/cells/face_coder.h"
+#include "volume/stream/stream_layout.h"
 
 namespace maille::testing {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <deque>
 
-#include "predict/stencil_tables.h"
 #include "rings.h"
+#include "stencil_tables.h"
 
 namespace maille::bench {
 

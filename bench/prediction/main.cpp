@@ -11,9 +11,9 @@
 
 #include "fans.h"
 #include "polygons.h"
-#include "predict/stencil_tables.h"
 #include "rate.h"
 #include "stars.h"
+#include "stencil_tables.h"
 
 namespace maille::bench {
 namespace {

@@ -6,8 +6,8 @@
 #include <map>
 #include <tuple>
 
-#include "predict/matrix.h"
-#include "predict/stencil_tables.h"
+#include "stencil_tables.h"
+#include "theory/matrix.h"
 
 namespace maille::bench {
 

@@ -2,8 +2,8 @@
 
 #include <cstdlib>
 
+#include "code/residual_model.h"
 #include "entropy/rans.h"
-#include "entropy/residual_model.h"
 
 namespace maille::bench {
 

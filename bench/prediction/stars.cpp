@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "predict/stencil_tables.h"
 #include "rings.h"
+#include "stencil_tables.h"
 
 namespace maille::bench {
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "base/result.h"
-#include "mesh/number_map.h"
+#include "numbers/number_map.h"
 
 namespace maille::bench {
 

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "base/result.h"
-#include "hierarchy/mesh_geometry.h"
-#include "hierarchy/random_file.h"
 #include "measures.h"
+#include "random/mesh_geometry.h"
+#include "random/random_file.h"
 
 namespace maille {
 namespace {

@@ -11,9 +11,9 @@
 #include <set>
 
 #include "base/result.h"
-#include "hierarchy/join_charts.h"
-#include "hierarchy/random_reader.h"
-#include "hierarchy/selection.h"
+#include "random/read/join_charts.h"
+#include "random/read/random_reader.h"
+#include "random/read/selection.h"
 
 namespace maille {
 namespace {

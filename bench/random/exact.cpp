@@ -11,10 +11,10 @@
 
 #include "base/result.h"
 #include "container/file_reader.h"
-#include "hierarchy/mesh_geometry.h"
-#include "hierarchy/random_file.h"
 #include "measures.h"
 #include "mesh/mesh_as_source.h"
+#include "random/mesh_geometry.h"
+#include "random/random_file.h"
 
 namespace maille {
 namespace {

@@ -6,8 +6,8 @@
 #include <ctime>
 
 #include "base/result.h"
-#include "hierarchy/selection.h"
-#include "surface/surface_normals.h"
+#include "random/read/selection.h"
+#include "surface/arrays/surface_normals.h"
 
 namespace maille {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "hierarchy/chart_codec.h"
-#include "hierarchy/random_reader.h"
+#include "random/chart_codec.h"
+#include "random/read/random_reader.h"
 
 namespace maille {
 

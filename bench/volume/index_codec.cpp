@@ -4,7 +4,7 @@
 #include "array_codec.h"
 #include "entropy/bit_model.h"
 #include "entropy/mixing.h"
-#include "volume/decisions.h"
+#include "volume/cells/decisions.h"
 
 namespace maille::bench {
 namespace {

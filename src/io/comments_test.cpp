@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
-#include "io/obj.h"
-#include "io/off.h"
-#include "io/ply.h"
+#include "io/obj/obj.h"
+#include "io/off/off.h"
+#include "io/ply/ply.h"
 #include "io/same_mesh.h"
 
 namespace maille {

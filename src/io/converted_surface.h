@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "base/scratch_file.h"
 #include "io/line_blocks.h"
-#include "io/ply.h"
+#include "io/ply/ply.h"
 
 namespace maille {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "io/gmsh.h"
+#include "io/gmsh/gmsh.h"
 
 namespace maille {
 

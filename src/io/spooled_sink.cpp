@@ -1,10 +1,10 @@
 // Formats whose writers go over the mesh several times: it is spooled to temporary files, and written when
 // all is there.
 #include "base/result.h"
-#include "io/gmsh.h"
+#include "io/foam/polymesh.h"
+#include "io/foam/polymesh_groups.h"
+#include "io/gmsh/gmsh.h"
 #include "io/mesh_sources.h"
-#include "io/polymesh.h"
-#include "io/polymesh_groups.h"
 #include "io/scratch_mesh.h"
 
 namespace maille {

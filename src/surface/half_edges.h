@@ -3,9 +3,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/none.h"
+
 namespace maille {
 
-inline constexpr uint32_t none = 0xffffffff;
 /// Vertices from this number on are dummies: they close border loops and stand for no point. Real ones stay
 /// below.
 inline constexpr uint32_t first_dummy = 0x40000000;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "surface/array_report.h"
+#include "surface/arrays/array_report.h"
 
 namespace maille {
 namespace {

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "surface/description.h"
-#include "surface/element_order.h"
-#include "surface/joins.h"
+#include "description/description.h"
+#include "description/element_order.h"
+#include "surface/parts/joins.h"
 #include "surface/patch_streams.h"
 
 namespace maille {

@@ -5,16 +5,16 @@
 #include <string>
 
 #include "base/result.h"
-#include "surface/adaptive_positions.h"
-#include "surface/adaptive_start.h"
-#include "surface/element_order.h"
-#include "surface/fan_patch.h"
-#include "surface/fan_positions.h"
+#include "description/element_order.h"
+#include "numbers/number_maps.h"
+#include "surface/arrays/surface_normals.h"
+#include "surface/fans/adaptive_positions.h"
+#include "surface/fans/adaptive_start.h"
+#include "surface/fans/fan_patch.h"
+#include "surface/fans/fan_positions.h"
+#include "surface/fans/shared_fans.h"
+#include "surface/front/mixed_array.h"
 #include "surface/left_out.h"
-#include "surface/mixed_array.h"
-#include "surface/number_maps.h"
-#include "surface/shared_fans.h"
-#include "surface/surface_normals.h"
 
 namespace maille {
 namespace {

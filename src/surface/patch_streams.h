@@ -9,10 +9,10 @@
 
 #include "container/file_reader.h"
 #include "container/file_writer.h"
-#include "mesh/number_map.h"
-#include "surface/description.h"
-#include "surface/fan_patch.h"
-#include "surface/mesh_parts.h"
+#include "description/description.h"
+#include "numbers/number_map.h"
+#include "surface/fans/fan_patch.h"
+#include "surface/parts/mesh_parts.h"
 #include "surface/patch_topology.h"
 
 namespace maille {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "surface/connectivity.h"
+#include "surface/front/connectivity.h"
 
 namespace maille {
 

@@ -10,10 +10,10 @@
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
-#include "mesh/number_map.h"
-#include "surface/anchors.h"
+#include "numbers/number_map.h"
+#include "surface/front/anchors.h"
+#include "surface/front/point_identity.h"
 #include "surface/gluing.h"
-#include "surface/point_identity.h"
 
 namespace maille {
 namespace {

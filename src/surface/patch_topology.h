@@ -6,17 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "surface/array_coder.h"
+#include "mesh/block_shape.h"
+#include "surface/arrays/array_coder.h"
 #include "surface/gluing.h"
 #include "surface/patch_surface.h"
 
 namespace maille {
-
-/// What a description says about a block before its cells are decoded.
-struct BlockShape {
-  CellType type = CellType::polygon;
-  uint64_t cells = 0;
-};
 
 /// Cells that are part of no surface: degenerate faces, lines, volumes. Their nodes are numbers of points in
 /// coded order.

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "volume/cell_shape.h"
+#include "volume/cells/cell_shape.h"
 
 // Volume meshes made for the tests of this folder.
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "support/shapes.h"
-#include "surface/array_coder.h"
+#include "surface/arrays/array_coder.h"
+#include "surface/arrays/surface_normals.h"
 #include "surface/patch_topology.h"
-#include "surface/surface_normals.h"
 
 // For tests of the surface codec: meshes as the coders of arrays see them, positions, comparison of numbers
 // in coded order.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "hierarchy/spatial_graph.h"
+#include "random/build/spatial_graph.h"
 #include "support/shapes.h"
 
 namespace maille::testing {

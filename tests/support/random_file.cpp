@@ -1,6 +1,6 @@
 #include "support/random_file.h"
 
-#include "hierarchy/random_file.h"
+#include "random/random_file.h"
 #include "support/codec.h"
 
 namespace maille::testing {

@@ -1,0 +1,191 @@
+#include "description/description.h"
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "container/plain_fields.h"
+#include "entropy/byte_model.h"
+#include "mesh/none.h"
+
+namespace maille {
+namespace {
+
+// The fast levels write short descriptions as they are: decoding one takes as long as hundreds of triangles.
+constexpr int fast_effort = 3;
+constexpr size_t short_bytes = 96;
+
+template <class Visitor, class Array>
+void visit_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.domain, domain_count);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  if (array.domain == Domain::mesh) v.count(array.mesh_tuples, none - 1);
+  // Only what was asked, no measured error: a mesh decoded and encoded again must give the same bytes.
+  v.choice(array.asked.kind, 4);
+  if (array.asked.kind == Tolerance::Kind::lossless) return;
+  v.real(array.asked.value);
+  v.real(array.bound);
+  v.real(array.step);
+}
+
+template <class Visitor, class Block>
+void visit_block(Visitor& v, Block& block) {
+  v.text(block.name);
+  v.choice(block.shape.type, 256);
+  v.count(block.shape.cells, none - 1);
+}
+
+template <class Visitor, class Part>
+void visit_part(Visitor& v, Part& part) {
+  v.count(part.points, max_points);
+  v.count(part.corners, none - 1);
+  v.list(part.cells, [&](auto& cells) { v.count(cells, none - 1); });
+}
+
+template <class Visitor, class Whole>
+void visit(Visitor& v, Whole& description) {
+  v.byte(description.effort, 10);
+  v.choice(description.order, 2);
+  v.count(description.points, max_points);
+  v.count(description.corners, none - 1);
+  v.list(description.blocks, [&](auto& block) { visit_block(v, block); });
+  v.list(description.parts, [&](auto& part) { visit_part(v, part); });
+  visit_array(v, description.positions);
+  v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
+  v.list(description.metadata, [&](auto& entry) {
+    v.text(entry.first);
+    v.text(entry.second);
+  });
+  v.text(description.provenance);
+}
+
+/// Do the parts make up the whole? Each point of a part is a corner of its cells, or belongs to no cell at
+/// all.
+bool parts_fit(const Description& description) {
+  if (description.parts.empty()) return true;
+  uint64_t corners = 0;
+  uint64_t points = 0;
+  std::vector<uint64_t> cells(description.blocks.size());
+  for (const PartDescription& part : description.parts) {
+    if (part.points > description.points || part.cells.size() != cells.size()) return false;
+    points += part.points;
+    corners += part.corners;
+    for (size_t b = 0; b < cells.size(); ++b) cells[b] += part.cells[b];
+    if (points > description.points + description.corners || corners > description.corners) return false;
+  }
+  for (size_t b = 0; b < cells.size(); ++b) {
+    if (cells[b] != description.blocks[b].shape.cells) return false;
+  }
+  return corners == description.corners && points >= description.points;
+}
+
+Result<> check_size(const Description& description, const Limits& limits) {
+  const double bytes = memory_of(description);
+  if (bytes > static_cast<double>(limits.mesh_bytes)) {
+    return failure(ErrorCode::memory_bound,
+                   "the mesh takes " + std::to_string(static_cast<uint64_t>(bytes / 1048576)) +
+                       " MiB, more than the " + std::to_string(limits.mesh_bytes / 1048576) + " MiB allowed");
+  }
+  return {};
+}
+
+}  // namespace
+
+double memory_of(const Description& description) {
+  auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
+  const auto add = [&](const ArrayDescription& array) {
+    bytes += static_cast<double>(description.tuples(array)) * static_cast<double>(array.components) *
+             static_cast<double>(size_of(array.type));
+  };
+  add(description.positions);
+  for (const ArrayDescription& array : description.arrays) add(array);
+  return bytes;
+}
+
+uint64_t Description::cells() const {
+  uint64_t count = 0;
+  for (const CodedBlock& block : blocks) count += block.shape.cells;
+  return count;
+}
+
+uint64_t Description::tuples(const ArrayDescription& array) const {
+  switch (array.domain) {
+    case Domain::point:
+      return points;
+    case Domain::corner:
+      return corners;
+    case Domain::cell:
+      return cells();
+    case Domain::mesh:
+      break;
+  }
+  return array.mesh_tuples;
+}
+
+std::vector<BlockShape> Description::shapes() const {
+  std::vector<BlockShape> shapes;
+  for (const CodedBlock& block : blocks) shapes.push_back(block.shape);
+  return shapes;
+}
+
+Description Description::of_part(size_t part) const {
+  Description description = *this;
+  description.parts.clear();
+  description.order = Order::canonical;
+  description.points = parts[part].points;
+  description.corners = parts[part].corners;
+  for (size_t b = 0; b < blocks.size(); ++b) description.blocks[b].shape.cells = parts[part].cells[b];
+  if (part == 0) return description;
+  for (ArrayDescription& array : description.arrays) array.mesh_tuples = 0;
+  return description;
+}
+
+Result<std::vector<std::byte>> encode_description(const Description& description) {
+  PlainWriter writer;
+  visit(writer, description);
+  if (writer.out().size() > most_plain_bytes) {
+    return failure(ErrorCode::unsupported,
+                   "names, labels and metadata take more than the 16 MiB a file holds");
+  }
+  const Bytes plain = writer.out().bytes();
+  const std::vector<std::byte> coded = encode_bytes(plain);
+  // Coded to as many bytes it could not be told from a plain one.
+  const bool as_it_is =
+      coded.size() == plain.size() || (description.effort <= fast_effort && plain.size() <= short_bytes);
+  ByteWriter out;
+  out.put_count(plain.size());
+  out.put_bytes(as_it_is ? plain : Bytes(coded));
+  return out.take();
+}
+
+Result<Description> decode_description(Bytes bytes, const Limits& limits) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  // A few bytes can stand for thousands of labels, and each takes up to 64 bytes in memory.
+  if (size > most_plain_bytes || size / 1024 > limits.mesh_bytes / 65536 + 64) {
+    return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
+  }
+  const Bytes coded = in.get_bytes(in.remaining());
+  // As many bytes as there should be are these themselves.
+  const std::vector<std::byte> plain =
+      coded.size() == size ? std::vector(coded.begin(), coded.end()) : decode_bytes(coded, size);
+  Description description;
+  PlainReader reader(plain);
+  visit(reader, description);
+  bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
+                  description.positions.components == 3 && description.positions.domain == Domain::point &&
+                  description.cells() < none && parts_fit(description);
+  for (const CodedBlock& block : description.blocks) {
+    // Polyhedra: their faces are not in these files.
+    sensible = sensible && block.shape.type != CellType::polyhedron &&
+               std::string_view(name_of(block.shape.type)) != "unknown";
+  }
+  for (const ArrayDescription& array : description.arrays) sensible = sensible && array.components > 0;
+  if (!sensible) return failure(ErrorCode::corrupt, "the description of the mesh is damaged");
+  MAILLE_CHECK(check_size(description, limits));
+  return description;
+}
+
+}  // namespace maille

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/limits.h>
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/block_shape.h"
+
+namespace maille {
+
+/// One array as a file describes it, without its numbers.
+struct ArrayDescription {
+  std::string name;
+  Domain domain = Domain::point;
+  Scalar type = Scalar::f32;
+  uint32_t components = 1;
+  Role role = Role::none;
+  std::vector<std::string> labels;
+  uint64_t mesh_tuples = 0;  ///< Domain::mesh only
+  Tolerance asked;
+  double bound = 0;
+  double step = 0;
+};
+
+struct CodedBlock {
+  std::string name;
+  BlockShape shape;
+};
+
+/// What one part of a mesh holds, for meshes of several parts.
+struct PartDescription {
+  uint32_t points = 0;
+  uint64_t corners = 0;
+  std::vector<uint64_t> cells;  ///< by block
+};
+
+/// Everything about a mesh that can be known without decoding it. docs/format.md, "Description".
+struct Description {
+  uint8_t effort = 5;
+  Order order = Order::canonical;
+  uint32_t points = 0;
+  uint64_t corners = 0;
+  std::vector<CodedBlock> blocks;
+  std::vector<PartDescription> parts;  ///< empty: the mesh is one
+  ArrayDescription positions;
+  std::vector<ArrayDescription> arrays;
+  std::vector<std::pair<std::string, std::string>> metadata;
+  std::string provenance;
+
+  uint64_t cells() const;
+  uint64_t tuples(const ArrayDescription& array) const;
+  std::vector<BlockShape> shapes() const;
+  /// Of a part as a mesh of its own. Arrays that belong to the mesh as a whole are those of part 0.
+  Description of_part(size_t part) const;
+};
+
+/// What the mesh described takes; in doubles: sums of claimed counts must not wrap around.
+double memory_of(const Description& description);
+
+/// Error: unsupported, for more than 16 MiB of names, labels and metadata.
+Result<std::vector<std::byte>> encode_description(const Description& description);
+
+/// Inverse. Safe on any bytes. Error: corrupt; memory_bound when the mesh described is larger than `limits`
+/// allow.
+Result<Description> decode_description(Bytes bytes, const Limits& limits);
+
+}  // namespace maille

@@ -1,0 +1,173 @@
+// Files of mode `single`: a description, the patches, and what joins them.
+#include "file/single_file.h"
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+#include <maille/file.h>
+#include <maille/version.h>
+
+#include <algorithm>
+#include <string>
+
+#include "base/result.h"
+#include "container/file_reader.h"
+#include "container/file_writer.h"
+#include "description/description.h"
+#include "description/element_order.h"
+#include "surface/arrays/array_report.h"
+#include "surface/mesh_description.h"
+#include "surface/parts/coded_parts.h"
+
+namespace maille {
+namespace {
+
+constexpr StreamKey description_key{"DESC"};
+constexpr StreamKey joins_key{"JOIN"};
+constexpr StreamKey order_key{"ORDR"};
+constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ARRY", "JOIN", "ORDR"};
+
+EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodedParts& encoded) {
+  EncodeReport report = report_of(mesh);
+  report.connectivity.coded_bytes = encoded.joins.size();
+  std::vector<size_t> bytes(arrays.size());
+  for (const EncodedPatch& patch : encoded.patches) {
+    report.connectivity.coded_bytes += patch.topology.bytes.size();
+    for (size_t i = 0; i < arrays.size(); ++i) bytes[i] += patch.arrays[i].bytes.size();
+  }
+  report.positions = report_of(*arrays[0].array, arrays[0].maps, bytes[0]);
+  for (size_t i = 1; i < arrays.size(); ++i) {
+    report.arrays.push_back(report_of(*arrays[i].array, arrays[i].maps, bytes[i]));
+  }
+  return report;
+}
+
+std::vector<PatchSources> sources_of(EncodedParts& encoded) {
+  std::vector<PatchSources> sources;
+  for (EncodedPatch& patch : encoded.patches) sources.push_back(std::move(patch.sources));
+  return sources;
+}
+
+Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
+  MAILLE_CHECK(writer.write_stream(patch.topology.key, patch.topology.bytes));
+  for (const CodedStream& stream : patch.arrays) {
+    // Arrays of the mesh as a whole are in one patch only.
+    const bool elsewhere = stream.bytes.empty() && std::string_view(stream.key.type) == "ARRY";
+    if (!elsewhere) MAILLE_CHECK(writer.write_stream(stream.key, stream.bytes));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+  MAILLE_CHECK(validate(mesh));
+  MAILLE_CHECK(check_options(mesh, options));
+  const std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
+  EncodedParts encoded = MAILLE_TRY(encode_parts(mesh, arrays, options));
+  Description description = describe(mesh, arrays, options);
+  description.parts = encoded.descriptions;
+  EncodeReport report = report_of(mesh, arrays, encoded);
+
+  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
+  FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
+  MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
+  for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
+  if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
+  if (options.order == Order::keep) {
+    const std::vector<std::byte> order =
+        encode_order(original_order(mesh, sources_of(encoded), encoded.joined));
+    report.order_bytes = order.size();
+    MAILLE_CHECK(writer.write_stream(order_key, order));
+  }
+  report.file_bytes = MAILLE_TRY(writer.finish());
+  MAILLE_CHECK(sink.commit());
+  report.other_bytes =
+      report.file_bytes - report.connectivity.coded_bytes - report.order_bytes - report.positions.coded_bytes;
+  for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
+  return report;
+}
+
+namespace {
+
+Result<FileReader> open_file(const Source& source) {
+  FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
+  if (reader.header().mode != Mode::single) {
+    return failure(ErrorCode::unsupported,
+                   source.name() + ": this version reads only files of mode \"single\"");
+  }
+  return reader;
+}
+
+/// Errors from inside a patch do not know the file they are about.
+Error with_name(Error error, const Source& source) {
+  const bool named = error.message.compare(0, source.name().size(), source.name()) == 0;
+  if (!named && (error.code == ErrorCode::corrupt || error.code == ErrorCode::memory_bound)) {
+    error.message = source.name() + ": " + error.message;
+  }
+  return error;
+}
+
+Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options) {
+  const Description description =
+      MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
+  DecodedPatch decoded;
+  if (description.parts.empty()) {
+    decoded = MAILLE_TRY(decode_patch(reader, description, 0, options));
+  } else {
+    const std::vector<std::byte> joins = MAILLE_TRY(reader.read_stream(joins_key));
+    decoded = MAILLE_TRY(decode_parts(reader, description, joins, options));
+  }
+  Mesh& mesh = decoded.mesh;
+  mesh.metadata = description.metadata;
+  if (description.order == Order::keep) {
+    const ElementOrder order =
+        MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)), description.points,
+                                static_cast<uint32_t>(description.cells())));
+    mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
+    decoded.known_valid = false;
+  }
+  // A look at every corner takes time.
+  if (decoded.known_valid) return std::move(mesh);
+  // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
+  if (auto valid = validate(mesh); !valid)
+    return failure(ErrorCode::corrupt, std::move(valid).error().message);
+  return std::move(mesh);
+}
+
+}  // namespace
+
+Result<Mesh> decode_single(const Source& source, const DecodeOptions& options) {
+  const FileReader reader = MAILLE_TRY(open_file(source));
+  MAILLE_CHECK(reader.check_complete());
+  Result<Mesh> mesh = decode_mesh(reader, options);
+  if (!mesh) return tl::unexpected(with_name(std::move(mesh).error(), source));
+  return mesh;
+}
+
+Result<FileInfo> inspect_single(const Source& source) {
+  const FileReader reader = MAILLE_TRY(open_file(source));
+  auto described = decode_description(MAILLE_TRY(reader.read_stream(description_key)), {});
+  if (!described) return tl::unexpected(with_name(std::move(described).error(), source));
+  const Description& description = *described;
+  FileInfo info = file_info(description);
+  info.format_major = reader.header().major;
+  info.format_minor = reader.header().minor;
+  info.mode = reader.header().mode;
+  info.file_bytes = source.size();
+  info.connectivity.coded_bytes = reader.stream_bytes(joins_key);
+  std::vector<uint64_t> coded(description.arrays.size() + 1);
+  for (uint32_t patch = 0; patch < info.parts; ++patch) {
+    const PatchSizes sizes = sizes_of_patch(reader, patch, description.arrays.size());
+    info.connectivity.coded_bytes += sizes.topology;
+    for (size_t i = 0; i < coded.size(); ++i) coded[i] += sizes.arrays[i];
+  }
+  info.positions = array_info(description, description.positions, coded[0]);
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    info.arrays.push_back(array_info(description, description.arrays[i], coded[i + 1]));
+  }
+  info.chunks = reader.chunks();
+  info.problems = reader.problems();
+  return info;
+}
+
+}  // namespace maille

@@ -1,0 +1,293 @@
+#include <algorithm>
+#include <memory>
+
+#include "base/result.h"
+#include "generate/transfinite_block.h"
+#include "generate/transfinite_cell.h"
+#include "generate/transfinite_order.h"
+#include "generate/transfinite_topology.h"
+
+namespace maille {
+
+namespace {
+
+using Place = SweepOrder::Place;
+
+/// Numbers and last cells of a row of points.
+struct PointRow {
+  std::vector<uint64_t> number;
+  std::vector<uint64_t> last_cell;
+};
+
+/// Points of blocks, made when they are first asked for.
+class BlockTables {
+ public:
+  BlockTables(const BlockDescription& description, const BlockTopology& topology)
+      : description_(description), topology_(topology), tables_(description.blocks.size()) {}
+
+  Result<const BlockPoints*> of(uint32_t block) {
+    if (tables_[block] == nullptr) {
+      tables_[block] =
+          std::make_unique<BlockPoints>(MAILLE_TRY(BlockPoints::make(description_, topology_, block)));
+      held_.push_back(block);
+    }
+    return tables_[block].get();
+  }
+  /// A sweep needs its own blocks and those around it.
+  void forget() {
+    for (const uint32_t block : held_) tables_[block].reset();
+    held_.clear();
+  }
+
+ private:
+  const BlockDescription& description_;
+  const BlockTopology& topology_;
+  std::vector<std::unique_ptr<BlockPoints>> tables_;
+  std::vector<uint32_t> held_;
+};
+
+/// Makes the points, faces and cells of one block, a layer at a time.
+class BlockSweeper {
+ public:
+  BlockSweeper(const SweepOrder& order, uint32_t block, BlockTables& tables, GeneratedOutput& output)
+      : order_(order),
+        block_(block),
+        n_(order.divisions(block)),
+        swept_(order.swept(block)),
+        tables_(tables),
+        repeats_points_(order.topology().repeats_points(block)),
+        output_(output) {
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      // VTK's corners by their places along the axes of the sweep.
+      const unsigned y = corner >> 1 & 1;
+      const std::array<unsigned, 3> at{(corner & 1) ^ y, y, corner >> 2};
+      step_[corner] = at[swept_.axis[0]];
+      row_of_[corner] = at[swept_.axis[1]] + 2 * (at[swept_.axis[2]] ^ (swept_.backwards ? 1u : 0u));
+    }
+  }
+
+  Result<> layer(uint32_t layer) {
+    if (layer == 0) MAILLE_CHECK(make_points(0));
+    MAILLE_CHECK(make_points(layer + 1));
+    number_row(0, layer, rows_[0]);
+    number_row(0, layer + 1, rows_[2]);
+    for (uint32_t row = 0; row < n_[1]; ++row) {
+      number_row(row + 1, layer, rows_[1]);
+      number_row(row + 1, layer + 1, rows_[3]);
+      MAILLE_CHECK(make_faces(row, layer));
+      MAILLE_CHECK(make_cells(row, layer));
+      std::swap(rows_[0], rows_[1]);
+      std::swap(rows_[2], rows_[3]);
+    }
+    return {};
+  }
+
+ private:
+  Result<> make_points(uint32_t layer) {
+    const uint32_t layer_class = SweepOrder::class_of(layer, n_[2]);
+    for (uint32_t row = 0; row <= n_[1]; ++row) {
+      const uint32_t row_class = SweepOrder::class_of(row, n_[1]);
+      const bool first = order_.owns(block_, {0, row_class, layer_class});
+      const bool between = n_[0] > 1 && order_.owns(block_, {1, row_class, layer_class});
+      const bool last = order_.owns(block_, {2, row_class, layer_class});
+      if (!first && !between && !last) continue;
+      coordinates_.clear();
+      if (first) MAILLE_CHECK(place_points(0, 0, row, layer));
+      if (between) MAILLE_CHECK(place_points(1, n_[0] - 1, row, layer));
+      if (last) MAILLE_CHECK(place_points(n_[0], n_[0], row, layer));
+      const uint64_t number = order_.owned_number(block_, {first ? 0 : between ? 1 : n_[0], row, layer});
+      MAILLE_CHECK(output_.points(number, coordinates_));
+    }
+    return {};
+  }
+
+  bool alone(uint32_t at, uint32_t row, uint32_t layer) const {
+    const Place classes{SweepOrder::class_of(at, n_[0]), SweepOrder::class_of(row, n_[1]),
+                        SweepOrder::class_of(layer, n_[2])};
+    return order_.topology().alone(order_.node(block_, classes));
+  }
+
+  // Points of one node.
+  Result<> place_points(uint32_t from, uint32_t to, uint32_t row, uint32_t layer) {
+    if (alone(from, row, layer)) {
+      Place at{};
+      at[swept_.axis[1]] = row;
+      at[swept_.axis[2]] = swept_.backwards ? n_[2] - layer : layer;
+      MAILLE_TRY(tables_.of(block_))->row(at, swept_.axis[0], from, to, coordinates_);
+      return {};
+    }
+    for (uint32_t i = from; i <= to; ++i) {
+      const SweepOrder::Origin origin = order_.origin(block_, {i, row, layer});
+      const BlockPoints* const points = MAILLE_TRY(tables_.of(origin.block));
+      points->row(origin.at, 0, origin.at[0], origin.at[0], coordinates_);
+    }
+    return {};
+  }
+
+  void number_row(uint32_t row, uint32_t layer, PointRow& out) const {
+    out.number.resize(size_t{n_[0]} + 1);
+    out.last_cell.resize(size_t{n_[0]} + 1);
+    const auto set = [&](uint32_t i) {
+      const SweepOrder::Point point = order_.point(block_, {i, row, layer});
+      out.number[i] = point.number;
+      out.last_cell[i] = point.last_cell;
+    };
+    set(0);
+    set(n_[0]);
+    if (n_[0] == 1) return;
+    if (!alone(1, row, layer)) {
+      for (uint32_t i = 1; i < n_[0]; ++i) set(i);
+    } else {
+      // Nobody else's: points and cells count on along the row.
+      const SweepOrder::Point point = order_.point(block_, {1, row, layer});
+      for (uint32_t i = 1; i < n_[0]; ++i) {
+        out.number[i] = point.number + (i - 1);
+        out.last_cell[i] = point.last_cell + (i - 1);
+      }
+    }
+  }
+
+  uint64_t number_at(unsigned corner, uint32_t i) const {
+    return rows_[row_of_[corner]].number[i + step_[corner]];
+  }
+
+  Result<> make_cells(uint32_t row, uint32_t layer) {
+    nodes_.resize(8 * size_t{n_[0]});
+    last_use_.resize(nodes_.size());
+    const uint64_t first_cell = order_.cell(block_, {0, row, layer});
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const PointRow& points = rows_[row_of_[corner]];
+      const uint64_t* const number = points.number.data() + step_[corner];
+      const uint64_t* const last = points.last_cell.data() + step_[corner];
+      for (size_t i = 0; i < n_[0]; ++i) {
+        nodes_[8 * i + corner] = number[i];
+        last_use_[8 * i + corner] = last[i] == first_cell + i ? 1 : 0;
+      }
+    }
+    return repeats_points_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, last_use_);
+  }
+
+  // Runs of cells of one type.
+  Result<> put_reduced() {
+    kept_.clear();
+    kept_last_use_.clear();
+    CellType type = CellType::hexahedron;
+    for (size_t i = 0; i < n_[0]; ++i) {
+      const ReducedCell cell = reduce_hexahedron(nodes_.data() + 8 * i);
+      if (cell.type != type && !kept_.empty()) MAILLE_CHECK(flush(type));
+      type = cell.type;
+      for (unsigned k = 0; k < cell.count; ++k) {
+        const uint64_t node = nodes_[8 * i + cell.corner[k]];
+        bool again = false;
+        for (unsigned j = k + 1; j < cell.count; ++j) again = again || nodes_[8 * i + cell.corner[j]] == node;
+        kept_.push_back(node);
+        kept_last_use_.push_back(again ? 0 : last_use_[8 * i + cell.corner[k]]);
+      }
+    }
+    return flush(type);
+  }
+
+  Result<> flush(CellType type) {
+    const auto put = output_.cells(block_, type, kept_, kept_last_use_);
+    kept_.clear();
+    kept_last_use_.clear();
+    return put;
+  }
+
+  /// Corners of a face of a block, seen from outside: first of x, last of x, first of y, ...
+  static constexpr unsigned face_corners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                                                  {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+
+  Result<> make_faces(uint32_t row, uint32_t layer) {
+    const Place first{0, row, layer};
+    for (unsigned a = 0; a < 3; ++a) {
+      for (unsigned end = 0; end < 2; ++end) {
+        const bool backwards = a == 2 && swept_.backwards;
+        const unsigned face = 2u * swept_.axis[a] + (end ^ (backwards ? 1u : 0u));
+        const int32_t patch = order_.topology().patch[block_][face];
+        if (patch < 0 || (a > 0 && first[a] != (end == 0 ? 0 : n_[a] - 1))) continue;
+        const uint32_t from = a == 0 && end == 1 ? n_[0] - 1 : 0;
+        const uint32_t to = a == 0 && end == 0 ? 1 : n_[0];
+        MAILLE_CHECK(put_faces(static_cast<uint32_t>(patch), face, from, to));
+      }
+    }
+    return {};
+  }
+
+  Result<> put_faces(uint32_t patch, unsigned face, uint32_t from, uint32_t to) {
+    kept_.clear();
+    CellType type = CellType::quad;
+    for (uint32_t i = from; i < to; ++i) {
+      std::array<uint64_t, 4> corners{};
+      size_t count = 0;
+      for (const unsigned corner : face_corners[face]) {
+        const uint64_t point = number_at(corner, i);
+        const auto end = corners.begin() + static_cast<ptrdiff_t>(count);
+        if (std::find(corners.begin(), end, point) == end) corners[count++] = point;
+      }
+      if (count < 3) continue;  // collapsed to a line
+      const CellType next = count == 3 ? CellType::triangle : CellType::quad;
+      if (next != type && !kept_.empty()) {
+        MAILLE_CHECK(output_.faces(patch, type, kept_));
+        kept_.clear();
+      }
+      type = next;
+      kept_.insert(kept_.end(), corners.begin(), corners.begin() + static_cast<ptrdiff_t>(count));
+    }
+    if (kept_.empty()) return {};
+    return output_.faces(patch, type, kept_);
+  }
+
+  const SweepOrder& order_;
+  const uint32_t block_;
+  const Place n_;
+  const SweepPlan::Block& swept_;
+  BlockTables& tables_;
+  const bool repeats_points_;
+  GeneratedOutput& output_;
+  std::array<unsigned, 8> step_{};    ///< of a corner along the row
+  std::array<unsigned, 8> row_of_{};  ///< of the four of a row of cells
+  std::array<PointRow, 4> rows_;      ///< this and the next row of points; the same in the next layer
+  std::vector<double> coordinates_;
+  std::vector<uint64_t> nodes_;
+  std::vector<uint8_t> last_use_;
+  std::vector<uint64_t> kept_;
+  std::vector<uint8_t> kept_last_use_;
+};
+
+Result<> sweep_together(const SweepOrder& order, const SweepPlan::Sweep& sweep, BlockTables& tables,
+                        GeneratedOutput& output) {
+  std::vector<BlockSweeper> blocks;
+  blocks.reserve(sweep.blocks.size());
+  for (const SweepPlan::Block& b : sweep.blocks) blocks.emplace_back(order, b.block, tables, output);
+  for (uint32_t layer = 0; layer < sweep.layers; ++layer) {
+    for (BlockSweeper& block : blocks) MAILLE_CHECK(block.layer(layer));
+  }
+  return {};
+}
+
+Result<BlockTopology> checked_topology(const BlockDescription& description, uint32_t refine) {
+  BlockTopology topology = MAILLE_TRY(join_blocks(description, refine));
+  double cells = 0;
+  for (const auto& n : topology.divisions) cells += (n[0] + 1.0) * (n[1] + 1.0) * (n[2] + 1.0);
+  if (cells >= 0x1p62) return failure(ErrorCode::unsupported, "more than 2^62 cells");
+  return topology;
+}
+
+}  // namespace
+
+Result<> generate(const BlockDescription& description, const GenerateOptions& options,
+                  GeneratedOutput& output) {
+  const BlockTopology topology = MAILLE_TRY(checked_topology(description, options.refine));
+  const SweepOrder order(topology,
+                         options.streaming_order ? plan_streaming(topology) : plan_block_by_block(topology));
+  MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
+  BlockTables tables(description, topology);
+  for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {
+    MAILLE_CHECK(sweep_together(order, sweep, tables, output));
+    tables.forget();
+  }
+  return {};
+}
+
+}  // namespace maille

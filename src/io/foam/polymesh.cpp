@@ -1,0 +1,318 @@
+// OpenFOAM's polyMesh, a folder of files: points; faces; for each face the cell it belongs to (owner) and,
+// for the first ones, the cell on its other side (neighbour); boundary, the patches of faces without one.
+// Normals point from owner to neighbour. Text or binary, each file possibly packed with gzip.
+#include "io/foam/polymesh.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/cell_store.h"
+#include "io/foam/polymesh_zones.h"
+#include "io/format.h"
+
+namespace maille {
+namespace {
+
+class PolyMeshReader {
+ public:
+  PolyMeshReader(std::string folder, const ReadOptions& options)
+      : folder_(std::move(folder)), options_(options), budget_(folder_, folder_bytes(), options.limits) {}
+
+  Result<ReadResult> read();
+
+ private:
+  uint64_t folder_bytes() const {
+    uint64_t bytes = 0;
+    for (const char* name :
+         {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
+      for (const char* ending : {"", ".gz"}) {
+        std::error_code error;
+        const auto size = std::filesystem::file_size(folder_ + "/" + name + ending, error);
+        if (!error) bytes += size;
+      }
+    }
+    return bytes;
+  }
+  Result<FoamReader> open(const char* name) { return FoamReader::open(folder_, name, options_.limits); }
+  Result<> read_points();
+  Result<> read_faces();
+  Result<std::vector<uint64_t>> read_cells_of_faces(const char* name);
+  Result<> check_faces() const;
+  Result<> collect_cells();
+  Result<> add_cell(std::span<const uint64_t> faces, uint64_t cell);
+  Result<> add_patches();
+  Result<> read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements);
+  Result<> add_face_zones();
+  Result<> add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain, uint64_t elements);
+  std::span<const uint32_t> face(uint64_t i) const {
+    return std::span(corners_).subspan(i == 0 ? 0 : ends_[i - 1], ends_[i] - (i == 0 ? 0 : ends_[i - 1]));
+  }
+  tl::unexpected<Error> malformed(const std::string& what) const {
+    return failure(ErrorCode::malformed_input, folder_ + ": " + what);
+  }
+
+  std::string folder_;
+  const ReadOptions& options_;
+  Budget budget_;
+  Mesh mesh_;
+  std::vector<uint32_t> corners_;
+  std::vector<uint64_t> ends_;
+  std::vector<uint64_t> owner_, neighbour_;
+  uint64_t cells_ = 0;
+  std::vector<FoamPatch> patches_;
+  FoamFaces outward_;  ///< faces of the cell at hand
+  FoamCell made_;
+  CellStore store_;
+  BlockShapes shapes_;
+  static constexpr uint64_t in_memory = ~uint64_t{0};
+  FoamZones cell_zones_{foam_cell_zones, in_memory, ""}, face_zones_{foam_face_zones, in_memory, ""},
+      point_zones_{foam_point_zones, in_memory, ""};
+};
+
+Result<> PolyMeshReader::read_points() {
+  FoamReader file = MAILLE_TRY(open("points"));
+  bool values = false;
+  const uint64_t count = MAILLE_TRY(file.begin_list(values));
+  if (!values && count != 0) return file.malformed("points cannot be one repeated value");
+  if (count > max_points || count > file.size())
+    return file.malformed("there are more points than the file can hold, or 2^32");
+  mesh_.points.type = file.is_single() ? Scalar::f32 : Scalar::f64;
+  MAILLE_CHECK(budget_.take(count, 3 * sizeof(double)));
+  mesh_.points.resize(count);
+  for (uint64_t i = 0; i < count; ++i) {
+    if (!file.binary() && !file.take('(')) return file.malformed("there should be a point");
+    for (uint64_t k = 0; k < 3; ++k) {
+      double value = 0;
+      if (!file.coordinate(value))
+        return file.malformed("there should be a coordinate of point " + std::to_string(i));
+      if (mesh_.points.type == Scalar::f32) {
+        mesh_.points.values<float>()[3 * i + k] = static_cast<float>(value);
+      } else {
+        mesh_.points.values<double>()[3 * i + k] = value;
+      }
+    }
+    if (!file.binary() && !file.take(')')) return file.malformed("there should be \")\" behind a point");
+  }
+  return count == 0 && !values ? Result<>() : file.end_list(true);
+}
+
+/// Lists of points one after the other, or in binary the places where each begins and all their points.
+Result<> PolyMeshReader::read_faces() {
+  FoamReader file = MAILLE_TRY(open("faces"));
+  std::vector<int64_t> points;
+  if (file.kind() == "faceCompactList") {
+    std::vector<int64_t> places;
+    MAILLE_CHECK(file.labels(places, budget_));
+    MAILLE_CHECK(file.labels(points, budget_));
+    const bool whole = places.empty()
+                           ? points.empty()
+                           : places.front() == 0 && places.back() == static_cast<int64_t>(points.size());
+    if (!whole || !std::is_sorted(places.begin(), places.end()))
+      return file.malformed("the faces do not follow each other in the list of their points");
+    for (size_t i = 1; i < places.size(); ++i) ends_.push_back(static_cast<uint64_t>(places[i]));
+  } else {
+    bool values = false;
+    const uint64_t count = MAILLE_TRY(file.begin_list(values));
+    for (uint64_t i = 0; i < count; ++i) {
+      MAILLE_CHECK(file.labels(points, budget_));
+      ends_.push_back(points.size());
+    }
+    if (count != 0) MAILLE_CHECK(file.end_list(values));
+  }
+  corners_.reserve(points.size());
+  for (const int64_t point : points) {
+    if (point < 0 || static_cast<uint64_t>(point) >= mesh_.point_count())
+      return file.malformed("a face uses point " + std::to_string(point) + ", but there are " +
+                            std::to_string(mesh_.point_count()) + " points");
+    corners_.push_back(static_cast<uint32_t>(point));
+  }
+  return {};
+}
+
+Result<std::vector<uint64_t>> PolyMeshReader::read_cells_of_faces(const char* name) {
+  FoamReader file = MAILLE_TRY(open(name));
+  std::vector<int64_t> labels;
+  MAILLE_CHECK(file.labels(labels, budget_));
+  // Older versions give every face a neighbour, -1 for none.
+  while (!labels.empty() && labels.back() == -1) labels.pop_back();
+  std::vector<uint64_t> cells;
+  for (const int64_t cell : labels) {
+    // A cell has a face at least, and a face two cells at most.
+    if (cell < 0 || static_cast<uint64_t>(cell) >= 2 * ends_.size())
+      return file.malformed("there is no cell " + std::to_string(cell) + " with " +
+                            std::to_string(ends_.size()) + " faces");
+    cells_ = std::max(cells_, static_cast<uint64_t>(cell) + 1);
+    cells.push_back(static_cast<uint64_t>(cell));
+  }
+  return cells;
+}
+
+Result<> PolyMeshReader::check_faces() const {
+  if (owner_.size() != ends_.size() || neighbour_.size() > ends_.size()) {
+    return malformed("there are " + std::to_string(ends_.size()) + " faces, owners of " +
+                     std::to_string(owner_.size()) + " and neighbours of " +
+                     std::to_string(neighbour_.size()));
+  }
+  for (const FoamPatch& patch : patches_) {
+    if (patch.faces > ends_.size() || patch.first > ends_.size() - patch.faces)
+      return malformed("patch " + patch.name.substr(0, 40) + " goes beyond the last face");
+  }
+  return {};
+}
+
+Result<> PolyMeshReader::add_cell(std::span<const uint64_t> faces, uint64_t cell) {
+  outward_.clear();
+  for (const uint64_t number : faces) outward_.add(face(number), owner_[number] != cell);
+  make_foam_cell(outward_, made_);
+  store_.nodes.insert(store_.nodes.end(), made_.nodes.begin(), made_.nodes.end());
+  if (made_.type == CellType::polyhedron)
+    store_.face_sizes.insert(store_.face_sizes.end(), outward_.sizes.begin(), outward_.sizes.end());
+  store_.end_cell(made_.type);
+  static const std::string none;
+  const auto zones = MAILLE_TRY(cell_zones_.of(cell));
+  const bool named = cell_zones_.are_runs() && !zones.empty();
+  shapes_.add(1, made_.type, named ? cell_zones_.names()[zones[0].zone] : none);
+  return {};
+}
+
+Result<> PolyMeshReader::collect_cells() {
+  // Faces of each cell, as a list and the places where cells begin in it.
+  std::vector<uint64_t> begins(cells_ + 1);
+  for (const auto* side : {&owner_, &neighbour_}) {
+    for (const uint64_t cell : *side) ++begins[cell + 1];
+  }
+  for (uint64_t i = 0; i < cells_; ++i) begins[i + 1] += begins[i];
+  std::vector<uint64_t> faces(begins.back()), next(begins.begin(), begins.end() - 1);
+  for (uint64_t i = 0; i < owner_.size(); ++i) {
+    faces[next[owner_[i]]++] = i;
+    if (i < neighbour_.size() && neighbour_[i] != owner_[i]) faces[next[neighbour_[i]]++] = i;
+  }
+  for (uint64_t cell = 0; cell < cells_; ++cell) {
+    MAILLE_CHECK(add_cell(std::span(faces).subspan(begins[cell], next[cell] - begins[cell]), cell));
+  }
+  return {};
+}
+
+Result<> PolyMeshReader::add_patches() {
+  for (const FoamPatch& patch : patches_) {
+    FoamPatchType patch_type;
+    for (uint64_t i = patch.first; i < patch.first + patch.faces; ++i) patch_type.add(face(i).size());
+    const CellType type = patch_type.type();
+    // Patches may share faces, so each takes from the budget.
+    MAILLE_CHECK(budget_.take(patch.faces, 5 * sizeof(uint32_t)));
+    for (uint64_t i = patch.first; i < patch.first + patch.faces; ++i) {
+      const auto corners = face(i);
+      MAILLE_CHECK(budget_.take(corners.size(), sizeof(uint32_t)));
+      store_.nodes.insert(store_.nodes.end(), corners.begin(), corners.end());
+      store_.end_cell(type);
+    }
+    shapes_.add(patch.faces, type, patch.name);
+    add_foam_metadata(patch, mesh_.metadata);
+  }
+  return {};
+}
+
+Result<> PolyMeshReader::read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements) {
+  if (!has_foam_zones(folder_, kind)) return {};
+  FoamReader file = MAILLE_TRY(open(kind.file));
+  return zones.read(file, elements, budget_);
+}
+
+/// Blocks of faces, behind those of the patches.
+Result<> PolyMeshReader::add_face_zones() {
+  if (face_zones_.layers() == 0) return {};
+  FoamZoneFaces zone_faces(in_memory, "");
+  for (uint64_t i = 0; i < ends_.size(); ++i) {
+    const auto uses = MAILLE_TRY(face_zones_.of(i));
+    MAILLE_CHECK(budget_.take(uses.size() * (face(i).size() + 12), sizeof(uint32_t)));
+    MAILLE_CHECK(zone_faces.add(uses, face(i)));
+  }
+  const auto add_cell = [&](CellType type, std::span<const uint32_t> corners) -> Result<> {
+    store_.nodes.insert(store_.nodes.end(), corners.begin(), corners.end());
+    store_.end_cell(type);
+    return {};
+  };
+  return zone_faces.add_blocks(face_zones_, shapes_, add_cell);
+}
+
+/// Of all elements; those behind the first `elements`, faces of patches, are in no zone.
+Result<> PolyMeshReader::add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain,
+                                         uint64_t elements) {
+  std::vector<Array> arrays = foam_zone_arrays(zones, kind, domain);
+  const uint64_t count = domain == Domain::point ? mesh_.point_count() : store_.count();
+  for (Array& array : arrays) {
+    MAILLE_CHECK(budget_.take(count, array.tuple_size()));
+    array.resize(count);
+  }
+  MAILLE_CHECK(zones.rewind());
+  for (uint64_t i = 0; i < elements && !arrays.empty(); ++i) {
+    const auto uses = MAILLE_TRY(zones.of(i));
+    for (size_t k = 0; k < uses.size(); ++k)
+      put_foam_label(arrays[k].type, uses[k].zone + 1, arrays[k].bytes.data() + i * arrays[k].tuple_size());
+  }
+  for (Array& array : arrays) mesh_.arrays.push_back(std::move(array));
+  return {};
+}
+
+Result<ReadResult> PolyMeshReader::read() {
+  MAILLE_CHECK(read_points());
+  MAILLE_CHECK(read_faces());
+  MAILLE_CHECK(report_progress(options_.progress, "reading", 0.5));
+  owner_ = MAILLE_TRY(read_cells_of_faces("owner"));
+  neighbour_ = MAILLE_TRY(read_cells_of_faces("neighbour"));
+  FoamReader boundary = MAILLE_TRY(open("boundary"));
+  patches_ = MAILLE_TRY(read_foam_patches(boundary));
+  MAILLE_CHECK(check_faces());
+  MAILLE_CHECK(budget_.take(corners_.size(), 2 * sizeof(uint32_t)));
+  MAILLE_CHECK(budget_.take(cells_, 4 * sizeof(uint64_t)));
+  MAILLE_CHECK(read_zones(cell_zones_, foam_cell_zones, cells_));
+  MAILLE_CHECK(collect_cells());
+  MAILLE_CHECK(add_patches());
+  MAILLE_CHECK(read_zones(face_zones_, foam_face_zones, ends_.size()));
+  MAILLE_CHECK(add_face_zones());
+  MAILLE_CHECK(read_zones(point_zones_, foam_point_zones, mesh_.point_count()));
+  for (const auto& [zones, kind] :
+       {std::pair(&cell_zones_, &foam_cell_zones), std::pair(&face_zones_, &foam_face_zones),
+        std::pair(&point_zones_, &foam_point_zones)})
+    add_foam_zone_metadata(*zones, *kind, mesh_.metadata);
+  if (!cell_zones_.are_runs())
+    MAILLE_CHECK(add_zone_arrays(cell_zones_, foam_cell_zones, Domain::cell, cells_));
+  MAILLE_CHECK(add_zone_arrays(point_zones_, foam_point_zones, Domain::point, mesh_.point_count()));
+  ReadResult result;
+  result.mesh = std::move(mesh_);
+  result.mesh.blocks = shapes_.take(store_);
+  return result;
+}
+
+Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
+  std::error_code error;
+  if (!std::filesystem::exists(source.name(), error)) {
+    return failure(ErrorCode::malformed_input,
+                   source.name() + ": a polyMesh is a folder of files; name the folder or a file in it");
+  }
+  const std::string folder = foam_folder_of(source.name());
+  if (!std::filesystem::exists(folder + "/points") && !std::filesystem::exists(folder + "/points.gz")) {
+    return failure(
+        ErrorCode::cannot_read,
+        "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
+  }
+  return PolyMeshReader(folder, options).read();
+}
+
+bool recognise_polymesh(Bytes first_bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
+  return text.find("FoamFile") != std::string_view::npos ||
+         text.find("OpenFOAM: The Open Source CFD Toolbox") != std::string_view::npos;
+}
+
+}  // namespace
+
+const Format& polymesh_format() {
+  static const Format format{{"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder", true},
+                             recognise_polymesh,
+                             read_polymesh,
+                             write_polymesh};
+  return format;
+}
+
+}  // namespace maille

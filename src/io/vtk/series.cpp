@@ -1,0 +1,86 @@
+// Series in time. ParaView's list of files: <VTKFile type="Collection"><Collection><DataSet timestep=""
+// file=""/>...
+#include <maille/series.h>
+#include <maille/source.h>
+
+#include <algorithm>
+#include <cmath>
+#include <pugixml.hpp>
+#include <string_view>
+
+#include "base/result.h"
+#include "io/exodus/exodus.h"
+#include "io/numbers.h"
+#include "io/reading.h"
+#include "io/text_scanner.h"
+
+namespace maille {
+
+namespace {
+
+bool is_exodus(const std::string& path) {
+  // By the name alone: a pipe can be read but once.
+  constexpr std::string_view endings[] = {".e", ".exo", ".ex2", ".exii"};
+  return std::any_of(std::begin(endings), std::end(endings),
+                     [&](std::string_view ending) { return path.ends_with(ending); });
+}
+
+bool is_list(const std::string& path) {
+  return path.ends_with(".pvd");
+}
+
+/// 0 where a list has no times.
+Result<double> time_of(const pugi::xml_node& entry, const std::string& list) {
+  const pugi::xml_attribute attribute = entry.attribute("timestep");
+  if (!attribute) return 0.0;
+  const std::string_view text = trim(attribute.value());
+  const char* const end = text.data() + text.size();
+  Number number;
+  if (parse_number(text.data(), end, number) == end && std::isfinite(number.value)) return number.value;
+  return failure(ErrorCode::malformed_input,
+                 list + ": the timestep \"" + std::string(text) + "\" is no finite number");
+}
+
+Result<std::vector<SeriesEntry>> steps_of_exodus(const std::string& path, const Source& source) {
+  std::vector<SeriesEntry> steps;
+  for (const double time : MAILLE_TRY(exodus_times(source))) steps.push_back({path, time, steps.size()});
+  return steps;
+}
+
+Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const Source& source) {
+  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
+  pugi::xml_document document;
+  const auto parsed = document.load_buffer(input.bytes().data(), input.bytes().size());
+  const pugi::xml_node list = document.child("VTKFile").child("Collection");
+  if (!parsed || !list)
+    return failure(ErrorCode::malformed_input, path + ": there should be a VTKFile with a Collection");
+  std::vector<SeriesEntry> series;
+  for (const pugi::xml_node entry : list.children("DataSet")) {
+    const std::string file = MAILLE_TRY(path_of_named(path, entry.attribute("file").value()));
+    const double time = MAILLE_TRY(time_of(entry, path));
+    if (!series.empty() && series.back().time == time) {
+      return failure(ErrorCode::unsupported,
+                     path + ": several files at time " + std::to_string(time) + "; a step is one mesh");
+    }
+    series.push_back({file, time, std::nullopt});
+  }
+  return series;
+}
+
+}  // namespace
+
+bool may_be_series(const std::string& path) {
+  return is_list(path) || is_exodus(path);
+}
+
+Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options) {
+  const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
+  return entry.step ? read_exodus_step(*source, options, *entry.step) : read_mesh(*source, options);
+}
+
+Result<std::vector<SeriesEntry>> read_series(const std::string& path) {
+  const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
+  return is_exodus(path) ? steps_of_exodus(path, *source) : files_of_list(path, *source);
+}
+
+}  // namespace maille

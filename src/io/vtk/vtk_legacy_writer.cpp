@@ -1,0 +1,215 @@
+#include <algorithm>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "io/buffered_writer.h"
+#include "io/cells.h"
+#include "io/notes.h"
+#include "io/reading.h"
+#include "io/vtk/vtk_legacy.h"
+#include "io/vtk/vtu.h"
+
+namespace maille {
+namespace {
+
+class VtkWriter {
+ public:
+  VtkWriter(const Mesh& mesh, Sink& sink, const WriteOptions& options)
+      : mesh_(mesh), out_(sink), ascii_(options.ascii) {}
+
+  Result<std::vector<std::string>> write();
+
+ private:
+  void put_field_data();
+  void put_points();
+  void put_cells();
+  void put_data(Domain domain, const char* keyword);
+  void put_array(const Array& array, const std::string& name);
+  void put_values(const std::byte* from, uint64_t count, Scalar type, uint32_t per_line);
+  void put_strings(const std::string& name, const std::vector<std::string>& values);
+  template <class T>
+  void put_value(T value, bool last);
+  std::vector<std::string> roles() const;
+  std::vector<std::pair<std::string, std::vector<std::string>>> strings() const;
+
+  const Mesh& mesh_;
+  BufferedWriter out_;
+  bool ascii_;
+};
+
+template <class T>
+void VtkWriter::put_value(T value, bool last) {
+  if (ascii_) {
+    if constexpr (sizeof(T) == 1) {
+      out_.put_number(static_cast<int>(value));
+    } else {
+      out_.put_number(value);
+    }
+    out_.put(last ? '\n' : ' ');
+    return;
+  }
+  std::byte bytes[sizeof(T)];
+  store(bytes, value);
+  std::reverse(bytes, bytes + sizeof(T));
+  out_.put_bytes(bytes);
+}
+
+void VtkWriter::put_values(const std::byte* from, uint64_t count, Scalar type, uint32_t per_line) {
+  with_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    for (uint64_t i = 0; i < count; ++i) {
+      put_value(load<T>(from + i * sizeof(T)), (i + 1) % per_line == 0 || i + 1 == count);
+    }
+  });
+  if (!ascii_) out_.put('\n');
+}
+
+void VtkWriter::put_array(const Array& array, const std::string& name) {
+  out_.put(to_word(name) + " " + std::to_string(array.components) + " " + std::to_string(array.count()) +
+           " " + vtk_legacy_name_of(array.type) + "\n");
+  put_values(array.bytes.data(), array.count() * array.components, array.type, array.components);
+}
+
+/// Text: a line each, with %XX; binary: the length in 8 bytes, high first (its two highest bits 0), and the
+/// bytes.
+void VtkWriter::put_strings(const std::string& name, const std::vector<std::string>& values) {
+  out_.put(to_word(name) + " 1 " + std::to_string(values.size()) + " string\n");
+  for (const std::string& value : values) {
+    if (ascii_) {
+      out_.put(to_word(value) + "\n");
+    } else {
+      put_value(static_cast<uint64_t>(value.size()), false);
+      out_.put(value);
+    }
+  }
+  if (!ascii_) out_.put('\n');
+}
+
+std::vector<std::string> VtkWriter::roles() const {
+  std::vector<std::string> list;
+  for (const Array& array : mesh_.arrays) {
+    if (array.role == Role::none) continue;
+    list.push_back(std::string(name_of(array.domain)) + " " + name_of(array.role) + " " + array.name);
+  }
+  return list;
+}
+
+std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::strings() const {
+  std::vector<std::pair<std::string, std::vector<std::string>>> list;
+  const std::vector<std::string> meanings = roles();
+  if (!meanings.empty()) list.emplace_back(vtk_roles_name, meanings);
+  for (const Array& array : mesh_.arrays) {
+    if (array.role == Role::label) list.emplace_back(array.name + "_labels", array.labels);
+  }
+  if (vtk_needs_blocks(mesh_)) list.emplace_back(vtu_block_names_name, vtk_block_names(mesh_));
+  for (const auto& [key, value] : mesh_.metadata) list.push_back({key, {value}});
+  return list;
+}
+
+void VtkWriter::put_field_data() {
+  const auto texts = strings();
+  std::vector<std::pair<std::string, const Array*>> arrays;
+  Array blocks;
+  if (vtk_needs_blocks(mesh_)) {
+    blocks = vtk_block_sizes(mesh_);
+    arrays.emplace_back(blocks.name, &blocks);
+  }
+  for (const Array& array : mesh_.arrays) {
+    if (array.domain == Domain::mesh) arrays.emplace_back(array.name, &array);
+    if (array.domain == Domain::corner) arrays.emplace_back(vtk_corner_prefix + array.name, &array);
+  }
+  if (arrays.empty() && texts.empty()) return;
+  out_.put("FIELD FieldData " + std::to_string(arrays.size() + texts.size()) + "\n");
+  for (const auto& [name, array] : arrays) put_array(*array, name);
+  for (const auto& [name, values] : texts) put_strings(name, values);
+}
+
+void VtkWriter::put_points() {
+  out_.put("POINTS " + std::to_string(mesh_.point_count()) + " " + vtk_legacy_name_of(mesh_.points.type) +
+           "\n");
+  put_values(mesh_.points.bytes.data(), mesh_.point_count() * 3, mesh_.points.type, 3);
+}
+
+/// A cell as a list: its points; of a polyhedron the number of its faces, and for each face its number of
+/// points and its points.
+template <class Put>
+void for_each_entry(const CellBlock& block, uint64_t i, Put put) {
+  std::span<const uint32_t> nodes = block.cell(i);
+  if (block.type_of(i) != CellType::polyhedron) {
+    for (const uint32_t node : nodes) put(node);
+    return;
+  }
+  const auto faces = block.faces(i);
+  put(static_cast<uint32_t>(faces.size()));
+  for (const uint32_t size : faces) {
+    put(size);
+    for (const uint32_t node : nodes.first(size)) put(node);
+    nodes = nodes.subspan(size);
+  }
+}
+
+void VtkWriter::put_cells() {
+  const uint64_t cells = mesh_.cell_count();
+  uint64_t size = cells + mesh_.corner_count();
+  for (const CellBlock& block : mesh_.blocks) {
+    size += block.face_sizes.size();
+    for (uint64_t i = 0; i < block.size(); ++i) size += block.type_of(i) == CellType::polyhedron ? 1 : 0;
+  }
+  out_.put("CELLS " + std::to_string(cells) + " " + std::to_string(size) + "\n");
+  for (const CellBlock& block : mesh_.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      uint64_t left = block.cell(i).size() + block.faces(i).size();
+      if (block.type_of(i) == CellType::polyhedron) ++left;
+      put_value(static_cast<int32_t>(left), left == 0);
+      for_each_entry(block, i, [&](uint32_t entry) { put_value(static_cast<int32_t>(entry), --left == 0); });
+    }
+  }
+  out_.put(ascii_ ? "" : "\n");
+  out_.put("CELL_TYPES " + std::to_string(cells) + "\n");
+  for (const CellBlock& block : mesh_.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) put_value(static_cast<int32_t>(block.type_of(i)), true);
+  }
+  out_.put(ascii_ ? "" : "\n");
+}
+
+void VtkWriter::put_data(Domain domain, const char* keyword) {
+  const auto of_domain = [&](const Array& array) { return array.domain == domain; };
+  const auto count = std::count_if(mesh_.arrays.begin(), mesh_.arrays.end(), of_domain);
+  if (count == 0) return;
+  out_.put(std::string(keyword) + " " + std::to_string(mesh_.count_of(domain)) + "\nFIELD FieldData " +
+           std::to_string(count) + "\n");
+  for (const Array& array : mesh_.arrays) {
+    if (of_domain(array)) put_array(array, array.name);
+  }
+}
+
+Result<std::vector<std::string>> VtkWriter::write() {
+  if (mesh_.point_count() > INT32_MAX) {
+    return failure(ErrorCode::usage, "legacy VTK files number points in 31 bits, and the mesh has " +
+                                         std::to_string(mesh_.point_count()) + "; write .vtu");
+  }
+  out_.put("# vtk DataFile Version 4.2\nwritten by maille\n");
+  out_.put(ascii_ ? "ASCII\n" : "BINARY\n");
+  out_.put("DATASET UNSTRUCTURED_GRID\n");
+  put_field_data();
+  put_points();
+  put_cells();
+  put_data(Domain::cell, "CELL_DATA");
+  put_data(Domain::point, "POINT_DATA");
+  MAILLE_CHECK(out_.finish());
+  std::vector<std::string> notes;
+  if (ascii_) note_nan_payloads(mesh_, notes);
+  const auto on_corners = [](const Array& array) { return array.domain == Domain::corner; };
+  if (std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(), on_corners)) {
+    notes.push_back("VTK has no arrays on corners: they are in field data, where only maille knows them");
+  }
+  return notes;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> write_vtk_legacy(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+  return VtkWriter(mesh, sink, options).write();
+}
+
+}  // namespace maille

@@ -1,0 +1,262 @@
+#include "io/vtk/vtk_xml_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/bytes.h"
+
+namespace maille {
+std::string vtk_xml_escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
+      out += "&#" + std::to_string(static_cast<int>(c)) + ";";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+namespace {
+
+template <class T>
+VtkXmlData numbers_of(const char* name, std::span<const T> values) {
+  const bool wide =
+      !values.empty() && std::cmp_greater(*std::max_element(values.begin(), values.end()), INT32_MAX);
+  VtkXmlData data;
+  data.type = wide ? Scalar::i64 : Scalar::i32;
+  data.attributes = std::string("type=\"") + vtk_name_of(data.type) + "\" Name=\"" + name + "\"";
+  const size_t size = size_of(data.type);
+  data.owned.resize(values.size() * size);
+  for (size_t i = 0; i < values.size(); ++i) {
+    const auto value = static_cast<uint64_t>(values[i]);
+    std::memcpy(data.owned.data() + i * size, &value, size);  // little-endian: the low bytes come first
+  }
+  return data;
+}
+
+}  // namespace
+
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint32_t> values) {
+  return numbers_of(name, values);
+}
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint64_t> values) {
+  return numbers_of(name, values);
+}
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const int64_t> values) {
+  return numbers_of(name, values);
+}
+
+/// Tuples in the order in which the cells are written.
+std::vector<std::byte> VtkXmlWriter::permuted(const Array& array, const std::vector<uint64_t>& order) const {
+  const size_t size = array.tuple_size();
+  std::vector<std::byte> bytes(order.size() * size);
+  std::byte* to = bytes.data();
+  for (const uint64_t i : order) {
+    std::copy_n(array.bytes.data() + i * size, size, to);
+    to += size;
+  }
+  return bytes;
+}
+
+VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) const {
+  VtkXmlData data;
+  data.type = array.type;
+  data.components = array.components;
+  data.attributes = "type=\"" + std::string(vtk_name_of(array.type)) + "\" Name=\"" +
+                    vtk_xml_escaped(array.name) + "\" NumberOfComponents=\"" +
+                    std::to_string(array.components) + "\"" + more;
+  const auto* const order = array.domain == Domain::cell     ? cell_order_
+                            : array.domain == Domain::corner ? corner_order_
+                                                             : nullptr;
+  if (order != nullptr) {
+    data.owned = permuted(array, *order);
+  } else {
+    data.borrowed = array.bytes;
+  }
+  return data;
+}
+
+VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values) const {
+  VtkXmlData data;
+  data.attributes = "type=\"String\" Name=\"" + vtk_xml_escaped(name) + "\" NumberOfTuples=\"" +
+                    std::to_string(values.size()) + "\"";
+  for (const std::string& value : values) {
+    const Bytes bytes = std::as_bytes(std::span(value.data(), value.size()));
+    data.owned.insert(data.owned.end(), bytes.begin(), bytes.end());
+    data.owned.push_back(std::byte{0});
+  }
+  return data;
+}
+
+/// The array that becomes the active attribute of this meaning, if VTK takes one of its shape.
+const Array* VtkXmlWriter::first_of(Domain domain, Role role) const {
+  for (const Array& array : mesh_.arrays) {
+    const uint32_t n = array.components;
+    const bool suits = role == Role::colour               ? array.type == Scalar::u8 && (n == 3 || n == 4)
+                       : role == Role::texture_coordinate ? n <= 3
+                                                          : n == 3;
+    if (array.domain == domain && array.role == role && suits && !array.name.empty()) return &array;
+  }
+  return nullptr;
+}
+
+std::string VtkXmlWriter::active_attributes(Domain domain) const {
+  std::string text;
+  const std::pair<const char*, Role> attributes[] = {{"Scalars", Role::colour},
+                                                     {"Normals", Role::normal},
+                                                     {"Tangents", Role::tangent},
+                                                     {"TCoords", Role::texture_coordinate}};
+  for (const auto& [attribute, role] : attributes) {
+    if (const Array* array = first_of(domain, role)) {
+      text += std::string(" ") + attribute + "=\"" + vtk_xml_escaped(array->name) + "\"";
+    }
+  }
+  return text;
+}
+
+/// For meanings that the active attributes do not tell.
+std::string VtkXmlWriter::role_mark(const Array& array) const {
+  if (array.role == Role::none) return "";
+  const bool attributes = array.domain == Domain::point || array.domain == Domain::cell;
+  if (attributes && first_of(array.domain, array.role) == &array) return "";
+  return std::string(" maille_role=\"") + name_of(array.role) + "\"";
+}
+
+void VtkXmlWriter::add_block_names(const std::string& mark) {
+  bool named = false;
+  for (const CellBlock& block : mesh_.blocks) named = named || !block.name.empty();
+  if (!named || mesh_.find("block", Domain::cell)) return;
+  Array array = make_array("block", Domain::cell, Scalar::u32, 1, Role::label);
+  uint32_t number = 0;
+  for (const CellBlock& block : mesh_.blocks) {
+    const size_t from = array.count();
+    array.resize(from + block.size());
+    std::fill(array.values<uint32_t>().begin() + static_cast<ptrdiff_t>(from), array.values<uint32_t>().end(),
+              number++);
+    array.labels.push_back(block.name);
+  }
+  VtkXmlData data = describe(array, role_mark(array) + mark);
+  if (data.owned.empty()) data.owned = std::move(array.bytes);
+  data.borrowed = {};
+  piece_.back().arrays.push_back(std::move(data));
+  field_.back().arrays.push_back(strings("block_labels", array.labels));
+  notes.push_back(format_ + " has no named blocks: their names are in the cell array \"block\"");
+}
+
+void VtkXmlWriter::add_field_data() {
+  VtkXmlSection section{"<FieldData>", "</FieldData>", {}};
+  for (const auto& [key, value] : mesh_.metadata) {
+    section.arrays.push_back(strings(key, std::span(&value, 1)));
+  }
+  bool corners = false;
+  for (const Array& array : mesh_.arrays) {
+    if (array.role == Role::label) section.arrays.push_back(strings(array.name + "_labels", array.labels));
+    if (array.domain != Domain::mesh && array.domain != Domain::corner) continue;
+    corners = corners || array.domain == Domain::corner;
+    const std::string tuples = " NumberOfTuples=\"" + std::to_string(array.count()) + "\"";
+    const std::string mark = array.domain == Domain::corner ? " maille_domain=\"corner\"" : "";
+    section.arrays.push_back(describe(array, tuples + mark + role_mark(array)));
+  }
+  if (corners) {
+    notes.push_back(format_ +
+                    " has no arrays on corners: they are in FieldData, where only maille knows them");
+  }
+  field_.push_back(std::move(section));
+}
+
+void VtkXmlWriter::add_points() {
+  Array points = make_array("Points", Domain::point, mesh_.points.type, 3);
+  VtkXmlData data = describe(points, "");
+  data.borrowed = mesh_.points.bytes;
+  VtkXmlSection section{"<Points>", "</Points>", {}};
+  section.arrays.push_back(std::move(data));
+  piece_.push_back(std::move(section));
+}
+
+void VtkXmlWriter::add_arrays(Domain domain, const char* element) {
+  VtkXmlSection section{
+      std::string("<") + element + active_attributes(domain) + ">", std::string("</") + element + ">", {}};
+  for (const Array& array : mesh_.arrays) {
+    if (array.domain == domain) section.arrays.push_back(describe(array, role_mark(array)));
+  }
+  piece_.push_back(std::move(section));
+}
+
+void VtkXmlWriter::put_ascii(const VtkXmlData& data) {
+  const size_t size = size_of(data.type);
+  const Bytes bytes = data.bytes();
+  const size_t per_line = data.components > 1 ? data.components : 12;
+  for (size_t i = 0; i * size < bytes.size(); ++i) {
+    out_.put(i % per_line == 0 ? '\n' : ' ');
+    put_scalar(out_, bytes.data() + i * size, data.type);
+  }
+  out_.put('\n');
+}
+
+void VtkXmlWriter::put_array(const VtkXmlData& data, uint64_t& offset) {
+  out_.put("<DataArray " + data.attributes);
+  if (options_.ascii) {
+    out_.put(" format=\"ascii\">");
+    put_ascii(data);
+    out_.put("</DataArray>\n");
+    return;
+  }
+  out_.put(" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n");
+  offset += sizeof(uint64_t) + data.bytes().size();
+}
+
+void VtkXmlWriter::put_appended(const VtkXmlData& data) {
+  const Bytes bytes = data.bytes();
+  const uint64_t size = bytes.size();
+  if (!options_.big_endian) {
+    out_.put_raw(size);
+    out_.put_bytes(bytes);
+    return;
+  }
+  const auto put_reversed = [&](const std::byte* from, size_t count) {
+    for (size_t k = count; k-- > 0;) out_.put(static_cast<char>(from[k]));
+  };
+  put_reversed(reinterpret_cast<const std::byte*>(&size), sizeof size);
+  for (size_t i = 0; i < bytes.size(); i += size_of(data.type)) {
+    put_reversed(bytes.data() + i, size_of(data.type));
+  }
+}
+
+void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& act) const {
+  for (const auto* sections : {&field_, &piece_}) {
+    for (const VtkXmlSection& section : *sections) {
+      for (const VtkXmlData& data : section.arrays) act(data);
+    }
+  }
+}
+
+void VtkXmlWriter::put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset) {
+  for (const VtkXmlSection& section : sections) {
+    out_.put(section.open + "\n");
+    for (const VtkXmlData& data : section.arrays) put_array(data, offset);
+    out_.put(section.close + "\n");
+  }
+}
+
+Result<> VtkXmlWriter::write(const char* data_set, const std::string& counts) {
+  const std::string name = data_set;
+  uint64_t offset = 0;
+  out_.put("<?xml version=\"1.0\"?>\n<VTKFile type=\"" + name + "\" version=\"1.0\" byte_order=\"");
+  out_.put(options_.big_endian ? "BigEndian" : "LittleEndian");
+  out_.put("\" header_type=\"UInt64\">\n<" + name + ">\n");
+  put_sections(field_, offset);
+  out_.put("<Piece NumberOfPoints=\"" + std::to_string(mesh_.point_count()) + "\"" + counts + ">\n");
+  put_sections(piece_, offset);
+  out_.put("</Piece>\n</" + name + ">\n");
+  if (!options_.ascii) {
+    out_.put("<AppendedData encoding=\"raw\">\n_");
+    for_each_data([&](const VtkXmlData& data) { put_appended(data); });
+    out_.put("\n</AppendedData>\n");
+  }
+  out_.put("</VTKFile>\n");
+  return out_.finish();
+}
+
+}  // namespace maille

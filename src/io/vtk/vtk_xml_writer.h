@@ -1,0 +1,91 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/buffered_writer.h"
+#include "io/reading.h"
+#include "io/vtk/vtk_data.h"
+
+// What the writers of VTK's XML formats have in common: arrays with their tags, and the document around them.
+
+namespace maille {
+
+/// One DataArray: the attributes of its tag and its bytes, borrowed or owned.
+struct VtkXmlData {
+  std::string attributes;
+  Scalar type = Scalar::u8;
+  uint32_t components = 1;
+  Bytes borrowed;
+  std::vector<std::byte> owned;
+
+  Bytes bytes() const { return owned.empty() ? borrowed : Bytes(owned); }
+};
+
+/// A group of arrays within an element ("PointData"), as they appear.
+struct VtkXmlSection {
+  std::string open, close;
+  std::vector<VtkXmlData> arrays;
+};
+
+/// As the value of an attribute.
+std::string vtk_xml_escaped(std::string_view text);
+
+/// Integers, in 32 bits where they do: VTK reads either, and the file is half the size.
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint32_t> values);
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint64_t> values);
+VtkXmlData vtk_xml_numbers(const char* name, std::span<const int64_t> values);
+
+class VtkXmlWriter {
+ public:
+  /// `format`: how notes call it ("VTP").
+  VtkXmlWriter(const Mesh& mesh, Sink& sink, const WriteOptions& options, std::string format)
+      : mesh_(mesh), out_(sink), options_(options), format_(std::move(format)) {}
+
+  /// Cells and corners are written in this order, not in the mesh's. Both must outlive the writer.
+  void set_order(const std::vector<uint64_t>& cells, const std::vector<uint64_t>& corners) {
+    cell_order_ = &cells;
+    corner_order_ = &corners;
+  }
+  /// Arrays on the mesh and on corners, metadata, labels. First of all.
+  void add_field_data();
+  VtkXmlSection& field() { return field_.back(); }
+  void add_points();
+  void add_arrays(Domain domain, const char* element);
+  /// An array "block" to the section of cell arrays, added last; `mark` is an attribute more for it. Nothing
+  /// where no block has a name.
+  void add_block_names(const std::string& mark);
+  void add(VtkXmlSection section) { piece_.push_back(std::move(section)); }
+  VtkXmlData strings(const std::string& name, std::span<const std::string> values) const;
+
+  /// `counts`: attributes of the element Piece.
+  Result<> write(const char* data_set, const std::string& counts);
+
+ private:
+  VtkXmlData describe(const Array& array, const std::string& more) const;
+  std::vector<std::byte> permuted(const Array& array, const std::vector<uint64_t>& order) const;
+  std::string active_attributes(Domain domain) const;
+  std::string role_mark(const Array& array) const;
+  const Array* first_of(Domain domain, Role role) const;
+  void for_each_data(const std::function<void(const VtkXmlData&)>& act) const;
+  void put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset);
+  void put_array(const VtkXmlData& data, uint64_t& offset);
+  void put_ascii(const VtkXmlData& data);
+  void put_appended(const VtkXmlData& data);
+
+  const Mesh& mesh_;
+  BufferedWriter out_;
+  const WriteOptions& options_;
+  std::string format_;
+  const std::vector<uint64_t>* cell_order_ = nullptr;
+  const std::vector<uint64_t>* corner_order_ = nullptr;
+  std::vector<VtkXmlSection> field_, piece_;
+
+ public:
+  std::vector<std::string> notes;
+};
+
+}  // namespace maille

@@ -1,0 +1,390 @@
+#include "io/vtk/vtu.h"
+
+#include <algorithm>
+
+#include "base/bytes.h"
+#include "io/buffered_writer.h"
+#include "io/cell_store.h"
+#include "io/format.h"
+#include "io/reading.h"
+#include "io/vtk/vtk_xml_reader.h"
+
+namespace maille {
+namespace {
+
+class PieceFaces;
+
+/// Reads pieces, of one file or several, and joins them as VTK does: points, cells and their arrays one after
+/// the other.
+class VtuReader {
+ public:
+  VtuReader(std::string name, uint64_t plausible, const ReadOptions& options)
+      : name_(std::move(name)), options_(options), budget_(name_, plausible, options.limits) {}
+
+  Result<> add_file(const VtkXml& xml);
+  Result<ReadResult> finish();
+
+ private:
+  Result<> read_piece(const VtkXml& xml, pugi::xml_node piece);
+  Result<> read_points(const VtkXml& xml, pugi::xml_node piece, uint64_t points, const std::string& where);
+  Result<std::optional<PieceFaces>> read_faces(const VtkXml& xml, pugi::xml_node cells, uint64_t count,
+                                               const std::string& where);
+  Result<> read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
+                      const std::string& where);
+  Result<> read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
+                     const std::string& where);
+  Result<std::optional<Array>> integers(const VtkXml& xml, pugi::xml_node cells, const char* name,
+                                        uint64_t count, const std::string& where);
+  void build_blocks();
+  tl::unexpected<Error> malformed(const std::string& where, const std::string& what) const {
+    return failure(ErrorCode::malformed_input, where + ": " + what);
+  }
+
+  std::string name_;
+  const ReadOptions& options_;
+  Budget budget_;
+  Mesh mesh_;
+  CellStore cells_;
+  VtkFieldData field_;
+  std::vector<std::string> notes_;
+  size_t pieces_ = 0;
+  bool has_points_ = false;
+  bool has_block_array_ = false;
+};
+
+Result<> VtuReader::read_points(const VtkXml& xml, pugi::xml_node piece, uint64_t points,
+                                const std::string& where) {
+  const pugi::xml_node node = piece.child("Points").child("DataArray");
+  if (!node) {
+    if (points == 0) return {};
+    return malformed(where, "it has points but no DataArray in Points");
+  }
+  Array array = MAILLE_TRY(read_data_array(xml, node, where + ", Points", budget_));
+  if (array.components != 3 || array.count() != points) {
+    if (points == 0 && array.bytes.empty()) return {};
+    return malformed(where, "Points hold " + std::to_string(array.count()) + " tuples of " +
+                                std::to_string(array.components) + " numbers, but NumberOfPoints is " +
+                                std::to_string(points) + " of 3 numbers");
+  }
+  if (!has_points_) mesh_.points.type = array.type;
+  has_points_ = true;
+  if (mesh_.points.type != array.type) {
+    return malformed(where, "its points have another type than those of the pieces before");
+  }
+  if (points > max_points - mesh_.point_count()) return malformed(where, "there are 2^32 points or more");
+  if (mesh_.points.bytes.empty()) {
+    mesh_.points.bytes = std::move(array.bytes);
+  } else {
+    mesh_.points.bytes.insert(mesh_.points.bytes.end(), array.bytes.begin(), array.bytes.end());
+  }
+  return {};
+}
+
+/// One of the arrays that make up the cells: integers with one component, `count` of them unless that is
+/// UINT64_MAX. None when it is not there.
+Result<std::optional<Array>> VtuReader::integers(const VtkXml& xml, pugi::xml_node cells, const char* name,
+                                                 uint64_t count, const std::string& where) {
+  const pugi::xml_node node = cells.find_child_by_attribute("DataArray", "Name", name);
+  if (!node) return std::optional<Array>();
+  Array array = MAILLE_TRY(read_data_array(xml, node, where + ", " + name, budget_));
+  if (is_float(array.type) || array.components != 1) {
+    return malformed(where, std::string(name) + " must be integers with one component");
+  }
+  if (count != UINT64_MAX && array.count() != count) {
+    return malformed(where, "there are " + std::to_string(array.count()) + " " + name +
+                                ", but NumberOfCells is " + std::to_string(count));
+  }
+  return std::optional<Array>(std::move(array));
+}
+
+/// The faces of the polyhedra of one piece, in the order of the cells, in either of VTK's two layouts.
+class PieceFaces {
+ public:
+  /// Until VTK 9.3: a stream of numbers of faces, numbers of points and points, and the end of each cell in
+  /// it.
+  static PieceFaces stream(Array faces, Array ends) {
+    PieceFaces result;
+    result.points_ = std::move(faces);
+    result.cell_ends_ = std::move(ends);
+    result.is_stream_ = true;
+    return result;
+  }
+  /// From VTK 9.4 on: faces by their ends in a list of points, cells by their ends in a list of faces.
+  static PieceFaces lists(Array points, Array face_ends, Array faces, Array cell_ends) {
+    PieceFaces result;
+    result.points_ = std::move(points);
+    result.face_ends_ = std::move(face_ends);
+    result.faces_ = std::move(faces);
+    result.cell_ends_ = std::move(cell_ends);
+    return result;
+  }
+
+  /// Appends a cell's corners and face sizes; false when they lie outside of the arrays. Points are checked
+  /// by the caller.
+  bool append(uint64_t cell, Budget& budget, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes) {
+    return is_stream_ ? append_stream(cell, corners, sizes) : append_lists(cell, budget, corners, sizes);
+  }
+  /// A cell that is no polyhedron.
+  void skip(uint64_t cell) {
+    if (!is_stream_) at_ = std::max(at_, integer_at(cell_ends_, cell));
+  }
+
+ private:
+  bool append_stream(uint64_t cell, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes) {
+    const uint64_t end = integer_at(cell_ends_, cell);
+    if (end > points_.count() || at_ >= end) return false;
+    const uint64_t faces = integer_at(points_, at_++);
+    if (faces > end - at_) return false;
+    for (uint64_t face = 0; face < faces; ++face) {
+      if (at_ >= end) return false;
+      const uint64_t size = integer_at(points_, at_++);
+      if (size > end - at_) return false;
+      for (uint64_t i = 0; i < size; ++i) corners.push_back(integer_at(points_, at_++));
+      sizes.push_back(static_cast<uint32_t>(size));
+    }
+    return at_ == end;
+  }
+  bool append_lists(uint64_t cell, Budget& budget, std::vector<uint64_t>& corners,
+                    std::vector<uint32_t>& sizes) {
+    const uint64_t end = integer_at(cell_ends_, cell);
+    if (end > faces_.count() || at_ > end) return false;
+    for (; at_ < end; ++at_) {
+      const uint64_t face = integer_at(faces_, at_);
+      if (face >= face_ends_.count()) return false;
+      const uint64_t first = face == 0 ? 0 : integer_at(face_ends_, face - 1);
+      const uint64_t last = integer_at(face_ends_, face);
+      if (first > last || last > points_.count() || last - first > UINT32_MAX) return false;
+      // A list of faces may name a large face many times.
+      if (!budget.take(last - first, sizeof(uint32_t))) return false;
+      for (uint64_t i = first; i < last; ++i) corners.push_back(integer_at(points_, i));
+      sizes.push_back(static_cast<uint32_t>(last - first));
+    }
+    return true;
+  }
+
+  Array points_, face_ends_, faces_, cell_ends_;
+  uint64_t at_ = 0;
+  bool is_stream_ = false;
+};
+
+/// Appends numbers of points, raised by `base`. Gives the place of the first that is none of `points`, or
+/// their count.
+uint64_t append_points(const Array& numbers, uint64_t first, uint64_t last, uint64_t base, uint64_t points,
+                       std::vector<uint32_t>& out) {
+  return with_type(numbers.type, [&](auto zero) {
+    using T = decltype(zero);
+    const std::byte* at = numbers.bytes.data() + first * sizeof(T);
+    for (uint64_t i = first; i < last; ++i, at += sizeof(T)) {
+      const auto point = static_cast<uint64_t>(load<T>(at));
+      if (point >= points) return i;
+      out.push_back(static_cast<uint32_t>(base + point));
+    }
+    return last;
+  });
+}
+
+/// The faces of the polyhedra, in either form; nothing where they are in none.
+Result<std::optional<PieceFaces>> VtuReader::read_faces(const VtkXml& xml, pugi::xml_node cells,
+                                                        uint64_t count, const std::string& where) {
+  const auto read = [&](const char* name) { return integers(xml, cells, name, UINT64_MAX, where); };
+  auto stream = MAILLE_TRY(read("faces"));
+  auto stream_ends = MAILLE_TRY(read("faceoffsets"));
+  if (stream && stream_ends && stream_ends->count() == count)
+    return PieceFaces::stream(std::move(*stream), std::move(*stream_ends));
+  auto corners = MAILLE_TRY(read("face_connectivity"));
+  auto face_ends = MAILLE_TRY(read("face_offsets"));
+  auto cell_faces = MAILLE_TRY(read("polyhedron_to_faces"));
+  auto cell_ends = MAILLE_TRY(read("polyhedron_offsets"));
+  if (!corners || !face_ends || !cell_faces || !cell_ends || cell_ends->count() != count) return std::nullopt;
+  return PieceFaces::lists(std::move(*corners), std::move(*face_ends), std::move(*cell_faces),
+                           std::move(*cell_ends));
+}
+
+Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
+                               const std::string& in) {
+  const std::string where = in + ", Cells";
+  if (count == 0) return {};
+  const pugi::xml_node node = piece.child("Cells");
+  const auto connectivity = MAILLE_TRY(integers(xml, node, "connectivity", UINT64_MAX, where));
+  const auto ends = MAILLE_TRY(integers(xml, node, "offsets", count, where));
+  const auto types = MAILLE_TRY(integers(xml, node, "types", count, where));
+  if (!connectivity || !ends || !types) {
+    return malformed(where, "there should be " + std::to_string(count) +
+                                " cells, but an array \"connectivity\", \"offsets\" or \"types\" is missing");
+  }
+  auto faces = MAILLE_TRY(read_faces(xml, node, count, where));
+  MAILLE_CHECK(budget_.take(connectivity->count(), sizeof(uint32_t)));
+  MAILLE_CHECK(budget_.take(count, sizeof(uint64_t)));
+  const uint64_t base = mesh_.point_count() - points;
+  cells_.nodes.reserve(cells_.nodes.size() + connectivity->count());
+  uint64_t begin = 0;
+  std::vector<uint64_t> corners;
+  for (uint64_t c = 0; c < count; ++c) {
+    const uint64_t end = integer_at(*ends, c);
+    if (end < begin || end > connectivity->count()) {
+      return malformed(where, "the end of cell " + std::to_string(c) + " is offset " + std::to_string(end) +
+                                  ", outside of " + std::to_string(begin) + " to " +
+                                  std::to_string(connectivity->count()));
+    }
+    const auto no_point = [&](uint64_t point) {
+      return malformed(where, "cell " + std::to_string(c) + " uses point " +
+                                  std::to_string(static_cast<int64_t>(point)) + ", but the piece has " +
+                                  std::to_string(points) + " points");
+    };
+    const auto type = static_cast<CellType>(std::min<uint64_t>(integer_at(*types, c), 255));
+    if (type == CellType::polyhedron) {
+      corners.clear();
+      if (!faces || !faces->append(c, budget_, corners, cells_.face_sizes)) {
+        return malformed(where, "the faces of cell " + std::to_string(c) +
+                                    ", a polyhedron, are missing or end outside of their array");
+      }
+      for (const uint64_t point : corners) {
+        if (point >= points) return no_point(point);
+        cells_.nodes.push_back(static_cast<uint32_t>(base + point));
+      }
+    } else {
+      if (faces) faces->skip(c);
+      const uint64_t bad = append_points(*connectivity, begin, end, base, points, cells_.nodes);
+      if (bad != end) return no_point(integer_at(*connectivity, bad));
+    }
+    cells_.end_cell(type);
+    begin = end;
+  }
+  return {};
+}
+
+Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
+                              const std::string& in) {
+  const std::string where = in + ", " + (domain == Domain::point ? "PointData" : "CellData");
+  // Empty pieces may lack their arrays.
+  if (pieces_ > 0 && count == 0) return {};
+  size_t index = 0;
+  const auto next = [&] {
+    while (index < mesh_.arrays.size() && mesh_.arrays[index].domain != domain) ++index;
+    return index;
+  };
+  MAILLE_CHECK(
+      for_each_vtk_array(xml, data, where, budget_, notes_, [&](Array array, const std::string& place) {
+        if (array.count() != count) {
+          return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
+                                               std::to_string(count) + " " + name_of(domain) + "s"));
+        }
+        array.domain = domain;
+        if (pieces_ == 0) {
+          mesh_.arrays.push_back(std::move(array));
+          return Result<>();
+        }
+        if (next() == mesh_.arrays.size() || mesh_.arrays[index].name != array.name ||
+            mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
+          return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
+        }
+        std::vector<std::byte>& bytes = mesh_.arrays[index++].bytes;
+        bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
+        return Result<>();
+      }));
+  if (pieces_ > 0 && next() != mesh_.arrays.size()) {
+    return malformed(where, "an array of the first piece is missing");
+  }
+  return {};
+}
+
+Result<> VtuReader::read_piece(const VtkXml& xml, pugi::xml_node piece) {
+  const std::string where = xml.file + ": piece " + std::to_string(pieces_);
+  const uint64_t points = piece.attribute("NumberOfPoints").as_ullong(0);
+  const uint64_t cells = piece.attribute("NumberOfCells").as_ullong(0);
+  MAILLE_CHECK(read_points(xml, piece, points, where));
+  MAILLE_CHECK(read_cells(xml, piece, points, cells, where));
+  // The first piece that has something decides which arrays there are.
+  if (pieces_ == 0 && points == 0 && cells == 0) return {};
+  MAILLE_CHECK(read_data(xml, piece.child("PointData"), Domain::point, points, where));
+  MAILLE_CHECK(read_data(xml, piece.child("CellData"), Domain::cell, cells, where));
+  if (piece.child("CellData").find_child_by_attribute(vtu_block_mark, "1")) has_block_array_ = true;
+  ++pieces_;
+  return {};
+}
+
+Result<> VtuReader::add_file(const VtkXml& xml) {
+  const pugi::xml_node grid = xml.document.child("VTKFile").child("UnstructuredGrid");
+  if (!grid) return malformed(xml.file, "there is no UnstructuredGrid element");
+  for (const pugi::xml_node piece : grid.children("Piece")) {
+    MAILLE_CHECK(read_piece(xml, piece));
+    MAILLE_CHECK(report_progress(options_.progress, "reading", 0.5));
+  }
+  VtkFieldData field = MAILLE_TRY(read_vtk_field_data(xml, grid, budget_));
+  if (field_.arrays.empty() && field_.strings.empty()) field_ = std::move(field);
+  return {};
+}
+
+void VtuReader::build_blocks() {
+  const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
+  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
+  if (shapes.empty() || !cells_.fits(shapes)) {
+    mesh_.blocks = cells_.take();
+    return;
+  }
+  mesh_.blocks = cells_.take(shapes);
+  if (!has_block_array_) return;
+  const auto is_block = [](const Array& array) {
+    return array.domain == Domain::cell && array.name == vtu_block_array_name;
+  };
+  mesh_.arrays.erase(std::remove_if(mesh_.arrays.begin(), mesh_.arrays.end(), is_block), mesh_.arrays.end());
+  field_.take_strings(std::string(vtu_block_array_name) + "_labels");
+}
+
+Result<ReadResult> VtuReader::finish() {
+  build_blocks();
+  for (Array& array : field_.arrays) mesh_.arrays.push_back(std::move(array));
+  for (Array& array : mesh_.arrays) field_.give_labels(array);
+  mesh_.metadata = field_.metadata();
+  check_vtk_corner_arrays(mesh_, notes_);
+  if (auto ok = validate(mesh_); !ok) return malformed(name_, ok.error().message);
+  return ReadResult{std::move(mesh_), std::move(notes_)};
+}
+
+Result<ReadResult> read_parallel(const VtkXml& head, const ReadOptions& options) {
+  const pugi::xml_node grid = head.document.child("VTKFile").child("PUnstructuredGrid");
+  std::vector<std::unique_ptr<Source>> sources;
+  uint64_t size = 0;
+  for (const pugi::xml_node piece : grid.children("Piece")) {
+    const std::string path = MAILLE_TRY(path_of_named(head.file, piece.attribute("Source").as_string()));
+    sources.push_back(MAILLE_TRY(file_source(path)));
+    size += sources.back()->size();
+  }
+  if (sources.empty()) return failure(ErrorCode::malformed_input, head.file + ": it names no pieces");
+  VtuReader reader(head.file, size * 16, options);
+  for (const auto& source : sources) {
+    const InputBytes input = MAILLE_TRY(InputBytes::load(*source));
+    const VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source->name(), {"UnstructuredGrid"}));
+    MAILLE_CHECK(reader.add_file(xml));
+  }
+  return reader.finish();
+}
+
+bool recognise_vtu(Bytes first_bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
+  return text.find("<VTKFile") != std::string_view::npos &&
+         text.find("UnstructuredGrid") != std::string_view::npos;
+}
+
+}  // namespace
+
+Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options) {
+  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
+  const VtkXml xml =
+      MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"UnstructuredGrid", "PUnstructuredGrid"}));
+  if (xml.document.child("VTKFile").child("PUnstructuredGrid")) return read_parallel(xml, options);
+  VtuReader reader(source.name(), plausible_bytes(xml, input.bytes().size()), options);
+  MAILLE_CHECK(reader.add_file(xml));
+  return reader.finish();
+}
+
+const Format& vtu_format() {
+  static const Format format{
+      {"vtu", {".vtu", ".pvtu"}, "VTK XML UnstructuredGrid, also in parallel (pvtu)", false},
+      recognise_vtu,
+      read_vtu,
+      write_vtu};
+  return format;
+}
+
+}  // namespace maille

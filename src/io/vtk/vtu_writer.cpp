@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <functional>
+
+#include "base/result.h"
+#include "io/cells.h"
+#include "io/vtk/vtk_xml_writer.h"
+#include "io/vtk/vtu.h"
+
+namespace maille {
+namespace {
+
+/// The arrays of the element Cells.
+struct VtuCells {
+  std::vector<uint32_t> connectivity;
+  std::vector<uint64_t> ends;
+  std::vector<std::byte> types;
+  /// Of polyhedra: number of faces, then number of points and points of each face.
+  std::vector<uint32_t> faces;
+  std::vector<int64_t> face_ends;
+  bool polyhedra = false;
+};
+
+/// Each point of a polyhedron once, in the order in which its faces name them.
+void append_points_of(std::span<const uint32_t> corners, std::vector<uint32_t>& sorted,
+                      std::vector<uint32_t>& out) {
+  sorted.assign(corners.begin(), corners.end());
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  std::vector<bool> seen(sorted.size());
+  for (const uint32_t point : corners) {
+    const auto at = std::lower_bound(sorted.begin(), sorted.end(), point) - sorted.begin();
+    if (!seen[static_cast<size_t>(at)]) out.push_back(point);
+    seen[static_cast<size_t>(at)] = true;
+  }
+}
+
+void append_faces(std::span<const uint32_t> corners, std::span<const uint32_t> sizes, VtuCells& cells) {
+  cells.faces.push_back(static_cast<uint32_t>(sizes.size()));
+  for (const uint32_t size : sizes) {
+    cells.faces.push_back(size);
+    cells.faces.insert(cells.faces.end(), corners.begin(), corners.begin() + size);
+    corners = corners.subspan(size);
+  }
+  cells.face_ends.back() = static_cast<int64_t>(cells.faces.size());
+  cells.polyhedra = true;
+}
+
+VtuCells collect_cells(const Mesh& mesh) {
+  VtuCells cells;
+  const uint64_t count = mesh.cell_count();
+  cells.ends.reserve(count);
+  cells.types.reserve(count);
+  cells.connectivity.reserve(mesh.corner_count());
+  std::vector<uint32_t> sorted;
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      const CellType type = block.type_of(i);
+      const auto nodes = block.cell(i);
+      if (type == CellType::polyhedron) {
+        cells.face_ends.resize(cells.ends.size() + 1, -1);
+        append_faces(nodes, block.faces(i), cells);
+        append_points_of(nodes, sorted, cells.connectivity);
+      } else {
+        cells.connectivity.insert(cells.connectivity.end(), nodes.begin(), nodes.end());
+      }
+      cells.ends.push_back(cells.connectivity.size());
+      cells.types.push_back(static_cast<std::byte>(type));
+    }
+  }
+  if (cells.polyhedra) cells.face_ends.resize(count, -1);
+  return cells;
+}
+
+VtkXmlSection section_of(VtuCells cells) {
+  VtkXmlSection section{"<Cells>", "</Cells>", {}};
+  section.arrays.push_back(vtk_xml_numbers("connectivity", std::span<const uint32_t>(cells.connectivity)));
+  section.arrays.push_back(vtk_xml_numbers("offsets", std::span<const uint64_t>(cells.ends)));
+  VtkXmlData types;
+  types.attributes = "type=\"UInt8\" Name=\"types\"";
+  types.owned = std::move(cells.types);
+  section.arrays.push_back(std::move(types));
+  if (cells.polyhedra) {
+    section.arrays.push_back(vtk_xml_numbers("faces", std::span<const uint32_t>(cells.faces)));
+    section.arrays.push_back(vtk_xml_numbers("faceoffsets", std::span<const int64_t>(cells.face_ends)));
+  }
+  return section;
+}
+
+void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
+  if (!vtk_needs_blocks(mesh)) return;
+  Array sizes = vtk_block_sizes(mesh);
+  VtkXmlData blocks;
+  blocks.type = sizes.type;
+  blocks.components = sizes.components;
+  blocks.attributes = "type=\"UInt64\" Name=\"" + sizes.name +
+                      "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(sizes.count()) + "\"";
+  blocks.owned = std::move(sizes.bytes);
+  xml.field().arrays.push_back(std::move(blocks));
+  xml.field().arrays.push_back(xml.strings(vtu_block_names_name, vtk_block_names(mesh)));
+}
+
+}  // namespace
+
+bool vtk_needs_blocks(const Mesh& mesh) {
+  if (mesh.blocks.size() != 1) return !mesh.blocks.empty();
+  const CellBlock& block = mesh.blocks[0];
+  if (!block.name.empty() || block.size() == 0) return true;
+  if (block.type != CellType::mixed) return false;
+  return std::adjacent_find(block.types.begin(), block.types.end(), std::not_equal_to<>()) ==
+         block.types.end();
+}
+
+Array vtk_block_sizes(const Mesh& mesh) {
+  Array array = make_array(vtu_blocks_name, Domain::mesh, Scalar::u64, 2);
+  array.resize(mesh.blocks.size());
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    array.values<uint64_t>()[2 * b] = mesh.blocks[b].size();
+    array.values<uint64_t>()[2 * b + 1] = static_cast<uint64_t>(mesh.blocks[b].type);
+  }
+  return array;
+}
+
+std::vector<std::string> vtk_block_names(const Mesh& mesh) {
+  std::vector<std::string> names;
+  for (const CellBlock& block : mesh.blocks) names.push_back(block.name);
+  return names;
+}
+
+std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
+  std::vector<NamedRun> shapes;
+  if (sizes.type != Scalar::u64 || sizes.components != 2 || sizes.count() != names.size()) return shapes;
+  for (size_t b = 0; b < names.size(); ++b) {
+    const auto tuple = sizes.values<uint64_t>().subspan(2 * b, 2);
+    shapes.push_back({tuple[0], static_cast<CellType>(std::min<uint64_t>(tuple[1], 255)), names[b]});
+  }
+  return shapes;
+}
+
+Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+  if (sink.name().ends_with(".pvtu")) {
+    return failure(
+        ErrorCode::usage,
+        sink.name() + ": .pvtu files name the pieces of a mesh, which are not written; write .vtu");
+  }
+  VtkXmlWriter xml(mesh, sink, options, "VTU");
+  xml.add_field_data();
+  add_blocks(mesh, xml);
+  xml.add_points();
+  xml.add_arrays(Domain::point, "PointData");
+  xml.add_arrays(Domain::cell, "CellData");
+  xml.add_block_names(std::string(" ") + vtu_block_mark + "=\"1\"");
+  xml.add(section_of(collect_cells(mesh)));
+  MAILLE_CHECK(xml.write("UnstructuredGrid", " NumberOfCells=\"" + std::to_string(mesh.cell_count()) + "\""));
+  return std::move(xml.notes);
+}
+
+}  // namespace maille

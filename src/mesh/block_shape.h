@@ -1,0 +1,15 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+
+namespace maille {
+
+/// What a description says about a block before its cells are decoded.
+struct BlockShape {
+  CellType type = CellType::polygon;
+  uint64_t cells = 0;
+};
+
+}  // namespace maille

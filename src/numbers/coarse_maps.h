@@ -1,0 +1,24 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "numbers/number_map.h"
+
+namespace maille {
+
+struct CoarseMap {
+  NumberMap map;
+  int64_t saving = 0;  ///< in 1/1024 bits, of all numbers
+};
+
+/// A map whose numbers lie near those of one component of doubles, with so few codes that what is left
+/// (RefinedMaps) costs less than is saved. `exact` is the lossless map of the component. None where nothing
+/// is saved. The same on every machine.
+std::optional<CoarseMap> find_coarse_map(const Array& array, uint32_t component, const NumberMap& exact,
+                                         std::span<const uint32_t> source);
+
+}  // namespace maille

@@ -1,0 +1,269 @@
+#include "numbers/number_maps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "base/result.h"
+#include "entropy/bit_model.h"
+#include "entropy/rans.h"
+#include "mesh/none.h"
+#include "numbers/scaled_digits.h"
+
+namespace maille {
+
+namespace {
+
+bool has_digits(NumberMap::Kind kind) {
+  return kind == NumberMap::Kind::binary_digits || kind == NumberMap::Kind::decimal_digits;
+}
+
+constexpr unsigned table_flag = 128;
+constexpr unsigned factor_flag = 64;
+
+/// Gaps between the numbers of a table: their lengths from the length before, two more bits, the rest raw.
+class GapModel {
+ public:
+  template <class Coder>
+  uint64_t code(Coder& coder, uint64_t gap) {
+    const unsigned length = code_length(coder, bit_length(gap));
+    before_ = length;
+    uint64_t value = length > 0 ? 1 : 0;
+    for (unsigned left = length > 0 ? length - 1 : 0; left > 0;) {
+      const unsigned known = length - left;
+      if (known <= 2) {
+        const bool bit = (gap >> (left - 1) & 1) != 0;
+        value = value << 1 | (top_[length][value & 3].code(coder, bit) ? 1 : 0);
+        --left;
+        continue;
+      }
+      const unsigned count = left < 16 ? left : 16;
+      const auto bits = static_cast<uint32_t>(gap >> (left - count) & ((1u << count) - 1));
+      value = value << count | coder.code_raw(bits, count);
+      left -= count;
+    }
+    return value;
+  }
+
+ private:
+  template <class Coder>
+  unsigned code_length(Coder& coder, unsigned length) {
+    unsigned prefix = 1;
+    for (unsigned i = 7; i-- > 0;)
+      prefix = prefix << 1 | (length_[before_][prefix].code(coder, (length >> i & 1) != 0) ? 1 : 0);
+    return prefix - 128 < 64 ? prefix - 128 : 64;
+  }
+
+  std::array<std::array<BitModel, 128>, 65> length_;
+  std::array<std::array<BitModel, 4>, 65> top_;
+  unsigned before_ = 0;
+};
+
+/// The code of a table's number in the map without its table.
+std::vector<int64_t> codes_of_table(const NumberMap& map) {
+  NumberMap plain = map;
+  plain.table.clear();
+  std::vector<int64_t> codes;
+  for (const double number : map.table)
+    codes.push_back(plain.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&number)));
+  return codes;
+}
+
+void write_table(ByteWriter& out, const NumberMap& map) {
+  const std::vector<int64_t> codes = codes_of_table(map);
+  out.put_count(codes.size());
+  out.put(codes[0]);
+  RansEncoder encoder(1);
+  const auto model = std::make_unique<GapModel>();
+  for (size_t i = 1; i < codes.size(); ++i) {
+    model->code(encoder, static_cast<uint64_t>(codes[i]) - static_cast<uint64_t>(codes[i - 1]) - 1);
+  }
+  const std::vector<std::byte> gaps = encoder.finish();
+  out.put_count(gaps.size());
+  out.put_bytes(gaps);
+}
+
+Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
+  const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has a damaged table of numbers"); };
+  const uint64_t count = in.get_count();
+  auto code = in.get<int64_t>();
+  const Bytes gaps = in.get_bytes(in.get_count());
+  if (!in.ok() || count == 0 || count / 16384 > gaps.size() + 16) return corrupt();
+  RansDecoder decoder(gaps, 1);
+  const auto model = std::make_unique<GapModel>();
+  std::vector<double> table;
+  for (uint64_t i = 0; i < count; ++i) {
+    if (i > 0) {
+      const uint64_t gap = model->code(decoder, uint64_t{0});
+      if (decoder.exhausted()) return corrupt();
+      if (gap >= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()) - static_cast<uint64_t>(code))
+        return corrupt();
+      // The sum is in range, but a gap across zero need not be.
+      code = static_cast<int64_t>(static_cast<uint64_t>(code) + gap + 1);
+    }
+    std::byte number[8];
+    map.store_number(type, code, number);
+    const double value = number_as_double(type, number);
+    if (!std::isfinite(value) || (i > 0 && value < table.back())) return corrupt();
+    table.push_back(value);
+  }
+  map.table = std::move(table);
+  return {};
+}
+
+}  // namespace
+
+void write_map(ByteWriter& out, const NumberMap& map) {
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag) |
+                               (map.factor == 0 ? 0 : factor_flag)));
+  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
+    out.put(static_cast<int16_t>(map.exponent));
+  }
+  if (has_digits(map.kind)) {
+    out.put(static_cast<uint8_t>(map.digits));
+    out.put(static_cast<int8_t>(map.decimals));
+    out.put(static_cast<int16_t>(map.exponent));
+  }
+  if (map.factor != 0) out.put(map.factor);
+  if (map.kind == NumberMap::Kind::lattice) {
+    out.put(map.origin);
+    out.put(map.step);
+  }
+  if (!map.table.empty()) write_table(out, map);
+}
+
+namespace {
+
+/// Is this a map that choose_maps() can make for this type?
+bool is_sensible(const NumberMap& map, Scalar type) {
+  if (map.factor != 0) {
+    const bool allowed = map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary ||
+                         (has_digits(map.kind) && map.decimals < 0);
+    if (!allowed || type != Scalar::f64 || !(map.factor > 1e-100 && map.factor < 1e100)) return false;
+    type = Scalar::f32;  // what the fields belong to
+  }
+  switch (map.kind) {
+    case NumberMap::Kind::integer:
+      return !is_float(type);
+    case NumberMap::Kind::ordered:
+      return is_float(type);
+    case NumberMap::Kind::decimal:
+      return is_float(type) && map.exponent >= 0 && map.exponent <= 15;
+    case NumberMap::Kind::binary:
+      return is_float(type) && map.exponent >= -1100 && map.exponent <= 1023;
+    case NumberMap::Kind::lattice:
+      return true;
+    case NumberMap::Kind::binary_digits:
+    case NumberMap::Kind::decimal_digits: {
+      const uint32_t base = map.kind == NumberMap::Kind::binary_digits ? 2 : 10;
+      return is_float(type) && map.digits >= 1 &&
+             map.digits <= ScaledDigits::most_digits(base, size_of(type) == 8) &&
+             map.exponent >= ScaledDigits::least_exponent(base) &&
+             map.exponent <= ScaledDigits::most_exponent(base) && map.decimals >= -1 &&
+             map.decimals <= (type == Scalar::f64 ? 9 : -1);
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<NumberMap> read_map(ByteReader& in, Scalar type) {
+  NumberMap map;
+  const auto kind = in.get<uint8_t>();
+  map.kind = static_cast<NumberMap::Kind>(kind & ~(table_flag | factor_flag));
+  if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary)
+    map.exponent = in.get<int16_t>();
+  if (has_digits(map.kind)) {
+    map.digits = in.get<uint8_t>();
+    map.decimals = in.get<int8_t>();
+    map.exponent = in.get<int16_t>();
+  }
+  if ((kind & factor_flag) != 0) map.factor = in.get<double>();
+  if (map.kind == NumberMap::Kind::lattice) {
+    map.origin = in.get<double>();
+    map.step = in.get<double>();
+  }
+  if (!in.ok() || !is_sensible(map, type) || ((kind & factor_flag) != 0 && map.factor == 0))
+    return failure(ErrorCode::corrupt, "an array has an impossible number map");
+  if ((kind & table_flag) != 0) {
+    if (!is_float(type)) return failure(ErrorCode::corrupt, "an array has an impossible number map");
+    MAILLE_CHECK(read_table(in, type, map));
+  }
+  return map;
+}
+
+int64_t logarithm(uint64_t x) {
+  const unsigned whole = bit_length(x) - 1;
+  const uint64_t fraction = whole > 10 ? x >> (whole - 10) : x << (10 - whole);
+  return int64_t{whole} * 1024 + static_cast<int64_t>(fraction & 1023);
+}
+
+namespace {
+
+/// How many fewer bits (in 1/1024) ranks in a table take than codes, with the table. `codes` are those of all
+/// numbers, in order. `price`: what must be saved for each of them.
+int64_t saving_of_table(std::span<const int64_t> codes, int64_t price) {
+  constexpr int64_t bits_of_gap = 1536;  // beyond the gap's logarithm
+  const auto gap = [](int64_t low, int64_t high) {
+    return static_cast<uint64_t>(high) - static_cast<uint64_t>(low);
+  };
+  int64_t saved = -64 * 1024 - price * static_cast<int64_t>(codes.size());
+  uint64_t before = 0;
+  for (size_t i = 0; i < codes.size();) {
+    size_t end = i + 1;
+    while (end < codes.size() && codes[end] == codes[i]) ++end;
+    const uint64_t behind = end < codes.size() ? gap(codes[i], codes[end]) : before;
+    if (behind == 0) return 0;  // all are one
+    const uint64_t both = before == 0 ? behind : std::max<uint64_t>(1, before / 2 + behind / 2);
+    saved += static_cast<int64_t>(end - i) * logarithm(both) - logarithm(behind) - bits_of_gap;
+    before = behind;
+    i = end;
+  }
+  return saved;
+}
+
+/// Of the numbers of one component that are coded; empty where it would not pay.
+std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_t component,
+                               std::span<const uint32_t> source, int64_t& saving) {
+  const size_t size = size_of(array.type);
+  std::vector<int64_t> codes;
+  codes.reserve(source.size());
+  for (const uint32_t tuple : source) {
+    if (tuple == none) continue;
+    const std::byte* number = array.bytes.data() + (size_t{tuple} * array.components + component) * size;
+    if (!std::isfinite(number_as_double(array.type, number))) return {};
+    codes.push_back(map.code_of(array.type, number));
+  }
+  std::sort(codes.begin(), codes.end());
+  // Codes in steps are faster to predict, and more exactly.
+  saving = saving_of_table(codes, map.is_curved() ? 64 : 512);
+  if (saving <= 0) return {};
+  codes.erase(std::unique(codes.begin(), codes.end()), codes.end());
+  std::vector<double> table;
+  for (const int64_t code : codes) {
+    std::byte number[8];
+    map.store_number(array.type, code, number);
+    table.push_back(number_as_double(array.type, number));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> maps,
+                                   std::span<const uint32_t> source, std::vector<int64_t>* savings) {
+  if (savings) savings->assign(maps.size(), 0);
+  if (!is_float(array.type)) return maps;
+  for (uint32_t k = 0; k < maps.size(); ++k) {
+    if (maps[k].kind == NumberMap::Kind::lattice || maps[k].kind == NumberMap::Kind::ordered) continue;
+    int64_t saving = 0;
+    maps[k].table = make_table(array, maps[k], k, source, saving);
+    if (savings && saving > 0) (*savings)[k] = saving;
+  }
+  return maps;
+}
+
+}  // namespace maille

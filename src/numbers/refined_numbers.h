@@ -1,0 +1,47 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "numbers/number_map.h"
+
+namespace maille {
+
+/// Doubles that a program computed lie near numbers of few digits, not on them: thirds of decimals, floats
+/// times 0.001. A component that is *refined* has two maps: a coarse one, whose codes are predicted, and an
+/// exact one. A *detail* is how many codes of the exact map a number is behind the one of its coarse code.
+struct RefinedMaps {
+  std::vector<NumberMap> coarse;
+  /// Of the components for which refined[k] holds; the maps of others are exact themselves.
+  std::vector<NumberMap> exact;
+  std::vector<bool> refined;
+
+  bool any() const;
+};
+
+/// Refines the components of an array of doubles where it saves something, and more than a table does.
+/// `source` as for with_tables().
+RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
+                        std::span<const uint32_t> source);
+
+/// Writes the exact maps and the details of the tuples; gaps have none.
+void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
+                   std::span<const uint32_t> source);
+
+/// Exact maps, and the bytes of details.
+struct ReadDetails {
+  RefinedMaps maps;
+  Bytes details;
+};
+/// `coarse`: the maps read before. Error: corrupt.
+Result<ReadDetails> read_details(ByteReader& in, std::vector<NumberMap> coarse);
+/// Turns codes into numbers, in place, for the components that are refined. Error: corrupt, for bytes that
+/// end early.
+Result<> store_refined(const ReadDetails& details, std::span<int64_t> codes);
+
+}  // namespace maille

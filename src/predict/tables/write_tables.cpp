@@ -1,9 +1,0 @@
-#include <cstdio>
-
-#include "predict/table_text.h"
-
-// maille_tables > src/predict/stencil_tables.h
-int main() {
-  const std::string text = maille::stencil_tables_text();
-  return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0 ? 0 : 1;
-}

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <maille/executor.h>
+
+#include <span>
+#include <vector>
+
+#include "random/build/spatial_graph.h"
+#include "random/hierarchy.h"
+
+namespace maille {
+
+/// How charts and groups are cut.
+struct ChartSizes {
+  uint32_t chart_faces = 4096;
+  uint32_t group_charts = 8;
+};
+
+/// The vertices of a mesh, or of a piece of one whose border to other pieces stays as it is.
+struct LevelVertices {
+  std::span<const float> positions;    ///< three numbers a vertex
+  std::span<const uint32_t> class_of;  ///< by vertex: one at the same place, which stands for it in triangles
+  std::span<const uint8_t> held;       ///< by vertex: another piece has it, it stays; empty: none
+  /// By corner of the faces: at one vertex equal numbers, equal values; see seams.h. Empty: they do not
+  /// differ.
+  std::span<const uint32_t> corner_values = {};
+
+  uint32_t size() const { return static_cast<uint32_t>(positions.size() / 3); }
+};
+
+/// For each vertex the lowest one at the same place, bit for bit but for the sign of zero.
+std::vector<uint32_t> lowest_at_place(std::span<const float> positions);
+
+/// Charts of level 0, with their faces and spheres.
+std::vector<Chart> cut_into_charts(const FaceLists& faces, const LevelVertices& vertices,
+                                   const ChartSizes& sizes, Executor& executor = serial_executor());
+
+/// A group without what it inherits from finer ones.
+struct SimplifiedGroup {
+  std::vector<uint32_t> inputs;  ///< places in the charts given
+  std::vector<Chart> outputs;    ///< triangles and spheres
+  double view_error = 0, bound = 0;
+};
+/// Groups charts of one level and simplifies each group. `alone`: there are no other charts of this level.
+std::vector<SimplifiedGroup> simplify_charts(const FaceLists& faces, const LevelVertices& vertices,
+                                             std::span<const Chart> charts, bool alone,
+                                             const ChartSizes& sizes, Executor& executor);
+
+/// Adds a group with numbers of charts as inputs: its sphere and errors follow from theirs. Returns its
+/// number; outputs must be added by the caller.
+uint32_t add_group(Hierarchy& hierarchy, uint32_t level, std::vector<uint32_t> inputs, double view_error,
+                   double bound);
+
+/// Calls f(a, b, c) for the triangles of a chart, polygons as fans, over what stands for its vertices.
+template <class F>
+void for_each_triangle(const FaceLists& faces, std::span<const uint32_t> class_of, const Chart& chart, F f) {
+  for (size_t t = 0; t < chart.triangles.size(); t += 3) {
+    f(chart.triangles[t], chart.triangles[t + 1], chart.triangles[t + 2]);
+  }
+  for (const uint32_t face : chart.faces) {
+    const auto c = faces.face(face);
+    for (size_t k = 2; k < c.size(); ++k) f(class_of[c[0]], class_of[c[k - 1]], class_of[c[k]]);
+  }
+}
+uint64_t count_triangles(const FaceLists& faces, const Chart& chart);
+
+}  // namespace maille

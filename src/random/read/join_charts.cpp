@@ -1,0 +1,302 @@
+#include "random/read/join_charts.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+
+#include "base/bytes.h"
+#include "surface/parts/merge_parts.h"
+
+namespace maille {
+namespace {
+
+/// A shared point of a chart.
+struct Member {
+  Place place;
+  uint32_t copy;  ///< the encoder sorts by number in the whole mesh
+  uint32_t chart, point;
+  bool operator<(const Member& o) const {
+    return std::tie(place, copy, chart, point) < std::tie(o.place, o.copy, o.chart, o.point);
+  }
+};
+
+/// The number in the mesh of a point that is new with this part.
+uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
+  const auto before = std::lower_bound(part.joined.begin(), part.joined.end(), point) - part.joined.begin();
+  return part.first_new + point - static_cast<uint32_t>(before);
+}
+
+}  // namespace
+
+Place place_of(const Array& positions, uint32_t point) {
+  Place place{};
+  const size_t size = size_of(positions.type);
+  for (size_t k = 0; k < 3; ++k) {
+    std::memcpy(&place[k], positions.bytes.data() + (size_t{3} * point + k) * size, size);
+  }
+  return place;
+}
+
+std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
+                                                  const std::vector<Place>& places) {
+  std::vector<uint8_t> charts(places.size());
+  for (const auto& chart : points) {
+    for (const uint32_t point : chart) charts[point] = static_cast<uint8_t>(std::min(charts[point] + 1, 2));
+  }
+  std::vector<Member> members;
+  for (uint32_t c = 0; c < points.size(); ++c) {
+    for (uint32_t i = 0; i < points[c].size(); ++i) {
+      if (charts[points[c][i]] > 1) members.push_back({places[points[c][i]], points[c][i], c, i});
+    }
+  }
+  std::sort(members.begin(), members.end());
+  std::vector<std::vector<SharedPoint>> shared(points.size());
+  uint32_t copy = 0;
+  for (size_t i = 0; i < members.size(); ++i) {
+    const bool same_place = i > 0 && members[i].place == members[i - 1].place;
+    const bool same_point = same_place && members[i].copy == members[i - 1].copy;
+    copy = !same_place ? 0 : same_point ? copy : copy + 1;
+    shared[members[i].chart].push_back({members[i].point, copy});
+  }
+  for (auto& chart : shared) {
+    std::sort(chart.begin(), chart.end(),
+              [](const SharedPoint& a, const SharedPoint& b) { return a.point < b.point; });
+  }
+  return shared;
+}
+
+JoinedPoints join_charts(std::span<const DecodedChart> charts) {
+  std::vector<Member> members;
+  for (uint32_t c = 0; c < charts.size(); ++c) {
+    for (const SharedPoint& shared : charts[c].shared) {
+      members.push_back({place_of(charts[c].mesh.points, shared.point), shared.copy, c, shared.point});
+    }
+  }
+  std::sort(members.begin(), members.end());
+  const auto is_first = [&](size_t i) {
+    return i == 0 || members[i].place != members[i - 1].place || members[i].copy != members[i - 1].copy;
+  };
+  JoinedPoints joined;
+  for (const DecodedChart& chart : charts) {
+    joined.parts.emplace_back().points = static_cast<uint32_t>(chart.mesh.point_count());
+  }
+  for (size_t i = 0; i < members.size(); ++i) {
+    if (!is_first(i)) joined.parts[members[i].chart].joined.push_back(members[i].point);
+  }
+  for (JoinedPart& part : joined.parts) {
+    std::sort(part.joined.begin(), part.joined.end());
+    part.numbers.resize(part.joined.size());
+    part.first_new = joined.count;
+    joined.count += part.points - static_cast<uint32_t>(part.joined.size());
+  }
+  uint32_t number = 0;
+  for (size_t i = 0; i < members.size(); ++i) {
+    JoinedPart& part = joined.parts[members[i].chart];
+    if (is_first(i)) {
+      number = number_in_mesh(part, members[i].point);
+    } else {
+      const auto at = std::lower_bound(part.joined.begin(), part.joined.end(), members[i].point);
+      part.numbers[static_cast<size_t>(at - part.joined.begin())] = number;
+    }
+  }
+  return joined;
+}
+
+DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
+  const auto array_like = [](const ArrayDescription& described) {
+    Array array =
+        make_array(described.name, described.domain, described.type, described.components, described.role);
+    array.labels = described.labels;
+    return array;
+  };
+  DecodedChart chart;
+  chart.mesh.points = array_like(description.positions);
+  for (const CodedBlock& coded : description.blocks) {
+    CellBlock& block = chart.mesh.blocks.emplace_back();
+    block.type = coded.shape.type;
+    if (nodes_of(block.type) == 0) block.offsets.push_back(0);
+  }
+  for (const ArrayDescription& described : description.arrays) {
+    if (is_wanted(options, described.name)) chart.mesh.arrays.push_back(array_like(described));
+  }
+  return chart;
+}
+
+Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& description,
+                         Executor& executor) {
+  if (charts.empty()) return failure(ErrorCode::usage, "no charts were chosen");
+  const JoinedPoints joined = join_charts(charts);
+  std::vector<Mesh> parts;
+  for (DecodedChart& chart : charts) parts.push_back(std::move(chart.mesh));
+  Mesh mesh = merge_parts(std::move(parts), joined, executor);
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description.blocks[b].name;
+  mesh.metadata = description.metadata;
+  return mesh;
+}
+
+namespace {
+
+/// Points of all charts as rows of bytes: position, then the arrays of points.
+class PointRows {
+ public:
+  explicit PointRows(std::span<const DecodedChart> charts) {
+    for (const DecodedChart& chart : charts) {
+      first_.push_back(count_);
+      count_ += static_cast<uint32_t>(chart.mesh.point_count());
+    }
+    add(charts, [](const Mesh& mesh) -> const Array& { return mesh.points; });
+    for (size_t i = 0; i < charts[0].mesh.arrays.size(); ++i) {
+      const Array& array = charts[0].mesh.arrays[i];
+      if (array.domain == Domain::point)
+        add(charts, [&](const Mesh& mesh) -> const Array& { return *mesh.find(array.name, Domain::point); });
+    }
+  }
+
+  uint32_t first_of(size_t chart) const { return first_[chart]; }
+  /// For each row the number of its first equal one among those that stay; fills `kept` with the rows that
+  /// do.
+  std::vector<uint32_t> join(std::vector<uint32_t>& kept) const {
+    std::vector<uint32_t> order(count_);
+    std::iota(order.begin(), order.end(), 0u);
+    const auto compare = [this](uint32_t a, uint32_t b) {
+      for (const Column& column : columns_) {
+        const int difference =
+            std::memcmp(&column.bytes[a * column.size], &column.bytes[b * column.size], column.size);
+        if (difference != 0) return difference;
+      }
+      return 0;
+    };
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+      const int difference = compare(a, b);
+      return difference != 0 ? difference < 0 : a < b;
+    });
+    std::vector<uint32_t> first(count_);
+    for (size_t i = 0; i < order.size(); ++i) {
+      first[order[i]] = i > 0 && compare(order[i], order[i - 1]) == 0 ? first[order[i - 1]] : order[i];
+    }
+    std::vector<uint32_t> number(count_);
+    for (uint32_t row = 0; row < count_; ++row) {
+      if (first[row] == row) {
+        number[row] = static_cast<uint32_t>(kept.size());
+        kept.push_back(row);
+      } else {
+        number[row] = number[first[row]];
+      }
+    }
+    return number;
+  }
+  /// Positions, then arrays of points.
+  std::vector<Array> take(const std::vector<uint32_t>& kept) const {
+    std::vector<Array> arrays;
+    for (const Column& column : columns_) {
+      Array& array = arrays.emplace_back(column.like);
+      for (const uint32_t row : kept) {
+        const auto begin = column.bytes.begin() + static_cast<ptrdiff_t>(row * column.size);
+        array.bytes.insert(array.bytes.end(), begin, begin + static_cast<ptrdiff_t>(column.size));
+      }
+    }
+    return arrays;
+  }
+
+ private:
+  struct Column {
+    Array like;
+    size_t size;
+    std::vector<std::byte> bytes;
+  };
+  template <class ArrayOf>
+  void add(std::span<const DecodedChart> charts, ArrayOf array_of) {
+    const Array& from = array_of(charts[0].mesh);
+    Column column{
+        make_array(from.name, from.domain, from.type, from.components, from.role), from.tuple_size(), {}};
+    column.like.labels = from.labels;
+    for (const DecodedChart& chart : charts) {
+      const Array& array = array_of(chart.mesh);
+      column.bytes.insert(column.bytes.end(), array.bytes.begin(), array.bytes.end());
+    }
+    columns_.push_back(std::move(column));
+  }
+
+  std::vector<uint32_t> first_;
+  uint32_t count_ = 0;
+  std::vector<Column> columns_;
+};
+
+/// Arrays of cells and corners that all charts have, for their faces one by one.
+class FaceRows {
+ public:
+  explicit FaceRows(std::span<const DecodedChart> charts) {
+    for (const Array& from : charts[0].mesh.arrays) {
+      if (from.domain != Domain::cell && from.domain != Domain::corner) continue;
+      const bool everywhere = std::all_of(charts.begin(), charts.end(), [&](const DecodedChart& chart) {
+        return chart.mesh.find(from.name, from.domain) != nullptr;
+      });
+      if (!everywhere) continue;
+      Array& array =
+          arrays_.emplace_back(make_array(from.name, from.domain, from.type, from.components, from.role));
+      array.labels = from.labels;
+    }
+  }
+  void begin(const Mesh& chart) {
+    from_.clear();
+    for (const Array& array : arrays_) from_.push_back(chart.find(array.name, array.domain));
+  }
+  void add(uint64_t cell, uint64_t first_corner, size_t corners) {
+    for (size_t i = 0; i < arrays_.size(); ++i) {
+      const bool of_cell = arrays_[i].domain == Domain::cell;
+      const size_t size = arrays_[i].tuple_size();
+      const std::vector<std::byte>& bytes = from_[i]->bytes;
+      const auto begin = bytes.begin() + static_cast<ptrdiff_t>((of_cell ? cell : first_corner) * size);
+      const auto end = begin + static_cast<ptrdiff_t>((of_cell ? 1 : corners) * size);
+      arrays_[i].bytes.insert(arrays_[i].bytes.end(), begin, end);
+    }
+  }
+  std::vector<Array> take() { return std::move(arrays_); }
+
+ private:
+  std::vector<Array> arrays_;
+  std::vector<const Array*> from_;
+};
+
+}  // namespace
+
+Mesh join_levels(std::span<const DecodedChart> charts) {
+  Mesh mesh;
+  if (charts.empty()) return mesh;
+  const PointRows rows(charts);
+  std::vector<uint32_t> kept;
+  const std::vector<uint32_t> number = rows.join(kept);
+  std::vector<Array> arrays = rows.take(kept);
+  mesh.points = std::move(arrays[0]);
+  mesh.arrays.assign(std::make_move_iterator(arrays.begin() + 1), std::make_move_iterator(arrays.end()));
+
+  CellBlock& block = mesh.blocks.emplace_back();
+  block.offsets.push_back(0);
+  bool triangles = true;
+  FaceRows face_rows(charts);
+  for (size_t c = 0; c < charts.size(); ++c) {
+    face_rows.begin(charts[c].mesh);
+    uint64_t cell = 0, corner = 0;
+    for (const CellBlock& from : charts[c].mesh.blocks) {
+      for (uint64_t i = 0; i < from.size(); ++i, ++cell) {
+        const auto nodes = from.cell(i);
+        if (is_face(from.type_of(i))) {
+          for (const uint32_t point : nodes) block.connectivity.push_back(number[rows.first_of(c) + point]);
+          triangles = triangles && nodes.size() == 3;
+          block.offsets.push_back(block.connectivity.size());
+          face_rows.add(cell, corner, nodes.size());
+        }
+        corner += nodes.size();
+      }
+    }
+  }
+  for (Array& array : face_rows.take()) mesh.arrays.push_back(std::move(array));
+  if (triangles) {
+    block.type = CellType::triangle;
+    block.offsets.clear();
+  }
+  return mesh;
+}
+
+}  // namespace maille

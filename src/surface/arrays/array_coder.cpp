@@ -1,0 +1,620 @@
+#include "surface/arrays/array_coder.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/pages.h"
+#include "base/result.h"
+#include "entropy/rans.h"
+#include "numbers/number_maps.h"
+#include "numbers/refined_numbers.h"
+#include "surface/arrays/normal_coder.h"
+#include "surface/arrays/tuple_coder.h"
+#include "surface/front/element_walk.h"
+#include "surface/front/mixed_array.h"
+
+namespace maille {
+namespace {
+
+// Elements a coding is tried on: enough to fill the models, few enough to try several.
+constexpr uint32_t trial_elements = 1 << 15;
+// Stands where tuples have their predictor.
+constexpr uint8_t normal_coding = 8;
+// Behind the maps stand details (RefinedMaps).
+constexpr uint8_t refined_flag = 32;
+
+unsigned lanes_for(size_t components) {
+  return components == 3 ? 3 : 1;
+}
+
+/// Calls `with` with the number of components as a constant where that pays, else with 0.
+template <class Function>
+void with_components(size_t components, Function with) {
+  if (components == 3) return with(std::integral_constant<unsigned, 3>{});
+  return with(std::integral_constant<unsigned, 0>{});
+}
+
+/// Room for the codes of so many tuples, with the one more that TupleCoder wants.
+size_t codes_of(size_t tuples, const ArrayMaps& maps) {
+  return tuples * maps.maps.size() + 1;
+}
+
+/// How an array is coded: as tuples, or as normals of the surface.
+struct ArrayCoding {
+  TupleCoding tuple;
+  std::optional<NormalCoding> normal;
+};
+
+/// Which normals are expected, where the array has some.
+class ExpectedNormals {
+ public:
+  ExpectedNormals(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                  const ArrayCoding& coding) {
+    if (!coding.normal || coding.normal->weight == NormalCoding::own) return;
+    surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
+    faces_ = elements.surface->face_count;
+    if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
+  }
+  ExpectedNormal of_point(uint32_t point) const {
+    return point < points_.size() ? points_[point] : ExpectedNormal{};
+  }
+  ExpectedNormal of_face(uint32_t face) const {
+    return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
+  }
+  ExpectedNormal of(const Wedge& wedge) const {
+    return surface_ && !wedge.corners.empty() ? surface_->of_wedge(wedge.corners) : ExpectedNormal{};
+  }
+  /// How sharp the edge between two corners is, 0 to 5.
+  unsigned sharpness(const CornerPair& pair) const {
+    if (!surface_) return 0;
+    const double turn = 1 - surface_->cosine(pair.corner, pair.next);
+    return 1u + (turn > 1e-6) + (turn > 0.01) + (turn > 0.1) + (turn > 0.5);
+  }
+
+ private:
+  std::optional<SurfaceNormals> surface_;
+  std::vector<ExpectedNormal> points_;
+  uint32_t faces_ = 0;
+};
+
+/// Codes which corners of a vertex hold the same tuple.
+template <class Coder, class Code>
+class CornerJoints {
+ public:
+  CornerJoints(Coder& coder, std::span<const Code> codes, size_t components)
+      : coder_(coder), codes_(codes), components_(components) {}
+
+  bool same(uint32_t a, uint32_t b) const {
+    const auto of = [&](uint32_t corner) {
+      return codes_.begin() + static_cast<ptrdiff_t>(corner * components_);
+    };
+    return std::equal(of(a), of(a) + static_cast<ptrdiff_t>(components_), of(b));
+  }
+  bool code(const CornerPair& pair, unsigned sharpness) {
+    const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
+    bool joined = false;
+    if constexpr (Coder::encoding) joined = same(pair.corner, pair.next);
+    joined = joined_[far][sharpness][history_].code(coder_, joined);
+    history_ = (history_ << 1 | static_cast<unsigned>(joined)) & 3;
+    return joined;
+  }
+
+ private:
+  Coder& coder_;
+  std::span<const Code> codes_;
+  size_t components_;
+  BitModel joined_[3][6][4];
+  unsigned history_ = 0;
+};
+
+/// Codes all elements of an array with `coder`, a TupleCoder or NormalCoder behind `code(element, stencil,
+/// expected)`. `more` returns false to stop.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                   uint64_t tuples, const ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
+                   size_t components, ElementCoder& coder, More more) {
+  ElementWalk walk(elements, face_of, !elements.positions.empty());
+  const auto code = [&](uint32_t element, const GateStencil& stencil, const auto& expected) {
+    if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t,
+                                      const GateStencil&, const ExpectedNormal&>) {
+      coder.code(element, stencil, expected());
+    } else {
+      coder.code(element, stencil);
+    }
+  };
+  if (domain != Domain::corner) {
+    walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
+      if (!more()) return false;
+      code(element, stencil,
+           [&] { return domain == Domain::point ? normals.of_point(element) : normals.of_face(element); });
+      return true;
+    });
+    return;
+  }
+  CornerJoints<Rans, Code> joints(rans, codes, components);
+  walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
+                  [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
+                  [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
+                    if (!more()) return false;
+                    code(element, stencil, [&] { return normals.of(wedge); });
+                    for (size_t i = 1; i < wedge.corners.size(); ++i) coder.copy(wedge.corners[i], element);
+                    return true;
+                  });
+}
+
+/// The same for whichever coder the array has.
+template <class Rans, class Code, class More>
+void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
+                std::span<Code> codes, More more) {
+  const ExpectedNormals normals(elements, face_of, array.domain, coding);
+  const size_t components = maps.maps.size();
+  const auto run = [&](auto& coder) {
+    code_elements<Rans, Code>(elements, face_of, array.domain, tuples, normals, rans, codes, components,
+                              coder, more);
+  };
+  if (coding.normal) {
+    NormalCoder<Rans, Code> coder(rans, *coding.normal, array.type, maps, codes);
+    return run(coder);
+  }
+  with_components(components, [&](auto fixed) {
+    const GatePlacement places(elements, array.domain);
+    TupleCoder<Rans, Code, fixed> coder(rans, coding.tuple, array.type, maps.maps, codes, &places);
+    run(coder);
+  });
+}
+
+template <class Code>
+std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                                    const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
+                                    std::span<Code> codes, uint32_t most, Pace* pace) {
+  RansEncoder encoder(coding.normal ? 1 : lanes_for(maps.maps.size()));
+  code_array<RansEncoder, Code>(encoder, elements, face_of, array, array.count(), maps, coding, codes,
+                                [&] { return most-- > 0 && (!pace || pace->step()); });
+  return encoder.finish();
+}
+
+/// Normals that a surface may predict.
+bool is_normal(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
+         is_float(array.type) && array.domain != Domain::mesh;
+}
+
+/// Elements with positions, whose gates are placed by them.
+bool can_place(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && (array.domain == Domain::point || array.domain == Domain::corner);
+}
+
+/// Stands where normals are coded, and measures how far they are from those expected.
+template <class Code>
+class NormalMeasure {
+ public:
+  NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
+      : array_(array), maps_(maps), codes_(codes) {}
+
+  void code(uint32_t element, const GateStencil&, const ExpectedNormal& expected) {
+    const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
+    const Vector3 unit = unit_vector(expected.vector);
+    ++normals_;
+    units_ += std::fabs(dot(value, value) - 1) < 0.02;
+    for (const bool summed : {false, true}) {
+      for (const bool inward : {false, true}) {
+        const Vector3 towards = (summed ? expected.vector : unit) * (inward ? -1.0 : 1.0);
+        double error = 1e-9;
+        for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value[k] - towards[k]));
+        errors_[summed][inward] += half_octaves_of(std::min(error, 1e30));
+      }
+    }
+  }
+  void copy(uint32_t, uint32_t) {}
+
+  /// Are nearly all normals of unit length?
+  bool unit() const { return units_ * 64 >= normals_ * 63; }
+  int64_t error(bool summed, bool inward) const { return errors_[summed][inward]; }
+
+ private:
+  const Array& array_;
+  const ArrayMaps& maps_;
+  std::span<const Code> codes_;
+  int64_t errors_[2][2] = {};
+  uint64_t normals_ = 0;
+  uint64_t units_ = 0;
+};
+
+/// What fits an array's normals best, before anything is tried.
+template <class Code>
+std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
+                                            const std::vector<uint32_t>& face_of, const Array& array,
+                                            const ArrayMaps& maps, std::span<const Code> codes) {
+  NormalCoding best;
+  int64_t smallest = INT64_MAX;
+  bool unit = true;
+  const auto measure = [&](unsigned weight, bool welded) {
+    ArrayCoding coding;
+    coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
+    coding.normal->welded = welded;
+    const ExpectedNormals normals(elements, face_of, array.domain, coding);
+    NormalMeasure<Code> measured(array, maps, codes);
+    RansEncoder unused(1);
+    uint32_t most = trial_elements;
+    code_elements<RansEncoder, Code>(elements, face_of, array.domain, array.count(), normals, unused, codes,
+                                     maps.maps.size(), measured, [&] { return most-- > 0; });
+    unit = maps.octahedral || measured.unit();
+    for (const bool inward : {false, true}) {
+      if (measured.error(!unit, inward) >= smallest) continue;
+      smallest = measured.error(!unit, inward);
+      best = {static_cast<uint8_t>(weight), unit, !unit, inward};
+      best.welded = welded;
+    }
+  };
+  // One face has one normal, whatever its weight.
+  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
+  for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
+  if (array.domain == Domain::point) measure(best.weight, true);
+  NormalCoding following = best;
+  following.follows = true;
+  return {best, following, {NormalCoding::own, unit}};
+}
+
+/// The coding whose trial is smallest.
+template <class Code>
+ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                          const Array& array, const ArrayMaps& maps, std::span<Code> codes) {
+  ArrayCoding best;
+  size_t smallest = SIZE_MAX;
+  const auto consider = [&](const ArrayCoding& coding) {
+    size_t size =
+        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
+    // Whole values take time to decode; they must be worth it.
+    if (!coding.normal && coding.tuple.whole_values) size += size / 200;
+    if (size >= smallest) return;
+    smallest = size;
+    best = coding;
+  };
+  for (unsigned p = 0; p < predictor_count; ++p) {
+    const auto predictor = static_cast<Predictor>(p);
+    if (predictor >= Predictor::nearest_gate && array.domain == Domain::mesh) continue;
+    for (const bool whole_values : {false, true}) {
+      consider({{predictor, whole_values, array.domain == Domain::cell || array.domain == Domain::mesh}, {}});
+    }
+  }
+  ArrayCoding other = best;
+  other.tuple.repeats = !best.tuple.repeats;
+  consider(other);
+  if (can_place(elements, array) && best.tuple.predictor >= Predictor::nearest_gate) {
+    const TupleCoding unplaced = best.tuple;
+    for (const auto predictor : {Predictor::nearest_gate, Predictor::two_gates, Predictor::all_gates}) {
+      for (const auto placement : {Placement::hinge, Placement::similar, Placement::both}) {
+        if (placement != Placement::hinge && maps.maps.size() != 2) continue;
+        ArrayCoding placed{unplaced, {}};
+        placed.tuple.predictor = predictor;
+        placed.tuple.placement = placement;
+        consider(placed);
+      }
+    }
+  }
+  if (!is_normal(elements, array)) return best;
+  for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
+    consider({{}, coding});
+  if (!best.normal) return best;
+  other = best;
+  other.normal->repeats = !best.normal->repeats;
+  consider(other);
+  return best;
+}
+
+Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {
+  ArrayMaps maps;
+  if (!octahedral) {
+    for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+    return maps;
+  }
+  const uint64_t steps = in.get_count();
+  if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
+      !is_float(array.type)) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has an impossible map of unit vectors");
+  }
+  maps.maps.resize(2);
+  maps.octahedral = OctahedralMap{static_cast<int32_t>(steps)};
+  return maps;
+}
+
+/// The place of a number in coded order, which is the only one that both sides share for every domain.
+struct NumberPlace {
+  uint64_t coded;
+  uint64_t stored;  ///< tuple * components + component in the array
+};
+
+/// Numbers a lattice cannot hold, bit for bit, by their places in coded order. `tuple_of` gives the tuple of
+/// each element.
+template <class TupleOf>
+void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps, ElementWalk walk,
+                      TupleOf tuple_of) {
+  std::vector<NumberPlace> places;
+  uint64_t coded = 0;
+  const auto find = [&](uint32_t element, const GateStencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      const uint64_t stored = tuple_of(element) * array.components + k;
+      if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
+        places.push_back({coded, stored});
+    }
+    return true;
+  };
+  if (!maps.exceptions.empty()) walk.run(array.domain, array.count(), find);
+  out.put_count(places.size());
+  uint64_t before = 0;
+  for (const NumberPlace& place : places) {
+    out.put_count(place.coded - before);
+    out.put_bytes(Bytes(array.bytes).subspan(place.stored * size_of(array.type), size_of(array.type)));
+    before = place.coded;
+  }
+}
+
+Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& array) {
+  const size_t number_bytes = size_of(array.type);
+  ByteReader in(bytes);
+  uint64_t left = in.get_count();
+  uint64_t next = left > 0 ? in.get_count() : 0;
+  uint64_t coded = 0;
+  const auto take = [&](uint32_t element, const GateStencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      if (left == 0 || coded != next) continue;
+      const Bytes number = in.get_bytes(number_bytes);
+      const size_t place = (size_t{element} * array.components + k) * number_bytes;
+      std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place));
+      if (--left > 0) next += in.get_count();
+    }
+    return left > 0 && in.ok();
+  };
+  if (left > 0 && in.ok()) walk.run(array.domain, tuples, take);
+  if (left > 0 || !in.ok() || in.remaining() > 0) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has a damaged list of special numbers");
+  }
+  return {};
+}
+
+/// The codes of one tuple.
+template <class Code>
+void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code* codes) {
+  const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
+  const size_t number_bytes = size_of(array.type);
+  if (maps.octahedral) {
+    std::array<double, 3> vector;
+    for (size_t k = 0; k < 3; ++k) vector[k] = number_as_double(array.type, numbers + k * number_bytes);
+    // Vectors that are none (exceptions) have no codes: any will do.
+    const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * tuple);
+    const auto pair = exception ? std::array<int32_t, 2>{} : maps.octahedral->codes_of(vector);
+    codes[0] = pair[0];
+    codes[1] = pair[1];
+    return;
+  }
+  for (size_t k = 0; k < maps.maps.size(); ++k) {
+    codes[k] = static_cast<Code>(maps.maps[k].code_of(array.type, numbers + k * number_bytes));
+  }
+}
+
+/// `refined`: none, if the maps are exact.
+void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                    const Array& array, const ArrayMaps& maps, const RefinedMaps* refined,
+                    std::span<const uint32_t> source) {
+  if (refined) write_details(out, *refined, array, source);
+  ByteWriter exceptions;
+  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
+                   [&](uint32_t element) { return uint64_t{source[element]}; });
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions.bytes());
+}
+
+/// Three numbers for each point are predicted as a place in space.
+bool is_mixable(const Array& array, const ArrayMaps& maps) {
+  return array.domain == Domain::point && maps.maps.size() == 3;
+}
+
+template <class Code>
+std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                 const RefinedMaps* refined, std::span<const uint32_t> source, bool mixed,
+                                 int effort, Pace* pace) {
+  std::vector<Code> codes(codes_of(source.size(), maps));
+  for (size_t i = 0; i < source.size(); ++i) {
+    if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
+  }
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  if (mixed && can_mix<Code>(array.type, maps.maps, std::span(codes).first(codes.size() - 1))) {
+    ByteWriter out;
+    out.put(mixed_coding);
+    out.put(refined ? refined_flag : uint8_t{0});
+    for (const NumberMap& map : maps.maps) write_map(out, map);
+    put_exceptions(out, elements, face_of, array, maps, refined, source);
+    out.put_bytes(encode_mixed<Code>(elements, array.type, maps.maps,
+                                     std::span(codes).first(codes.size() - 1), effort, pace));
+    return out.take();
+  }
+  const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
+  ByteWriter out;
+  if (coding.normal) {
+    out.put(normal_coding);
+    out.put(static_cast<uint8_t>(maps.octahedral.has_value() << 2));
+    out.put(coding.normal->weight);
+    out.put(coding.normal->flags());
+  } else {
+    out.put(coding.tuple.predictor);
+    out.put(static_cast<uint8_t>(unsigned{coding.tuple.whole_values} | unsigned{coding.tuple.repeats} << 1 |
+                                 unsigned{maps.octahedral.has_value()} << 2 |
+                                 static_cast<unsigned>(coding.tuple.placement) << 3 |
+                                 (refined ? refined_flag : 0u)));
+  }
+  if (maps.octahedral) {
+    out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
+  } else {
+    for (const NumberMap& map : maps.maps) write_map(out, map);
+  }
+  put_exceptions(out, elements, face_of, array, maps, refined, source);
+  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
+  return out.take();
+}
+
+/// Turns codes into numbers, in place where both have the same size.
+template <class Code>
+Result<> store_numbers(Array& array, std::span<const NumberMap> maps, const ReadDetails* details,
+                       std::vector<std::byte>&& codes) {
+  const size_t number_bytes = size_of(array.type);
+  const size_t count = codes.size() / sizeof(Code);
+  std::vector<std::byte> separate;
+  if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
+  std::byte* const out = separate.empty() ? codes.data() : separate.data();
+  if constexpr (sizeof(Code) == 8) {
+    if (details)
+      MAILLE_CHECK(store_refined(*details, std::span(reinterpret_cast<int64_t*>(codes.data()), count)));
+  }
+  for (size_t k = 0; k < maps.size(); ++k) {
+    if (details && details->maps.refined[k]) continue;
+    maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
+                          count / maps.size());
+  }
+  array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
+  return {};
+}
+
+/// The same for unit vectors, two codes each.
+template <class Code>
+void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
+  array.bytes.resize(codes.size() / 2 * array.tuple_size());
+  for (size_t i = 0; i < codes.size() / 2; ++i) {
+    const auto vector =
+        map.vector_of({static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])});
+    std::byte* out = array.bytes.data() + i * array.tuple_size();
+    for (size_t k = 0; k < 3; ++k) {
+      if (array.type == Scalar::f32) {
+        store(out + 4 * k, static_cast<float>(vector[k]));
+      } else {
+        store(out + 8 * k, vector[k]);
+      }
+    }
+  }
+}
+
+template <class Code>
+Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding& coding,
+                   const ArrayMaps& maps, const ReadDetails* details, Bytes bytes, Bytes exceptions,
+                   uint64_t tuples, Array& array, Pace* pace) {
+  // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
+  if (tuples / 16384 > bytes.size() + 16) {
+    return failure(ErrorCode::corrupt,
+                   "array \"" + array.name + "\" has more tuples than its stream can hold");
+  }
+  std::vector<std::byte> storage;
+  reserve_pages(storage, codes_of(tuples, maps) * sizeof(Code));
+  storage.resize(codes_of(tuples, maps) * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), codes_of(tuples, maps));
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  if (mixed) {
+    MAILLE_CHECK(
+        decode_mixed<Code>(elements, array.type, maps.maps, bytes, codes.first(codes.size() - 1), pace));
+    storage.resize(storage.size() - sizeof(Code));
+    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
+    return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+  }
+  RansDecoder decoder(bytes, coding.normal ? 1 : lanes_for(maps.maps.size()));
+  code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
+                                codes.first(codes.size()),
+                                [&] { return !decoder.exhausted() && (!pace || pace->step()); });
+  if (pace && pace->stopped()) return cancelled();
+  if (decoder.exhausted())
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
+  if (maps.octahedral) {
+    store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
+  } else {
+    storage.resize(tuples * maps.maps.size() * sizeof(Code));
+    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
+  }
+  return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+}
+
+/// No value for one that is unknown, or that the array cannot have.
+std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elements, const Array& array,
+                                       uint8_t kind, uint8_t flags) {
+  ArrayCoding coding;
+  if (kind == normal_coding) {
+    const auto weight = in.get<uint8_t>();
+    const auto how = in.get<uint8_t>();
+    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & ~4u) != 0 ||
+        !is_normal(elements, array)) {
+      return std::nullopt;
+    }
+    coding.normal = NormalCoding::from(weight, how);
+    return coding;
+  }
+  if (kind >= predictor_count) return std::nullopt;
+  coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0,
+                  static_cast<Placement>(flags >> 3 & 3)};
+  const bool placed = coding.tuple.placement != Placement::parallelogram;
+  if (placed && (coding.tuple.predictor < Predictor::nearest_gate || !can_place(elements, array)))
+    return std::nullopt;
+  return coding;
+}
+
+}  // namespace
+
+uint32_t PatchElements::count(Domain domain) const {
+  switch (domain) {
+    case Domain::point:
+      return points;
+    case Domain::cell:
+      return cells();
+    case Domain::corner:
+      return corners();
+    case Domain::mesh:
+      break;
+  }
+  return 0;
+}
+
+std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                    std::span<const uint32_t> source, int effort, Pace* pace) {
+  const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
+  ArrayMaps used = maps;
+  // Normals that the surface tells need no table, which would cost more than they do.
+  RefinedMaps refined;
+  if (maps.lossless && array.role != Role::normal) {
+    refined = refine_maps(array, maps.maps, source);
+    used.maps = refined.coarse;
+  }
+  const RefinedMaps* details = refined.any() ? &refined : nullptr;
+  if (size_of(array.type) == 8)
+    return encode_as<int64_t>(elements, array, used, details, source, mixed, effort, pace);
+  return encode_as<int32_t>(elements, array, used, nullptr, source, mixed, effort, pace);
+}
+
+Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
+                      Pace* pace) {
+  ByteReader in(bytes);
+  const auto kind = in.get<uint8_t>();
+  auto flags = in.get<uint8_t>();
+  const bool refined = (flags & refined_flag) != 0 && array.type == Scalar::f64 && kind != normal_coding;
+  if (refined) flags = static_cast<uint8_t>(flags & ~refined_flag);
+  const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
+  const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
+  if (!in.ok() || !coding || flags > (mixed ? 0 : 31)) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
+  }
+  const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
+  std::optional<ReadDetails> details;
+  if (refined) {
+    if (maps.octahedral)
+      return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
+    details = MAILLE_TRY(read_details(in, maps.maps));
+  }
+  const Bytes exceptions = in.get_bytes(in.get_count());
+  const Bytes coded = in.get_bytes(in.remaining());
+  if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
+  const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
+  if (size_of(array.type) == 8) {
+    return decode_as<int64_t>(elements, mixed, *coding, maps, details ? &*details : nullptr, coded,
+                              exceptions, tuples, array, pace);
+  }
+  return decode_as<int32_t>(elements, mixed, *coding, maps, nullptr, coded, exceptions, tuples, array, pace);
+}
+
+}  // namespace maille

@@ -1,0 +1,115 @@
+#include "surface/arrays/stencil.h"
+
+namespace maille {
+namespace {
+
+/// Point of the vertex at the origin of h when it is known before `vertex`; none otherwise.
+uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
+  const uint32_t other = surface.half_edges.origin[h];
+  return other < vertex ? surface.point(other) : none;
+}
+
+void add_gate(GateStencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
+  if (across == none || stencil.gate_count == GateStencil::most_gates) return;
+  stencil.gates[stencil.gate_count++] = {a, b, across};
+}
+
+/// Gates of one corner: `next` and `previous` are the known points beside it in its face, h its half-edge.
+void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, GateStencil& stencil) {
+  const HalfEdges& edges = surface.half_edges;
+  const uint32_t next_edge = edges.next(h);
+  const uint32_t previous_edge = edges.previous(h);
+  const uint32_t next = known_point(surface, next_edge, vertex);
+  const uint32_t previous = known_point(surface, previous_edge, vertex);
+  if (next != none) stencil.neighbour = next;
+  if (previous != none) stencil.neighbour = previous;
+  const uint32_t beyond_next = edges.next(next_edge);
+  if (beyond_next == previous_edge) {
+    if (next == none || previous == none) return;
+    // A triangle among polygons: across the edge opposite to the vertex.
+    const uint32_t over = edges.opposite[next_edge];
+    return add_gate(stencil, next, previous, known_point(surface, edges.previous(over), vertex));
+  }
+  if (next != none && previous != none) {
+    return add_gate(stencil, next, previous, known_point(surface, beyond_next, vertex));
+  }
+  // A polygon with one known edge at the vertex's neighbour: continue the neighbouring face over that edge.
+  if (next != none && known_point(surface, beyond_next, vertex) != none) {
+    const uint32_t over = edges.opposite[next_edge];
+    const uint32_t across = known_point(surface, edges.next(edges.next(over)), vertex);
+    return add_gate(stencil, next, next, across);
+  }
+  if (previous != none && known_point(surface, edges.previous(previous_edge), vertex) != none) {
+    const uint32_t over = edges.opposite[edges.previous(previous_edge)];
+    const uint32_t across = known_point(surface, edges.previous(over), vertex);
+    return add_gate(stencil, previous, previous, across);
+  }
+}
+
+/// The same for surfaces of triangles, where each face round the vertex has one gate at most. Which
+/// neighbours are known is as good as random, so nothing branches on it: a gate that is not there is
+/// overwritten by the next one.
+template <bool WithPoints>
+void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
+  const uint32_t* const origin = surface.half_edges.origin.data();
+  const uint32_t* const opposite = surface.half_edges.opposite.data();
+  const auto point_before = [&](uint32_t h) {
+    const uint32_t other = origin[h];
+    const uint32_t point = WithPoints ? surface.point_of[other < vertex ? other : vertex] : other;
+    return other < vertex ? point : none;
+  };
+  const uint32_t corner = surface.vertices.corner[vertex];
+  uint32_t h = corner;
+  uint32_t place = h % 3;
+  uint32_t next = point_before(place == 2 ? h - 2 : h + 1);
+  uint32_t neighbour = none;
+  unsigned count = 0;
+  do {
+    const uint32_t next_edge = place == 2 ? h - 2 : h + 1;
+    const uint32_t previous_edge = place == 0 ? h + 2 : h - 1;
+    const uint32_t previous = point_before(previous_edge);
+    const uint32_t over = opposite[next_edge];
+    const uint32_t across = point_before(over % 3 == 0 ? over + 2 : over - 1);
+    stencil.gates[count] = {next, previous, across};
+    const auto known = static_cast<unsigned>((next != none) & (previous != none) & (across != none));
+    count += known & static_cast<unsigned>(count < GateStencil::most_gates);
+    neighbour = previous != none ? previous : neighbour;
+    next = previous;  // the faces round the vertex share their edges
+    h = opposite[previous_edge];
+    place = h % 3;
+  } while (h != corner);
+  stencil.gate_count = count;
+  stencil.neighbour = neighbour;
+}
+
+}  // namespace
+
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
+  stencil.gate_count = 0;
+  stencil.neighbour = none;
+  if (surface.half_edges.all_triangles()) {
+    if (surface.point_of.empty()) return find_triangle_stencil<false>(surface, vertex, stencil);
+    return find_triangle_stencil<true>(surface, vertex, stencil);
+  }
+  const uint32_t corner = surface.vertices.corner[vertex];
+  uint32_t h = corner;
+  do {
+    find_gates_at(surface, vertex, h, stencil);
+    h = surface.half_edges.turn(h);
+  } while (h != corner);
+}
+
+Gate find_point_edge(const PatchSurface& surface, uint32_t vertex) {
+  const HalfEdges& edges = surface.half_edges;
+  const uint32_t corner = surface.vertices.corner[vertex];
+  uint32_t h = corner;
+  do {
+    const uint32_t a = known_point(surface, edges.next(h), vertex);
+    const uint32_t b = known_point(surface, edges.previous(h), vertex);
+    if (a != none && b != none) return {a, b, none};
+    h = edges.turn(h);
+  } while (h != corner);
+  return {none, none, none};
+}
+
+}  // namespace maille

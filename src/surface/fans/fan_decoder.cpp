@@ -1,0 +1,706 @@
+// The decoder of fans; their encoder is in fan_connectivity.cpp, what symbols do in fan_machine.h.
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/cold.h"
+#include "base/pages.h"
+#include "base/result.h"
+#include "entropy/static_rans.h"
+#include "surface/fans/fan_connectivity.h"
+#include "surface/fans/fan_machine.h"
+#include "surface/fans/fan_tables.h"
+
+namespace maille {
+namespace {
+
+/// The decoder's side of a FanMachine.
+class FanReader {
+ public:
+  static constexpr bool encoding = false;
+
+  FanReader(Bytes events, const FanSlots& tables) : rans(events), slots(tables) {}
+
+  uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) {
+    const unsigned symbol = rans.get(slots.table_of(kind));
+    if (symbol < direct_numbers) return symbol;
+    const unsigned count = symbol - direct_numbers + 3;
+    const unsigned low = std::min(count, 16u);
+    uint32_t bits = rans.get_raw(low);
+    if (count > 16) bits |= rans.get_raw(count - 16) << 16;
+    return (1u << count) + bits;
+  }
+
+  StaticRansDecoder rans;
+  const FanSlots& slots;
+};
+
+/// Entries that the fast loop may write behind the ring before it looks for room again.
+constexpr uint32_t fast_room = 1 << 9;
+/// Slow symbols that are done in a row.
+constexpr int slow_run = 8;
+/// Rings of the fast loop: the two vertices behind the head are others than the last one.
+constexpr std::ptrdiff_t least_fast_ring = 4;
+/// Vertices that are decoded beyond those asked for, at most.
+constexpr uint32_t fast_vertices = fast_room + slow_run * most_closed + 8;
+static_assert(fast_vertices <= FanDecoder::most_ahead);
+/// Corners come into being in pieces that stay in the cache until they are written; the fast loop and a slow
+/// symbol together make less than half of a piece.
+constexpr uint32_t piece_triangles = 1 << 11;
+/// What it writes beyond what there is, harmlessly: vertices, and corners.
+constexpr size_t spare_vertices = 4;
+
+// Numbers of 32 bits are kept in 64: GCC 12 spills the halves and reloads the whole, which stalls.
+[[gnu::always_inline]] inline uint64_t pair_of(uint64_t low, uint64_t high) {
+  return low | high << 32;
+}
+
+[[gnu::always_inline]] inline void store_one(VertexReferences& to, uint64_t f, uint64_t n, uint64_t o,
+                                             uint64_t before, uint64_t last) {
+  uint32_t* const at = to.at.data();
+  store(at, pair_of(f, n));
+  store(at + 2, pair_of(o, f));
+  store(at + 4, pair_of(f, f));
+  store(at + 6, pair_of(before, last));
+}
+
+/// Kinds of the three vertices of a fast symbol, one byte each, by the symbol and what the focus has seen.
+constexpr auto fast_kinds = [] {
+  std::array<std::array<uint32_t, most_seen + 1>, fast_fan_symbols> table{};
+  for (unsigned symbol = 0; symbol < fast_fan_symbols; ++symbol) {
+    const unsigned i = symbol & 3;
+    for (unsigned seen = 0; seen <= most_seen; ++seen) {
+      const unsigned then = std::min(seen + i + (symbol < fan_pocket ? 1 : 2), most_seen);
+      for (unsigned j = 1; j <= i; ++j) table[symbol][seen] |= fan_kind(true, i, j, then) << (8 * (j - 1));
+    }
+  }
+  return table;
+}();
+
+/// a where the mask is 0, b where it is all ones. Compilers make branches of conditions, and these would be
+/// unpredictable.
+[[gnu::always_inline]] inline uint64_t choose(uint64_t mask, uint64_t a, uint64_t b) {
+#ifdef __EMSCRIPTEN__
+  return mask == 0 ? a : b;  // there it has an instruction of its own
+#else
+  return a ^ ((a ^ b) & mask);
+#endif
+}
+
+/// Entries as numbers: the vertex, above it the vertex beyond its gate, above that what it has seen.
+constexpr uint64_t one_seen = uint64_t{1} << fan_point_bits;
+constexpr uint64_t point_mask = most_fan_points - 1;
+[[gnu::always_inline]] inline uint64_t vertex_in(uint64_t entry) {
+  return entry & none;
+}
+/// Of an entry without its vertex, when it has seen more triangles.
+[[gnu::always_inline]] inline uint64_t see(uint64_t rest, uint64_t triangles) {
+  const uint64_t then = rest + triangles * one_seen;
+  return then < (most_seen + 1) * one_seen ? then : (rest & point_mask) | most_seen * one_seen;
+}
+
+/// What the fast loop stores for a symbol, always for three new vertices from v on: the fan around f from p
+/// on, towards `next` with `opposite` beyond the gate to it. `before` is beyond the gate from p.
+struct FastFan {
+  uint64_t f, p, next, opposite, before, v;
+};
+
+#ifdef __SSE2__
+[[gnu::always_inline]] inline __m128i word_of(uint64_t number) {
+  return _mm_cvtsi32_si128(static_cast<int>(number));
+}
+template <unsigned a, unsigned b, unsigned c, unsigned d>
+[[gnu::always_inline]] inline __m128i lanes_of(__m128i low, __m128i high) {
+  return _mm_castps_si128(_mm_shuffle_ps(_mm_castsi128_ps(low), _mm_castsi128_ps(high),
+                                         static_cast<int>(a | b << 2 | c << 4 | d << 6)));
+}
+template <class T>
+[[gnu::always_inline]] inline void store_lanes(T* to, __m128i lanes) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to), lanes);
+}
+/// `late`: of the vertex whose late triple this is, or of none.
+template <bool with_late>
+[[gnu::always_inline]] inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references,
+                                             uint32_t* corner, uint64_t* entries) {
+  const __m128i f = _mm_shuffle_epi32(word_of(fan.f), 0);
+  const __m128i v = _mm_add_epi32(_mm_shuffle_epi32(word_of(fan.v), 0), _mm_set_epi32(3, 2, 1, 0));
+  const __m128i p = word_of(fan.p);
+  const __m128i first = _mm_unpacklo_epi64(_mm_unpacklo_epi32(f, word_of(fan.next)),
+                                           _mm_unpacklo_epi32(word_of(fan.opposite), f));
+  if constexpr (with_late) {
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(late), first);
+    store(late + 2, static_cast<uint32_t>(fan.opposite));
+  }
+  const __m128i along = _mm_unpacklo_epi64(_mm_unpacklo_epi32(word_of(fan.before), p), v);
+  const __m128i second = lanes_of<0, 0, 1, 2>(f, along), third = lanes_of<0, 0, 2, 3>(f, along);
+  store_lanes(&references[0].at[0], first);
+  store_lanes(&references[0].at[4], lanes_of<0, 0, 0, 1>(f, along));
+  store_lanes(&references[1].at[0], first);
+  store_lanes(&references[1].at[4], second);
+  store_lanes(&references[2].at[0], first);
+  store_lanes(&references[2].at[4], third);
+  // f, p, v and f, v, v + 1 and f, v + 1, v + 2.
+  store_lanes(corner, _mm_shuffle_epi32(second, _MM_SHUFFLE(0, 3, 2, 0)));
+  store_lanes(corner + 4, _mm_shuffle_epi32(third, _MM_SHUFFLE(3, 0, 3, 2)));
+  corner[8] = static_cast<uint32_t>(fan.v + 2);
+  const __m128i rest = _mm_shuffle_epi32(word_of(fan.f | 2 << fan_point_bits), 0);
+  store_lanes(entries, _mm_unpacklo_epi32(v, rest));
+  store_lanes(entries + 2, _mm_unpackhi_epi32(v, rest));
+}
+#else
+template <bool with_late>
+inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references, uint32_t* corner,
+                      uint64_t* entries) {
+  const uint64_t v = fan.v;
+  if constexpr (with_late) {
+    store(late, pair_of(fan.f, fan.next));
+    store(late + 2, static_cast<uint32_t>(fan.opposite));
+  }
+  store_one(references[0], fan.f, fan.next, fan.opposite, fan.before, fan.p);
+  store_one(references[1], fan.f, fan.next, fan.opposite, fan.p, v);
+  store_one(references[2], fan.f, fan.next, fan.opposite, v, v + 1);
+  store(corner, pair_of(fan.f, fan.p));
+  store(corner + 2, pair_of(v, fan.f));
+  store(corner + 4, pair_of(v, v + 1));
+  store(corner + 6, pair_of(fan.f, v + 1));
+  store(corner + 8, static_cast<uint32_t>(v + 2));
+  for (unsigned k = 0; k < 3; ++k) store(entries + k, pair_of(v + k, fan.f | 2 * one_seen));
+}
+#endif
+
+/// What the fast loop keeps in registers: the ring, its head f and its last entry p, as their vertices and
+/// the rest. (In the array the rest of the head is older.)
+struct Cursor {
+  uint64_t* head;
+  uint64_t* tail;
+  uint64_t f, f_rest;
+  uint64_t p, p_rest;
+  uint64_t v;  ///< the next new vertex
+  uint32_t* corner;
+};
+
+/// Symbols that the fast loop leaves to others, but comes back from: one in ten on irregular meshes, where
+/// FanMachine::apply() would take more time than all others together. What it does for them.
+class RareSymbols {
+ public:
+  /// Symbols of the fast loop that one of these counts for: at most eleven vertices, twelve triangles.
+  static constexpr uint32_t steps = 4;
+  enum class Outcome : uint8_t { done, left, damaged };
+
+  RareSymbols(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out)
+      : machine_(machine), reader_(reader), out_(out) {}
+
+  /// `left`: nothing was done. Reads from reader.rans, which must be what the cursor stands for.
+  [[gnu::noinline]] Outcome take(const FanSlots::EventTable& table, unsigned symbol, Cursor& at) {
+    const auto room = static_cast<uint64_t>(machine_.entries.data() + machine_.entries.size() - at.tail);
+    const auto size = static_cast<uint64_t>(at.tail - at.head);
+    if (symbol == fan_swallow || symbol == fan_merge || symbol == fan_marker) return Outcome::left;
+    if (symbol < fan_swallow && vertex_in(at.head[1]) == none) return Outcome::damaged;
+    // A split copies some of the ring.
+    if (symbol >= fan_split && symbol < fan_known && room < size + fast_room) return Outcome::left;
+    StaticRansDecoder& rans = reader_.rans;
+    rans.state = table.next(rans.state, symbol);
+    rans.refill();
+    if (symbol < fan_swallow) return close(symbol - fan_close_4 + 4, at);
+    if (symbol < fan_split) return border(symbol - fan_border, at);
+    if (symbol < fan_known) return split(symbol - fan_split, at);
+    if (symbol == fan_known) return known(at);
+    return open(symbol == fan_open ? 1 : 4, at);
+  }
+
+ private:
+  static void add_triangle(Cursor& at, uint64_t third) {
+    store(at.corner, pair_of(at.f, at.p));
+    at.corner[2] = static_cast<uint32_t>(third);
+    at.corner += 3;
+  }
+  /// The last entry, with one triangle more and the head beyond its gate.
+  static void close_gate(Cursor& at) {
+    at.p_rest = (see(at.p_rest, 1) & ~point_mask) | at.f;
+    at.tail[-1] = pair_of(at.p, at.p_rest);
+  }
+  static void push(Cursor& at, uint64_t vertex, uint64_t across) {
+    at.p = vertex;
+    at.p_rest = across | one_seen;
+    *at.tail++ = pair_of(at.p, at.p_rest);
+  }
+  static void look_at_ends(Cursor& at) {
+    at.f = vertex_in(*at.head);
+    at.f_rest = *at.head >> 32;
+    at.p = vertex_in(at.tail[-1]);
+    at.p_rest = at.tail[-1] >> 32;
+  }
+
+  void add_fan(unsigned i, Cursor& at) {
+    const auto seen = static_cast<unsigned>(at.f_rest >> fan_point_bits);
+    const unsigned seen_then = std::min(seen + i, most_seen);
+    uint64_t before = at.p_rest & point_mask;
+    for (unsigned j = 1; j <= i; ++j, ++at.v) {
+      store_one(out_.references[at.v - out_.first], at.f, at.f, at.f, before, at.p);
+      out_.kinds[at.v - out_.first] = static_cast<uint8_t>(fan_kind(false, i, j, seen_then));
+      add_triangle(at, at.v);
+      close_gate(at);
+      before = at.p;
+      push(at, at.v, at.f);
+    }
+    at.f_rest = see(at.f_rest, i);
+  }
+  void add_closing(uint64_t third, Cursor& at) {
+    add_triangle(at, third);
+    close_gate(at);
+    at.f_rest = see(at.f_rest, 1);
+  }
+
+  Outcome close(unsigned i, Cursor& at) {
+    const uint64_t n = vertex_in(at.head[1]), n_opposite = at.f_rest & point_mask;
+    const auto seen = static_cast<unsigned>(at.f_rest >> fan_point_bits);
+    const unsigned seen_then = std::min(seen + i + 1, most_seen);
+    uint64_t before = at.p_rest & point_mask;
+    for (unsigned j = 1; j <= i; ++j, ++at.v) {
+      store_one(out_.references[at.v - out_.first], at.f, n, n_opposite, before, at.p);
+      out_.kinds[at.v - out_.first] = static_cast<uint8_t>(fan_kind(true, i, j, seen_then));
+      add_triangle(at, at.v);
+      close_gate(at);
+      before = at.p;
+      push(at, at.v, at.f);
+    }
+    add_triangle(at, n);
+    close_gate(at);
+    ++at.head;
+    at.f = n;
+    at.f_rest = see(*at.head >> 32, 1);
+    return Outcome::done;
+  }
+
+  Outcome border(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    if (vertex_in(at.head[1]) != none) {
+      *at.tail++ = none;
+      *at.tail++ = pair_of(at.f, at.f_rest);
+    }
+    ++at.head;
+    pass_markers(at);
+    look_at_ends(at);
+    return Outcome::done;
+  }
+  /// As FanMachine::prepare(); at most two entries are new, since there is no marker at the end then.
+  static void pass_markers(Cursor& at) {
+    while (at.tail - at.head >= least_fast_ring) {
+      const bool marker = vertex_in(*at.head) == none;
+      const bool after_marker = vertex_in(at.tail[-1]) == none;
+      if (!marker && !after_marker) return;
+      if (marker ? !after_marker : vertex_in(at.head[1]) != none) {
+        const uint64_t head = *at.head;
+        *at.tail++ = head;
+      }
+      ++at.head;
+    }
+  }
+
+  Outcome open(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    at.p_rest = (at.p_rest & ~point_mask) | vertex_in(at.tail[-2]);
+    at.tail[-1] = pair_of(at.p, at.p_rest);
+    return Outcome::done;
+  }
+
+  Outcome known(Cursor& at) {
+    machine_.vertices = static_cast<uint32_t>(at.v);
+    uint32_t vertex;
+    if (!machine_.take_known(vertex)) return Outcome::damaged;
+    const uint64_t last = at.p;
+    add_closing(vertex, at);
+    push(at, vertex, last);
+    return Outcome::done;
+  }
+
+  Outcome split(unsigned i, Cursor& at) {
+    add_fan(i, at);
+    const auto most = static_cast<uint64_t>(at.tail - at.head - 4);
+    const bool at_tail = reader_.number(FanNumber::side, 0) != 0;
+    const uint64_t offset = reader_.number(at_tail ? FanNumber::split_tail : FanNumber::split_head, 0);
+    if (offset > most || !machine_.spend(offset + 3)) return Outcome::damaged;
+    uint64_t* const place = at_tail ? at.tail - 2 - offset : at.head + 2 + offset;
+    const uint64_t vertex = vertex_in(*place);
+    if (vertex == none) return Outcome::damaged;
+    const uint64_t last = at.p;
+    add_closing(vertex, at);
+    *place = pair_of(vertex, see(*place >> 32, 1));
+    *at.head = pair_of(at.f, at.f_rest);
+    // The entry of m in the ring that goes on, or in that which waits, has the last vertex beyond its gate.
+    const uint64_t joint = pair_of(vertex, (*place >> 32 & ~point_mask) | last);
+    if (at_tail) {
+      std::copy_backward(place, at.tail, at.tail + 1);
+      *place = joint;
+      ++at.tail;
+      wait(at.head, place + 1);
+      at.head = place + 1;
+    } else {
+      uint64_t* const end = std::copy(at.head, place, at.tail);
+      *end = joint;
+      wait(place, at.tail);
+      at.head = at.tail;
+      at.tail = end + 1;
+    }
+    look_at_ends(at);
+    return Outcome::done;
+  }
+  void wait(const uint64_t* begin, const uint64_t* end) {
+    const uint64_t* const entries = machine_.entries.data();
+    machine_.waiting.push_back(
+        {static_cast<uint32_t>(begin - entries), static_cast<uint32_t>(end - entries)});
+  }
+
+  FanMachine<FanReader>& machine_;
+  FanReader& reader_;
+  FanSurface& out_;
+};
+
+/// A step of the decoder. False, and nothing is done, where a word is needed and there is none.
+[[gnu::always_inline]] inline bool take_symbol(const FanSlots::EventTable& table, unsigned symbol,
+                                               uint64_t& state, StaticRansDecoder::Words& words) {
+  uint64_t then = table.next(state, symbol);
+  if (then < lowest_static_state) {
+    if (words.end - words.next < 4) return false;
+    then = then << 32 | load<uint32_t>(words.next);
+    words.next += 4;
+  }
+  state = then;
+  return true;
+}
+
+/// Of whole entries: where what they have seen begins, and the vertex beyond their gate.
+constexpr unsigned seen_shift = 32 + fan_point_bits;
+constexpr uint64_t seen_once = uint64_t{1} << seen_shift;
+constexpr uint64_t across_mask = point_mask << 32;
+constexpr uint64_t marker_bit = uint64_t{1} << 31;
+/// An entry that has seen more triangles. Hardly ever so many that it cannot count them.
+[[gnu::always_inline]] inline uint64_t see_more(uint64_t entry, uint64_t more) {
+  uint64_t then;
+  if (__builtin_add_overflow(entry, more, &then)) [[unlikely]]
+    return entry | most_seen * seen_once;
+  return then;
+}
+
+/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
+/// branches; swallow, and rare ones, in between. What FanMachine::apply() does for them.
+/// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
+template <bool with_late>
+bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
+  machine.make_room(fast_room);
+  uint32_t steps = std::min(fast_room / 3 - 2, machine.triangles_left() / 5);
+  const uint64_t vertices_end = uint64_t{machine.vertices} + machine.vertices_left();
+  const FanSlots& slots = reader.slots;
+  VertexReferences* const references = out.references.data();
+  uint8_t* const kinds = out.kinds.data();
+  const uint64_t first = out.first;
+  const uint64_t nowhere = out.references.size() - 1;
+  uint32_t* corner = out.corners.data() + size_t{3} * machine.triangle_count;
+  // In locals, so that they stay in registers: few, as WebAssembly has no more of them than it needs itself.
+  uint64_t state = reader.rans.state;
+  StaticRansDecoder::Words words = reader.rans.words;
+  uint64_t* head = machine.entries.data() + machine.head;
+  uint64_t* tail = machine.entries.data() + machine.tail;
+  uint64_t v = machine.vertices;
+  uint64_t f_entry = *head, p_entry = tail[-1];
+  uint64_t markers = 0;
+  RareSymbols rare(machine, reader, out);
+  for (; steps > 0 && tail - head >= least_fast_ring; --steps) {
+    const uint64_t n_entry = head[1], m_entry = head[2];
+    const FanSlots::EventTable& table = slots.table_at_seen(
+        f_entry >> seen_shift | (n_entry >> (seen_shift - 4) & 0xf0) | (p_entry >> (seen_shift - 8) & 0xf00));
+    const unsigned symbol = table.symbol(state);
+    const uint64_t f = vertex_in(f_entry), p = vertex_in(p_entry);
+    if (symbol >= fast_fan_symbols) [[unlikely]] {
+      const uint64_t before_last = vertex_in(tail[-2]);
+      if (steps < 5 || (symbol == fan_swallow && before_last == none)) break;
+      if (symbol == fan_swallow) {
+        if (!take_symbol(table, symbol, state, words)) break;
+        store(corner, pair_of(f, p));
+        corner[2] = static_cast<uint32_t>(before_last);
+        corner += 3;
+        --tail;
+        f_entry = see_more(f_entry, seen_once);
+        p_entry = (see_more(tail[-1], seen_once) & ~across_mask) | p << 32;
+        tail[-1] = p_entry;
+        continue;
+      }
+      reader.rans.state = state;
+      reader.rans.words = words;
+      Cursor at{head, tail, f, f_entry >> 32, p, p_entry >> 32, v, corner};
+      const RareSymbols::Outcome outcome = rare.take(table, symbol, at);
+      if (outcome == RareSymbols::Outcome::damaged) return false;
+      if (outcome == RareSymbols::Outcome::left) break;
+      head = at.head, tail = at.tail;
+      f_entry = pair_of(at.f, at.f_rest), p_entry = pair_of(at.p, at.p_rest);
+      v = at.v;
+      corner = at.corner;
+      state = reader.rans.state;
+      words = reader.rans.words;
+      steps -= RareSymbols::steps - 1;
+      continue;
+    }
+    if (!take_symbol(table, symbol, state, words)) break;
+    const uint64_t i = symbol & 3;
+    const uint64_t pocket = symbol >> 2;
+    const uint64_t is_pocket = 0 - pocket;
+    const uint64_t n = vertex_in(n_entry), m = vertex_in(m_entry);
+    const uint64_t next_entry = choose(is_pocket, n_entry, m_entry);
+    const uint64_t next = vertex_in(next_entry);
+    const uint64_t next_opposite = choose(is_pocket, f_entry >> 32 & point_mask, n);
+    markers |= n_entry | next_entry;
+
+    uint32_t* late = nullptr;
+    if constexpr (with_late) {
+      // A late triple for the vertex before, or for none.
+      const uint64_t differs = i | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+      const uint64_t at = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+      late = references[at].at.data() + VertexReferences::late;
+      kinds[at] |= 1;
+    }
+    store_fan<with_late>({f, p, next, next_opposite, p_entry >> 32 & point_mask, v}, late,
+                         references + (v - first), corner, tail);
+    store(kinds + (v - first), fast_kinds[symbol][f_entry >> seen_shift]);
+
+    // Entries have the focus beyond their gates now; the last one has seen a triangle more.
+    const uint64_t p_then = (see_more(p_entry, seen_once) & ~across_mask) | f << 32;
+    tail[-1] = p_then;
+    p_entry = choose(0 - ((i + 3) >> 2), p_then, pair_of(v + i - 1, f) + 2 * seen_once);
+    corner += 3 * i;
+    store(corner, pair_of(f, p_entry));
+    store(corner + 2, pair_of(next, f));
+    store(corner + 4, pair_of(m, n));
+    corner += 3 + 3 * pocket;
+    tail += i;
+    v += i;
+    head += 1 + pocket;
+    f_entry = see_more(next_entry, seen_once << pocket);
+  }
+  *head = f_entry;
+  reader.rans.state = state;
+  reader.rans.words = words;
+  machine.head = static_cast<uint32_t>(head - machine.entries.data());
+  machine.tail = static_cast<uint32_t>(tail - machine.entries.data());
+  machine.vertices = static_cast<uint32_t>(v);
+  machine.triangle_count = static_cast<uint32_t>((corner - out.corners.data()) / 3);
+  // There is room for too many vertices, which are found out here.
+  return (markers & marker_bit) == 0 && v <= vertices_end;
+}
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("topology: ") + what);
+}
+
+Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
+  // A symbol that is not alone in its table has 1/512 bit at least.
+  if (vertices > most_fan_points || vertices > 3 * uint64_t{triangles} ||
+      triangles / 16384 > bytes.size() + 16) {
+    return corrupt("the fans are more than their bytes can hold");
+  }
+  return {};
+}
+
+}  // namespace
+
+MAILLE_COLD FanTables read_fan_tables(RansDecoder& side) {
+  StaticTables events = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
+  return {std::move(events),
+          read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
+}
+
+MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) {
+  const auto fill = [](const StaticTables& from, size_t more, auto& to) {
+    to.resize(from.tables.size() + more);
+    for (size_t i = 0; i < from.tables.size(); ++i) to[i].fill(from.tables[i]);
+  };
+  // One more, that changes nothing: so that a marker at the head is found without a test.
+  fill(tables.events, 1, events);
+  events.back().fill(fan_marker);
+  fill_table_at(tables.events);
+  fill(tables.numbers, 0, numbers);
+  std::copy_n(tables.numbers.table_of.begin(), number_contexts, number_at.begin());
+}
+
+/// A row for each class of next and last; small meshes feel every microsecond.
+MAILLE_COLD void FanSlots::fill_table_at(const StaticTables& tables) {
+  const auto idle = static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable));
+  std::array<std::array<uint16_t, most_seen + 1>, fan_contexts / 10> rows;
+  for (unsigned next = 0; next <= most_seen; ++next) {
+    for (unsigned last = 0; last <= most_seen; ++last) {
+      const unsigned classes = next_classes[next] * 3u + last_classes[last];
+      const bool first = (next == 0 || next_classes[next - 1] != next_classes[next]) &&
+                         (last == 0 || last_classes[last - 1] != last_classes[last]);
+      for (unsigned head = 0; first && head <= most_seen; ++head)
+        rows[classes][head] =
+            head == 0
+                ? idle
+                : static_cast<uint16_t>(tables.table_of[fan_context(head, next, last)] * sizeof(EventTable));
+      std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
+    }
+  }
+}
+
+struct FanDecoder::State {
+  State(Bytes events, std::unique_ptr<const FanSlots> own, const FanSlots& slots, uint32_t triangles,
+        uint32_t vertices, uint64_t more, FanBuffers* reused)
+      : buffers(reused),
+        own_slots(std::move(own)),
+        reader(events, slots),
+        vertex_count(vertices),
+        triangle_count(triangles),
+        machine(reader, surface, triangles, vertices) {
+    reserve_pages(surface.corners, 3 * (triangles + std::min<uint64_t>(more, triangles)));
+    swap_buffers();
+    if (machine.entries.empty()) machine.entries.resize(1024);
+    surface.references.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.resize(window + fast_vertices + spare_vertices);
+    surface.kinds.back() = 0;
+  }
+
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { swap_buffers(); }
+  void swap_buffers() {
+    if (buffers == nullptr) return;
+    surface.references.swap(buffers->references);
+    surface.kinds.swap(buffers->kinds);
+    machine.entries.swap(buffers->entries);
+  }
+
+  Result<> step();
+  void make_corners() {
+    const uint64_t end = uint64_t{machine.triangle_count} + piece_triangles / 2;
+    if (surface.corners.size() / 3 < std::min<uint64_t>(end, triangle_count))
+      surface.corners.resize(3 * std::min<uint64_t>(end + piece_triangles / 2, triangle_count));
+  }
+
+  FanBuffers* buffers;
+  std::unique_ptr<const FanSlots> own_slots;  ///< none where they are shared
+  FanReader reader;
+  uint32_t vertex_count;
+  uint32_t triangle_count;
+  FanSurface surface;
+  FanMachine<FanReader> machine;
+};
+
+/// As many symbols as the fast loop takes, and the slow ones that follow.
+Result<> FanDecoder::State::step() {
+  make_corners();
+  if (!machine.prepare()) {
+    if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+    return {};
+  }
+  const auto run = surface.with_late ? run_fast<true> : run_fast<false>;
+  if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  for (int i = 0; i < slow_run; ++i) {
+    if (machine.done() || !machine.prepare()) return {};
+    if (i > 0 && machine.tail - machine.head >= least_fast_ring) return {};
+    const FanSlots::EventTable& table = reader.slots.table_of(
+        machine.seen(machine.head), machine.seen(machine.head + 1), machine.seen(machine.tail - 1));
+    if (!machine.apply(reader.rans.get(table))) return corrupt("a fan that cannot be completed");
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+  }
+  return {};
+}
+
+FanDecoder::FanDecoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
+FanDecoder::FanDecoder(FanDecoder&&) noexcept = default;
+FanDecoder& FanDecoder::operator=(FanDecoder&&) noexcept = default;
+FanDecoder::~FanDecoder() = default;
+
+Result<FanDecoder> FanDecoder::begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more) {
+  ByteReader in(bytes);
+  const uint64_t vertices = in.get_count();
+  const Bytes tables = in.get_bytes(in.get_count());
+  const Bytes events = in.get_bytes(in.remaining());
+  if (!in.ok() || vertices > most_vertices) return corrupt("the fans are more than their bytes can hold");
+  RansDecoder side(tables);
+  const FanTables read = read_fan_tables(side);
+  if (side.exhausted()) return corrupt("the tables of the fans end early");
+  MAILLE_CHECK(check_counts(bytes, triangles, vertices));
+  auto slots = std::make_unique<const FanSlots>(read);
+  const FanSlots& there = *slots;
+  return FanDecoder(std::make_unique<State>(events, std::move(slots), there, triangles,
+                                            static_cast<uint32_t>(vertices), more, nullptr));
+}
+
+Result<FanDecoder> FanDecoder::begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
+                                     uint32_t vertices, uint64_t more, FanBuffers* buffers) {
+  MAILLE_CHECK(check_counts(operations, triangles, vertices));
+  return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more, buffers));
+}
+
+void FanDecoder::leave_late_out() {
+  state_->surface.with_late = false;
+}
+
+uint32_t FanDecoder::vertices() const {
+  return state_->vertex_count;
+}
+
+Result<> FanDecoder::decode_until(uint32_t end) {
+  // The newest vertex may still get a late triple.
+  while (state_->machine.vertices <= end && !state_->machine.done()) MAILLE_CHECK(state_->step());
+  if (state_->machine.vertices < end) return corrupt("the fans have another number of vertices");
+  return {};
+}
+
+const VertexReferences* FanDecoder::references(uint32_t vertex) const {
+  return state_->surface.references.data() + (vertex - state_->surface.first);
+}
+const uint8_t* FanDecoder::kinds(uint32_t vertex) const {
+  return state_->surface.kinds.data() + (vertex - state_->surface.first);
+}
+
+void FanDecoder::release(uint32_t end) {
+  FanSurface& surface = state_->surface;
+  const uint32_t left = state_->machine.vertices - end;
+  std::copy_n(references(end), left, surface.references.data());
+  std::copy_n(kinds(end), left, surface.kinds.data());
+  surface.first = end;
+}
+
+Result<FanSurface> FanDecoder::finish() {
+  const uint32_t count = vertices();
+  while (!state_->machine.done()) {
+    MAILLE_CHECK(decode_until(std::min(count, state_->surface.first + window)));
+    // All vertices are known before the last triangles are.
+    release(std::max(state_->surface.first, std::min(count, state_->machine.vertices - 1)));
+    if (state_->machine.vertices == count) {
+      while (!state_->machine.done()) MAILLE_CHECK(state_->step());
+    }
+  }
+  if (state_->machine.vertices != count) return corrupt("the fans have another number of vertices");
+  FanSurface result;
+  result.corners = std::move(state_->surface.corners);
+  result.vertices = count;
+  result.forget_vertices();
+  return result;
+}
+
+Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices));
+  Unfilled<VertexReferences> references;
+  Unfilled<uint8_t> kinds;
+  for (uint32_t begin = 0; begin < decoder.vertices();) {
+    const uint32_t end = std::min(decoder.vertices(), begin + FanDecoder::window);
+    MAILLE_CHECK(decoder.decode_until(end));
+    references.insert(references.end(), decoder.references(begin), decoder.references(begin) + (end - begin));
+    kinds.insert(kinds.end(), decoder.kinds(begin), decoder.kinds(begin) + (end - begin));
+    decoder.release(end);
+    begin = end;
+  }
+  FanSurface result = MAILLE_TRY(decoder.finish());
+  result.first = 0;
+  result.references = std::move(references);
+  result.kinds = std::move(kinds);
+  return result;
+}
+
+}  // namespace maille

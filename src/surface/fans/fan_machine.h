@@ -1,0 +1,464 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "surface/fans/fan_connectivity.h"
+
+namespace maille {
+
+/// Symbols that complete a fan. i is the number of new vertices; see docs/format.md.
+enum FanSymbol : unsigned {
+  fan_close = 0,     ///< 0 to 3: i = 0 to 3, the last triangle is on the next vertex of the ring
+  fan_pocket = 4,    ///< 4 to 7: i = 0 to 3, then the vertex beyond the next one, and the triangle between
+  fan_close_4 = 8,   ///< 8 to 15: closed, i = 4 to 11
+  fan_swallow = 16,  ///< a triangle with the two vertices before the head; the nearer one leaves the ring
+  fan_border = 17,   ///< i = 0 to 3, then the edge is a border
+  fan_split = 21,    ///< i = 0 to 5, then a vertex elsewhere on the ring
+  fan_known = 27,    ///< a known vertex that is on no ring, like a new one
+  fan_merge = 28,    ///< a vertex of a ring that waits
+  fan_open = 29,     ///< one new vertex; the fan goes on
+  fan_open_4 = 30,   ///< four
+  fan_marker = 31,   ///< never coded: the head is no vertex
+  fan_symbols = 32
+};
+inline constexpr unsigned fast_fan_symbols = 8;
+inline constexpr unsigned most_closed = 11;
+inline constexpr unsigned most_border = 3;
+inline constexpr unsigned most_split = 5;
+
+/// Triangles seen by an entry of the ring saturate here; markers have seen none.
+inline constexpr uint32_t most_seen = 15;
+inline constexpr unsigned fan_contexts = 120;
+
+/// The context of a symbol, from what the head, the next and the last vertex of the ring have seen.
+inline constexpr auto head_classes = [] {
+  std::array<uint8_t, most_seen + 1> classes{};
+  for (unsigned d = 0; d <= most_seen; ++d)
+    classes[d] = static_cast<uint8_t>(d == 0 ? 0 : d > 10 ? 9 : d - 1);
+  return classes;
+}();
+inline constexpr auto next_classes = [] {
+  std::array<uint8_t, most_seen + 1> classes{};
+  for (unsigned d = 0; d <= most_seen; ++d)
+    classes[d] = static_cast<uint8_t>(d == 0 ? 0 : d <= 2 ? 1 : d == 3 ? 2 : 3);
+  return classes;
+}();
+inline constexpr auto last_classes = [] {
+  std::array<uint8_t, most_seen + 1> classes{};
+  for (unsigned d = 0; d <= most_seen; ++d) classes[d] = static_cast<uint8_t>(d <= 2 ? 0 : d == 3 ? 1 : 2);
+  return classes;
+}();
+inline unsigned fan_context(unsigned head, unsigned next, unsigned last) {
+  return head_classes[head] * 12u + next_classes[next] * 3u + last_classes[last];
+}
+
+/// Numbers beside the symbols.
+enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
+
+inline constexpr unsigned fan_slot_bits = 9;
+inline constexpr unsigned most_event_tables = 16;
+inline constexpr auto number_contexts = static_cast<unsigned>(FanNumber::count);
+// A number below 12 is its symbol; then come the number of bits, from 4 on, and the bits below the highest.
+inline constexpr unsigned direct_numbers = 12;
+inline constexpr unsigned number_symbols = direct_numbers + 29;
+
+/// Kind of the j-th of i new vertices (from 1) at a focus that has then seen `seen` triangles.
+constexpr unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) {
+  unsigned place = first_open_place + std::min(j, 3u) - 1;
+  if (closed) {
+    // 0 | 1 2 | 3 4 5 | 6 7 8 9 for i = 1 to 3 and more.
+    place = i < 4 ? i * (i - 1) / 2 + j - 1 : j == i ? 9 : 5 + std::min(j, 3u);
+  }
+  return (place * valence_classes + std::clamp(seen, 4u, 9u) - 4) * 2;
+}
+
+/// The ring and what symbols do to it. One code for both directions: a decoder's `Coder` gives the symbols,
+/// an encoder's finds them by looking at the machine, and is told how the gates of its mesh move.
+///
+/// Entries [head, tail) of the arrays are the ring; entry and next entry make a gate to uncoded triangles,
+/// unless one of them is a marker (vertex none, seen 0): a border lies there.
+template <class Coder>
+class FanMachine {
+ public:
+  FanMachine(Coder& coder, FanSurface& out, uint32_t triangles, uint32_t most_vertices)
+      : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
+    // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
+    moves_left_ = 8 * uint64_t{triangles} + 4096;
+    entries.resize(1024);
+  }
+
+  struct Ring {
+    uint32_t begin;
+    uint32_t end;
+  };
+  // What an encoder looks at.
+  uint32_t head = 0, tail = 0;
+  /// The vertex (32 bits); above it the vertex beyond the gate to the next entry (28), above that how many
+  /// triangles the entry has seen (4).
+  Unfilled<uint64_t> entries;
+  std::vector<Ring> waiting;
+  uint32_t vertices = 0;
+  uint32_t triangle_count = 0;
+  uint32_t vertex(uint32_t e) const { return static_cast<uint32_t>(entries[e]); }
+  uint32_t opposite(uint32_t e) const {
+    return static_cast<uint32_t>(entries[e] >> 32) & (most_fan_points - 1);
+  }
+  uint32_t seen(uint32_t e) const { return static_cast<uint32_t>(entries[e] >> (32 + fan_point_bits)); }
+  uint64_t moves_left() const { return moves_left_; }
+  uint32_t vertices_left() const { return most_vertices_ - vertices; }
+  uint32_t triangles_left() const { return triangles_ - triangle_count; }
+
+  bool done() const { return triangle_count == triangles_; }
+
+  /// Makes the head and the last entry vertices, with rings that wait where this one ended. False: there is
+  /// no ring.
+  bool prepare() {
+    for (;;) {
+      const uint32_t size = tail - head;
+      if (size <= 1 || (size == 2 && vertex(head) != none && vertex(head + 1) != none)) {
+        if (waiting.empty()) return false;
+        head = waiting.back().begin;
+        tail = waiting.back().end;
+        waiting.pop_back();
+        continue;
+      }
+      const bool open = vertex(tail - 1) == none;
+      if (vertex(head) == none) {
+        if (!open) push_copy(head);
+        ++head;
+      } else if (open) {
+        if (vertex(head + 1) != none) push_copy(head);
+        ++head;
+      } else {
+        return true;
+      }
+    }
+  }
+
+  /// The first triangle of a component.
+  bool start() {
+    if (done()) return false;
+    head = tail = 0;
+    make_room(3);
+    const uint32_t known = coder_.number(FanNumber::start, 0);
+    std::array<uint32_t, 3> v;
+    for (unsigned k = 0; k < 3; ++k) {
+      if ((known >> k & 1) != 0) {
+        if (!take_known(v[k])) return false;
+      } else {
+        const uint32_t near = k > 0 ? v[k - 1] : vertices > 0 ? vertices - 1 : 0;
+        if (vertices == most_vertices_) return false;
+        v[k] = vertices;
+        VertexReferences references;
+        references.at.fill(near);
+        add_vertex(references, start_place * valence_classes * 2);
+      }
+    }
+    add_triangle(v[0], v[1], v[2]);
+    for (unsigned k = 0; k < 3; ++k) push(v[k], v[(k + 2) % 3], 1);
+    if constexpr (Coder::encoding) coder_.gates_of_start(tail - 3);
+    return true;
+  }
+
+  /// Room for `more` entries behind the ring. May move all rings.
+  void make_room(uint64_t more) {
+    const uint64_t capacity = entries.size();
+    if (tail + more <= capacity) return;
+    uint64_t live = tail - head;
+    for (const Ring& ring : waiting) live += ring.end - ring.begin;
+    // Half of the entries must be free afterwards, so that this takes no more than pushing them did.
+    if (2 * (live + more) <= capacity) {
+      pack();
+    } else {
+      entries.resize(std::max(2 * capacity, tail + more));
+    }
+  }
+
+  unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
+  /// What the head, the next and the last entry have seen, then, in rings of four and more, those beyond
+  /// these two; four bits each from the lowest.
+  uint32_t surroundings() const {
+    const uint32_t near = seen(head) | seen(head + 1) << 4 | seen(tail - 1) << 8;
+    return tail - head < 4 ? near : near | seen(head + 2) << 12 | seen(tail - 2) << 16;
+  }
+
+  /// For moves of entries beyond those of a symbol. False: more than any encoder needs.
+  bool spend(uint64_t moves) {
+    if (moves > moves_left_) return false;
+    moves_left_ -= moves;
+    return true;
+  }
+
+  /// The number of a vertex that is known. False: it is not.
+  bool take_known(uint32_t& v) {
+    const auto delta = coder_.number(FanNumber::reference, 0, last_reference_);
+    // Zigzag, around the last vertex taken.
+    v = last_reference_ + ((delta >> 1) ^ (0 - (delta & 1)));
+    if (v >= vertices) return false;
+    last_reference_ = v;
+    return true;
+  }
+
+  /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
+  bool apply(unsigned symbol) {
+    if (symbol <= fan_close + 3) return close(symbol - fan_close);
+    if (symbol <= fan_pocket + 3) return pocket(symbol - fan_pocket);
+    if (symbol <= fan_close_4 + 7) return close(symbol - fan_close_4 + 4);
+    if (symbol == fan_swallow) return swallow();
+    if (symbol <= fan_border + most_border) return border(symbol - fan_border);
+    if (symbol <= fan_split + most_split) return split(symbol - fan_split);
+    if (symbol == fan_known) return known();
+    if (symbol == fan_merge) return merge();
+    if (symbol == fan_open) return open(1);
+    if (symbol == fan_open_4) return open(4);
+    return false;
+  }
+
+ private:
+  static uint64_t entry_of(uint32_t v, uint32_t across, uint32_t triangles) {
+    return v | uint64_t{across} << 32 | uint64_t{triangles} << (32 + fan_point_bits);
+  }
+  void set_opposite(uint32_t e, uint32_t across) { entries[e] = entry_of(vertex(e), across, seen(e)); }
+  void see(uint32_t e, unsigned triangles) {
+    entries[e] = entry_of(vertex(e), opposite(e), std::min(seen(e) + triangles, most_seen));
+  }
+  void move_entry(uint32_t to, uint32_t from) {
+    entries[to] = entries[from];
+    if constexpr (Coder::encoding) coder_.moved(to, from);
+  }
+  void push(uint32_t v, uint32_t across, uint32_t triangles) {
+    make_room(1);
+    entries[tail] = entry_of(v, across, triangles);
+    if constexpr (Coder::encoding) coder_.no_gate(tail);
+    ++tail;
+  }
+  void push_copy(uint32_t from) {
+    // Making room may move the ring.
+    const uint32_t place = from - head;
+    make_room(1);
+    move_entry(tail, head + place);
+    ++tail;
+  }
+  /// Moves the rings to the front of the array.
+  void pack() {
+    uint32_t end = 0;
+    const auto move_ring = [&](uint32_t& ring_begin, uint32_t& ring_end) {
+      const uint32_t begin = end;
+      for (uint32_t e = ring_begin; e < ring_end; ++e) move_entry(end++, e);
+      ring_begin = begin;
+      ring_end = end;
+    };
+    for (Ring& ring : waiting) move_ring(ring.begin, ring.end);
+    move_ring(head, tail);
+  }
+  void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
+    uint32_t* corner = out_.corners.data() + size_t{3} * triangle_count++;
+    corner[0] = a;
+    corner[1] = b;
+    corner[2] = c;
+  }
+  void add_vertex(const VertexReferences& references, unsigned kind) {
+    out_.references[vertices - out_.first] = references;
+    out_.kinds[vertices - out_.first] = static_cast<uint8_t>(kind);
+    ++vertices;
+  }
+
+  bool has_room(unsigned new_vertices, unsigned triangles) const {
+    return new_vertices <= most_vertices_ - vertices && triangles <= triangles_ - triangle_count;
+  }
+
+  /// i new vertices and as many triangles; the last entry is then the last of them. `closing`: the triangles
+  /// that will follow, towards n, with n_opposite beyond it.
+  void fan(unsigned i, unsigned closing, uint32_t n, uint32_t n_opposite) {
+    make_room(i + 2);
+    const uint32_t focus = vertex(head);
+    uint32_t last = vertex(tail - 1);
+    uint32_t before = opposite(tail - 1);
+    const unsigned seen_then = std::min<unsigned>(seen(head) + i + closing, most_seen);
+    for (unsigned j = 1; j <= i; ++j) {
+      const uint32_t v = vertices;
+      VertexReferences references;
+      references.at = {focus, n, n_opposite, focus, focus, focus, before, last};
+      add_vertex(references, fan_kind(closing > 0, i, j, seen_then));
+      add_triangle(focus, last, v);
+      set_opposite(tail - 1, focus);
+      see(tail - 1, 1);
+      if constexpr (Coder::encoding) coder_.gate_along(tail - 1, j);
+      push(v, focus, 1);
+      before = last;
+      last = v;
+    }
+    see(head, i);
+  }
+  /// The triangle on the last entry and on m, which is on the ring already.
+  void add_closing(unsigned i, uint32_t m) {
+    add_triangle(vertex(head), vertex(tail - 1), m);
+    set_opposite(tail - 1, vertex(head));
+    see(tail - 1, 1);
+    see(head, 1);
+    if constexpr (Coder::encoding) coder_.gate_along(tail - 1, i + 1);
+  }
+  void note_late(uint32_t n, uint32_t n_opposite) {
+    const uint32_t v = vertex(tail - 1);
+    if (!out_.with_late || v + 1 != vertices || n_opposite == v) return;
+    VertexReferences& references = out_.references[v - out_.first];
+    references.at[VertexReferences::late] = vertex(head);
+    references.at[VertexReferences::late + 1] = n;
+    references.at[VertexReferences::late + 2] = n_opposite;
+    out_.kinds[v - out_.first] |= 1;
+  }
+
+  bool close(unsigned i) {
+    const uint32_t n = vertex(head + 1);
+    if (n == none || !has_room(i, i + 1)) return false;
+    const uint32_t n_opposite = opposite(head);
+    if (i == 0) note_late(n, n_opposite);
+    fan(i, 1, n, n_opposite);
+    add_closing(i, n);
+    ++head;
+    see(head, 1);
+    return true;
+  }
+
+  bool pocket(unsigned i) {
+    if (tail + i < head + 4 || !has_room(i, i + 2)) return false;
+    const uint32_t n = vertex(head + 1);
+    const uint32_t m = vertex(head + 2);
+    if (n == none || m == none) return false;
+    if (i == 0) note_late(m, n);
+    fan(i, 2, m, n);
+    add_closing(i, m);
+    add_triangle(vertex(head), m, n);
+    head += 2;
+    see(head, 2);
+    return true;
+  }
+
+  bool swallow() {
+    if (tail - head < 3 || vertex(tail - 2) == none || !has_room(0, 1)) return false;
+    add_triangle(vertex(head), vertex(tail - 1), vertex(tail - 2));
+    --tail;
+    set_opposite(tail - 1, vertex(tail));
+    see(tail - 1, 1);
+    see(head, 1);
+    if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
+    return true;
+  }
+
+  bool open(unsigned i) {
+    if (!has_room(i, i)) return false;
+    fan(i, 0, vertex(head), vertex(head));
+    set_opposite(tail - 1, vertex(tail - 2));
+    if constexpr (Coder::encoding) coder_.gate_back(tail - 1, i);
+    return true;
+  }
+
+  bool border(unsigned i) {
+    if (!has_room(i, i)) return false;
+    fan(i, 0, vertex(head), vertex(head));
+    if constexpr (Coder::encoding) coder_.no_gate(tail - 1);
+    if (vertex(head + 1) != none) {
+      make_room(2);
+      push(none, 0, 0);
+      push_copy(head);
+    }
+    ++head;
+    return true;
+  }
+
+  bool known() {
+    if (!has_room(0, 1)) return false;
+    uint32_t v;
+    if (!take_known(v)) return false;
+    make_room(1);
+    const uint32_t last = vertex(tail - 1);
+    add_closing(0, v);
+    push(v, last, 1);
+    if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
+    return true;
+  }
+
+  bool split(unsigned i) {
+    if (!has_room(i, i + 1)) return false;
+    fan(i, 0, vertex(head), vertex(head));
+    // The places beside the head and the last entry are not meant: at least four entries.
+    if (tail - head < 4) return false;
+    const uint32_t most = tail - head - 4;
+    const bool at_tail = coder_.number(FanNumber::side, 0) != 0;
+    const uint32_t offset = coder_.number(at_tail ? FanNumber::split_tail : FanNumber::split_head, 0);
+    if (offset > most) return false;
+    const uint32_t place = at_tail ? tail - 2 - offset : head + 2 + offset;
+    if (vertex(place) == none || !spend(offset + 3)) return false;
+    return at_tail ? split_at_tail(i, place - head) : split_at_head(i, place - head);
+  }
+  /// The vertices from the head to m go on, a copy of them behind the others, which wait.
+  bool split_at_head(unsigned i, uint32_t distance) {
+    make_room(distance + 1);
+    const uint32_t place = head + distance;
+    const uint32_t last = vertex(tail - 1);
+    add_closing(i, vertex(place));
+    see(place, 1);
+    for (uint32_t k = 0; k <= distance; ++k) move_entry(tail + k, head + k);
+    // Both have an entry for m; the gate beyond it is in the ring that waits.
+    if constexpr (Coder::encoding) coder_.moved(place, tail + distance);
+    set_opposite(tail + distance, last);
+    if constexpr (Coder::encoding) coder_.gate_back(tail + distance, i + 1);
+    waiting.push_back({place, tail});
+    head = tail;
+    tail += distance + 1;
+    return true;
+  }
+  /// The vertices from m to the last go on, moved by one place; those from the head to m wait.
+  bool split_at_tail(unsigned i, uint32_t distance) {
+    make_room(1);
+    const uint32_t place = head + distance;
+    const uint32_t last = vertex(tail - 1);
+    add_closing(i, vertex(place));
+    see(place, 1);
+    for (uint32_t k = tail; k > place; --k) move_entry(k, k - 1);
+    ++tail;
+    set_opposite(place, last);
+    if constexpr (Coder::encoding) coder_.gate_back(place, i + 1);
+    waiting.push_back({head, place + 1});
+    head = place + 1;
+    return true;
+  }
+
+  bool merge() {
+    if (!has_room(0, 1)) return false;
+    const uint32_t from_top = coder_.number(FanNumber::ring, 0);
+    if (from_top >= waiting.size()) return false;
+    const size_t which = waiting.size() - 1 - from_top;
+    const uint32_t offset = coder_.number(FanNumber::place, 0);
+    const uint32_t size = waiting[which].end - waiting[which].begin;
+    if (offset >= size || !spend(uint64_t{size} + from_top + 1)) return false;
+    make_room(uint64_t{size} + 1);
+    const Ring ring = waiting[which];
+    if (vertex(ring.begin + offset) == none) return false;
+    const uint32_t m = ring.begin + offset;
+    const uint32_t last = vertex(tail - 1);
+    add_closing(0, vertex(m));
+    see(m, 1);
+    const uint32_t copy = tail;
+    for (uint32_t k = m; k < ring.end; ++k) move_entry(tail++, k);
+    for (uint32_t k = ring.begin; k < m; ++k) move_entry(tail++, k);
+    entries[tail] = entries[copy];
+    set_opposite(tail, last);
+    ++tail;
+    if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
+    waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(which));
+    return true;
+  }
+
+  Coder& coder_;
+  FanSurface& out_;
+  uint32_t triangles_;
+  uint32_t most_vertices_;
+  uint32_t last_reference_ = 0;
+  uint64_t moves_left_ = 0;
+};
+
+}  // namespace maille

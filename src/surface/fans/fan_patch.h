@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+
+#include "base/bytes.h"
+#include "surface/fans/fan_connectivity.h"
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+struct FanTables;
+
+/// A patch of triangles at the fast and default levels: TOPO 1 to 3, docs/format.md.
+struct FanPatch {
+  /// In the mesh's orientation; faces that lie more than once follow behind all others.
+  FanSurface fans;
+  /// Blocks of faces, loose cells and number of points. The surface in it is not built, only counted.
+  PatchTopology topology;
+};
+
+struct EncodedFanPatch {
+  FanPatch patch;
+  PatchSources sources;
+  std::vector<std::byte> bytes;  ///< where tables are shared: what stands beside the fans
+  std::vector<FanOperation> operations;
+};
+
+/// The bytes of a patch with shared tables; these have been made with its operations.
+std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
+
+/// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
+/// choice that depends on the order of faces. Error: unsupported, for too many corners.
+Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
+                                                        FanModels models = FanModels::fixed);
+
+/// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
+struct FanPatchDecoder {
+  std::optional<FanDecoder> fans;  ///< with static tables
+  FanSurface adaptive_fans;        ///< with adaptive models: complete
+
+  /// `bytes` must stay. Error: corrupt.
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners,
+                                       FanModels models = FanModels::fixed);
+  /// With tables that many patches share, which must stay as well.
+  static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
+                                              uint64_t corners, FanBuffers* buffers = nullptr);
+  /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
+  Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
+
+  Result<> read_sections(ByteReader& in, uint64_t count, uint64_t corners);
+  /// How often triangles lie again, in all; corrupt where that does not fit.
+  Result<uint64_t> count_copies(uint64_t corners) const;
+
+  Bytes copies;         ///< runs: how often each triangle lies again
+  Bytes turned;         ///< runs: triangles that run the other way
+  Bytes block_numbers;  ///< runs
+  Bytes loose;
+  uint32_t triangles = 0;
+};
+
+/// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on
+/// both sides. Error: corrupt, for triangles with a vertex twice (decoded from damaged bytes).
+Result<> build_surface(const FanSurface& fans, PatchTopology& topology);
+
+/// Blocks of cells without names, faces of each block in coded order, then its loose cells.
+std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topology,
+                                     std::span<const BlockShape> blocks);
+
+}  // namespace maille

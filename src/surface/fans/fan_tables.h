@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/unfilled.h"
+#include "entropy/static_rans.h"
+#include "surface/fans/fan_machine.h"
+
+namespace maille {
+
+/// The static tables of fans, apart from what they code: one patch's own, or those of all charts of a file.
+/// docs/format.md, "Fans" and "Tables of charts".
+struct FanTables {
+  StaticTables events;
+  StaticTables numbers;
+};
+
+/// How often everything occurs.
+class FanCounts {
+ public:
+  FanCounts();
+  void add(std::span<const FanOperation> operations);
+  /// What was added was a sample of what the tables are for.
+  void spread();
+  /// Writes them to `side`.
+  FanTables make_tables(RansEncoder& side) const;
+
+ private:
+  std::vector<Histogram> events_, numbers_;
+};
+/// Inverse. Any bytes give valid tables; the caller looks at side.exhausted().
+FanTables read_fan_tables(RansDecoder& side);
+
+/// The operations alone. `tables` have been made with all of them.
+std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables);
+
+/// Do the tables have all that the operations need? Those made with other operations may not.
+bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables);
+
+/// The tables laid out for a decoder; several may use them at once.
+class FanSlots {
+ public:
+  explicit FanSlots(const FanTables& tables);
+
+  using EventTable = StaticDecoderTable<fan_slot_bits, fan_symbols>;
+  using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
+  /// By what head, next and last have seen.
+  const EventTable& table_of(uint64_t head, uint64_t next, uint64_t last) const {
+    return table_at_seen(head | next << 4 | last << 8);
+  }
+  const EventTable& table_at_seen(uint64_t all_three) const {
+    const auto* const begin = reinterpret_cast<const std::byte*>(events.data());
+    return *reinterpret_cast<const EventTable*>(begin + table_at[all_three]);
+  }
+  const NumberTable& table_of(FanNumber kind) const {
+    return numbers[number_at[static_cast<unsigned>(kind)]];
+  }
+
+  Unfilled<EventTable> events;
+  Unfilled<NumberTable> numbers;
+  std::array<uint8_t, number_contexts> number_at;
+  /// By what head, next and last have seen, 4 bits each: where in `events` in bytes, for the fast loop.
+  std::array<uint16_t, 1 << 12> table_at;
+  static_assert((most_event_tables + 1) * sizeof(EventTable) < 1 << 16);
+
+ private:
+  void fill_table_at(const StaticTables& tables);
+};
+
+}  // namespace maille

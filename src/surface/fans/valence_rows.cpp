@@ -1,0 +1,316 @@
+#include "surface/fans/valence_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "entropy/static_rans.h"
+
+namespace maille {
+namespace {
+
+using R = VertexReferences;
+constexpr unsigned references = ValenceRows::references;
+constexpr unsigned terms = ValenceRows::terms;
+
+/// Vertices that rows are fitted to: so many are enough.
+constexpr uint32_t most_samples = 1 << 16;
+constexpr uint32_t fewest_samples = 48;
+
+/// Weighted normal equations for all rows of a group: for each pair of terms a matrix of references.
+struct Normals {
+  static constexpr unsigned size = terms * references;
+  std::array<std::array<double, references * references>, terms * terms> matrix{};
+  std::array<double, size> right{};
+  uint32_t samples = 0;
+};
+
+struct Sample {
+  std::array<std::array<double, 3>, references> x;  ///< relative to the last reference
+  std::array<double, 3> target;
+  std::array<double, 3> last;
+  std::array<double, terms> factors;
+  unsigned group;
+};
+
+class Fitter {
+ public:
+  Fitter(const FanSurface& fans, std::span<const std::array<double, 3>> values,
+         const std::array<double, 3>& units)
+      : fans_(fans), values_(values), units_(units), step_(std::max(1u, fans.vertices / most_samples)) {}
+
+  ValenceRows run() {
+    const auto predicted =
+        std::make_unique<std::array<std::array<double, Normals::size>, ValenceRows::groups>>();
+    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      const ValenceRows::Row plain = ValenceRows::plain_row(g);
+      (*predicted)[g] = {};
+      for (unsigned r = 0; r < references; ++r)
+        (*predicted)[g][r] = static_cast<double>(plain[r]) / ValenceRows::base_unit;
+    }
+    for (int round = 0; round < 3; ++round) {
+      std::vector<Normals> normals(ValenceRows::groups);
+      visit([&](const Sample& sample) { add(sample, (*predicted)[sample.group], normals[sample.group]); });
+      for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+        // With the first row alone in the last round, for groups that more rows do not pay for.
+        if (normals[g].samples < fewest_samples) continue;
+        solve(normals[g], g, terms, (*predicted)[g]);
+        if (round == 2) keep(g, (*predicted)[g], terms);
+        std::array<double, Normals::size> alone{};
+        if (round == 2 && solve(normals[g], g, 1, alone)) alone_[g] = to_rows(alone, 1);
+      }
+    }
+    drop_useless();
+    return rows_;
+  }
+
+ private:
+  template <class Visit>
+  void visit(Visit visit) {
+    for (uint32_t v = 1; v < fans_.vertices; v += step_) {
+      Sample sample;
+      sample.group = ValenceRows::group_of(fans_.kinds[v]);
+      const unsigned useful = ValenceRows::useful(sample.group);
+      if (useful == 0) continue;
+      const auto& at = fans_.references[v].at;
+      const auto value = [&](uint32_t r) { return r < v ? values_[r] : std::array<double, 3>{}; };
+      sample.last = value(at[R::last]);
+      for (unsigned r = 0; r < references; ++r) {
+        sample.x[r] = {};
+        if ((useful >> r & 1) == 0) continue;
+        for (unsigned k = 0; k < 3; ++k) sample.x[r][k] = value(at[r])[k] - sample.last[k];
+      }
+      for (unsigned k = 0; k < 3; ++k) sample.target[k] = values_[v][k] - sample.last[k];
+      const auto deviation = [&](uint32_t r) { return double{valence_deviations[fans_.valences[r]]}; };
+      sample.factors = {1,
+                        deviation(at[R::focus]),
+                        deviation(at[R::last]),
+                        deviation(at[R::before]),
+                        deviation(at[R::next]),
+                        deviation(v)};
+      if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next))
+        sample.factors[ValenceRows::by_next] = 0;
+      visit(sample);
+    }
+  }
+
+  static std::array<double, 3> predict(const Sample& sample, const std::array<double, Normals::size>& rows) {
+    std::array<double, 3> sum{};
+    for (unsigned r = 0; r < references; ++r) {
+      double weight = 0;
+      for (unsigned t = 0; t < terms; ++t) weight += sample.factors[t] * rows[t * references + r];
+      for (unsigned k = 0; k < 3; ++k) sum[k] += weight * sample.x[r][k];
+    }
+    return sum;
+  }
+
+  void add(const Sample& sample, const std::array<double, Normals::size>& rows, Normals& normals) const {
+    const std::array<double, 3> predicted = predict(sample, rows);
+    std::array<double, references * references> matrix{};
+    std::array<double, references> right{};
+    for (unsigned k = 0; k < 3; ++k) {
+      const double weight = 1 / (std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5);
+      const double scale = weight / (units_[k] * units_[k]);
+      for (unsigned i = 0; i < references; ++i) {
+        const double x = sample.x[i][k] * scale;
+        for (unsigned j = 0; j <= i; ++j) matrix[i * references + j] += x * sample.x[j][k];
+        right[i] += x * sample.target[k];
+      }
+    }
+    for (unsigned a = 0; a < terms; ++a) {
+      for (unsigned b = 0; b <= a; ++b) {
+        const double factor = sample.factors[a] * sample.factors[b];
+        if (factor == 0) continue;
+        auto& sum = normals.matrix[a * terms + b];
+        for (unsigned i = 0; i < sum.size(); ++i) sum[i] += factor * matrix[i];
+      }
+      for (unsigned i = 0; i < references; ++i)
+        normals.right[a * references + i] += sample.factors[a] * right[i];
+    }
+    ++normals.samples;
+  }
+
+  /// By Cholesky, with a little added to the diagonal; false when there is nothing to solve.
+  static bool solve(const Normals& normals, unsigned group, unsigned used_terms,
+                    std::array<double, Normals::size>& solution) {
+    const unsigned n = used_terms * references;
+    std::vector<double> l(size_t{n} * n), y(n);
+    const auto entry = [&](unsigned i, unsigned j) {
+      const unsigned a = i / references, b = j / references;
+      const unsigned p = std::max(i % references, j % references),
+                     q = std::min(i % references, j % references);
+      return normals.matrix[a * terms + b][p * references + q];
+    };
+    const unsigned useful = ValenceRows::useful(group);
+    for (unsigned i = 0; i < n; ++i) {
+      for (unsigned j = 0; j <= i; ++j) {
+        double sum = entry(i, j);
+        if (i == j) {
+          const bool used = (useful >> i % references & 1) != 0 && sum > 0;
+          sum = used ? sum * (i < references ? 1 + 1e-6 : 1 + 1e-3) : 1;
+        }
+        for (unsigned k = 0; k < j; ++k) sum -= l[i * n + k] * l[j * n + k];
+        if (i == j) {
+          if (!(sum > 0)) return false;
+          l[i * n + i] = std::sqrt(sum);
+        } else {
+          l[i * n + j] = sum / l[j * n + j];
+        }
+      }
+      double sum = normals.right[i];
+      for (unsigned k = 0; k < i; ++k) sum -= l[i * n + k] * y[k];
+      y[i] = sum / l[i * n + i];
+    }
+    std::array<double, Normals::size> result{};
+    for (unsigned i = n; i-- > 0;) {
+      double sum = y[i];
+      for (unsigned k = i + 1; k < n; ++k) sum -= l[k * n + i] * result[k];
+      result[i] = sum / l[i * n + i];
+    }
+    solution = result;
+    return true;
+  }
+
+  static std::array<ValenceRows::Row, terms> to_rows(const std::array<double, Normals::size>& solution,
+                                                     unsigned used_terms) {
+    std::array<ValenceRows::Row, terms> rows{};
+    for (unsigned t = 0; t < used_terms; ++t) {
+      const double unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
+      for (unsigned r = 0; r < references; ++r) {
+        const double weight = std::floor(solution[t * references + r] * unit + 0.5);
+        rows[t][r] = static_cast<int16_t>(weight > ValenceRows::largest    ? ValenceRows::largest
+                                          : weight > -ValenceRows::largest ? weight
+                                                                           : -ValenceRows::largest);
+      }
+    }
+    return rows;
+  }
+  void keep(unsigned group, const std::array<double, Normals::size>& solution, unsigned used_terms) {
+    rows_.rows[group] = to_rows(solution, used_terms);
+    rows_.level[group] = 2;
+  }
+
+  static std::array<double, Normals::size> from_rows(const std::array<ValenceRows::Row, terms>& rows) {
+    std::array<double, Normals::size> result{};
+    for (unsigned t = 0; t < terms; ++t) {
+      const double unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
+      for (unsigned r = 0; r < references; ++r) result[t * references + r] = rows[t][r] / unit;
+    }
+    return result;
+  }
+  /// About log2 of what is left, in 1/65536 bits.
+  uint64_t cost(const Sample& sample, const std::array<double, Normals::size>& rows) const {
+    const std::array<double, 3> predicted = predict(sample, rows);
+    uint64_t sum = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const double left = std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5;
+      sum += log2_fixed(static_cast<uint32_t>(left < 4e9 ? left : 4e9) + 1);
+    }
+    return sum;
+  }
+  static uint64_t bits_of(const std::array<ValenceRows::Row, terms>& rows, unsigned group) {
+    uint64_t bits = 0;
+    const ValenceRows::Row plain = ValenceRows::plain_row(group);
+    for (unsigned t = 0; t < terms; ++t) {
+      for (unsigned r = 0; r < references; ++r) {
+        const int offset = rows[t][r] - (t == 0 ? plain[r] : 0);
+        if (offset != 0) bits += 3 + bit_length(static_cast<uint32_t>(offset < 0 ? -offset : offset));
+      }
+    }
+    return bits;
+  }
+  void drop_useless() {
+    using Solutions = std::array<std::array<double, Normals::size>, ValenceRows::groups>;
+    std::array<std::array<uint64_t, ValenceRows::groups>, 3> costs{};
+    std::array<std::unique_ptr<Solutions>, 3> rows;
+    for (auto& one : rows) one = std::make_unique<Solutions>();
+    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      std::array<ValenceRows::Row, terms> plain{};
+      plain[0] = ValenceRows::plain_row(g);
+      (*rows[0])[g] = from_rows(plain);
+      (*rows[1])[g] = from_rows(alone_[g]);
+      (*rows[2])[g] = from_rows(rows_.rows[g]);
+    }
+    visit([&](const Sample& sample) {
+      if (rows_.level[sample.group] == 0) return;
+      for (unsigned l = 0; l < 3; ++l)
+        costs[l][sample.group] += step_ * cost(sample, (*rows[l])[sample.group]);
+    });
+    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      if (rows_.level[g] == 0) continue;
+      costs[1][g] += bits_of(alone_[g], g) << 16;
+      costs[2][g] += bits_of(rows_.rows[g], g) << 16;
+      unsigned best = 0;
+      for (unsigned l = 1; l < 3; ++l) {
+        if (costs[l][g] < costs[best][g]) best = l;
+      }
+      rows_.level[g] = static_cast<uint8_t>(best);
+      if (best == 1) rows_.rows[g] = alone_[g];
+      if (best == 0) rows_.rows[g] = ValenceRows().rows[g];
+    }
+  }
+
+  const FanSurface& fans_;
+  std::span<const std::array<double, 3>> values_;
+  std::array<double, 3> units_;
+  uint32_t step_;
+  ValenceRows rows_;
+  std::array<std::array<ValenceRows::Row, terms>, ValenceRows::groups> alone_{};
+};
+
+}  // namespace
+
+unsigned ValenceRows::parallelograms(unsigned group) {
+  const unsigned kind = group / 2 * 2 * valence_classes + group % 2;
+  if (place_of_kind(kind) == start_place) return 0;
+  return 1u + kind_is_last(kind) + kind_has_late(kind);
+}
+
+unsigned ValenceRows::useful(unsigned group) {
+  if (group / 2 == start_place) return 0;
+  unsigned mask = 1u << R::focus | 1u << R::before;
+  if (is_closed(group)) mask |= 1u << R::next | 1u << R::next_opposite;
+  if (group % 2 != 0) mask |= 7u << R::late;
+  return mask;
+}
+
+ValenceRows::Row ValenceRows::plain_row(unsigned group) {
+  Row row{};
+  const unsigned count = parallelograms(group);
+  if (count == 0) return row;
+  const auto add = [&](unsigned a, unsigned b, unsigned across) {
+    for (const auto& [reference, sign] : {std::pair{a, 1}, {b, 1}, {across, -1}}) {
+      if (reference < references)
+        row[reference] = static_cast<int16_t>(row[reference] + sign * base_unit / static_cast<int>(count));
+    }
+  };
+  add(R::focus, R::last, R::before);
+  const unsigned kind = group / 2 * 2 * valence_classes;
+  if (kind_is_last(kind)) add(R::focus, R::next, R::next_opposite);
+  if (group % 2 != 0) add(R::late, R::late + 1, R::late + 2);
+  return row;
+}
+
+ValenceRows::ValenceRows() {
+  for (unsigned g = 0; g < groups; ++g) {
+    rows[g] = {};
+    rows[g][base] = plain_row(g);
+  }
+}
+
+ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, 3>> values,
+                             const std::array<double, 3>& units) {
+  return Fitter(fans, values, units).run();
+}
+
+ValenceWeights::ValenceWeights(const ValenceRows& from) {
+  for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+    for (unsigned t = 0; t < terms; ++t) {
+      rows[g][t] = {};
+      const float unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
+      for (unsigned r = 0; r < references; ++r) rows[g][t][r] = static_cast<float>(from.rows[g][t][r]) / unit;
+    }
+  }
+}
+
+}  // namespace maille

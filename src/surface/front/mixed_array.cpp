@@ -1,0 +1,285 @@
+#include "surface/front/mixed_array.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "entropy/mixing.h"
+#include "surface/front/anchors.h"
+#include "surface/front/mixed_position_coder.h"
+
+namespace maille {
+namespace {
+
+// Points that settings are tried on: a sixteenth, as each trial takes as long as the coding of these.
+constexpr uint32_t least_trial_points = 512;
+constexpr uint32_t most_trial_points = 4096;
+
+/// Points of the surface near those outside of it.
+template <class Code>
+std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                 std::span<const Code> codes) {
+  std::vector<Vector3> known, places;
+  for (uint32_t point = 0; point < elements.points; ++point) {
+    Vector3 place;
+    for (unsigned k = 0; k < 3; ++k) {
+      const Code code = codes[size_t{point} * 3 + k];
+      const bool curved = maps[k].is_curved();
+      place[k] = curved ? maps[k].value_of(type, code) : static_cast<double>(code) * step_of(maps[k]);
+      if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
+    }
+    (point < elements.surface->point_count ? known : places).push_back(place);
+  }
+  return find_anchors(known, places);
+}
+
+/// Codes all points, the first `most` of them, or those until the stream ends.
+template <class Coder, class Code, MixedCoding::Models models>
+void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                 const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  const PatchSurface& surface = *elements.surface;
+  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, elements.points, most,
+                                                codes);
+  most = std::min(most, elements.points);
+  const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
+  uint32_t next = 0;
+  for (uint32_t vertex = 0; vertex < surface.vertices.size() && next < most; ++vertex) {
+    if (surface.point(vertex) != next) continue;  // another fan of a point before
+    mixed.code(vertex, next++);
+    if (!go_on()) return;
+  }
+  std::vector<uint32_t> anchors;
+  if constexpr (Coder::encoding) {
+    if (coding.anchors && next < most)
+      anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
+  }
+  for (; next < most; ++next) {
+    const uint32_t anchor = anchors.empty() ? 0 : anchors[next - surface.point_count];
+    mixed.code_other(next, anchor, surface.point_count);
+    if (!go_on()) return;
+  }
+}
+
+/// False: what damaged bytes say cannot be.
+template <class Coder>
+bool code_levels(Coder& coder, MixedCoding& coding) {
+  for (ValueDictionary& levels : coding.levels) {
+    if (coding.with_levels && !levels.code(coder)) return false;
+  }
+  return true;
+}
+
+/// The same with as many models as the coding says.
+template <class Coder, class Code>
+void code_with(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+               const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  using Models = MixedCoding::Models;
+  const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
+                    : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
+                                                        : code_points<Coder, Code, Models::repeats>;
+  code(coder, elements, type, maps, coding, codes, most, pace);
+}
+
+template <class Code>
+std::vector<std::byte> try_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                                  MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+  RangeEncoder encoder;
+  code_levels(encoder, coding);
+  code_with(encoder, elements, type, maps, coding, codes, most, pace);
+  return encoder.finish();
+}
+
+/// A unit near the smallest difference of numbers: the smallest step of any map; for floats in order, that of
+/// the largest of them.
+template <class Code>
+double choose_unit(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
+  double unit = INFINITY;
+  for (const NumberMap& map : maps) {
+    if (!map.is_curved()) unit = std::min(unit, step_of(map));
+  }
+  if (unit < INFINITY) return unit;
+  double largest = 0;
+  for (size_t i = 0; i < codes.size(); ++i) {
+    const double value = std::fabs(maps[i % 3].value_of(type, codes[i]));
+    if (value < 1e30) largest = std::max(largest, value);
+  }
+  int exponent = 0;
+  (void)std::frexp(largest, &exponent);
+  return std::ldexp(1.0, std::clamp(exponent, -90, 100) - (type == Scalar::f32 ? 24 : 53));
+}
+
+/// Are steps and unit near enough that all arithmetic stays finite?
+bool is_sane(std::span<const NumberMap> maps, double unit) {
+  if (!(unit > 1e-60 && unit < 1e60)) return false;
+  for (const NumberMap& map : maps) {
+    if (map.is_curved()) continue;
+    const double ratio = step_of(map) / unit;
+    if (!(ratio > 1e-12 && ratio < 1e12)) return false;
+  }
+  return true;
+}
+
+/// How often there is each code of one axis, ascending.
+using Counts = std::vector<std::pair<int32_t, uint32_t>>;
+template <class Code>
+Counts count_codes(std::span<const Code> codes, unsigned axis) {
+  std::vector<int32_t> all;
+  all.reserve(codes.size() / 3);
+  for (size_t i = axis; i < codes.size(); i += 3) all.push_back(static_cast<int32_t>(codes[i]));
+  Counts counts;
+  if (all.empty()) return counts;
+  const auto [least, most] = std::minmax_element(all.begin(), all.end());
+  const auto range = static_cast<uint64_t>(int64_t{*most} - *least);
+  if (range < 4 * all.size()) {
+    std::vector<uint32_t> by_code(range + 1);
+    for (const int32_t code : all) ++by_code[static_cast<size_t>(int64_t{code} - *least)];
+    for (size_t i = 0; i < by_code.size(); ++i) {
+      if (by_code[i] > 0)
+        counts.push_back({static_cast<int32_t>(*least + static_cast<int64_t>(i)), by_code[i]});
+    }
+    return counts;
+  }
+  std::sort(all.begin(), all.end());
+  for (const int32_t code : all) {
+    if (counts.empty() || counts.back().first != code) counts.push_back({code, 0});
+    ++counts.back().second;
+  }
+  return counts;
+}
+
+/// Codes that an axis has so often that to know them saves more than it takes: the planes of a voxel lattice,
+/// the levels of a machine part. `all`: numbers on the axis.
+std::vector<int32_t> find_levels(const Counts& counts, double all) {
+  const auto logarithm = [](double x) { return 0.5 * half_octave(x); };
+  uint32_t least = 0;
+  double best = 0.25 * all;
+  for (uint32_t trial = 4; trial < all; trial *= 2) {
+    double covered = 0, levels = 0;
+    for (const auto& [code, count] : counts) {
+      covered += count < trial ? 0 : count;
+      levels += count < trial ? 0 : 1;
+    }
+    if (levels == 0 || levels > ValueDictionary::most) continue;
+    const double share = covered / all;
+    // Levels are told from among fewer codes, but each number must say whether it is one.
+    const double saved = covered * logarithm(static_cast<double>(counts.size()) / levels) -
+                         all * 4 * share * (1 - share) - 16 * levels;
+    if (saved <= best) continue;
+    best = saved;
+    least = trial;
+  }
+  std::vector<int32_t> levels;
+  for (const auto& [code, count] : counts) {
+    if (least > 0 && count >= least) levels.push_back(code);
+  }
+  return levels;
+}
+
+/// Of all axes; false where there are none.
+template <class Code>
+bool find_levels(std::span<const Code> codes, MixedCoding& coding) {
+  if (sizeof(Code) != 4) return false;
+  for (unsigned k = 0; k < 3; ++k) {
+    coding.levels[k].set(find_levels(count_codes(codes, k), static_cast<double>(codes.size()) / 3));
+    coding.with_levels = coding.with_levels || coding.levels[k].size() > 0;
+  }
+  return coding.with_levels;
+}
+
+/// The coding whose trial is smallest, where what takes longer must save something.
+template <class Code>
+MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                          std::span<Code> codes, int effort) {
+  using Models = MixedCoding::Models;
+  MixedCoding best;
+  best.unit = choose_unit<Code>(type, maps, codes);
+  // Those that lines or volumes use have neighbours of their own, in the order of the mesh.
+  best.anchors = elements.loose_cells == 0 && elements.surface->point_count > 0;
+  double smallest = INFINITY;
+  const uint32_t most = std::clamp(elements.points / 16, least_trial_points, most_trial_points);
+  const auto consider = [&](MixedCoding trial) {
+    RangeEncoder side;
+    code_levels(side, trial);
+    const size_t beside = side.finish().size();
+    const auto bytes = try_coding(elements, type, maps, trial, codes, most, nullptr);
+    const double share = static_cast<double>(most) / std::max(elements.points, 1u);
+    const double size = static_cast<double>(bytes.size() - beside) + static_cast<double>(beside) * share;
+    if (size >= smallest) return;
+    // What takes longer must save something.
+    smallest = size * 0.997;
+    best = std::move(trial);
+  };
+  // Contexts see nothing where the centre hides the structure, and where there is none, nothing is to be
+  // seen.
+  MixedCoding other = best;
+  best.centre = MixedCoding::Centre::expected;
+  best.models = Models::experts;
+  consider(best);
+  other.models = effort >= 8 ? Models::repeats : Models::contexts;
+  consider(other);
+  if (effort >= 9 && find_levels<Code>(codes, other)) consider(other);
+  return best;
+}
+
+}  // namespace
+
+template <class Code>
+bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes) {
+  return is_sane(maps, choose_unit<Code>(type, maps, codes));
+}
+
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
+                                    Pace* pace) {
+  MixedCoding best = choose_coding<Code>(elements, type, maps, codes, effort);
+  ByteWriter out;
+  out.put(best.centre);
+  out.put(best.models);
+  out.put(static_cast<uint8_t>(best.anchors | best.with_levels << 1));
+  out.put(best.unit);
+  out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
+  return out.take();
+}
+
+template <class Code>
+Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                      Bytes bytes, std::span<Code> codes, Pace* pace) {
+  ByteReader in(bytes);
+  MixedCoding coding;
+  const auto centre = in.get<uint8_t>();
+  coding.centre = static_cast<MixedCoding::Centre>(centre);
+  const auto models = in.get<uint8_t>();
+  coding.models = static_cast<MixedCoding::Models>(models);
+  const auto flags = in.get<uint8_t>();
+  coding.anchors = (flags & 1) != 0;
+  coding.with_levels = (flags & 2) != 0;
+  coding.unit = in.get<double>();
+  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count || flags > 3 ||
+      (coding.with_levels && (sizeof(Code) != 4 || coding.models != MixedCoding::Models::repeats)) ||
+      (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
+    return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
+  }
+  RangeDecoder decoder(in.get_bytes(in.remaining()));
+  if (!code_levels(decoder, coding)) return failure(ErrorCode::corrupt, "an array has impossible levels");
+  code_with(decoder, elements, type, maps, coding, codes, none, pace);
+  if (pace && pace->stopped()) return cancelled();
+  if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");
+  return {};
+}
+
+template bool can_mix<int32_t>(Scalar, std::span<const NumberMap>, std::span<const int32_t>);
+template bool can_mix<int64_t>(Scalar, std::span<const NumberMap>, std::span<const int64_t>);
+template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int32_t>, int,
+                                                      Pace*);
+template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar,
+                                                      std::span<const NumberMap>, std::span<int64_t>, int,
+                                                      Pace*);
+template Result<> decode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int32_t>, Pace*);
+template Result<> decode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
+                                        std::span<int64_t>, Pace*);
+
+}  // namespace maille

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/pace.h"
+#include "numbers/number_map.h"
+#include "surface/arrays/array_coder.h"
+
+namespace maille {
+
+/// Stands where other arrays have their predictor.
+inline constexpr uint8_t mixed_coding = 16;
+inline constexpr int least_mixed_effort = 7;
+
+/// Are the steps of all maps of a size with which geometry can be done?
+template <class Code>
+bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code> codes);
+
+/// Codes the points' numbers, three each, by MixedPositionCoder: its settings and what it writes.
+template <class Code>
+std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
+                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
+                                    Pace* pace);
+
+/// Inverse. Safe on any bytes.
+template <class Code>
+Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
+                      Bytes bytes, std::span<Code> codes, Pace* pace);
+
+}  // namespace maille

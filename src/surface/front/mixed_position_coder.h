@@ -1,0 +1,649 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "entropy/integer_model.h"
+#include "entropy/mixing.h"
+#include "entropy/short_mixer.h"
+#include "numbers/number_map.h"
+#include "surface/fans/value_dictionary.h"
+#include "surface/front/position_predictor.h"
+#include "surface/front/repeat_candidates.h"
+
+namespace maille {
+
+/// How positions are coded at the best effort levels. docs/format.md, "Mixed positions".
+struct MixedCoding {
+  /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
+  enum class Centre : uint8_t { expected, best_gate };
+  static constexpr unsigned centre_count = 2;
+  /// How much is mixed.
+  enum class Models : uint8_t { experts, contexts, repeats };
+  static constexpr unsigned models_count = 3;
+
+  Centre centre = Centre::best_gate;
+  Models models = Models::repeats;
+  bool anchors = false;      ///< points outside the surface lie near points of it
+  double unit = 1;           ///< of positions: about the smallest difference of numbers
+  bool with_levels = false;  ///< with repeats only
+  /// Codes that an axis has often.
+  std::array<ValueDictionary, 3> levels;
+};
+
+/// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
+[[gnu::always_inline]] inline int half_octave(double x) {
+  if (!(x > 1e-18)) return -126;
+  if (x > 1e18) return 126;
+  uint64_t bits;
+  __builtin_memcpy(&bits, &x, 8);
+  const int exponent = static_cast<int>(bits >> 52) - 1023;
+  return 2 * exponent + static_cast<int>((bits & 0xfffffffffffff) >= 0x6a09e667f3bcc);
+}
+
+/// The size of a code of this map in the numbers' own unit; 1 for floats in order, where it varies.
+inline double step_of(const NumberMap& map) {
+  switch (map.kind) {
+    case NumberMap::Kind::lattice:
+      return map.step;
+    case NumberMap::Kind::decimal: {
+      double step = 1;
+      for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
+      return map.factor == 0 ? step : step * map.factor;
+    }
+    case NumberMap::Kind::binary:
+      return std::ldexp(map.factor == 0 ? 1 : map.factor, map.exponent);
+    default:
+      return 1;
+  }
+}
+
+/// Codes the numbers of positions one decision after the other, each of the kind "is the code at least this
+/// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
+/// scale; contexts say what happened before where things looked the same; repeats are whole codes that may
+/// come again.
+template <class Coder, class Code, MixedCoding::Models models>
+class MixedPositionCoder {
+ public:
+  MixedPositionCoder(Coder& coder, const MixedCoding& coding, Scalar type, std::span<const NumberMap> maps,
+                     const PatchSurface& surface, uint32_t points, uint32_t most, std::span<Code> codes)
+      : coder_(coder),
+        coding_(coding),
+        type_(type),
+        codes_(codes),
+        predictor_(surface, points),
+        residuals_(codes.size()),
+        mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
+        few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
+        table_(with_contexts ? table_bits_for(most < points ? most : points) : 1),
+        is_level_(has_levels() ? codes.size() : 0),
+        followers_(with_repeats ? size_t{4} << follower_bits : 0) {
+    for (unsigned k = 0; k < 3; ++k) {
+      curved_[k] = maps[k].is_curved() ? &maps[k] : nullptr;
+      low_end_[k] = maps[k].table.empty() ? lowest : Wide{0};
+      high_end_[k] = maps[k].table.empty() ? highest : static_cast<Wide>(maps[k].table.size() - 1);
+      step_[k] = step_of(maps[k]) / coding.unit;
+      inverse_step_[k] = 1 / step_[k];
+    }
+    for (auto& expert : scales_) expert.fill(1.0F);
+  }
+
+  /// Codes a point of the surface at its first vertex.
+  void code(uint32_t vertex, uint32_t point) { code_point(point, predictor_.predict(vertex)); }
+  /// Codes one outside of it; `anchor`: a point of the surface near it.
+  void code_other(uint32_t point, uint32_t anchor, uint32_t surface_points) {
+    if (!coding_.anchors) return code_point(point, predictor_.predict_other());
+    const auto step = static_cast<int32_t>(anchor - anchor_);
+    const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
+    const uint32_t coded = anchor_step_.code(coder_, zigzag);
+    anchor_ += coded >> 1 ^ (0 - (coded & 1));
+    if (anchor_ >= surface_points) anchor_ = surface_points - 1;
+    code_point(point, predictor_.predict_near(anchor_));
+  }
+
+ private:
+  using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
+  static constexpr Wide lowest = std::numeric_limits<Code>::min();
+  static constexpr Wide highest = std::numeric_limits<Code>::max();
+  static constexpr unsigned experts = PositionPrediction::experts;
+  static constexpr bool with_contexts = models >= MixedCoding::Models::contexts;
+  static constexpr bool with_repeats = models >= MixedCoding::Models::repeats;
+  static constexpr unsigned contexts = with_contexts ? 4 : 0;
+  static constexpr unsigned inputs = with_repeats ? 24 : with_contexts ? 16 : 8;
+  static constexpr unsigned bias_input = experts;
+  static constexpr unsigned follower_bits = 16;
+  static constexpr unsigned most_contexts = 5;
+  static constexpr unsigned node_types = 16;
+  /// Above this probability codes are asked first whether they are the centre itself.
+  static constexpr uint16_t often_exact = 40000;
+  static constexpr unsigned scale_bins = 48;
+  static constexpr unsigned scale_kinds = 16;
+  static constexpr unsigned few_contexts = 48 * 16;
+  static constexpr unsigned nodes = 132;
+
+  /// About five buckets for each point, in 2^12 to 2^20.
+  static unsigned table_bits_for(uint32_t points) {
+    unsigned bits = 12;
+    while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
+    return bits;
+  }
+  static std::array<int32_t, inputs> initial_weights() {
+    std::array<int32_t, inputs> weights;
+    weights.fill(65536 / 25);
+    for (unsigned i = 0; i < experts; ++i) weights[i] = 65536 / 5;
+    weights[bias_input] = 0;
+    for (unsigned i = experts + 3 + contexts; i < inputs && with_repeats; ++i) weights[i] = 65536 * 35 / 100;
+    return weights;
+  }
+
+  /// The number a code stands for, up to an offset, in units.
+  double value(Wide code, unsigned axis) const {
+    if (!curved_[axis]) return static_cast<double>(code) * step_[axis];
+    return curved_value(code, axis);
+  }
+  double curved_value(Wide code, unsigned axis) const {
+    constexpr double farthest = 1e30;
+    const double value = curved_[axis]->value_of(type_, static_cast<int64_t>(code)) / coding_.unit;
+    return value < farthest ? value > -farthest ? value : -farthest : farthest;
+  }
+  /// Half way from the code before to this one.
+  double boundary(Wide code, unsigned axis) const {
+    if (!curved_[axis]) return (static_cast<double>(code) - 0.5) * step_[axis];
+    return (curved_value(code - 1, axis) + curved_value(code, axis)) * 0.5;
+  }
+  Wide nearest_code(double value, unsigned axis) const {
+    if (curved_[axis]) return static_cast<Wide>(curved_[axis]->nearest_code(type_, value * coding_.unit));
+    const double code = std::floor(value * inverse_step_[axis] + 0.5);
+    constexpr double most = sizeof(Code) == 4 ? 2147483647.0 : 9.2e18;
+    return code > -most ? code < most ? static_cast<Wide>(code) : static_cast<Wide>(most)
+                        : static_cast<Wide>(-most);
+  }
+
+  void code_point(uint32_t point, const PositionPrediction& prediction) {
+    prediction_ = &prediction;
+    point_ = point;
+    residual_.fill({});
+    const auto& s = prediction.covariance;
+    Vector3 where;
+    coded_residuals_ = 0;
+    levels_ = 1;
+    for (unsigned i = 0; i < 3; ++i) {
+      axis_ = prediction.axes[i];
+      place_ = i;
+      condition(s);
+      code_number();
+      where[axis_] = value(codes_[at(point, axis_)], axis_);
+      for (unsigned j = 0; j < experts; ++j) residual_[j][axis_] = where[axis_] - prediction.mean[j][axis_];
+    }
+    newest_ = point;
+    predictor_.learn(point, where);
+  }
+
+  size_t at(uint32_t point, unsigned axis) const { return size_t{point} * 3 + axis; }
+
+  /// Mean and variance of this axis given the axes coded before it.
+  void condition(const std::array<Vector3, 3>& s) {
+    const auto& axes = prediction_->axes;
+    double variance = s[axis_][axis_];
+    std::array<double, 2> factor = {};
+    if (place_ == 1) {
+      factor[0] = s[axis_][axes[0]] / s[axes[0]][axes[0]];
+      variance -= factor[0] * s[axis_][axes[0]];
+    } else if (place_ == 2) {
+      const double aa = s[axes[0]][axes[0]];
+      const double bb = s[axes[1]][axes[1]];
+      const double ab = s[axes[0]][axes[1]];
+      const double determinant = aa * bb - ab * ab;
+      if (determinant > 1e-9 * aa * bb) {
+        const double ca = s[axis_][axes[0]];
+        const double cb = s[axis_][axes[1]];
+        factor[0] = (ca * bb - cb * ab) / determinant;
+        factor[1] = (cb * aa - ca * ab) / determinant;
+        variance -= factor[0] * ca + factor[1] * cb;
+      }
+    }
+    deviation_ = std::sqrt(variance > 0.03 ? variance : 0.03);
+    for (unsigned j = 0; j < experts; ++j) {
+      double mean = prediction_->mean[j][axis_];
+      for (unsigned i = 0; i < place_; ++i) mean += factor[i] * residual_[j][axes[i]];
+      mean_[j] = mean;
+    }
+  }
+
+  static unsigned clamp_bin(int bin, int low, int count) {
+    const int place = bin - low;
+    return static_cast<unsigned>(place < 0 ? 0 : place >= count ? count - 1 : place);
+  }
+
+  void set_up_experts() {
+    const PositionPrediction& p = *prediction_;
+    const double inverse = 1 / deviation_;
+    scale_bin_ = clamp_bin(half_octave(deviation_), -6, scale_bins);
+    spread_bin_ = clamp_bin(half_octave(p.spread * inverse), -3, 8);
+    edge_bin_ = clamp_bin(half_octave(p.edge), 0, 32);
+    const unsigned apart = clamp_bin(half_octave(p.disagreement * inverse), -4, 8);
+    kind_ = {(p.valence_class >> 1) * 4 + (p.gate_class > 0 ? p.gate_class - 1 : 0), spread_bin_,
+             p.valence_class, apart + 8 * (edge_bin_ > 12)};
+    for (unsigned j = 0; j < experts; ++j) {
+      const double ratio = static_cast<double>(scales_[j][scale_place(j)]);
+      const double scale = 0.55 * deviation_ * ratio;
+      inverse_scale_[j] = static_cast<float>(4096 / (scale > 0.01 ? scale : 0.01));
+      if (j == experts - 1) scale_ = scale > 0.01 ? scale : 0.01;
+    }
+    low_ = SignedLanes{};
+    high_ = SignedLanes{} + (1 << 30);
+  }
+  unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
+
+  void set_up_contexts() {
+    const unsigned side = mean_[0] > mean_[1] ? 1 : 0;
+    few_base_ = {&few_[0][(scale_bin_ * 16 + spread_bin_ * 2 + side) * nodes],
+                 &few_[1][((edge_bin_ >> 1) * scale_bins + scale_bin_) * nodes]};
+    if constexpr (with_contexts) set_up_hashes();
+  }
+  void set_up_hashes() {
+    const PositionPrediction& p = *prediction_;
+    const auto seed = [&](uint32_t kind) { return hashed(kind * 4 + axis_, 0x1234567u); };
+    // Residuals of this point so far, or those of the one before.
+    uint32_t h = hashed(seed(1), place_);
+    if (place_ == 0) {
+      for (unsigned k = 0; k < 3; ++k) h = hashed(h, newest_ == none ? 0 : residual_code(newest_, k));
+    } else {
+      h = hashed(h, static_cast<uint32_t>(coded_residuals_));
+    }
+    hash_[0] = h;
+    // How the first two gates differ.
+    const Neighbourhood& around = predictor_.neighbourhood();
+    h = hashed(seed(2), around.gate_count);
+    for (unsigned i = 0; i < 2 && i < around.gate_count; ++i) {
+      const WideGate& gate = around.gates[i];
+      const double tip = along(gate.a) + along(gate.b) - along(gate.across);
+      h = hashed(h, exact(tip - p.all_gates[axis_]));
+    }
+    hash_[1] = h;
+    // The place itself; the edges of the best gate; what the residuals at its corners were.
+    hash_[2] = hashed(seed(3), static_cast<uint32_t>(nearest_code(p.all_gates[axis_], axis_)));
+    hash_[3] = seed(4);
+    hash_[4] = seed(5);
+    if (p.best_a != none) {
+      hash_[3] = hashed(hashed(hash_[3], exact(along(p.best_a) - along(p.best_across))),
+                        exact(along(p.best_b) - along(p.best_across)));
+      hash_[4] =
+          hashed(hashed(hashed(hash_[4], residual_code(p.best_a, axis_)), residual_code(p.best_b, axis_)),
+                 residual_code(p.best_across, axis_));
+    }
+    for (unsigned i = 0; i < contexts; ++i) table_.prefetch(hash_[i]);
+  }
+  uint32_t residual_code(uint32_t point, unsigned axis) const {
+    return static_cast<uint32_t>(residuals_[at(point, axis)]);
+  }
+  double along(uint32_t point) const { return predictor_.position(point)[axis_]; }
+  /// A difference of numbers as bits.
+  static uint32_t exact(double difference) {
+    const auto narrow = static_cast<float>(difference);
+    uint32_t bits;
+    __builtin_memcpy(&bits, &narrow, 4);
+    return narrow == 0 ? 0 : bits;
+  }
+
+  Wide centre() const {
+    const bool expected = coding_.centre == MixedCoding::Centre::expected;
+    return nearest_code(expected ? mean_[experts - 1] : prediction_->best_gate[axis_], axis_);
+  }
+
+  void code_number() {
+    set_up_experts();
+    set_up_contexts();
+    Code& code = codes_[at(point_, axis_)];
+    const Wide centre = this->centre();
+    base_ = value(centre, axis_);
+    for (unsigned j = 0; j < experts; ++j) {
+      const double relative = mean_[j] - base_;
+      relative_mean_[j] = static_cast<float>(relative > -1e32 ? relative < 1e32 ? relative : 1e32 : -1e32);
+    }
+    Wide low = low_end_[axis_];
+    Wide high = high_end_[axis_];
+    if constexpr (Coder::encoding) target_ = code;
+    if constexpr (with_repeats) find_candidates(centre);
+
+    bucket_ = ~0u;
+    begin_buckets(0);
+    const bool up = ask(centre, low, high, 0, 0, 1);
+    side_ = up ? 1 : 0;
+    // Distances from 1 on either side; their class is the number of bits below the top one.
+    const Wide origin = up ? centre - 1 : centre;
+    const unsigned most_class = 8 * sizeof(Code);
+    const auto threshold = [&](unsigned c) {  // the first code of class c, seen from the centre
+      const Wide distance = Wide{1} << c;
+      return up ? origin + distance : origin - distance;
+    };
+    const unsigned start = expected_class(centre, up, most_class);
+    unsigned c = start;
+    // Is the class above c?
+    const auto beyond = [&](unsigned k, unsigned type) {
+      const Wide t = threshold(k + 1);
+      const Wide at_least = up ? t : t + 1;
+      return ask_class(at_least, low, high, k, type) == up;
+    };
+    WideCell& exact = exact_[scale_bin_ * 8 + exact_hits_];
+    const bool exact_first = with_contexts && up && exact.probability > often_exact;
+    if (exact_first && !beyond(0, 14)) {
+      c = 0;
+    } else if (beyond(c, 1)) {
+      for (++c; c < most_class && beyond(c, c - start < 3 ? 1 + c - start : 3); ++c) {
+      }
+    } else {
+      while (c > 0 && !beyond(c - 1, start - c < 3 ? 4 + start - c : 6)) --c;
+    }
+    code_mantissa(c, low, high);
+    code = static_cast<Code>(low);
+    if constexpr (with_contexts) {
+      exact.update(low == centre);
+      exact_hits_ = (exact_hits_ << 1 | (low == centre ? 1 : 0)) & 7;
+    }
+    residuals_[at(point_, axis_)] = static_cast<int32_t>(low - centre);
+    coded_residuals_ = coded_residuals_ * 0x9e3779b1u + static_cast<uint32_t>(low - centre) + 1;
+    learn_scales();
+    if constexpr (with_repeats) learn_repeats(low, centre);
+  }
+
+  /// The class of distance that is most likely, so that few decisions find the true one.
+  unsigned expected_class(Wide centre, bool up, unsigned most_class) const {
+    const double off = mean_[experts - 1] - value(centre, axis_);
+    double distance = (up ? off : -off) + scale_;
+    if (distance < scale_ * 0.5) distance = scale_ * 0.5;
+    double step = step_[axis_];
+    if (curved_[axis_])
+      step = std::fabs(value(centre + (centre < highest ? 1 : 0), axis_) - value(centre, axis_));
+    const int halves = half_octave(distance / (step > 1e-18 ? step : 1e-18) + 1);
+    const unsigned c = static_cast<unsigned>(halves < 0 ? 0 : halves / 2);
+    return c < most_class ? c : most_class - 1;
+  }
+
+  bool ask_class(Wide at_least, Wide& low, Wide& high, unsigned k, unsigned type) {
+    // The classes 0 to 2 of both sides share the first bucket with the side.
+    unsigned slot;
+    if (k < 3) {
+      begin_buckets(0);
+      slot = 1 + side_ * 3 + k;
+    } else {
+      begin_buckets(1 + side_ + 2 * ((k - 3) / 7));
+      slot = (k - 3) % 7;
+    }
+    return ask(at_least, low, high, slot, type, 2 + side_ * 16 + (k < 15 ? k : 15));
+  }
+
+  void code_mantissa(unsigned c, Wide& low, Wide& high) {
+    unsigned prefix = 1;
+    for (unsigned i = 0; low < high; ++i) {
+      const Wide size = high - low + 1;
+      if (i >= 2 && is_flat(low, high)) {
+        if constexpr (with_repeats) {
+          if (repeats_.code_whole(coder_, target_, low)) return;
+        }
+        return code_raw_rest(low, high);
+      }
+      const Wide half = low + (size >> 1);
+      if (i % 3 == 0 && i < 6) begin_buckets(0x100 + (((c * 2 + side_) << 12) | (prefix & 0xfff)) * 2);
+      const unsigned within = (1u << i % 3) | (prefix & ((1u << i % 3) - 1));
+      const unsigned few =
+          i < 2 ? 34 + ((side_ * 16 + (c < 15 ? c : 15)) * 3 + (i == 0 ? 0 : 1 + (prefix & 1))) : 0;
+      const bool bit = ask(half, low, high, within - 1, 7 + (i < 6 ? i : 6), few, i < 6);
+      prefix = prefix << 1 | static_cast<unsigned>(bit);
+    }
+  }
+
+  /// Is the distribution flat over the interval, so that models would learn nothing? Contexts still would,
+  /// from numbers that repeat in ways of their own.
+  bool is_flat(Wide low, Wide high) const {
+    const double width = boundary(high, axis_) - boundary(low, axis_);
+    return width < (with_contexts ? 0.08 : 1.0) * scale_;
+  }
+  void code_raw_rest(Wide& low, Wide& high) {
+    // The interval's size is a power of two unless it was cut off at the end of the range.
+    while (low < high) {
+      const Wide size = high - low + 1;
+      unsigned bits = 0;
+      while (bits < 16 && (Wide{2} << bits) <= size) ++bits;
+      uint32_t value = 0;
+      const Wide unit = size >> bits;
+      if constexpr (Coder::encoding) value = static_cast<uint32_t>((target_ - low) / unit);
+      value = coder_.code_raw(value < (1u << bits) ? value : (1u << bits) - 1, bits);
+      low += unit * value;
+      const Wide end = low + unit - 1;
+      if (value + 1 < (1u << bits) || end > high) high = end < high ? end : high;
+    }
+  }
+
+  /// Which of the buckets of this number's hashed contexts holds the next decisions.
+  void begin_buckets(unsigned bucket) {
+    if (bucket == bucket_) return;
+    bucket_ = bucket;
+    std::array<uint32_t, most_contexts> hashes;
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < contexts; ++i) {
+      hashes[i] = bucket == 0 ? hash_[i] : hashed(hash_[i], bucket * 0x85ebca6bu);
+      table_.prefetch(hashes[i]);
+    }
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
+  }
+
+  /// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
+  bool ask(Wide at_least, Wide& low, Wide& high, unsigned slot, unsigned type, unsigned few,
+           bool hashed_too = true) {
+    if (at_least <= low) return true;
+    if (at_least > high) return false;
+    const auto where = static_cast<float>(boundary(at_least, axis_) - base_);
+    constexpr auto most = static_cast<float>(largest_deviation);
+    const FloatLanes deviation =
+        clamp_lanes((where - relative_mean_) * inverse_scale_, FloatLanes{} - most, FloatLanes{} + most);
+    const SignedLanes place = __builtin_convertvector(deviation, SignedLanes);
+    const SignedLanes between = {distribution(place[0]), distribution(place[1]), distribution(place[2]),
+                                 distribution(place[3])};
+    const SignedLanes above = high_ - between;
+    const SignedLanes below = between - low_;
+    const SignedLanes by_experts =
+        logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
+    typename ShortMixer<inputs>::Inputs logits;
+    if (!hashed_too) slot = 0;
+    std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
+    std::array<NarrowCell*, most_contexts> narrow;
+    std::array<int32_t, most_contexts> learnt = {};
+#pragma GCC unroll 8
+    for (unsigned i = 0; i < contexts; ++i) {
+      narrow[i] = &buckets_[i]->cells[slot];
+      learnt[i] = hashed_too ? narrow[i]->logit() : 0;
+    }
+    logits[0] = shortened(by_experts, SignedLanes{77, wide[0]->logit(), wide[1]->logit(), learnt[0]});
+    const SignedLanes others = {learnt[1], learnt[2], learnt[3], learnt[4]};
+    bool repeated = false;
+    if constexpr (with_repeats) {
+      typename RepeatCandidates<Wide>::Logits by_kind = {};
+      repeated = repeats_.any();
+      if (repeated) repeats_.say(at_least, type, by_kind);
+      logits[1] = shortened(others, by_kind[0]);
+      logits[2] = shortened(by_kind[1], by_kind[2]);
+    } else if constexpr (with_contexts) {
+      logits[1] = shortened(others, SignedLanes{});
+    }
+    const unsigned first = scale_bin_ * node_types + type;
+    const unsigned second =
+        (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) *
+            node_types +
+        type;
+    const uint32_t probability =
+        mixer_.predict(logits, first, second, type, with_repeats && !repeated ? 2 : inputs / 8);
+    bool bit = false;
+    if constexpr (Coder::encoding) bit = target_ >= at_least;
+    bit = coder_.code(bit, probability);
+    mixer_.update(bit);
+    if (few != 0) {
+      wide[0]->update(bit);
+      wide[1]->update(bit);
+    }
+    if (hashed_too) {
+#pragma GCC unroll 8
+      for (unsigned i = 0; i < contexts; ++i) narrow[i]->update(bit);
+    }
+    if constexpr (with_repeats) {
+      if (repeated) repeats_.learn(at_least, type, bit);
+    }
+    if (bit) {
+      low = at_least;
+      low_ = between;
+    } else {
+      high = at_least - 1;
+      high_ = between;
+    }
+    return bit;
+  }
+
+  /// Codes that may come again as they are.
+  void find_candidates(Wide centre) {
+    const PositionPrediction& p = *prediction_;
+    const Neighbourhood& around = predictor_.neighbourhood();
+    uint32_t neighbour = newest_;
+    for (unsigned i = 0; i < around.ring_count; ++i) {
+      if (i == 0 || around.ring[i] > neighbour) neighbour = around.ring[i];
+    }
+    repeats_.begin_number();
+    const auto place = [&](uint32_t hash) { return hash >> (32 - follower_bits); };
+    const uint32_t near = neighbour == none ? 0 : static_cast<uint32_t>(codes_[at(neighbour, axis_)]);
+    follower_[0] = &followers_[place(hashed(hashed(axis_, near), 0x3c6ef372u))];
+    follower_[1] = &followers_[(size_t{1} << follower_bits) + place(hash_[0])];
+    follower_[2] = &followers_[(size_t{2} << follower_bits) + place(hash_[3])];
+    follower_[3] = &followers_[(size_t{3} << follower_bits) + place(hash_[4])];
+    add_candidate(0, *follower_[0]);
+    if (p.best_a != none) {
+      add_candidate(1, codes_[at(p.best_a, axis_)]);
+      add_candidate(2, codes_[at(p.best_b, axis_)]);
+      add_candidate(3, codes_[at(p.best_across, axis_)]);
+    }
+    add_candidate(4, nearest_code(static_cast<double>(relative_mean_[1]) + base_, axis_));
+    add_candidate(5, centre + *follower_[1]);
+    add_candidate(6, centre);
+    add_candidate(7, centre + *follower_[2]);
+    add_candidate(8, centre + *follower_[3]);
+    if (has_levels()) find_levels();
+  }
+  void add_candidate(unsigned kind, Wide code) {
+    if (code < low_end_[axis_] || code > high_end_[axis_]) return;
+    const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
+    repeats_.add(kind, code, clamp_bin(half_octave(far), -3, 8));
+  }
+  bool has_levels() const {
+    return with_repeats && sizeof(Code) == 4 &&
+           coding_.levels[0].size() + coding_.levels[1].size() + coding_.levels[2].size() > 0;
+  }
+  /// The level nearest to what is expected, and that on its other side.
+  void find_levels() {
+    const ValueDictionary& levels = coding_.levels[axis_];
+    if (levels.size() == 0) return;
+    const double expected = mean_[experts - 1];
+    const uint32_t nearest = levels.nearest(static_cast<int32_t>(nearest_code(expected, axis_)));
+    const double off = expected - value(levels[nearest], axis_);
+    const uint32_t other = off > 0 ? nearest + 1 : nearest - 1;
+    unsigned part = 0, sharpness = 0;
+    if (other < levels.size()) {
+      const double gap = std::fabs(value(levels[other], axis_) - value(levels[nearest], axis_));
+      part = static_cast<unsigned>(std::fabs(off) < gap * 0.5 ? 16 * std::fabs(off) / gap : 7);
+      sharpness = clamp_bin(half_octave(gap / deviation_), -1, 8);
+    }
+    const auto level_at = [&](uint32_t point) {
+      return point != none && is_level_[at(point, axis_)] ? 1u : 0u;
+    };
+    const unsigned around = levels_ * 4 + 2 * level_at(prediction_->best_a) + level_at(prediction_->best_b);
+    const unsigned first = RepeatCandidates<Wide>::first_level;
+    const auto add = [&](unsigned kind, int32_t code) {
+      if (code < low_end_[axis_] || code > high_end_[axis_]) return;  // of damaged bytes
+      repeats_.add_level(kind, code, around, sharpness, part);
+    };
+    add(first, levels[nearest]);
+    if (other < levels.size()) add(first + 1, levels[other]);
+  }
+  void learn_repeats(Wide code, Wide centre) {
+    repeats_.end_number(code);
+    *follower_[0] = static_cast<Code>(code);
+    for (unsigned i = 1; i < 4; ++i) *follower_[i] = static_cast<Code>(code - centre);
+    if (!has_levels()) return;
+    const ValueDictionary& levels = coding_.levels[axis_];
+    const bool level = levels.size() > 0 && levels.find(static_cast<int32_t>(code)) < levels.size();
+    is_level_[at(point_, axis_)] = level ? 1 : 0;
+    levels_ = levels_ << 1 | (level ? 1 : 0);
+  }
+
+  void learn_scales() {
+    const double where = value(codes_[at(point_, axis_)], axis_);
+    const double inverse = 1 / deviation_;
+    for (unsigned j = 0; j < experts; ++j) {
+      double ratio = std::fabs(where - mean_[j]) * inverse;
+      ratio = ratio < 20 ? ratio : 20;
+      float& scale = scales_[j][scale_place(j)];
+      scale += 0.03F * (static_cast<float>(ratio) - scale);
+    }
+  }
+
+  Coder& coder_;
+  MixedCoding coding_;
+  Scalar type_;
+  std::span<Code> codes_;
+  PositionPredictor predictor_;
+  std::vector<int32_t> residuals_;  // against the centres, by number
+  std::array<const NumberMap*, 3> curved_;
+  std::array<Wide, 3> low_end_;  // of the codes that there are
+  std::array<Wide, 3> high_end_;
+  std::array<double, 3> step_;
+  std::array<double, 3> inverse_step_;
+  ShortMixer<inputs> mixer_;
+  std::array<std::vector<WideCell>, 2> few_;
+  BucketTable table_;
+  std::conditional_t<with_repeats, RepeatCandidates<Wide>, char> repeats_;
+  std::vector<uint8_t> is_level_;  // by number
+  std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
+  std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
+
+  CountModel anchor_step_;
+  uint32_t anchor_ = 0;
+
+  // Of the point at hand.
+  const PositionPrediction* prediction_ = nullptr;
+  uint32_t point_ = 0;
+  uint32_t newest_ = none;
+  uint32_t coded_residuals_ = 0;
+  std::array<WideCell, scale_bins * 8> exact_;
+  unsigned exact_hits_ = 0;
+  unsigned levels_ = 1;  // which of the numbers so far are levels, behind a 1
+  std::array<Vector3, experts> residual_;
+  // Of the number at hand.
+  unsigned axis_ = 0;
+  unsigned place_ = 0;
+  double deviation_ = 1;
+  double scale_ = 1;
+  Wide target_ = 0;
+  unsigned side_ = 0;
+  unsigned scale_bin_ = 0;
+  unsigned spread_bin_ = 0;
+  unsigned edge_bin_ = 0;
+  std::array<unsigned, experts> kind_;
+  std::array<double, experts> mean_;
+  double base_ = 0;  // experts' means are kept relative to this, in floats
+  FloatLanes relative_mean_;
+  FloatLanes inverse_scale_;
+  SignedLanes low_;  // distribution functions at the ends of the interval
+  SignedLanes high_;
+  std::array<WideCell*, 2> few_base_;
+  std::array<uint32_t, most_contexts> hash_;
+  unsigned bucket_ = 0;
+  std::array<CellBucket*, most_contexts> buckets_;
+  std::array<Code*, 4> follower_;
+};
+
+}  // namespace maille

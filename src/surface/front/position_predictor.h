@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "code/online_least_squares.h"
+#include "surface/front/neighbourhood.h"
+#include "surface/patch_surface.h"
+#include "surface/vector3.h"
+
+namespace maille {
+
+/// What is expected of a position, in units of about the smallest difference that codes can tell.
+struct PositionPrediction {
+  static constexpr unsigned experts = 4;
+
+  std::array<Vector3, experts> mean;  ///< see PositionPredictor::predict
+  Vector3 all_gates;                  ///< mean of the parallelograms; where there is none, of neighbours
+  Vector3 best_gate;                  ///< the parallelogram of the gate with the smallest past errors
+  std::array<Vector3, 3> covariance;
+  std::array<unsigned, 3> axes;  ///< in the order in which they are coded: the one nearest to the normal last
+  double spread = 0;             ///< of the parallelograms
+  double edge = 0;               ///< length of the gates' edges
+  double disagreement = 0;       ///< between the first two experts
+  unsigned gate_class = 0;       ///< number of gates, up to 4
+  unsigned valence_class = 0;    ///< 0 to 7
+  uint32_t best_a = none;        ///< the best gate, or none
+  uint32_t best_b = none;
+  uint32_t best_across = none;
+};
+
+/// Predicts positions from those known around them, and learns from what they turn out to be: online least
+/// squares, triangle angles, local variances. Deterministic, and finite for any positions (which it clamps).
+class PositionPredictor {
+ public:
+  PositionPredictor(const PatchSurface& surface, uint32_t points);
+
+  const PositionPrediction& predict(uint32_t vertex);
+  /// For points outside the surface: like the one before.
+  const PositionPrediction& predict_other();
+  /// The same, for one that lies near a point of the surface.
+  const PositionPrediction& predict_near(uint32_t anchor);
+  void learn(uint32_t point, const Vector3& position);
+
+  const Vector3& position(uint32_t point) const { return points_[point].position; }
+  const Neighbourhood& neighbourhood() const { return around_; }
+
+ private:
+  static constexpr unsigned features = 12;
+  using Weights = std::array<OnlineLeastSquares<features, 256>, 3>;  // by component in the frame
+
+  struct Point {
+    Vector3 position;
+    Vector3 residual;             // against the last expert
+    std::array<float, 3> square;  // of the residual, in the frame of the point
+    float error = 0;              // sum of the squares
+    float angle = 0;              // of the faces whose three points are known
+    uint32_t angles = 0;
+    uint32_t faces = 0;
+    uint32_t vertex = none;  // its first
+    bool border = false;
+  };
+
+  void predict_without_gates();
+  Vector3 normal_at(uint32_t vertex) const;
+  void find_tangents(const Vector3& normal, Vector3 ahead);
+  void gather();
+  void find_frame();
+  void find_features();
+  Vector3 angle_prediction() const;
+  bool angle_tip(const WideGate& gate, Vector3& tip) const;
+  double expected_angle(const Point& point) const;
+  void find_variance();
+  void find_covariance();
+  void order_axes();
+  Vector3 corrected(const Weights& weights) const;
+  void learn_weights(const Vector3& position);
+  void learn_angles(uint32_t point);
+  unsigned ring_class() const;
+
+  const PatchSurface& surface_;
+  std::vector<Point> points_;
+  std::vector<Weights> by_ring_;
+  std::vector<Weights> by_gates_;
+  std::array<std::array<double, 3>, 5> class_square_;
+  PositionPrediction result_;
+  Neighbourhood around_;
+  uint32_t vertex_ = none;
+  uint32_t newest_ = none;
+
+  // Of the vertex at hand.
+  Vector3 middle_;  // of the gates
+  Vector3 mean_edge_;
+  Vector3 mean_ring_, mean_across_, mean_tips_, ring_residual_, across_residual_, arc_ends_;
+  bool has_tips_ = false;
+  std::array<Vector3, 3> frame_;  // normal, across the gates, along them
+  std::array<std::array<float, features>, 3> features_;
+  std::array<double, 3> variance_;
+  Vector3 angle_;
+  Weights* ring_weights_ = nullptr;
+  Weights* gate_weights_ = nullptr;
+};
+
+}  // namespace maille

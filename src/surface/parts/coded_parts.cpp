@@ -1,0 +1,211 @@
+#include "surface/parts/coded_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <optional>
+
+#include "base/chunks.h"
+#include "base/result.h"
+#include "surface/parts/merge_parts.h"
+#include "surface/parts/mesh_parts.h"
+#include "surface/parts/partition.h"
+
+namespace maille {
+namespace {
+
+/// One position as the decoder will have it.
+std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_t point) {
+  const Array& array = *positions.array;
+  const size_t size = size_of(array.type);
+  std::array<std::byte, 24> decoded{};
+  for (size_t k = 0; k < 3; ++k) {
+    const uint64_t place = 3 * point + k;
+    const std::byte* number = array.bytes.data() + place * size;
+    const std::vector<uint64_t>& exceptions = positions.maps.exceptions;
+    if (positions.maps.lossless || std::binary_search(exceptions.begin(), exceptions.end(), place)) {
+      std::copy_n(number, size, decoded.begin() + static_cast<ptrdiff_t>(k * size));
+    } else {
+      const NumberMap& map = positions.maps.maps[k];
+      map.store_number(array.type, map.code_of(array.type, number), decoded.data() + k * size);
+    }
+  }
+  return decoded;
+}
+
+Place place_of(const std::byte* position, Scalar type) {
+  Place place{};
+  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
+  return place;
+}
+
+}  // namespace
+
+std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
+  const Scalar type = positions.array->type;
+  constexpr double most = 3e38;
+  std::vector<float> floats(positions.array->count() * 3);
+  for_each_chunk(executor, positions.array->count(), [&](size_t, size_t begin, size_t end) {
+    for (size_t point = begin; point < end; ++point) {
+      const auto position = decoded_position(positions, point);
+      for (size_t k = 0; k < 3; ++k) {
+        const double number = number_as_double(type, position.data() + k * size_of(type));
+        if (number - number == 0) floats[3 * point + k] = static_cast<float>(std::clamp(number, -most, most));
+      }
+    }
+  });
+  return floats;
+}
+
+std::vector<Place> decoded_places(const ArrayToCode& positions) {
+  std::vector<Place> places;
+  for (uint64_t point = 0; point < positions.array->count(); ++point) {
+    places.push_back(place_of(decoded_position(positions, point).data(), positions.array->type));
+  }
+  return places;
+}
+
+namespace {
+
+/// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
+/// at a time.
+class PatchProgress {
+ public:
+  PatchProgress(const Progress& progress, size_t patches) : progress_(progress), patches_(patches) {}
+
+  Progress of_patch() {
+    return [this](const ProgressReport&) { return report(); };
+  }
+  void finish_patch() {
+    ++done_;
+    report();
+  }
+
+ private:
+  bool report() {
+    if (progress_ && !busy_.test_and_set()) {
+      const double fraction = static_cast<double>(done_) / static_cast<double>(patches_);
+      if (!progress_({"patches", fraction})) stopped_ = true;
+      busy_.clear();
+    }
+    return !stopped_;
+  }
+
+  const Progress& progress_;
+  size_t patches_;
+  std::atomic<size_t> done_ = 0;
+  std::atomic<bool> stopped_ = false;
+  std::atomic_flag busy_ = ATOMIC_FLAG_INIT;
+};
+
+template <class Options>
+Executor& executor_of(const Options& options) {
+  return options.executor != nullptr ? *options.executor : serial_executor();
+}
+
+/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or
+/// the error of the first patch that has one.
+template <class Value, class Options, class Work>
+Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
+  // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
+  std::vector<std::optional<Result<Value>>> results(count);
+  PatchProgress progress(options.progress, count);
+  Options of_patch = options;
+  of_patch.executor = nullptr;
+  if (count > 1) of_patch.progress = progress.of_patch();
+  executor_of(options).parallel_for(count, [&](size_t i) {
+    results[i].emplace(work(static_cast<uint32_t>(i), of_patch));
+    if (count > 1) progress.finish_patch();
+  });
+  std::vector<Value> values;
+  for (std::optional<Result<Value>>& result : results) {
+    if (!*result) return tl::unexpected(std::move(*result).error());
+    values.push_back(std::move(**result));
+  }
+  return values;
+}
+
+PartDescription describe_part(const Mesh& part) {
+  PartDescription description;
+  description.points = static_cast<uint32_t>(part.point_count());
+  description.corners = part.corner_count();
+  for (const CellBlock& block : part.blocks) description.cells.push_back(block.size());
+  return description;
+}
+
+/// What joins the parts, and the numbers that the decoder will give their points.
+Result<> join(const ArrayToCode& positions, uint32_t points, Executor& executor, EncodedParts& parts) {
+  std::vector<std::span<const uint32_t>> whole;
+  std::vector<uint32_t> sizes;
+  for (const EncodedPatch& patch : parts.patches) {
+    whole.push_back(patch.sources.points);
+    sizes.push_back(static_cast<uint32_t>(patch.sources.points.size()));
+  }
+  const SharedPoints shared = find_shared_points(whole, points, executor);
+  SharedPlaces places(shared.size());
+  for (size_t p = 0; p < shared.size(); ++p) {
+    for (const uint32_t i : shared[p]) {
+      places[p].push_back(place_of(decoded_position(positions, whole[p][i]).data(), positions.array->type));
+    }
+  }
+  parts.joins = encode_joins(shared, places, whole);
+  parts.joined = MAILLE_TRY(decode_joins(parts.joins, sizes, shared, places));
+  return {};
+}
+
+}  // namespace
+
+Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
+                                  const EncodeOptions& options) {
+  EncodedParts encoded;
+  Executor& executor = executor_of(options);
+  const auto points = static_cast<uint32_t>(mesh.point_count());
+  std::vector<uint32_t> part_of;
+  if (mesh.cell_count() > options.most_cells_per_part) {
+    const std::vector<float> positions = decoded_floats(arrays[0], executor);
+    part_of = partition_cells(mesh, positions, options.most_cells_per_part, executor);
+  }
+  if (std::all_of(part_of.begin(), part_of.end(), [](uint32_t part) { return part == 0; })) {
+    encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));
+    encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
+    return encoded;
+  }
+  MeshParts parts(mesh, part_of, executor);
+  encoded.descriptions.resize(parts.count());
+  encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
+      parts.count(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
+        const MeshPart part = parts.take(i);
+        encoded.descriptions[i] = describe_part(part.mesh);
+        return encode_patch(part.mesh, &part.numbers, i, arrays, of_patch);
+      })));
+  MAILLE_CHECK(join(arrays[0], points, executor, encoded));
+  return encoded;
+}
+
+Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
+                                  const DecodeOptions& options) {
+  std::vector<DecodedPatch> patches = MAILLE_TRY((for_each_patch<DecodedPatch>(
+      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
+        return decode_patch(reader, description.of_part(i), i, of_patch);
+      })));
+  std::vector<uint32_t> sizes;
+  for (const PartDescription& part : description.parts) sizes.push_back(part.points);
+  const SharedPoints shared = MAILLE_TRY(decode_shared_points(joins, sizes));
+  SharedPlaces places(shared.size());
+  std::vector<Mesh> parts;
+  bool known_valid = true;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    known_valid = known_valid && patches[p].known_valid;
+    const Array& positions = parts.emplace_back(std::move(patches[p].mesh)).points;
+    for (const uint32_t i : shared[p]) {
+      places[p].push_back(place_of(positions.bytes.data() + i * positions.tuple_size(), positions.type));
+    }
+  }
+  const JoinedPoints joined = MAILLE_TRY(decode_joins(joins, sizes, shared, places));
+  if (joined.count != description.points)
+    return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
+  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), known_valid};
+}
+
+}  // namespace maille

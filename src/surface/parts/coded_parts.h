@@ -1,0 +1,36 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+
+#include <span>
+#include <vector>
+
+#include "surface/parts/joins.h"
+#include "surface/patch_streams.h"
+
+namespace maille {
+
+/// Positions as the decoder will have them, as floats: what is not finite lies at 0, and what is beyond
+/// floats at their ends. For cutting.
+std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor);
+/// The same, bit for bit.
+std::vector<Place> decoded_places(const ArrayToCode& positions);
+
+/// The mesh as one patch, or cut into parts of which each is one. docs/format.md, "Parts".
+struct EncodedParts {
+  std::vector<PartDescription> descriptions;  ///< empty: the mesh is one patch
+  std::vector<EncodedPatch> patches;
+  std::vector<std::byte> joins;
+  JoinedPoints joined;
+};
+
+/// The same for any executor. Errors: those of encode_patch().
+Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
+                                  const EncodeOptions& options);
+
+/// Inverse of what encode_parts() does to a mesh of several parts; `joins` are its bytes.
+Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
+                                  const DecodeOptions& options);
+
+}  // namespace maille

@@ -1,0 +1,162 @@
+#include "surface/parts/merge_parts.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/pages.h"
+
+namespace maille {
+namespace {
+
+/// What merging needs to know all the time. Parts write at different places, so they can do it at once.
+struct Merger {
+  std::vector<Mesh>& parts;
+  const JoinedPoints& joined;
+  Executor& executor;
+
+  /// One part after the other? Then arrays grow along with them, and are touched once.
+  bool in_order() const { return &executor == &serial_executor(); }
+  template <class Work>
+  void for_each_part(Work work) const {
+    executor.parallel_for(parts.size(), work);
+  }
+};
+
+/// Corners are numbered anew in pieces that stay in the cache.
+constexpr size_t piece_corners = size_t{1} << 12;
+
+Array like(const Array& array) {
+  Array result = make_array(array.name, array.domain, array.type, array.components, array.role);
+  result.labels = array.labels;
+  return result;
+}
+
+/// The new points of a part follow one another in the mesh: calls copy(begin, end) for what lies between
+/// joined ones.
+template <class Copy>
+void copy_new_points(const JoinedPart& part, Copy copy) {
+  size_t next = 0;
+  for (const uint32_t point : part.joined) {
+    if (point > next) copy(next, size_t{point});
+    next = size_t{point} + 1;
+  }
+  if (part.points > next) copy(next, size_t{part.points});
+}
+
+template <class ArrayOf>
+Array merge_point_array(const Merger& merger, ArrayOf array_of) {
+  Array result = like(array_of(merger.parts[0]));
+  const size_t size = result.tuple_size();
+  reserve_pages(result.bytes, merger.joined.count * size);
+  if (!merger.in_order()) result.resize(merger.joined.count);
+  merger.for_each_part([&](size_t p) {
+    const JoinedPart& part = merger.joined.parts[p];
+    const std::vector<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
+    size_t out = part.first_new * size;
+    copy_new_points(part, [&](size_t begin, size_t end) {
+      const std::byte* const first = from.data() + begin * size;
+      const size_t bytes = (end - begin) * size;
+      if (merger.in_order()) {
+        result.bytes.insert(result.bytes.end(), first, first + bytes);
+      } else {
+        std::memcpy(result.bytes.data() + out, first, bytes);
+      }
+      out += bytes;
+    });
+  });
+  return result;
+}
+
+/// Tuples of cells or corners: those of a block in part after part. `count_of` gives how many a block has.
+template <class ArrayOf, class CountOf>
+Array merge_cell_array(const Merger& merger, ArrayOf array_of, CountOf count_of) {
+  Array result = like(array_of(merger.parts[0]));
+  const size_t size = result.tuple_size();
+  size_t bytes = 0;
+  for (Mesh& part : merger.parts) bytes += array_of(part).bytes.size();
+  result.bytes.reserve(bytes);
+  std::vector<size_t> taken(merger.parts.size());
+  for (size_t b = 0; b < merger.parts[0].blocks.size(); ++b) {
+    for (size_t p = 0; p < merger.parts.size(); ++p) {
+      const auto first = array_of(merger.parts[p]).bytes.begin() + static_cast<ptrdiff_t>(taken[p]);
+      const size_t of_block = count_of(merger.parts[p].blocks[b]) * size;
+      result.bytes.insert(result.bytes.end(), first, first + static_cast<ptrdiff_t>(of_block));
+      taken[p] += of_block;
+    }
+  }
+  return result;
+}
+
+Array merge_array(const Merger& merger, size_t i) {
+  const auto array_of = [i](Mesh& mesh) -> Array& { return mesh.arrays[i]; };
+  switch (array_of(merger.parts[0]).domain) {
+    case Domain::point:
+      return merge_point_array(merger, array_of);
+    case Domain::cell:
+      return merge_cell_array(merger, array_of, [](const CellBlock& block) { return block.size(); });
+    case Domain::corner:
+      return merge_cell_array(merger, array_of,
+                              [](const CellBlock& block) { return block.connectivity.size(); });
+    case Domain::mesh:
+      break;
+  }
+  return std::move(array_of(merger.parts[0]));
+}
+
+/// Blocks without their connectivity; `corners` gets the place of each part's corners in each block.
+std::vector<CellBlock> merge_offsets(const Merger& merger, std::vector<std::vector<uint64_t>>& corners) {
+  std::vector<CellBlock> blocks;
+  corners.resize(merger.parts[0].blocks.size());
+  for (size_t b = 0; b < corners.size(); ++b) {
+    CellBlock& merged = blocks.emplace_back();
+    merged.name = merger.parts[0].blocks[b].name;
+    merged.type = merger.parts[0].blocks[b].type;
+    uint64_t before = 0;
+    for (const Mesh& part : merger.parts) {
+      const CellBlock& block = part.blocks[b];
+      corners[b].push_back(before);
+      merged.types.insert(merged.types.end(), block.types.begin(), block.types.end());
+      // The first offset of a further part is the last of the one before.
+      for (size_t i = merged.offsets.empty() ? 0 : 1; i < block.offsets.size(); ++i) {
+        merged.offsets.push_back(before + block.offsets[i]);
+      }
+      before += block.connectivity.size();
+    }
+    reserve_pages(merged.connectivity, before);
+    if (!merger.in_order()) merged.connectivity.resize(before);
+  }
+  return blocks;
+}
+
+std::vector<CellBlock> merge_blocks(const Merger& merger) {
+  std::vector<std::vector<uint64_t>> corners;
+  std::vector<CellBlock> blocks = merge_offsets(merger, corners);
+  merger.for_each_part([&](size_t p) {
+    const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
+    for (size_t b = 0; b < blocks.size(); ++b) {
+      CellBlock& from = merger.parts[p].blocks[b];
+      std::vector<uint32_t>& to = blocks[b].connectivity;
+      for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {
+        const size_t end = std::min(from.connectivity.size(), begin + piece_corners);
+        if (merger.in_order()) to.resize(corners[b][p] + end);
+        uint32_t* const out = to.data() + corners[b][p];
+        for (size_t i = begin; i < end; ++i) out[i] = numbers[from.connectivity[i]];
+      }
+      from = {};
+    }
+  });
+  return blocks;
+}
+
+}  // namespace
+
+Mesh merge_parts(std::vector<Mesh> parts, const JoinedPoints& joined, Executor& executor) {
+  const Merger merger{parts, joined, executor};
+  Mesh result;
+  result.points = merge_point_array(merger, [](Mesh& mesh) -> Array& { return mesh.points; });
+  for (size_t i = 0; i < parts[0].arrays.size(); ++i) result.arrays.push_back(merge_array(merger, i));
+  result.blocks = merge_blocks(merger);
+  return result;
+}
+
+}  // namespace maille

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <maille/executor.h>
+#include <maille/mesh.h>
+
+#include <vector>
+
+#include "surface/parts/joins.h"
+
+namespace maille {
+
+/// The mesh that was cut into these parts: in each block the cells of part after part, points numbered as
+/// `joined` says. All parts have the same blocks and arrays; those that belong to the mesh as a whole are
+/// taken from the first.
+Mesh merge_parts(std::vector<Mesh> parts, const JoinedPoints& joined, Executor& executor);
+
+}  // namespace maille

@@ -1,0 +1,125 @@
+#include "surface/parts/mesh_parts.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "base/chunks.h"
+
+namespace maille {
+namespace {
+
+/// Points of a mesh, and how many of them lie below one: a bit for each point of the mesh, as all parts have
+/// such a set at once.
+class PointSet {
+ public:
+  explicit PointSet(size_t points) : bits_((points + 63) / 64) {}
+
+  void insert(uint32_t point) { bits_[point >> 6] |= uint64_t{1} << (point & 63); }
+  /// In ascending order. From here on they can be ranked.
+  std::vector<uint32_t> list() {
+    std::vector<uint32_t> points;
+    below_.reserve(bits_.size());
+    for (size_t word = 0; word < bits_.size(); ++word) {
+      below_.push_back(static_cast<uint32_t>(points.size()));
+      for (uint64_t left = bits_[word]; left != 0; left &= left - 1)
+        points.push_back(static_cast<uint32_t>(64 * word) + static_cast<uint32_t>(__builtin_ctzll(left)));
+    }
+    return points;
+  }
+  uint32_t rank(uint32_t point) const {
+    const uint64_t before = bits_[point >> 6] & ((uint64_t{1} << (point & 63)) - 1);
+    return below_[point >> 6] + static_cast<uint32_t>(__builtin_popcountll(before));
+  }
+
+ private:
+  std::vector<uint64_t> bits_;
+  std::vector<uint32_t> below_;  // by word
+};
+
+std::vector<uint32_t> find_unused_points(const Mesh& mesh, Executor& executor) {
+  std::vector<std::atomic<bool>> used(mesh.point_count());
+  for (const CellBlock& block : mesh.blocks) {
+    for_each_chunk(executor, block.connectivity.size(), [&](size_t, size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) used[block.connectivity[i]].store(true, std::memory_order_relaxed);
+    });
+  }
+  std::vector<uint32_t> unused;
+  for (uint32_t point = 0; point < used.size(); ++point) {
+    if (!used[point].load(std::memory_order_relaxed)) unused.push_back(point);
+  }
+  return unused;
+}
+
+/// Calls visit(block number, cell in its block, its number in the mesh) for ascending cells.
+template <class Visit>
+void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit) {
+  uint64_t before = 0;
+  size_t next = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const uint64_t end = before + mesh.blocks[b].size();
+    for (; next < cells.size() && cells[next] < end; ++next) visit(b, cells[next] - before);
+    before = end;
+  }
+}
+
+Array copy_positions(const Array& from, std::span<const uint32_t> points) {
+  Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
+  to.resize(points.size());
+  const size_t size = from.tuple_size();
+  for (size_t i = 0; i < points.size(); ++i) {
+    std::copy_n(from.bytes.begin() + static_cast<ptrdiff_t>(points[i] * size), size,
+                to.bytes.begin() + static_cast<ptrdiff_t>(i * size));
+  }
+  return to;
+}
+
+void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
+  std::vector<uint64_t> first_corner;
+  uint64_t corners = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    part.mesh.blocks.emplace_back().type = block.type;
+    first_corner.push_back(corners);
+    corners += block.connectivity.size();
+  }
+  part.numbers.first_corner.reserve(part.numbers.cells.size());
+  visit_cells(mesh, part.numbers.cells, [&](size_t b, uint64_t cell) {
+    const CellBlock& block = mesh.blocks[b];
+    CellBlock& taken = part.mesh.blocks[b];
+    const auto nodes = block.cell(cell);
+    const auto corner = static_cast<uint64_t>(nodes.data() - block.connectivity.data());
+    part.numbers.first_corner.push_back(static_cast<uint32_t>(first_corner[b] + corner));
+    for (const uint32_t node : nodes) taken.connectivity.push_back(points.rank(node));
+    if (!block.types.empty()) taken.types.push_back(block.types[cell]);
+    if (block.offsets.empty()) return;
+    if (taken.offsets.empty()) taken.offsets.push_back(0);
+    taken.offsets.push_back(taken.connectivity.size());
+  });
+}
+
+}  // namespace
+
+MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor)
+    : mesh_(mesh), cells_(1), unused_points_(find_unused_points(mesh, executor)) {
+  for (uint32_t cell = 0; cell < part_of.size(); ++cell) {
+    if (part_of[cell] >= cells_.size()) cells_.resize(size_t{part_of[cell]} + 1);
+    cells_[part_of[cell]].push_back(cell);
+  }
+}
+
+MeshPart MeshParts::take(size_t part) {
+  MeshPart taken;
+  taken.numbers.cells = std::move(cells_[part]);
+  PointSet points(mesh_.point_count());
+  visit_cells(mesh_, taken.numbers.cells, [&](size_t b, uint64_t cell) {
+    for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.insert(node);
+  });
+  if (part == 0) {
+    for (const uint32_t point : unused_points_) points.insert(point);
+  }
+  taken.numbers.points = points.list();
+  taken.mesh.points = copy_positions(mesh_.points, taken.numbers.points);
+  copy_cells(mesh_, points, taken);
+  return taken;
+}
+
+}  // namespace maille

@@ -1,0 +1,200 @@
+#include "surface/parts/partition.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "support/random_mesh.h"
+#include "support/shapes.h"
+#include "surface/parts/joins.h"
+#include "surface/parts/mesh_parts.h"
+
+namespace maille::testing {
+namespace {
+
+std::vector<float> float_positions(const Mesh& mesh) {
+  const auto values = mesh.points.values<float>();
+  return {values.begin(), values.end()};
+}
+
+std::vector<size_t> cells_by_part(const std::vector<uint32_t>& part_of) {
+  std::vector<size_t> count;
+  for (const uint32_t part : part_of) {
+    if (part >= count.size()) count.resize(part + 1);
+    ++count[part];
+  }
+  return count;
+}
+
+/// The corners of each cell as positions, sorted, by part: what does not depend on any order.
+std::vector<std::multiset<std::vector<std::array<float, 3>>>> cells_as_places(
+    const Mesh& mesh, const std::vector<uint32_t>& part_of) {
+  std::vector<std::multiset<std::vector<std::array<float, 3>>>> parts(cells_by_part(part_of).size());
+  const auto values = mesh.points.values<float>();
+  uint32_t cell = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
+      std::vector<std::array<float, 3>> corners;
+      for (const uint32_t p : block.cell(i))
+        corners.push_back({values[3 * p], values[3 * p + 1], values[3 * p + 2]});
+      std::sort(corners.begin(), corners.end());
+      parts[part_of[cell]].insert(corners);
+    }
+  }
+  return parts;
+}
+
+TEST(Partition, HalvesUntilNoPartHasMoreCellsThanAsked) {
+  const Mesh mesh = grid(40, 30);
+  const auto part_of = partition_cells(mesh, float_positions(mesh), 200);
+  const auto sizes = cells_by_part(part_of);
+  EXPECT_EQ(sizes.size(), 8u);
+  for (const size_t size : sizes) EXPECT_EQ(size, 150u);
+}
+
+TEST(Partition, SmallMeshesAreOnePart) {
+  const Mesh mesh = grid(10, 10);
+  EXPECT_EQ(partition_cells(mesh, float_positions(mesh), 100), std::vector<uint32_t>(100, 0));
+}
+
+TEST(Partition, DependsOnTheSetOfCellsAlone) {
+  const Mesh mesh = torus(30, 20);
+  const Mesh other = shuffled(mesh, 7);
+  EXPECT_EQ(cells_as_places(mesh, partition_cells(mesh, float_positions(mesh), 50)),
+            cells_as_places(other, partition_cells(other, float_positions(other), 50)));
+}
+
+TEST(Partition, CellsInOnePlaceStayTogether) {
+  Surface surface = shapes::grid(4, 1);
+  for (int copy = 0; copy < 50; ++copy) surface.faces.push_back(surface.faces[2]);
+  const Mesh mesh = to_mesh(surface);
+  const auto part_of = partition_cells(mesh, float_positions(mesh), 10);
+  for (size_t i = 4; i < part_of.size(); ++i) EXPECT_EQ(part_of[i], part_of[2]);
+  EXPECT_GT(cells_by_part(part_of).size(), 1u);
+}
+
+std::vector<MeshPart> take_all(const Mesh& mesh, const std::vector<uint32_t>& part_of) {
+  MeshParts parts(mesh, part_of, serial_executor());
+  std::vector<MeshPart> taken;
+  for (size_t i = 0; i < parts.count(); ++i) taken.push_back(parts.take(i));
+  return taken;
+}
+
+TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const Mesh mesh = random_surface(seed);
+    std::mt19937 random(static_cast<unsigned>(seed));
+    std::vector<uint32_t> part_of(mesh.cell_count());
+    for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 3);
+    const std::vector<MeshPart> parts = take_all(mesh, part_of);
+    std::vector<unsigned> met(mesh.cell_count());
+    for (uint32_t p = 0; p < parts.size(); ++p) {
+      const MeshPart& part = parts[p];
+      ASSERT_TRUE(validate(part.mesh));
+      ASSERT_EQ(part.numbers.cells.size(), part.mesh.cell_count());
+      uint32_t next = 0;
+      for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+        for (uint64_t i = 0; i < part.mesh.blocks[b].size(); ++i, ++next) {
+          const uint32_t cell = part.numbers.cells[next];
+          EXPECT_EQ(part_of[cell], p);
+          ++met[cell];
+          uint32_t corner = part.numbers.first_corner[next];
+          uint64_t before = 0;
+          for (size_t k = 0; k < b; ++k) before += mesh.blocks[k].connectivity.size();
+          for (const uint32_t point : part.mesh.blocks[b].cell(i)) {
+            EXPECT_EQ(part.numbers.points[point], mesh.blocks[b].connectivity[corner++ - before]);
+          }
+        }
+      }
+    }
+    EXPECT_TRUE(std::all_of(met.begin(), met.end(), [](unsigned count) { return count == 1; }));
+  }
+}
+
+/// Parts of a random mesh with everything that joins need; every fourth mesh has few places for its points.
+struct Parts {
+  explicit Parts(uint64_t seed) {
+    const Mesh mesh = random_surface(seed);
+    points = static_cast<uint32_t>(mesh.point_count());
+    std::mt19937 random(static_cast<unsigned>(seed));
+    std::vector<uint32_t> part_of(mesh.cell_count());
+    for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 4);
+    for (MeshPart& part : take_all(mesh, part_of)) {
+      sizes.push_back(static_cast<uint32_t>(part.numbers.points.size()));
+      numbers.push_back(std::move(part.numbers.points));
+    }
+    whole.assign(numbers.begin(), numbers.end());
+    shared = find_shared_points(whole, points);
+    const uint32_t places_there_are = seed % 4 == 0 ? 3 : points + 1;
+    for (size_t p = 0; p < shared.size(); ++p) {
+      places.emplace_back();
+      for (const uint32_t i : shared[p]) places[p].push_back({whole[p][i] % places_there_are, 1, 2});
+    }
+    bytes = encode_joins(shared, places, whole);
+  }
+  uint32_t points = 0;
+  std::vector<uint32_t> sizes;
+  std::vector<std::vector<uint32_t>> numbers;
+  std::vector<std::span<const uint32_t>> whole;  ///< the same
+  SharedPoints shared;
+  SharedPlaces places;
+  std::vector<std::byte> bytes;
+};
+
+TEST(Joins, TellWhichPointsAreOne) {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    const Parts parts(seed);
+    const auto shared = decode_shared_points(parts.bytes, parts.sizes);
+    ASSERT_TRUE(shared);
+    EXPECT_EQ(*shared, parts.shared);
+    const auto joined = decode_joins(parts.bytes, parts.sizes, *shared, parts.places);
+    ASSERT_TRUE(joined);
+    EXPECT_EQ(joined->count, parts.points);
+    std::vector<uint32_t> number_of(parts.points, ~0u);
+    for (size_t p = 0; p < parts.whole.size(); ++p) {
+      const std::vector<uint32_t> numbers = joined->parts[p].all_numbers();
+      ASSERT_EQ(numbers.size(), parts.whole[p].size());
+      for (size_t i = 0; i < parts.whole[p].size(); ++i) {
+        uint32_t& number = number_of[parts.whole[p][i]];
+        if (number == ~0u) number = numbers[i];
+        EXPECT_EQ(number, numbers[i]);
+      }
+    }
+    std::sort(number_of.begin(), number_of.end());
+    for (uint32_t i = 0; i < parts.points; ++i) EXPECT_EQ(number_of[i], i);
+  }
+}
+
+TEST(Joins, DamageGivesAnErrorOrNumbersThatExist) {
+  unsigned errors = 0;
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const Parts parts(seed);
+    std::mt19937 random(static_cast<unsigned>(seed));
+    for (int i = 0; i < 50; ++i) {
+      std::vector<std::byte> bytes = parts.bytes;
+      bytes[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
+      if (i % 5 == 0) bytes.resize(random() % bytes.size());
+      const auto shared = decode_shared_points(bytes, parts.sizes);
+      if (!shared) {
+        ++errors;
+        continue;
+      }
+      SharedPlaces places;
+      for (const auto& points : *shared) places.emplace_back(points.size(), Place{});
+      const auto joined = decode_joins(bytes, parts.sizes, *shared, places);
+      if (!joined) {
+        ++errors;
+        continue;
+      }
+      for (const JoinedPart& part : joined->parts) {
+        for (const uint32_t number : part.all_numbers()) ASSERT_LT(number, joined->count);
+      }
+    }
+  }
+  EXPECT_GT(errors, 500u);
+}
+
+}  // namespace
+}  // namespace maille::testing

@@ -1,0 +1,352 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/unfilled.h"
+#include "volume/cells/assembly.h"
+#include "volume/cells/decisions.h"
+#include "volume/cells/face_coder.h"
+#include "volume/cells/gates.h"
+#include "volume/cells/index_coder.h"
+#include "volume/cells/numbering.h"
+#include "volume/cells/patterns.h"
+#include "volume/cells/swept_pattern.h"
+
+namespace maille {
+
+/// A cell on its way in or out, its nodes as cell_shapes number them.
+struct StreamedCell {
+  unsigned kind = 0;
+  std::array<uint64_t, most_nodes> number{};  ///< of its points
+  uint32_t final = 0;                         ///< a bit for each node that is not used again
+  /// Loose cells, and those given by faces, have these instead.
+  CellType type = CellType::vertex;
+  std::vector<uint64_t> numbers;
+  std::vector<uint8_t> finals;
+  std::vector<uint32_t> sizes;  ///< corners of each face of a polyhedron
+};
+
+/// A point that came up with a cell.
+struct NewPoint {
+  uint32_t slot = 0;
+  uint32_t cell = no_slot;  ///< within the block; no_slot: isolated
+  uint64_t number = 0;
+  uint8_t node = 0;
+  uint8_t fresh = 0;  ///< a bit for each corner of the cell that is new, or repeats a new one
+  /// Where the cell does not have all but this corner: by axis neighbour (in the order of corners), the point
+  /// behind it.
+  std::array<uint32_t, 3> behind{no_slot, no_slot, no_slot};
+};
+
+/// Some thousand cells as slots: what the other stages of coder and reader work on. Until the block ends a
+/// slot names one point.
+struct CodedCells {
+  Unfilled<uint8_t> kinds;
+  std::vector<CellType> loose_types;                  ///< one for each loose cell
+  Unfilled<uint32_t> begin;                           ///< by cell: first of its nodes in `nodes`
+  Unfilled<uint32_t> nodes;                           ///< slots, by cell
+  Unfilled<uint32_t> cell_slots;                      ///< by cell; no_slot for loose ones
+  Unfilled<std::array<uint32_t, most_faces>> across;  ///< by cell: slots of its neighbours
+  std::vector<NewPoint> points;
+  std::vector<uint32_t> removed;  ///< points used for the last time
+
+  size_t size() const { return kinds.size(); }
+  void clear();
+};
+
+/// Connectivity: each cell as it joins those in memory, then the numbers of its new points. One routine for
+/// both directions. docs/format.md, "Cells".
+///
+/// Fast path: the cell is the pattern of the cell one row, or one layer, back, one step on: one decision,
+/// nearly free in a sweep. Slow path: an anchor cell, its face, how the cell is turned on it, glued or not at
+/// each edge of that face, the remaining corners new or old; what the slow path finds becomes a pattern.
+template <class Coder>
+class CellCoder {
+ public:
+  static constexpr bool encoding = Coder::encoding;
+
+  /// `mixing`: of slow decisions. `numbered`: numbers of points are kept.
+  /// `indexed`: cells come as numbers of points, predicted from numbers alone, and what they share follows
+  /// from these; only if numbered.
+  CellCoder(Mixing mixing, bool numbered, bool indexed = false)
+      : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
+    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
+  }
+  /// From the first cell on solids and polygons come at gates; only if points are numbered anew. `borders`:
+  /// for an encoder, by cell a bit for each face that no later one meets.
+  void use_gates(const std::vector<uint8_t>* borders) {
+    gates_ = std::make_unique<Gates>();
+    gate_models_ = std::make_unique<GateModels>();
+    borders_ = borders;
+  }
+
+  /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
+  bool code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  /// Hexahedra by the first of the patterns that they may have, `most` of them at most: the same as code()
+  /// for each, at a third of the time. Returns how many; code() goes on from there. `points`, `last_use`:
+  /// eight for each (encoder only). Of a damaged stream the next code() tells.
+  size_t sweep(Coder& topology, Coder& numbers, const uint64_t* points, const uint8_t* last_use, size_t most,
+               CodedCells& out);
+  /// Slots of points that left memory are free again: between blocks.
+  void end_block() { hull_.free_points(); }
+  const Hull& hull() const { return hull_; }
+  /// Encoder: is the point with the caller's number in memory?
+  bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
+
+ private:
+  friend class FaceCoder<Coder>;
+  enum Question : unsigned {
+    same_kind,
+    kind_bit,
+    anchor_listed,
+    anchor_here,
+    any_anchor,
+    which_cell,
+    face_here,
+    same_turn,
+    turn_bit,
+    glued_here,
+    is_new,
+    repeats,
+    joined_here,
+    over_face,
+    is_final,
+    node_known,
+    border_here,
+    question_count
+  };
+  struct Candidate {
+    uint32_t cell;
+    uint8_t origin;
+    uint8_t rank;
+  };
+  struct EdgeFace {
+    FaceRef face;
+    std::array<uint32_t, 4> slot;  ///< by corner of the own face
+  };
+  /// An open face beyond an edge, and the points in it that come next to the ends of the edge.
+  struct Opposite {
+    FaceRef face;
+    unsigned size = 0, around = 0;  ///< corners; cells on the way
+    uint32_t next_to_a = no_slot, next_to_b = no_slot;
+  };
+  using Turn = unsigned;  ///< own face * 8 + mirrored * 4 + rotation
+  static constexpr Turn no_turn = 255;
+
+  void find_sources();
+  bool code_by_pattern(Coder& coder, const StreamedCell& cell);
+  bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
+  /// Sources as sweep() uses them: those that are not there have what they had before.
+  struct SweptSources {
+    std::array<const Hull::Cell*, source_count> cell{};
+    std::array<uint32_t, source_count> slot{};
+    unsigned there = 0;
+  };
+  uint32_t find_swept_sources(SweptSources& sources);
+  bool put_together(const SweptPattern& plan, const SweptSources& sources, HexahedronSlots& corners);
+  bool has_corners(const SweptPattern& plan, const HexahedronSlots& corners, const uint64_t* points);
+  void create_swept_corners(const SweptPattern& plan, const SweptSources& sources, HexahedronSlots& corners,
+                            Coder& numbers, const uint64_t* points, uint32_t cell, CodedCells& out);
+  void enter_swept(const SweptPattern& plan, const SweptSources& sources, const HexahedronSlots& corners,
+                   size_t at, size_t first_node, CodedCells& out);
+
+  bool code_by_indices(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  void join_by_numbers(const StreamedCell& cell);
+  void join_extra_nodes(Coder& numbers, const StreamedCell& cell, CodedCells& out);
+  void drop_repeated_ends(StreamedCell& cell) const;
+  std::array<uint32_t, 3> likely_steps() const;
+  void code_ends(Coder& coder, StreamedCell& cell);
+  bool has_open_face(uint32_t slot) const;
+
+  bool code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate);
+  void join_gate(Coder& coder, FaceRef gate, unsigned turn);
+  unsigned turn_at(FaceRef gate) const;
+  Opposite open_face_around(FaceRef from, uint32_t a, uint32_t b) const;
+  void join_beside(Coder& coder, FaceRef gate, unsigned own_face);
+  void glue_beside();
+  unsigned code_borders(Coder& coder);
+  void code_ends_at_gates(Coder& coder, StreamedCell& cell);
+  /// A decision at a gate: with the model alone, or mixed where slow decisions are.
+  bool decide_by(BitModel& model, Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby,
+                 uint32_t valence) {
+    if (mixing_ == Mixing::none) return model.code(coder, bit);
+    return decide(coder, bit, question, local, nearby, valence);
+  }
+
+  void code_slowly(Coder& coder, StreamedCell& cell);
+  void join_slowly(Coder& coder, const StreamedCell& cell);
+  unsigned code_kind(Coder& coder, unsigned kind);
+  void find_targets(const StreamedCell& cell);
+  void find_partners();
+  void add_partner(uint32_t cell, unsigned faces);
+  bool is_partner(uint32_t cell) const;
+  bool collect_anchors(unsigned round);
+  void add_anchors_ahead();
+  void add_anchors_after();
+  void add_anchors_beside();
+  uint64_t age_and_slot(uint32_t cell) const {
+    return uint64_t{ordinal_ - hull_.cell(cell).ordinal} << 32 | cell;
+  }
+  void add_anchor(uint32_t cell, unsigned origin);
+  void add_anchors_around(uint64_t number, unsigned origin);
+  FaceRef code_anchor(Coder& coder);
+  FaceRef code_distant_anchor(Coder& coder);
+  FaceRef code_face_of(Coder& coder, uint32_t anchor);
+  uint32_t code_face(Coder& coder, uint32_t anchor);
+  void code_turn(Coder& coder, FaceRef anchor);
+  Turn match(const Hull::Cell& other, unsigned face, Turn preferred) const;
+  bool matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const;
+  void place(FaceRef anchor, Turn turn);
+  void code_edges(Coder& coder, FaceRef anchor, unsigned own_face);
+  unsigned faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b);
+  bool lay_over(const Hull::Cell& other, unsigned face, unsigned own, unsigned a, unsigned b,
+                EdgeFace& found) const;
+  void code_faces_below(Coder& coder, FaceRef anchor);
+  void code_corners(Coder& coder);
+  bool code_repeat(Coder& coder, unsigned corner);
+  bool code_joined(Coder& coder, unsigned corner);
+  unsigned joined_points(unsigned corner);
+  uint32_t code_old_point(Coder& coder, uint32_t slot, uint64_t base);
+  void glue_the_rest();
+
+  void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  /// `corner`: of the cell being coded; most_corners for other nodes.
+  uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
+                        unsigned context, unsigned corner = most_corners);
+  /// A point into memory; `input`: the caller's number (encoder).
+  [[gnu::always_inline]] uint32_t enter_point(uint64_t number, uint64_t input) {
+    ++counted_;
+    const uint32_t slot = hull_.add_point(number);
+    // No point is there twice; an encoder looked before.
+    if (!table_.insert(number, slot, 8)) [[unlikely]] {
+      damaged_ = true;
+      return 0;
+    }
+    if (encoding && !numbered_) {
+      if (!gates_) inputs_.insert(input, slot, 8);
+      if (slot >= input_numbers_.size()) [[unlikely]]
+        input_numbers_.resize(hull_.point_capacity());
+      input_numbers_[slot] = input;
+    }
+    return slot;
+  }
+  /// And out of it.
+  [[gnu::always_inline]] void leave_point(uint32_t slot, CodedCells& out) {
+    out.removed.push_back(slot);
+    table_.erase(number_of(slot), 9);
+    if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
+    hull_.remove_point(slot);
+  }
+  bool expected_number(unsigned corner, uint64_t& number) const;
+  template <class Suggest>
+  void suggest_as_last(unsigned corner, Suggest suggest) const;
+  void points_behind(NewPoint& point, unsigned corner) const;
+  void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  uint32_t extra_node_on(unsigned node) const;
+  void enter(const StreamedCell& cell, CodedCells& out);
+  void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
+  void remove_final(const StreamedCell& cell, CodedCells& out);
+  void follow_group(const StreamedCell& cell);
+  bool code_without_shape(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
+  bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);
+  void prefer_faces(StreamedCell& cell);
+  bool code_by_faces(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+  bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
+
+  bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
+    bit = decisions_.code(coder, bit, question,
+                          {local, recent_, nearby, valence, signature_, last_signatures_[0]});
+    signature_ = hashed(signature_, static_cast<uint32_t>(bit));
+    return bit;
+  }
+  uint64_t number_of(uint32_t slot) const { return hull_.point(slot).number; }
+  /// Encoder: the slot of a point by the caller's number; that number, if points are numbered anew.
+  uint32_t slot_of_input(uint64_t number, unsigned corner) {
+    if (gates_) return number < dense_.size() ? dense_[number] : no_slot;
+    return numbered_ ? table_.find(number, corner) : inputs_.find(number, corner);
+  }
+  uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
+  void end_point(uint32_t slot, CodedCells& out);
+
+  bool numbered_;
+  bool damaged_ = false;
+  Hull hull_;
+  PointTable table_;   ///< by number
+  PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
+  std::vector<uint64_t> input_numbers_;
+  std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own
+  Patterns patterns_;
+  std::vector<SweptPattern> swept_ = std::vector<SweptPattern>(32);  ///< by id: those met last
+  Decisions<question_count> decisions_;
+  Numbering numbering_;
+  DifferenceModel old_point_, loose_count_;
+  std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
+  Mixing mixing_;
+  std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
+  std::unique_ptr<IndexCoder<Coder>> indices_;
+  std::unique_ptr<Gates> gates_;
+  std::unique_ptr<GateModels> gate_models_;
+  const std::vector<uint8_t>* borders_ = nullptr;
+  unsigned entered_by_ = 0;       ///< the own face at the gate; 7: none
+  bool number_is_known_ = false;  ///< of the points that are created
+  unsigned outcomes_ = 0;         ///< of the last two pattern flags
+  unsigned places_passed_ = 0;    ///< of the candidates of the next cell, by sweep()
+
+  CellRef last_;
+  CellRef last_anchor_;
+  std::array<CellRef, most_faces> successors_{};  ///< of the last cell's neighbours
+  unsigned followed_ = 0;                         ///< sweep(): a bit for each that there is
+  unsigned swept_agreement_ = 0;                  ///< of the candidates
+  Sources sources_;
+  std::array<CellRef, 16> recent_cells_{};
+  uint32_t ordinal_ = 0;
+  unsigned last_kind_ = 0;
+  uint64_t counted_ = 0;  ///< points so far
+  uint64_t group_ = 0;    ///< many generators write the cells around point 1, 2, 3, ...
+  uint64_t last_loose_ = 0;
+  std::array<uint32_t, 3> last_signatures_{};
+
+  // The cell being coded.
+  Assembly cell_;
+  std::array<uint32_t, most_corners> target_{};    ///< encoder: slots of its corners, no_slot for new ones
+  std::array<uint8_t, most_corners> repeat_of_{};  ///< for corners that repeat another
+  unsigned repeated_ = 0;
+  const StreamedCell* wanted_ = nullptr;
+  uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
+  std::array<uint32_t, most_nodes> node_{};
+  std::array<Candidate, 48> anchors_{};
+  std::array<uint8_t, 8> origin_ranks_{};
+  std::array<uint32_t, 32> partners_{};
+  unsigned anchor_count_ = 0, partner_count_ = 0, last_choice_ = 0, last_face_ = 0;
+  std::array<EdgeFace, 8> edge_faces_{};
+  unsigned edge_face_count_ = 0;
+  std::array<std::pair<uint32_t, uint8_t>, 24> joined_{};
+  std::vector<uint8_t> joined_places_;  ///< by point: 1 + its place in joined_; all 0 in between
+  std::array<std::array<std::array<uint8_t, kind_count>, most_faces>, kind_count> last_turn_{};
+  std::vector<std::array<uint32_t, most_nodes - 8 + 4>> extra_;  ///< by cell slot, once there are such nodes
+};
+
+/// As far from each neighbour of the corner as the last cell's corner there is from its neighbour: rows and
+/// layers with gaps go on with the same distance.
+template <class Coder>
+template <class Suggest>
+void CellCoder<Coder>::suggest_as_last(unsigned corner, Suggest suggest) const {
+  if (corner == most_corners || sources_.cell[0] == no_slot) return;
+  const Hull::Cell& last = hull_.cell(sources_.cell[0]);
+  if (last.kind != cell_.kind || last.corner[corner] == no_slot) return;
+  unsigned left = Numbering::most_others;
+  for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0 && left > 0; n &= n - 1) {
+    const auto neighbour = static_cast<unsigned>(__builtin_ctz(n));
+    if (last.corner[neighbour] == no_slot) continue;
+    suggest(number_of(cell_.corner[neighbour]) + number_of(last.corner[corner]) -
+            number_of(last.corner[neighbour]));
+    --left;
+  }
+}
+
+}  // namespace maille

@@ -1,0 +1,256 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/cells/cell_shape.h"
+#include "volume/cells/point_table.h"
+#include "volume/cells/slots.h"
+
+namespace maille {
+
+/// A cell that may have left memory since: the ordinal tells.
+struct CellRef {
+  uint32_t slot = no_slot;
+  uint32_t ordinal = 0;
+};
+
+/// A face of a cell in memory.
+struct FaceRef {
+  uint32_t cell = no_slot;
+  uint32_t face = 0;
+};
+
+/// What is in memory while cells stream through: points that will be used again, and the cells around them.
+/// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
+/// faster than a hashed face, and most cells need no search at all (cell_coder.h).
+///
+/// The cells around a point are a list through their corners: `head` of the point, then `next_` of each
+/// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
+/// its last point does.
+class Hull {
+ public:
+  static constexpr unsigned most_around = 1024;
+
+  /// The rest of a point is one word, as a cell changes all of it at each of its corners: from the lowest bit
+  /// on head, valence, alive, and the open faces, whose carry is lost.
+  class Point {
+   public:
+    Point() = default;
+    explicit Point(uint64_t with_number) : number(with_number), state_(no_slot | is_alive) {}
+    uint32_t head() const { return static_cast<uint32_t>(state_); }  ///< cell slot * 8 + corner
+    /// Cells in the list, not above 255.
+    unsigned valence() const { return static_cast<uint8_t>(state_ >> 32); }
+    bool alive() const { return (state_ & is_alive) != 0; }
+    /// Open faces of these cells at the point.
+    unsigned open() const { return static_cast<uint16_t>(state_ >> 48); }
+    /// Another cell in the list: `from` is its slot * 8, `entry` that of the corner.
+    [[gnu::always_inline]] void enter(uint32_t from, uint64_t entry) {
+      const uint64_t counted = valence() == 0xff ? 0 : one_cell;
+      state_ = (state_ & ~uint64_t{no_slot}) + from + entry + counted;
+    }
+    void close_one() { state_ -= one_face; }
+    void end() { state_ = (state_ & ~is_alive) | no_slot; }
+
+    uint64_t number = 0;
+
+   private:
+    friend class Hull;
+    static constexpr uint64_t one_cell = uint64_t{1} << 32, is_alive = uint64_t{1} << 40,
+                              one_face = uint64_t{1} << 48;
+    uint64_t state_ = no_slot;
+  };
+  /// What a corner, and the open faces that a cell adds there, add to the word of a point.
+  static uint64_t entry(unsigned corner, int opened) {
+    return corner + static_cast<uint64_t>(static_cast<int64_t>(opened)) * Point::one_face;
+  }
+  /// One line of a cache: the cells around it change whenever a point comes or leaves.
+  struct alignas(64) Cell {
+    std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
+    uint32_t successor = no_slot;               ///< slot of the cell coded after it
+    uint32_t ordinal = 0;
+    uint32_t pattern = 0;
+    uint32_t signature = 0;
+    uint8_t open = 0;  ///< a bit for each face that no second cell has met
+    uint8_t live = 0;  ///< corners whose point is alive
+    uint8_t kind = 0;
+    uint8_t mark = 0;  ///< for those who collect cells, to take each once
+  };
+
+  bool valid(const CellRef& ref) const {
+    return ref.slot != no_slot && cells_[ref.slot].ordinal == ref.ordinal && cells_[ref.slot].live != 0;
+  }
+  const Cell& cell(uint32_t slot) const { return cells_[slot]; }
+  Cell& cell(uint32_t slot) { return cells_[slot]; }
+  const Point& point(uint32_t slot) const { return points_[slot]; }
+  static const CellShape& shape_of(const Cell& cell) { return cell_shapes[cell.kind]; }
+
+  [[gnu::always_inline]] uint32_t add_point(uint64_t number) {
+    const uint32_t slot = point_slots_.take();
+    if (slot >= points_.size()) [[unlikely]]
+      points_.resize(point_slots_.capacity());
+    points_[slot] = Point(number);
+    return slot;
+  }
+
+  /// Enters a cell into the lists of its corners. `glued` has a bit for each face that met another, which the
+  /// caller closes there; what both take from the open faces of their points is counted here.
+  uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    if (next_.size() < cells_.size() * most_corners) next_.resize(cells_.size() * most_corners);
+    const CellShape& shape = cell_shapes[kind];
+    Cell& cell = cells_[slot];
+    uint32_t* next = next_.data() + size_t{slot} * most_corners;
+    for (unsigned i = 0; i < shape.corners; ++i) {
+      Point& point = points_[corners[i]];
+      cell.corner[i] = corners[i];
+      next[i] = point.head();
+      const unsigned at = shape.faces_at[i];
+      point.enter(slot * most_corners,
+                  entry(i, static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued))));
+    }
+    for (unsigned i = shape.corners; i < most_corners; ++i) cell.corner[i] = no_slot;
+    cell.successor = no_slot;
+    cell.ordinal = ordinal;
+    cell.open = static_cast<uint8_t>(((1u << shape.faces) - 1) & ~glued);
+    cell.live = shape.corners;
+    cell.kind = static_cast<uint8_t>(kind);
+    return slot;
+  }
+
+  /// add_cell() of a hexahedron; `entered`: entry() of each corner.
+  [[gnu::always_inline]] uint32_t add_hexahedron(const std::array<uint32_t, most_corners>& corners,
+                                                 const std::array<uint64_t, most_corners>& entered,
+                                                 unsigned glued, uint32_t ordinal) {
+    const uint32_t slot = cell_slots_.take();
+    // `next_` never has room for more cells than `cells_`.
+    if (size_t{slot} * most_corners >= next_.size()) [[unlikely]]
+      grow_cells();
+    Cell& cell = cells_[slot];
+    uint32_t* const next = next_.data() + size_t{slot} * most_corners;
+    Point* const points = points_.data();
+    const uint32_t from = slot * most_corners;
+    const auto enter = [&](unsigned i) {
+      Point& point = points[corners[i]];
+      next[i] = point.head();
+      point.enter(from, entered[i]);
+    };
+    // Written out: compilers make a loop of it, and count.
+    enter(0), enter(1), enter(2), enter(3), enter(4), enter(5), enter(6), enter(7);
+    cell.successor = no_slot;
+    cell.ordinal = ordinal;
+    cell.open = static_cast<uint8_t>(0x3f & ~glued);
+    cell.live = most_corners;
+    cell.kind = hexahedron_kind;
+    return slot;
+  }
+
+  /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is
+  /// not only tidy: its slot will be another point's, and a face left open would seem to be at that one. The
+  /// slot itself is free only after free_points(), so that slots name points within a block of cells.
+  void remove_point(uint32_t slot) {
+    Point& point = points_[slot];
+    Cell* const cells = cells_.data();
+    const uint32_t* const next = next_.data();
+    const uint8_t* const faces_at = faces_at_corner.data();
+    for (uint32_t at = point.head(); at != no_slot;) {
+      const uint32_t here = at;
+      const size_t corner = here % most_corners;
+      Cell& cell = cells[here / most_corners];
+      at = next[here];
+      cell.corner[corner] = no_slot;
+      const unsigned closing = cell.open & faces_at[cell.kind * size_t{most_corners} + corner];
+      if (closing != 0) [[unlikely]]
+        close(cell, closing);
+      if (--cell.live == 0) [[unlikely]]
+        cell_slots_.give_back(here / most_corners);
+    }
+    point.end();
+    removed_.push_back(slot);
+  }
+  /// Faces of a cell, a bit for each, that no other can meet any more.
+  [[gnu::noinline]] void close(Cell& cell, unsigned faces) {
+    cell.open = static_cast<uint8_t>(cell.open & ~faces);
+    for (unsigned left = faces; left != 0; left &= left - 1) {
+      const CellFace& face = shape_of(cell).face[static_cast<unsigned>(__builtin_ctz(left))];
+      for (unsigned i = 0; i < face.size; ++i) {
+        const uint32_t slot = cell.corner[face.corner[i]];
+        if (slot != no_slot) points_[slot].close_one();
+      }
+    }
+  }
+  void free_points() {
+    for (const uint32_t slot : removed_) point_slots_.give_back(slot);
+    removed_.clear();
+  }
+
+  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true. No
+  /// more than `most_around` of them: a million cells at one point must not take a million times a million.
+  template <class Visit>
+  bool around(uint32_t slot, Visit visit) const {
+    unsigned left = most_around;
+    for (uint32_t at = points_[slot].head(); at != no_slot && left != 0; --left) {
+      const uint32_t cell = at / most_corners, corner = at % most_corners;
+      if (visit(cell, corner)) return true;
+      at = next_[at];
+    }
+    return false;
+  }
+
+  /// The open face of `size` corners that has all `count` points of `known`, of which the first is alive; the
+  /// newest.
+  FaceRef find_face(unsigned size, const uint32_t* known, unsigned count) const {
+    FaceRef found;
+    around(known[0], [&](uint32_t slot, uint32_t corner) {
+      const Cell& cell = cells_[slot];
+      for (unsigned faces = cell.open & shape_of(cell).faces_at[corner]; faces != 0; faces &= faces - 1) {
+        const auto f = static_cast<uint32_t>(__builtin_ctz(faces));
+        const CellFace& face = shape_of(cell).face[f];
+        if (face.size != size || !has_all(cell, face, known + 1, count - 1)) continue;
+        found = {slot, f};
+        return true;
+      }
+      return false;
+    });
+    return found;
+  }
+
+  /// A slot for a cell whose faces are elsewhere (FaceStore): it is at no point.
+  uint32_t take_cell() {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    cells_[slot] = {};
+    return slot;
+  }
+  void give_back_cell(uint32_t slot) { cell_slots_.give_back(slot); }
+
+  uint32_t live_points() const { return point_slots_.taken(); }
+  uint32_t live_cells() const { return cell_slots_.taken(); }
+  uint32_t point_capacity() const { return point_slots_.capacity(); }
+  uint32_t cell_capacity() const { return cell_slots_.capacity(); }
+
+ private:
+  [[gnu::noinline]] void grow_cells() {
+    cells_.resize(cell_slots_.capacity());
+    next_.resize(cells_.size() * most_corners);
+  }
+  static bool has_all(const Cell& cell, const CellFace& face, const uint32_t* points, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      bool has = false;
+      for (unsigned j = 0; j < face.size; ++j) has = has || cell.corner[face.corner[j]] == points[i];
+      if (!has) return false;
+    }
+    return true;
+  }
+
+  std::vector<Point> points_;
+  std::vector<Cell> cells_;
+  std::vector<uint32_t> next_;  ///< by cell slot * 8 + corner: where the list of its point goes on
+  Slots point_slots_;
+  Slots cell_slots_;
+  std::vector<uint32_t> removed_;
+};
+
+}  // namespace maille

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/cells/cell_shape.h"
+
+namespace maille {
+
+inline constexpr uint32_t no_cell = 0xffffffff;
+
+/// By cell and face: the cell across. Of three cells or more with a face, the next higher one (for the last
+/// the one before).
+using Neighbours = std::vector<std::array<uint32_t, most_faces>>;
+/// `on_border`, if given, has an entry for each point: points of faces that only one cell has are set to 1.
+Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border = nullptr);
+
+/// The cells of a block in an order that is cheap to code and keeps the front small: always the cell that
+/// most faces of the front wait for, among equals the one that the front reached first. A cell may come at
+/// any time, so that meshes in no order (most unstructured generators) become streams with a narrow front.
+/// Memory: about 100 bytes a cell.
+std::vector<uint64_t> front_order(const CellBlock& block);
+
+}  // namespace maille

@@ -1,0 +1,463 @@
+#include "volume/order/mesh_order.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <iterator>
+
+#include "base/bytes.h"
+#include "code/residual_model.h"
+#include "entropy/rans.h"
+#include "volume/order/cell_order.h"
+#include "volume/order/point_order.h"
+
+namespace maille {
+namespace {
+
+/// Cells of a block in the order of the input, with the input's numbers of points: one next to the last; or
+/// one at the next points, as mesh generators write them that go from point to point; else any of those left.
+template <class Coder>
+class CellSequence {
+ public:
+  /// Nodes of `cells` are the input's numbers of points, and those around each point are found by that of the
+  /// coded order, which `sequence` has for each of the input's.
+  CellSequence(const FlatCells& cells, const std::vector<uint32_t>& sequence, uint64_t most_cells,
+               Mixing mixing)
+      : cells_(cells),
+        sequence_(sequence),
+        waiting_(sequence.size()),
+        near_(most_cells),
+        decisions_(mixing) {}
+
+  /// Not points that very many cells have: looking through them each time would take the square of time.
+  bool can_lead(uint64_t point) const { return around(point).size() <= 64; }
+
+  /// places[i]: the place in coded order of the input's cell i. `leader`: for the encoder, a point of each
+  /// cell that goes up from cell to cell, or none. False: damaged.
+  bool code(Coder& coder, uint64_t first, uint64_t size, const Neighbours& neighbours,
+            const std::vector<uint32_t>& leader, std::vector<uint32_t>& places) {
+    Remaining left(size);
+    first_ = first;
+    size_ = size;
+    left_ = &left;
+    neighbours_ = &neighbours;
+    last_ = nothing;
+    at_ = 0;
+    count_waiting(1);
+    for (uint64_t i = 0; i < size; ++i) {
+      const uint32_t cell =
+          code_one(coder, Coder::encoding ? places[i] : nothing, Coder::encoding ? leader[i] : nothing);
+      if constexpr (!Coder::encoding) {
+        if (cell == nothing || coder.exhausted()) return false;
+        places.push_back(cell);
+      }
+      left.remove(cell);
+      for (const uint32_t point : nodes_of(cell)) --waiting_[point];
+      last_ = cell;
+    }
+    return true;
+  }
+
+ private:
+  enum Question : unsigned { near_by, this_one, by_point, leaps, at_point, question_count };
+  static constexpr uint64_t reach = 128;
+
+  std::span<const uint32_t> nodes_of(uint64_t cell) const { return cells_.nodes_of_cell(first_ + cell); }
+  std::span<const FlatCells::Use> around(uint64_t point) const { return cells_.around(sequence_[point]); }
+  void count_waiting(uint32_t by) {
+    for (uint64_t i = 0; i < size_; ++i) {
+      for (const uint32_t point : nodes_of(i)) waiting_[point] += by;
+    }
+  }
+
+  uint32_t code_one(Coder& coder, uint32_t cell, uint32_t leader) {
+    find_beside();
+    const Evidence how{
+        static_cast<uint32_t>(beside_), history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
+    // A leader goes before: it moves the place from which the next ones are sought.
+    const bool led = decisions_.code(coder, leader != nothing, by_point, how);
+    if (led) {
+      history_ = history_ << 2 | 1;
+      return code_led(coder, cell, leader);
+    }
+    find_others();
+    const uint32_t chosen = Coder::encoding ? near_.place_of(cell) : nothing;
+    if (near_.size() > 0 && decisions_.code(coder, chosen != nothing, near_by, how)) {
+      history_ = history_ << 2 | 2;
+      return code_near(coder, chosen);
+    }
+    history_ <<= 2;
+    return left_->count() == 0 ? nothing : static_cast<uint32_t>(left_->code(coder, cell));
+  }
+
+  void find_beside() {
+    near_.clear();
+    if (last_ != nothing) {
+      add_near(last_ + uint64_t{1});
+      for (const uint32_t cell : (*neighbours_)[last_]) add_near(cell);
+    }
+    beside_ = near_.size();
+  }
+  void find_others() {
+    if (last_ == nothing) return;
+    for (const uint32_t point : nodes_of(last_)) {
+      if (waiting_[point] == 0 || !can_lead(point)) continue;
+      for (const FlatCells::Use& use : around(point)) add_near(use.cell - first_);
+    }
+  }
+  void add_near(uint64_t cell) {
+    if (cell < size_ && left_->has(cell)) near_.add(static_cast<uint32_t>(cell));
+  }
+  uint32_t code_near(Coder& coder, uint32_t chosen) {
+    const auto count = static_cast<uint32_t>(near_.size());
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t cell = near_[i].which;
+      uint32_t face = 7;
+      for (uint32_t f = 0; f < most_faces; ++f) {
+        if ((*neighbours_)[last_][f] == cell) face = f;
+      }
+      const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (cell == last_ + 1 ? 64u : 0) |
+                             std::min<uint32_t>(near_[i].met, 7) << 7;
+      const Evidence which{local, last_rank_, rank_of(cell), count, history_ & 255, i};
+      if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
+      last_rank_ = local;
+      return cell;
+    }
+    return nothing;
+  }
+
+  /// How far above `at_` the next point of a cell is.
+  uint32_t rank_of(uint32_t cell) const {
+    uint64_t least = ~uint64_t{0};
+    for (const uint32_t point : nodes_of(cell)) {
+      if (point >= at_) least = std::min<uint64_t>(least, point - at_);
+    }
+    return size_class(least);
+  }
+  uint32_t waiting_at(uint64_t point) const {
+    if (point >= waiting_.size() || waiting_[point] == 0 || !can_lead(point)) return 0;
+    return std::min<uint32_t>(waiting_[point], 15);
+  }
+
+  uint32_t code_led(Coder& coder, uint32_t cell, uint64_t leader) {
+    const bool leap = decisions_.code(coder, Coder::encoding && leader - at_ >= reach, leaps, {});
+    if (leap) {
+      const int64_t by = leap_.code(coder, static_cast<int64_t>(leader - at_));
+      if (by < 0 || static_cast<uint64_t>(by) >= waiting_.size() - at_) return nothing;
+      at_ += static_cast<uint64_t>(by);
+    }
+    for (uint64_t gap = 0; gap < reach && at_ + gap < waiting_.size(); ++gap) {
+      const uint32_t count = waiting_at(at_ + gap);
+      if (count == 0) continue;
+      const uint32_t found = code_at_point(coder, cell, leap || at_ + gap == leader, gap, count);
+      if (found == nothing) continue;
+      at_ += gap;
+      return found;
+    }
+    return nothing;
+  }
+  /// Which of the cells at the point `gap` above at_; nothing: none of them.
+  uint32_t code_at_point(Coder& coder, uint32_t cell, bool here, uint64_t gap, uint32_t count) {
+    uint32_t rank = 0;
+    for (const FlatCells::Use& use : around(at_ + gap)) {
+      const uint64_t other = use.cell - first_;
+      if (other >= size_ || !left_->has(other)) continue;
+      uint32_t lower = 0;
+      for (const uint32_t point : nodes_of(other)) lower += point < at_ + gap;
+      const uint32_t local = static_cast<uint32_t>(gap == 0) | count << 1 | lower << 5;
+      const Evidence which{
+          local, use.node << 4 | last_corner_, rank << 4 | count, size_class(gap), history_ & 255, use.node};
+      ++rank;
+      if (!decisions_.code(coder, other == cell && here, at_point, which)) continue;
+      last_corner_ = use.node & 15;
+      return static_cast<uint32_t>(other);
+    }
+    return nothing;
+  }
+
+  const FlatCells& cells_;
+  const std::vector<uint32_t>& sequence_;
+  uint64_t first_ = 0, size_ = 0;
+  Remaining* left_ = nullptr;
+  const Neighbours* neighbours_ = nullptr;
+  std::vector<uint32_t> waiting_;  ///< by point, as the input numbers it: uses in cells that are left
+  MetList<64> near_;
+  size_t beside_ = 0;  ///< of them, those that follow or share a face
+  Decisions<question_count> decisions_;
+  DifferenceModel leap_;
+  uint64_t at_ = 0;
+  uint32_t last_ = nothing, history_ = 0, last_rank_ = 0, last_corner_ = 0;
+};
+
+/// What both directions look things up in: cells in coded order, with points in coded order.
+struct CodedMesh {
+  FlatCells cells;
+  std::vector<uint8_t> on_border;
+  std::vector<Neighbours> neighbours;  ///< by block
+
+  CodedMesh(const std::vector<CellBlock>& blocks, uint64_t points)
+      : cells(blocks, points), on_border(points) {
+    for (const CellBlock& block : blocks) neighbours.push_back(neighbours_of(block, &on_border));
+  }
+};
+
+/// A point for each of the most cells for which it can go up from cell to cell (a longest increasing
+/// subsequence, with one of several values at each place); nothing for the others.
+template <class CanLead>
+std::vector<uint32_t> leaders_of(const CellBlock& block, CanLead can_lead) {
+  struct Link {
+    uint32_t cell, point, before;
+  };
+  std::vector<Link> links;
+  std::vector<uint32_t> least, lowest;  // by length: the link that ends lowest, and where that is
+  std::vector<uint32_t> points, ends;
+  for (uint64_t i = 0; i < block.size(); ++i) {
+    points.clear();
+    for (const uint32_t point : block.cell(i)) {
+      if (!can_lead(point)) continue;
+      size_t at = points.size();
+      points.push_back(point);
+      for (; at > 0 && points[at - 1] < point; --at) points[at] = points[at - 1];
+      points[at] = point;
+    }
+    ends.clear();
+    const size_t first_new = links.size();
+    for (const uint32_t point : points) {
+      const auto end =
+          static_cast<uint32_t>(std::upper_bound(lowest.begin(), lowest.end(), point) - lowest.begin());
+      ends.push_back(end);
+      links.push_back({static_cast<uint32_t>(i), point, end == 0 ? nothing : least[end - 1]});
+    }
+    for (size_t k = 0; k < points.size(); ++k) {
+      const auto link = static_cast<uint32_t>(first_new + k);
+      if (ends[k] == least.size()) {
+        least.push_back(link);
+        lowest.push_back(points[k]);
+      } else if (points[k] < lowest[ends[k]]) {
+        least[ends[k]] = link;
+        lowest[ends[k]] = points[k];
+      }
+    }
+  }
+  std::vector<uint32_t> leader(block.size(), nothing);
+  for (uint32_t link = least.empty() ? nothing : least.back(); link != nothing; link = links[link].before)
+    leader[links[link].cell] = links[link].point;
+  return leader;
+}
+
+/// Cells of a block at the places that `place` gives: the k-th comes from place[k].
+CellBlock rearranged(const CellBlock& block, const std::vector<uint64_t>& place) {
+  CellBlock out = block;
+  if (place.empty()) return out;
+  out.connectivity.clear();
+  for (uint64_t i = 0; i < block.size(); ++i) {
+    const auto points = block.cell(place[i]);
+    out.connectivity.insert(out.connectivity.end(), points.begin(), points.end());
+    if (!out.types.empty()) out.types[i] = block.types[place[i]];
+    if (!out.offsets.empty()) out.offsets[i + 1] = out.connectivity.size();
+  }
+  return out;
+}
+
+/// Numbers of points in the order in which coded cells meet them; those without cells behind, in order.
+std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& blocks, const CellOrders& orders,
+                                         uint64_t points) {
+  std::vector<uint32_t> number(points, nothing);
+  uint32_t next = 0;
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    const CellBlock& block = blocks[b];
+    for (uint64_t at = 0; at < block.size(); ++at) {
+      const uint64_t i = orders[b].empty() ? at : orders[b][at];
+      const CellShape& shape = cell_shapes[kind_of(block.type_of(i))];
+      const auto nodes = block.cell(i);
+      for (unsigned k = 0; k < shape.nodes; ++k) {
+        uint32_t& of = number[nodes[shape.place[k]]];
+        if (of == nothing) of = next++;
+      }
+    }
+  }
+  for (uint32_t& of : number) {
+    if (of == nothing) of = next++;
+  }
+  return number;
+}
+
+std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence) {
+  std::vector<uint32_t> places(sequence.size());
+  for (size_t i = 0; i < sequence.size(); ++i) places[sequence[i]] = static_cast<uint32_t>(i);
+  return places;
+}
+
+/// A permutation of `size` elements, `first` being the least: each as its difference from the one after that
+/// before. False: damaged.
+template <class Coder>
+bool code_permutation(Coder& coder, ResidualModel<64>& model, uint64_t first, uint64_t size,
+                      std::vector<uint32_t>& elements) {
+  std::vector<bool> seen(size);
+  uint64_t expected = 0;
+  unsigned length = 0;
+  for (uint64_t i = 0; i < size; ++i) {
+    int64_t apart = 0;
+    if constexpr (Coder::encoding) apart = static_cast<int64_t>(elements[i] - first - expected);
+    const ResidualContext context = {2 * length, 0};
+    length = model.code_length(coder, bit_length(static_cast<uint64_t>(apart < 0 ? -apart : apart)), 0,
+                               context, 0);
+    apart = model.code_value(coder, apart, length, 0, 0);
+    const uint64_t element = expected + static_cast<uint64_t>(apart);
+    if constexpr (!Coder::encoding) {
+      if (element >= size || seen[element] || coder.exhausted()) return false;
+      seen[element] = true;
+      elements.push_back(static_cast<uint32_t>(first + element));
+    }
+    expected = element + 1;
+  }
+  return true;
+}
+
+uint64_t largest_size(const std::vector<CellBlock>& blocks) {
+  uint64_t most = 0;
+  for (const CellBlock& block : blocks) most = std::max(most, block.size());
+  return most;
+}
+
+void rearrange(Array& array, const std::vector<uint32_t>& place) {
+  const size_t size = array.tuple_size();
+  std::vector<std::byte> bytes(array.bytes.size());
+  for (size_t i = 0; i < place.size(); ++i)
+    std::copy_n(array.bytes.data() + place[i] * size, size, bytes.data() + i * size);
+  array.bytes = std::move(bytes);
+}
+
+}  // namespace
+
+bool all_have_shapes(const Mesh& mesh) {
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      if (kind_of(block.type_of(i)) >= shape_count) return false;
+    }
+  }
+  return true;
+}
+
+constexpr uint8_t plain_order = mixing_count;
+
+std::vector<std::byte> join_order(const CodedOrder& order) {
+  ByteWriter out;
+  out.put<uint8_t>(order.plain ? plain_order : static_cast<uint8_t>(order.mixing));
+  out.put_count(order.points.size());
+  out.put_bytes(order.points);
+  out.put_bytes(order.cells);
+  return out.take();
+}
+
+std::optional<CodedOrder> split_order(Bytes bytes) {
+  ByteReader in(bytes);
+  const auto mixing = in.get<uint8_t>();
+  const Bytes points = in.get_bytes(in.get_count()), cells = in.get_bytes(in.remaining());
+  if (!in.ok() || mixing > plain_order) return {};
+  const bool plain = mixing == plain_order;
+  return CodedOrder{plain ? Mixing::none : static_cast<Mixing>(mixing),
+                    plain,
+                    {points.begin(), points.end()},
+                    {cells.begin(), cells.end()}};
+}
+
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing) {
+  std::vector<CellBlock> blocks;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) blocks.push_back(rearranged(mesh.blocks[b], orders[b]));
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
+  for (CellBlock& block : blocks) {
+    for (uint32_t& point : block.connectivity) point = sequence[point];
+  }
+  CodedMesh coded(blocks, mesh.point_count());
+  RangeEncoder points, cells;
+  PointOrder<RangeEncoder>(coded.cells, coded.on_border, mesh.point_count(), mixing)
+      .code(points, sequence, mesh.point_count());
+  coded.cells.renumber(inverse(sequence));
+  CellSequence<RangeEncoder> order(coded.cells, sequence, largest_size(blocks), mixing);
+  uint64_t first = 0;
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    const uint64_t size = blocks[b].size();
+    std::vector<uint32_t> places(size);
+    for (size_t i = 0; i < size; ++i) places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
+    const auto can_lead = [&](uint32_t point) { return order.can_lead(point); };
+    order.code(cells, first, size, coded.neighbours[b], leaders_of(mesh.blocks[b], can_lead), places);
+    first += size;
+  }
+  return {mixing, false, points.finish(), cells.finish()};
+}
+
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders) {
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
+  RansEncoder points, cells;
+  ResidualModel<64> of_points(false), of_cells(false);
+  code_permutation(points, of_points, 0, sequence.size(), sequence);
+  std::vector<uint32_t> places;
+  for (size_t b = 0; b < orders.size(); ++b) {
+    places.resize(mesh.blocks[b].size());
+    for (size_t i = 0; i < places.size(); ++i)
+      places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
+    code_permutation(cells, of_cells, 0, places.size(), places);
+  }
+  return {Mixing::none, true, points.finish(), cells.finish()};
+}
+
+namespace {
+
+std::optional<InputOrder> decode_plain_order(const Mesh& mesh, const CodedOrder& order) {
+  InputOrder found;
+  RansDecoder points(order.points), cells(order.cells);
+  ResidualModel<64> of_points(false), of_cells(false);
+  if (!code_permutation(points, of_points, 0, mesh.point_count(), found.points)) return {};
+  uint64_t first = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    if (!code_permutation(cells, of_cells, first, block.size(), found.cells)) return {};
+    first += block.size();
+  }
+  return found;
+}
+
+}  // namespace
+
+std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order) {
+  if (order.plain) return decode_plain_order(mesh, order);
+  InputOrder found;
+  RangeDecoder points(order.points), cells(order.cells);
+  const uint64_t count = mesh.point_count();
+  CodedMesh coded(mesh.blocks, count);
+  if (!PointOrder<RangeDecoder>(coded.cells, coded.on_border, count, order.mixing)
+           .code(points, found.points, count))
+    return {};
+  coded.cells.renumber(inverse(found.points));
+  CellSequence<RangeDecoder> sequence(coded.cells, found.points, largest_size(mesh.blocks), order.mixing);
+  uint32_t first = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    std::vector<uint32_t> places;
+    if (!sequence.code(cells, first, mesh.blocks[b].size(), coded.neighbours[b], {}, places)) return {};
+    for (const uint32_t place : places) found.cells.push_back(first + place);
+    first += static_cast<uint32_t>(places.size());
+  }
+  return found;
+}
+
+bool restore_order(Mesh& mesh, const CodedOrder& order) {
+  const auto found = decode_order(mesh, order);
+  if (!found) return false;
+  rearrange(mesh.points, found->points);
+  for (Array& array : mesh.arrays) {
+    if (array.domain == Domain::point) rearrange(array, found->points);
+    if (array.domain == Domain::cell) rearrange(array, found->cells);
+  }
+  const std::vector<uint32_t> number = inverse(found->points);
+  uint64_t first = 0;
+  for (CellBlock& block : mesh.blocks) {
+    std::vector<uint64_t> places(block.size());
+    for (size_t i = 0; i < places.size(); ++i) places[i] = found->cells[first + i] - first;
+    for (uint32_t& point : block.connectivity) point = number[point];
+    block = rearranged(block, places);
+    first += places.size();
+  }
+  return true;
+}
+
+}  // namespace maille

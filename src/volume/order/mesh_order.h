@@ -1,0 +1,52 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "volume/cells/decisions.h"
+
+namespace maille {
+
+// The input's order of cells and points, for meshes that are coded in another one: where cells come in no
+// order that the hull could follow, each costs two numbers of points as large as the mesh. Coded in the order
+// of the front and put back behind it, it costs one number below what is left, and less where cells still
+// follow one another or their points. docs/format.md, "Order".
+
+/// By block, the cell that stands at each place of the coded order; none: as they are.
+using CellOrders = std::vector<std::vector<uint64_t>>;
+
+struct CodedOrder {
+  Mixing mixing = Mixing::none;
+  bool plain = false;  ///< differences, not neighbours: fast both ways, and a few bits an element larger
+  std::vector<std::byte> points, cells;
+};
+
+/// Both as stream "ordr" of a file.
+std::vector<std::byte> join_order(const CodedOrder& order);
+/// None: the bytes are damaged.
+std::optional<CodedOrder> split_order(Bytes bytes);
+
+/// Whether every cell has a shape of its own: then the order can stand apart.
+bool all_have_shapes(const Mesh& mesh);
+
+/// For meshes whose cells all have shapes.
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing);
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders);
+
+/// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
+/// cells[i] that of its cell i, through all blocks.
+struct InputOrder {
+  std::vector<uint32_t> points, cells;
+};
+/// `coded`: blocks of the mesh in the coded order. None: the bytes are damaged.
+std::optional<InputOrder> decode_order(const Mesh& coded, const CodedOrder& order);
+
+/// Puts the cells and points of a mesh, with all arrays, from the coded order into the input's. False: the
+/// bytes are damaged.
+bool restore_order(Mesh& mesh, const CodedOrder& order);
+
+}  // namespace maille

@@ -1,0 +1,157 @@
+#include "volume/stream/mesh_stream.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/result.h"
+#include "numbers/number_space.h"
+
+namespace maille {
+namespace {
+
+/// Fewer digits than a float has, if nearly all numbers of a sample are written with so few, and if that
+/// beats decimal fractions with the same number of places everywhere.
+NumberMap with_digits(const Array& array, uint32_t component, const NumberMap& map) {
+  const bool ordered = map.kind == NumberMap::Kind::ordered;
+  if (!is_float(array.type) || (!ordered && map.kind != NumberMap::Kind::decimal) || array.count() == 0)
+    return map;
+  const uint64_t stride = array.count() / 20000 + 1;
+  const int most = array.type == Scalar::f32 ? 6 : 15;
+  for (int digits = 3; digits <= most; ++digits) {
+    NumberMap candidate = {.kind = NumberMap::Kind::ordered};
+    candidate.exponent = digits;
+    const NumberSpace space(array.type, candidate);
+    const SignificantDigits places(digits);
+    uint64_t sample = 0, kept = 0;
+    int64_t finer = 0;
+    const uint64_t most_missed = array.count() / stride / 128 + 1;
+    for (uint64_t i = 0; i < array.count() && sample <= kept + most_missed; i += stride) {
+      const std::byte* number = array.bytes.data() + i * array.tuple_size() + component * size_of(array.type);
+      std::array<std::byte, 8> back{};
+      space.store_number(space.code_of(number), back.data());
+      const double value = number_as_double(array.type, number);
+      ++sample;
+      kept += std::equal(number, number + size_of(array.type), back.data());
+      const double size = value < 0 ? -value : value;
+      if (size > 1e-6 && size < 1e15) finer += map.exponent - (digits - 1 - places.exponent_of(size));
+    }
+    if (kept < sample - sample / 128) continue;
+    const bool pays = ordered || finer * 10 > static_cast<int64_t>(sample);
+    return pays ? candidate : map;
+  }
+  return map;
+}
+
+/// Floats that nearly all are written with so many decimals, if that saves a tenth of a bit a number.
+NumberMap with_decimals(const Array& array, uint32_t component, const NumberMap& map) {
+  if (array.type != Scalar::f32 || map.kind != NumberMap::Kind::ordered || map.exponent != 0) return map;
+  const uint64_t stride = array.count() / 20000 + 1;
+  for (int decimals = 1; decimals <= DecimalFloats::most_decimals; ++decimals) {
+    NumberMap candidate = {.kind = NumberMap::Kind::ordered};
+    candidate.exponent = -decimals;
+    const NumberSpace space(array.type, candidate), as_bits(array.type, {.kind = NumberMap::Kind::ordered});
+    uint64_t sample = 0, kept = 0;
+    int64_t saved = 0;  // half bits
+    const uint64_t most_missed = array.count() / stride / 128 + 1;
+    for (uint64_t i = 0; i < array.count() && sample <= kept + most_missed; i += stride) {
+      const std::byte* number = array.bytes.data() + i * array.tuple_size() + component * size_of(array.type);
+      std::array<std::byte, 8> back{};
+      space.store_number(space.code_of(number), back.data());
+      ++sample;
+      kept += std::equal(number, number + 4, back.begin());
+      const double value = number_as_double(array.type, number);
+      if (value != 0) saved += std::clamp(space.unit_at(value) - as_bits.unit_at(value), 0, 40);
+    }
+    if (sample == 0 || kept < sample - sample / 128) continue;
+    return saved * 5 > static_cast<int64_t>(sample) ? candidate : map;
+  }
+  return map;
+}
+
+/// Whether floats have no map but their bits: some of them tell that of all, at a tenth of the time.
+bool sample_is_ordered(const Array& array) {
+  constexpr uint64_t tuples = 4096;
+  if (!is_float(array.type) || array.count() < 4 * tuples) return false;
+  Array sample = make_array(array.name, array.domain, array.type, array.components, array.role);
+  const size_t size = array.tuple_size();
+  const uint64_t stride = array.count() / tuples;
+  sample.resize(tuples);
+  for (uint64_t i = 0; i < tuples; ++i)
+    std::copy_n(array.bytes.data() + i * stride * size, size, sample.bytes.data() + i * size);
+  const auto maps = choose_maps(sample, {}, false);
+  if (!maps) return false;
+  return std::all_of(maps->maps.begin(), maps->maps.end(), [](const NumberMap& map) {
+    return map.kind == NumberMap::Kind::ordered || map.kind > NumberMap::Kind::lattice;
+  });
+}
+
+Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {
+  ArrayMaps maps;
+  if (array.role == Role::normal && tolerance.kind != Tolerance::Kind::lossless) {
+    // Octahedral maps are of whole tuples, streams code numbers one by one.
+    Array plain = array;
+    plain.role = Role::none;
+    maps = MAILLE_TRY(choose_maps(plain, tolerance, are_positions));
+  } else if (tolerance.kind == Tolerance::Kind::lossless && sample_is_ordered(array)) {
+    maps.maps.assign(array.components, {.kind = NumberMap::Kind::ordered});
+  } else {
+    maps = MAILLE_TRY(choose_maps(array, tolerance, are_positions));
+  }
+  for (uint32_t c = 0; maps.lossless && c < array.components; ++c) {
+    NumberMap& map = maps.maps[c];
+    // Streams count digits in their own way, with exceptions.
+    if (map.kind > NumberMap::Kind::lattice) map = {.kind = NumberMap::Kind::ordered};
+    map = with_decimals(array, c, with_digits(array, c, map));
+  }
+  list.maps.push_back(std::move(maps.maps));
+  list.bounds.push_back(maps.lossless ? 0 : maps.bound);
+  return {};
+}
+
+}  // namespace
+
+double declared_width(const StreamArray& array) {
+  return array.range ? array.range->second - array.range->first : 0;
+}
+
+Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound) {
+  using Kind = Tolerance::Kind;
+  const Tolerance& tolerance = array.tolerance;
+  bound = 0;
+  const NumberMap exact = {.kind =
+                               is_float(array.type) ? NumberMap::Kind::ordered : NumberMap::Kind::integer};
+  if (tolerance.kind == Kind::lossless) return std::vector<NumberMap>(array.components, exact);
+  if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
+    return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
+  }
+  if (tolerance.kind != Kind::absolute && !array.range) {
+    return failure(ErrorCode::usage,
+                   "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
+  }
+  double step = 2 * tolerance.value;
+  const double width = array.range ? array.range->second - array.range->first : 0;
+  if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
+  if (tolerance.kind == Kind::bits)
+    step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
+  if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
+  bound = step / 2;
+  const double origin = array.range ? array.range->first : 0;
+  // Rounding to the type takes a little of the bound.
+  const NumberMap lattice = {
+      .kind = NumberMap::Kind::lattice, .exponent = 0, .origin = origin, .step = step * 0.999};
+  return std::vector<NumberMap>(array.components, lattice);
+}
+
+Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options) {
+  ArrayMapsList list;
+  MAILLE_CHECK(add_maps(mesh.points, options.positions.tolerance, true, list));
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    MAILLE_CHECK(add_maps(array, options.arrays[next++].tolerance, false, list));
+  }
+  return list;
+}
+
+}  // namespace maille

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <maille/stream.h>
+
+#include <vector>
+
+#include "numbers/number_map.h"
+
+namespace maille {
+
+/// Number maps of positions, then of each array of a stream, with the error each may have.
+struct ArrayMapsList {
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+  /// Not empty: the stream of the input's order, where cells are given in another one (mesh_order.h).
+  std::vector<std::byte> order_apart;
+  /// Not empty: cells come at gates, and these are the faces where no later cell is (gate_order.h).
+  std::vector<uint8_t> borders;
+  /// Better models of values take no long time here, as far as that is known (mixes_values()).
+  bool mixing_pays = false;
+};
+
+/// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:
+/// usage.
+Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options);
+
+/// A lattice for a declared range, or the numbers as they are. Error: usage.
+Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);
+double declared_width(const StreamArray& array);
+
+/// A writer with such maps, instead of those that can be told from the declarations alone.
+Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
+
+}  // namespace maille

@@ -1,0 +1,204 @@
+// decode() into a mesh that is written in parts.
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <numeric>
+#include <unordered_map>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "container/file_reader.h"
+#include "volume/stream/piece_pipeline.h"
+#include "volume/stream/stream_file.h"
+#include "volume/stream/stream_layout.h"
+
+namespace maille {
+namespace {
+
+bool is_wanted(const StreamArray& array, const DecodeOptions& options) {
+  return !options.arrays ||
+         std::find(options.arrays->begin(), options.arrays->end(), array.name) != options.arrays->end();
+}
+
+/// Numbers that were met, each once; memory for those that were, not for what a file claims.
+class NumberSet {
+ public:
+  explicit NumberSet(uint64_t most_bytes) : most_pages_(most_bytes / sizeof(Page)) {}
+  bool full() const { return pages_.size() > most_pages_; }
+  /// False: it was there already.
+  bool add(uint64_t number) {
+    const uint64_t place = number / (sizeof(Page) * 8);
+    if (place != last_place_) {
+      auto& page = pages_[place];
+      if (!page) page = std::make_unique<Page>();
+      last_ = page.get();
+      last_place_ = place;
+    }
+    uint64_t& word = (*last_)[number / 64 % last_->size()];
+    const uint64_t bit = uint64_t{1} << number % 64;
+    const bool is_new = (word & bit) == 0;
+    word |= bit;
+    return is_new;
+  }
+
+ private:
+  using Page = std::array<uint64_t, 512>;
+  std::unordered_map<uint64_t, std::unique_ptr<Page>> pages_;  ///< only looked up
+  uint64_t most_pages_;
+  Page* last_ = nullptr;
+  uint64_t last_place_ = ~uint64_t{0};
+};
+
+/// Writes pieces where they belong.
+class SinkFeeder {
+ public:
+  SinkFeeder(const StreamDescription& stream, const MeshDescription& mesh, MeshSink& sink,
+             const DecodeOptions& options, std::string name)
+      : mesh_(mesh), sink_(sink), numbers_(options.limits.mesh_bytes / 2), name_(std::move(name)) {
+    size_t next = 0;
+    for (const StreamArray& array : stream.arrays)
+      places_.push_back(is_wanted(array, options) ? next++ : not_wanted);
+    for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
+  }
+
+  /// The piece is the same again afterwards.
+  Result<> add(StreamPiece& piece) {
+    MAILLE_CHECK(find_runs(piece.points));
+    MAILLE_CHECK(add_points(piece.positions,
+                            [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
+    size_t of_points = 0, of_cells = 0;
+    for (size_t k = 0; k < domains_.size(); ++k) {
+      const bool on_points = domains_[k] == Domain::point;
+      const auto& bytes = on_points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+      if (places_[k] == not_wanted) continue;
+      if (on_points) {
+        MAILLE_CHECK(add_points(
+            bytes, [&](uint64_t first, Bytes part) { return sink_.write_array(places_[k], first, part); }));
+      } else {
+        MAILLE_CHECK(sink_.write_array(places_[k], piece.first_cell, bytes));
+      }
+    }
+    return add_cells(piece);  // behind their values: some formats have these within the cells
+  }
+
+ private:
+  static constexpr size_t not_wanted = ~size_t{0};
+
+  Result<> add_cells(StreamPiece& piece) {
+    if (piece.cell_count() > mesh_.cells - std::min(mesh_.cells, piece.first_cell))
+      return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
+    cells_.types.resize(piece.types.size());
+    for (size_t i = 0; i < piece.types.size(); ++i) cells_.types[i] = static_cast<uint8_t>(piece.types[i]);
+    const auto exchange = [&] {
+      cells_.offsets.swap(piece.offsets);
+      cells_.connectivity.swap(piece.connectivity);
+      cells_.face_sizes.swap(piece.face_sizes);
+      cells_.cell_faces.swap(piece.cell_faces);
+    };
+    exchange();
+    Result<> written = sink_.write_cells(cells_);
+    exchange();
+    return written;
+  }
+
+  /// Orders the points of a piece by number: neighbours are written at once.
+  Result<> find_runs(const std::vector<uint64_t>& numbers) {
+    order_.clear();
+    sorted_ = numbers;
+    if (!std::is_sorted(numbers.begin(), numbers.end())) {
+      order_.resize(numbers.size());
+      std::iota(order_.begin(), order_.end(), 0u);
+      std::sort(order_.begin(), order_.end(),
+                [&](uint32_t a, uint32_t b) { return numbers[a] < numbers[b]; });
+      for (size_t i = 0; i < order_.size(); ++i) sorted_[i] = numbers[order_[i]];
+    }
+    for (const uint64_t number : sorted_) {
+      if (number >= mesh_.points || !numbers_.add(number)) {
+        return failure(ErrorCode::corrupt,
+                       name_ + ": the numbers of points have gaps or repeat; read it in pieces");
+      }
+    }
+    if (numbers_.full())
+      return failure(ErrorCode::memory_bound, name_ + ": the points take more memory than allowed");
+    return {};
+  }
+  template <class Write>
+  Result<> add_points(const std::vector<std::byte>& tuples, Write write) {
+    const size_t size = sorted_.empty() ? 0 : tuples.size() / sorted_.size();
+    for (size_t i = 0; i < sorted_.size();) {
+      const size_t begin = i++;
+      while (i < sorted_.size() && sorted_[i] == sorted_[i - 1] + 1) ++i;
+      MAILLE_CHECK(write(sorted_[begin], tuples_between(tuples, size, begin, i)));
+    }
+    return {};
+  }
+  /// In the order of their numbers.
+  Bytes tuples_between(const std::vector<std::byte>& tuples, size_t size, size_t begin, size_t end) {
+    if (order_.empty()) return Bytes(tuples).subspan(begin * size, (end - begin) * size);
+    run_.resize((end - begin) * size);
+    for (size_t i = begin; i < end; ++i)
+      std::copy_n(tuples.data() + order_[i] * size, size, run_.data() + (i - begin) * size);
+    return run_;
+  }
+
+  const MeshDescription& mesh_;
+  MeshSink& sink_;
+  NumberSet numbers_;
+  std::string name_;
+  std::vector<size_t> places_;  ///< by array of the stream, its number in the description
+  std::vector<Domain> domains_;
+  CellPiece cells_;
+  std::vector<uint32_t> order_;
+  std::vector<uint64_t> sorted_;
+  std::vector<std::byte> run_;
+};
+
+}  // namespace
+
+Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
+  const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
+  const StreamDescription& stream = ends.header.description;
+  if (stream.order_apart) {
+    return failure(ErrorCode::unsupported,
+                   source.name() +
+                       ": cells and points stand in another order than in the mesh, so it cannot be "
+                       "decoded in parts; decode() reads it whole");
+  }
+  MeshDescription mesh;
+  mesh.points = ends.tail.points;
+  mesh.cells = ends.tail.cells;
+  mesh.corners = ends.tail.corners;
+  mesh.point_type = stream.positions.type;
+  mesh.types = ends.tail.types;
+  mesh.polyhedra = ends.tail.polyhedra;
+  for (const StreamTail::Block& block : ends.tail.blocks)
+    mesh.blocks.push_back({block.name, block.type, block.cells});
+  for (const StreamArray& array : stream.arrays) {
+    if (!is_wanted(array, options)) continue;
+    mesh.arrays.push_back(make_array(array.name, array.domain, array.type, array.components, array.role));
+    mesh.arrays.back().labels = array.labels;
+  }
+  mesh.mesh_arrays = stream.mesh_arrays;
+  mesh.metadata = stream.metadata;
+  return mesh;
+}
+
+Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options) {
+  const MeshDescription mesh = MAILLE_TRY(describe(source, options));
+  StreamReader reader = MAILLE_TRY(
+      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+  SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
+  const auto add = [&](StreamPiece& piece) { return feeder.add(piece); };
+  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece& piece) -> Result<> {
+    const auto done = static_cast<double>(piece.first_cell + piece.cell_count());
+    if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))
+      return cancelled();
+    return {};
+  }));
+  return sink.commit();
+}
+
+}  // namespace maille

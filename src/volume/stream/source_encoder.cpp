@@ -1,0 +1,260 @@
+// encode() of a mesh that is read in parts, mode `stream`.
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <utility>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "volume/cells/cell_coder.h"
+#include "volume/order/last_uses.h"
+#include "volume/stream/source_points.h"
+#include "volume/stream/source_sample.h"
+#include "volume/stream/stream_file.h"
+#include "volume/stream/stream_layout.h"
+
+namespace maille {
+namespace {
+
+Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
+  const auto found = options.arrays.find(array.name);
+  return found == options.arrays.end() ? Tolerance{} : found->second;
+}
+
+Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
+  StreamOptions stream;
+  stream.positions.type = mesh.point_type;
+  stream.positions.tolerance = options.positions;
+  for (const Array& array : mesh.arrays) {
+    stream.arrays.push_back({array.name, array.domain, array.type, array.components, array.role, array.labels,
+                             tolerance_of(array, options), std::nullopt});
+  }
+  for (const auto& [name, tolerance] : options.arrays) {
+    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
+    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name) &&
+        std::none_of(mesh.mesh_arrays.begin(), mesh.mesh_arrays.end(), same_name))
+      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
+  }
+  stream.mesh_arrays = mesh.mesh_arrays;
+  copy_options(mesh, options, stream);
+  return stream;
+}
+
+/// Points of a source. Who reads them owns the source while cells are coded: before the first point, the next
+/// cells are read, too, if that was asked for.
+class PointsWithCellsAhead final : public PointSource {
+ public:
+  PointsWithCellsAhead(MeshSource& mesh, uint64_t memory) : points_(mesh, memory, true) {}
+  Result<> read(uint64_t number, std::byte* out) override {
+    read_ahead();
+    return points_.read(number, out);
+  }
+  void plan(std::function<void()> ahead) { ahead_ = std::move(ahead); }
+  /// Unless that was done.
+  void read_ahead() {
+    if (ahead_) std::exchange(ahead_, nullptr)();
+  }
+
+ private:
+  SourcePoints points_;
+  std::function<void()> ahead_;
+};
+
+/// Hands the cells of a source to a writer, a block of LastUses at a time: the next one is read meanwhile.
+class SourceFeeder {
+ public:
+  SourceFeeder(MeshSource& mesh, PointsWithCellsAhead& points, StreamWriter& writer, LastUses& uses)
+      : mesh_(mesh), points_(points), writer_(writer), uses_(uses) {
+    for (size_t i = 0; i < mesh.description().arrays.size(); ++i) {
+      if (mesh.description().arrays[i].domain == Domain::cell) columns_.push_back(i);
+    }
+    for (Piece& piece : pieces_) piece.values.resize(columns_.size());
+    tuples_.resize(columns_.size());
+  }
+
+  Result<> feed(const Progress& progress) {
+    const uint64_t cells = mesh_.description().cells;
+    if (cells > 0) MAILLE_CHECK(load(0, std::min(LastUses::step, cells), pieces_[0]));
+    for (uint64_t first = 0, k = 0; first < cells; first += LastUses::step, k = 1 - k) {
+      if (progress && !progress({"cells", static_cast<double>(first) / static_cast<double>(cells)}))
+        return cancelled();
+      const uint64_t next = first + LastUses::step;
+      Result<> loaded;
+      if (next < cells) {
+        points_.plan(
+            [&, next] { loaded = load(next, std::min(LastUses::step, cells - next), pieces_[1 - k]); });
+      }
+      MAILLE_CHECK(feed_piece(first, pieces_[k]));
+      points_.read_ahead();
+      MAILLE_CHECK(loaded);
+    }
+    MAILLE_CHECK(begin_blocks(cells));
+    for (uint64_t next = 0;;) {
+      const std::vector<uint64_t> unused = MAILLE_TRY(uses_.unused(next));
+      if (unused.empty()) return {};
+      MAILLE_CHECK(writer_.end_points(unused));
+      next = unused.back() + 1;
+    }
+  }
+
+ private:
+  struct Piece {
+    CellPiece cells;
+    std::vector<uint8_t> flags;
+    std::vector<std::vector<std::byte>> values;
+  };
+  Result<> load(uint64_t first, uint64_t count, Piece& piece) {
+    MAILLE_CHECK(mesh_.read_cells(first, count, piece.cells));
+    MAILLE_CHECK(uses_.read(first / LastUses::step, piece.cells.connectivity.size(), piece.flags));
+    for (size_t k = 0; k < columns_.size(); ++k) {
+      piece.values[k].resize(count * mesh_.description().arrays[columns_[k]].tuple_size());
+      MAILLE_CHECK(mesh_.read_array(columns_[k], first, count, piece.values[k]));
+    }
+    return {};
+  }
+  Result<> feed_piece(uint64_t first, const Piece& piece) {
+    for (uint64_t i = 0; i < piece.cells.size();) {
+      MAILLE_CHECK(begin_blocks(first + i));
+      i += MAILLE_TRY(feed_run(piece, first, i));
+    }
+    return {};
+  }
+  /// Those that begin at the cell, empty ones included.
+  Result<> begin_blocks(uint64_t cell) {
+    const auto& blocks = mesh_.description().blocks;
+    for (; next_block_ < blocks.size() && block_end_ <= cell; ++next_block_) {
+      MAILLE_CHECK(writer_.begin_block(blocks[next_block_].name, uses_.common_types()[next_block_]));
+      block_end_ += blocks[next_block_].cells;
+    }
+    return {};
+  }
+  /// Cells of one type and size within one block; returns how many.
+  Result<uint64_t> feed_run(const Piece& piece, uint64_t first, uint64_t i) {
+    const CellPiece& cells = piece.cells;
+    const uint64_t nodes = cells.offsets[i + 1] - cells.offsets[i];
+    const bool single = nodes == 0 || cells.types[i] == static_cast<uint8_t>(CellType::polyhedron);
+    const uint64_t end = single ? i + 1 : std::min<uint64_t>(cells.size(), block_end_ - first);
+    uint64_t next = i + 1;
+    while (next < end && cells.types[next] == cells.types[i] &&
+           cells.offsets[next + 1] - cells.offsets[next] == nodes) {
+      ++next;
+    }
+    const size_t begin = cells.offsets[i], corners = (next - i) * nodes;
+    for (size_t k = 0; k < columns_.size(); ++k) {
+      const size_t size = mesh_.description().arrays[columns_[k]].tuple_size();
+      tuples_[k] = Bytes(piece.values[k]).subspan(i * size, (next - i) * size);
+    }
+    const auto points = std::span(cells.connectivity).subspan(begin, corners);
+    const auto flags = std::span(piece.flags).subspan(begin, corners);
+    const auto type = static_cast<CellType>(cells.types[i]);
+    if (type == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(faces_of(cells, i), points, flags, tuples_));
+    } else {
+      MAILLE_CHECK(writer_.add_cells(type, points, flags, tuples_, nodes));
+    }
+    return next - i;
+  }
+
+  static std::span<const uint32_t> faces_of(const CellPiece& cells, uint64_t i) {
+    return std::span(cells.face_sizes)
+        .subspan(cells.cell_faces[i], cells.cell_faces[i + 1] - cells.cell_faces[i]);
+  }
+
+  MeshSource& mesh_;
+  PointsWithCellsAhead& points_;
+  StreamWriter& writer_;
+  LastUses& uses_;
+  std::vector<size_t> columns_;  ///< arrays on cells
+  std::array<Piece, 2> pieces_;
+  std::vector<Bytes> tuples_;
+  size_t next_block_ = 0;
+  uint64_t block_end_ = 0;
+};
+
+ArrayReport report_of(const Array& array, uint64_t count, const std::vector<NumberMap>& maps, double bound,
+                      uint64_t coded_bytes) {
+  ArrayReport report;
+  report.name = array.name;
+  report.domain = array.domain;
+  report.type = array.type;
+  report.components = array.components;
+  report.elements = count;
+  report.raw_bytes = count * array.tuple_size();
+  report.coded_bytes = coded_bytes;
+  report.lossless = bound == 0;
+  report.bound = bound;
+  if (!maps.empty() && bound > 0) report.step = maps[0].step;
+  return report;
+}
+
+EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, const ArrayMapsList& maps) {
+  EncodeReport report;
+  report.points = stream.points;
+  report.cells = stream.cells;
+  report.file_bytes = stream.file_bytes;
+  report.connectivity.name = "connectivity";
+  report.connectivity.domain = Domain::cell;
+  report.connectivity.type = Scalar::u32;
+  report.connectivity.elements = stream.cells;
+  report.connectivity.coded_bytes = stream.cell_bytes;
+  report.connectivity.raw_bytes = mesh.corners * 4;
+  report.order_bytes = stream.number_bytes;
+  const Array positions = make_array("position", Domain::point, mesh.point_type, 3);
+  report.positions = report_of(positions, mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
+  for (size_t i = 0; i < mesh.arrays.size(); ++i) {
+    report.arrays.push_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i]), maps.maps[i + 1],
+                                      maps.bounds[i + 1], stream.array_bytes[i]));
+    report.other_bytes -= stream.array_bytes[i];
+  }
+  for (const Array& array : mesh.mesh_arrays)
+    report.arrays.push_back(report_of(array, array.count(), {}, 0, 0));
+  return report;
+}
+
+/// What a point in use takes, with the cell it belongs to: entries of the hull, and the values that predict.
+uint64_t bytes_in_use(const MeshDescription& mesh, int effort) {
+  const uint64_t number = mixes_values(effort, false) ? 40 : 16;
+  uint64_t bytes = 240 + 3 * number;
+  for (const Array& array : mesh.arrays) bytes += number * array.components;
+  return bytes;
+}
+
+uint64_t count_numbers(const MeshDescription& mesh) {
+  uint64_t numbers = mesh.points * 3;
+  for (const Array& array : mesh.arrays) numbers += mesh.count_of(array) * array.components;
+  return numbers;
+}
+
+Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& space, int effort) {
+  const uint64_t each = bytes_in_use(mesh.description(), effort), allowed = space.in_use / each;
+  if (mesh.description().points <= allowed) return {};
+  const uint64_t most = MAILLE_TRY(uses.most_in_use(mesh, space));
+  if (most <= allowed) return {};
+  return failure(ErrorCode::memory_bound, "in the order of this file " + std::to_string(most) +
+                                              " points are in use at once, which takes about " +
+                                              std::to_string((most * each >> 20) + 1) +
+                                              " MiB; allow more memory, or let the order change");
+}
+
+}  // namespace
+
+Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                   const WorkingSpace& space) {
+  StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
+  stream.delay = space.delay;
+  LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
+  MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
+  ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
+  maps.mixing_pays = mixing_pays(count_numbers(mesh.description()), mesh.description().cells, false);
+  PointsWithCellsAhead points(mesh, space.memory / 4);
+  stream.points = &points;
+  StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
+  MAILLE_CHECK(SourceFeeder(mesh, points, writer, uses).feed(options.progress));
+  return report_of(mesh.description(), MAILLE_TRY(writer.finish()), maps);
+}
+
+}  // namespace maille

@@ -1,0 +1,93 @@
+#include "volume/stream/source_sample.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+constexpr uint64_t tuples_in_all = 1 << 16;
+constexpr uint64_t tuples_at_once = 1 << 10;
+constexpr size_t positions = ~size_t{0};
+
+Result<> read_tuples(MeshSource& mesh, size_t array, uint64_t first, uint64_t count,
+                     std::span<std::byte> out) {
+  return array == positions ? mesh.read_points(first, count, out) : mesh.read_array(array, first, count, out);
+}
+
+/// Stretches of the array, evenly over all of it.
+Result<> take_sample(MeshSource& mesh, size_t array, uint64_t count, Array& sample) {
+  const size_t size = sample.tuple_size();
+  sample.resize(std::min(count, tuples_in_all));
+  if (count <= tuples_in_all) return read_tuples(mesh, array, 0, count, sample.bytes);
+  const uint64_t stretches = tuples_in_all / tuples_at_once;
+  for (uint64_t i = 0; i < stretches; ++i) {
+    const uint64_t first = (count - tuples_at_once) / (stretches - 1) * i;
+    const auto room = std::span(sample.bytes).subspan(i * tuples_at_once * size, tuples_at_once * size);
+    MAILLE_CHECK(read_tuples(mesh, array, first, tuples_at_once, room));
+  }
+  return {};
+}
+
+/// The least and the largest finite number of each component, as two tuples more.
+Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sample) {
+  const size_t number = size_of(sample.type), size = sample.tuple_size();
+  std::vector<std::byte> part(tuples_at_once * size), low(size), high(size);
+  std::vector<bool> any(sample.components);
+  for (uint64_t first = 0; first < count; first += tuples_at_once) {
+    const uint64_t here = std::min(tuples_at_once, count - first);
+    MAILLE_CHECK(read_tuples(mesh, array, first, here, std::span(part).first(here * size)));
+    for (uint64_t i = 0; i < here * sample.components; ++i) {
+      const size_t c = i % sample.components;
+      const std::byte* const from = part.data() + i * number;
+      const double value = number_as_double(sample.type, from);
+      if (!std::isfinite(value)) continue;
+      if (!any[c] || value < number_as_double(sample.type, &low[c * number]))
+        std::copy_n(from, number, &low[c * number]);
+      if (!any[c] || value > number_as_double(sample.type, &high[c * number]))
+        std::copy_n(from, number, &high[c * number]);
+      any[c] = true;
+    }
+  }
+  sample.bytes.insert(sample.bytes.end(), low.begin(), low.end());
+  sample.bytes.insert(sample.bytes.end(), high.begin(), high.end());
+  return {};
+}
+
+Result<Array> sample_of(MeshSource& mesh, size_t array, Array sample, const Tolerance& tolerance) {
+  const uint64_t count = array == positions ? mesh.description().points : mesh.description().count_of(sample);
+  MAILLE_CHECK(take_sample(mesh, array, count, sample));
+  const bool whole = count <= tuples_in_all;
+  if (!whole && tolerance.kind != Tolerance::Kind::lossless)
+    MAILLE_CHECK(add_extremes(mesh, array, count, sample));
+  return sample;
+}
+
+}  // namespace
+
+Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options) {
+  const MeshDescription& description = mesh.description();
+  StreamOptions one;
+  one.positions = options.positions;
+  Mesh sample;
+  sample.points = make_array("position", Domain::point, description.point_type, 3);
+  sample.points = MAILLE_TRY(sample_of(mesh, positions, sample.points, one.positions.tolerance));
+  ArrayMapsList list = MAILLE_TRY(choose_stream_maps(sample, one));
+  one.positions.tolerance = {};
+  // One after the other: all samples together could be large.
+  for (size_t i = 0; i < description.arrays.size(); ++i) {
+    one.arrays.assign(1, options.arrays[i]);
+    sample.points.bytes.clear();
+    sample.arrays.clear();
+    sample.arrays.push_back(
+        MAILLE_TRY(sample_of(mesh, i, description.arrays[i], options.arrays[i].tolerance)));
+    ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(sample, one));
+    list.maps.push_back(std::move(maps.maps[1]));
+    list.bounds.push_back(maps.bounds[1]);
+  }
+  return list;
+}
+
+}  // namespace maille

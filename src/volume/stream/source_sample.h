@@ -1,0 +1,13 @@
+#pragma once
+
+#include <maille/mesh_source.h>
+
+#include "volume/stream/mesh_stream.h"
+
+namespace maille {
+
+/// Maps as choose_stream_maps() finds them, by a look at some ten thousand numbers of each array, and at all
+/// where a bound needs the range. A number that does not fit is kept all the same, and costs more.
+Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options);
+
+}  // namespace maille

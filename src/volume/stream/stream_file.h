@@ -1,0 +1,46 @@
+#pragma once
+
+#include <maille/decode.h>
+#include <maille/encode.h>
+#include <maille/file.h>
+#include <maille/out_of_core.h>
+#include <maille/stream.h>
+
+#include <optional>
+
+#include "volume/order/mesh_order.h"
+#include "volume/stream/stream_layout.h"
+
+namespace maille {
+
+// encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
+// StreamReader.
+
+Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
+Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                   const WorkingSpace& space);
+Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
+/// Where the input's points and cells stand in the stream; none where the stream has them in the input's
+/// order, or in any.
+Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
+Result<FileInfo> inspect_stream(const Source& source);
+
+/// What encode() is told and a stream takes as it is, of a mesh in memory or in parts.
+template <class AnyMesh>
+void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptions& stream) {
+  stream.metadata = mesh.metadata;
+  stream.provenance = options.provenance;
+  stream.effort = options.effort;
+  stream.any_order = options.order == Order::canonical;
+  stream.executor = options.executor;
+}
+
+/// What a stream says before its first and after its last cell. Error: corrupt when either is missing.
+struct StreamEnds {
+  StreamHeader header;
+  StreamTail tail;
+};
+Result<StreamEnds> read_stream_ends(const Source& source);
+
+}  // namespace maille

@@ -1,0 +1,273 @@
+#include "volume/stream/stream_file.h"
+
+#include <maille/stream.h>
+
+#include <algorithm>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "container/file_reader.h"
+#include "volume/order/cell_order.h"
+#include "volume/order/mesh_order.h"
+#include "volume/stream/piece_pipeline.h"
+#include "volume/stream/stream_layout.h"
+#include "volume/stream/time_steps.h"
+
+namespace maille {
+namespace {
+
+/// Puts pieces together again. Points come in the order of their first use, and go to the places of their
+/// numbers in the end: nothing is reserved for a number that a file claims.
+class MeshCollector {
+ public:
+  MeshCollector(const StreamDescription& description, const DecodeOptions& options) : options_(options) {
+    mesh_.points = make(description.positions);
+    for (const StreamArray& array : description.arrays) {
+      const bool wanted = !options.arrays || std::find(options.arrays->begin(), options.arrays->end(),
+                                                       array.name) != options.arrays->end();
+      wanted_.push_back(wanted);
+      arrays_.push_back(make(array));
+    }
+    for (const Array& array : description.mesh_arrays) mesh_arrays_.push_back(array);
+    mesh_.metadata = description.metadata;
+  }
+
+  Result<> add(const StreamPiece& piece, const std::string& name) {
+    size_t next_block = 0;
+    const bool plain =
+        piece.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
+    if (plain) MAILLE_CHECK(add_plain_cells(piece, name));
+    for (size_t i = 0; i <= piece.cell_count() && !plain; ++i) {
+      while (next_block < piece.blocks.size() &&
+             piece.blocks[next_block].first_cell <= piece.first_cell + i) {
+        begin_block(piece.blocks[next_block++]);
+      }
+      if (i == piece.cell_count()) break;
+      if (mesh_.blocks.empty()) begin_block({});
+      MAILLE_CHECK(add_cell(piece, i, name));
+    }
+    numbers_.insert(numbers_.end(), piece.points.begin(), piece.points.end());
+    append(mesh_.points, piece.positions);
+    size_t of_points = 0, of_cells = 0;
+    for (size_t k = 0; k < arrays_.size(); ++k) {
+      const bool points = arrays_[k].domain == Domain::point;
+      const auto& bytes = points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+      if (wanted_[k]) append(arrays_[k], bytes);
+    }
+    if (size_ > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound, name + ": the mesh takes more than the " +
+                                                  std::to_string(options_.limits.mesh_bytes >> 20) +
+                                                  " MiB allowed");
+    }
+    return {};
+  }
+
+  /// A part of a mesh: points that never came up leave gaps in the numbers.
+  Result<> close_gaps(const std::string& name) {
+    std::vector<uint64_t> known = numbers_;
+    std::sort(known.begin(), known.end());
+    const auto place = [&](uint64_t number) {
+      return static_cast<uint64_t>(std::lower_bound(known.begin(), known.end(), number) - known.begin());
+    };
+    for (CellBlock& block : mesh_.blocks) {
+      for (uint32_t& point : block.connectivity) {
+        const uint64_t now = place(point);
+        if (now == known.size() || known[now] != point)
+          return failure(ErrorCode::corrupt, name + ": a cell has a point that never came up");
+        point = static_cast<uint32_t>(now);
+      }
+    }
+    for (uint64_t& number : numbers_) number = place(number);
+    return {};
+  }
+
+  /// `order`: the input's, where the stream has another one.
+  Result<Mesh> finish(const std::string& name, const std::optional<CodedOrder>& order) {
+    MAILLE_CHECK(put_in_place(name));
+    for (size_t k = 0; k < arrays_.size(); ++k) {
+      if (wanted_[k]) mesh_.arrays.push_back(std::move(arrays_[k]));
+    }
+    for (Array& array : mesh_arrays_) mesh_.arrays.push_back(std::move(array));
+    if (auto valid = validate(mesh_); !valid) {
+      return failure(ErrorCode::corrupt, name + ": " + std::move(valid).error().message);
+    }
+    if (order && !(all_have_shapes(mesh_) && restore_order(mesh_, *order))) {
+      return failure(ErrorCode::corrupt, name + ": the order of cells and points is damaged");
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  static Array make(const StreamArray& described) {
+    Array array =
+        make_array(described.name, described.domain, described.type, described.components, described.role);
+    array.labels = described.labels;
+    return array;
+  }
+  void append(Array& array, const std::vector<std::byte>& bytes) {
+    array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
+    size_ += bytes.size();
+  }
+  void begin_block(const StreamPiece::Block& start) {
+    CellBlock& block = mesh_.blocks.emplace_back();
+    block.name = start.name;
+    block.type = start.type;
+  }
+  tl::unexpected<Error> too_many_points(const std::string& name) const {
+    return failure(ErrorCode::memory_bound,
+                   name + ": more points than a mesh in memory can have; read it in pieces");
+  }
+  /// Cells of the block's only type: the reader has looked at their types.
+  Result<> add_plain_cells(const StreamPiece& piece, const std::string& name) {
+    std::vector<uint32_t>& connectivity = mesh_.blocks.back().connectivity;
+    uint64_t bits = 0;  // of all: at once, where the largest would have to be found one by one
+    for (const uint64_t point : piece.connectivity) bits |= point;
+    if (bits > max_points &&
+        *std::max_element(piece.connectivity.begin(), piece.connectivity.end()) > max_points)
+      return too_many_points(name);
+    const size_t before = connectivity.size();
+    connectivity.resize(before + piece.connectivity.size());
+    for (size_t k = 0; k < piece.connectivity.size(); ++k) {
+      connectivity[before + k] = static_cast<uint32_t>(piece.connectivity[k]);
+    }
+    size_ += piece.connectivity.size() * 4;
+    return {};
+  }
+  Result<> add_cell(const StreamPiece& piece, size_t i, const std::string& name) {
+    CellBlock& block = mesh_.blocks.back();
+    if (nodes_of(block.type) == 0 && block.offsets.empty()) block.offsets.push_back(0);
+    for (uint64_t k = piece.offsets[i]; k < piece.offsets[i + 1]; ++k) {
+      if (piece.connectivity[k] > max_points) return too_many_points(name);
+      block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
+    }
+    if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
+    add_faces(piece, i, block);
+    if (block.type == CellType::mixed) block.types.push_back(static_cast<uint8_t>(piece.types[i]));
+    size_ += (piece.offsets[i + 1] - piece.offsets[i]) * 4 + (nodes_of(block.type) == 0 ? 9 : 0);
+    return {};
+  }
+  void add_faces(const StreamPiece& piece, size_t i, CellBlock& block) {
+    const bool polyhedron = piece.types[i] == CellType::polyhedron;
+    if (!polyhedron && block.cell_faces.empty()) return;
+    if (block.cell_faces.empty()) block.cell_faces.assign(block.offsets.size() - 1, 0);
+    if (polyhedron) {
+      const auto begin = piece.face_sizes.begin();
+      block.face_sizes.insert(block.face_sizes.end(), begin + static_cast<ptrdiff_t>(piece.cell_faces[i]),
+                              begin + static_cast<ptrdiff_t>(piece.cell_faces[i + 1]));
+      size_ += (piece.cell_faces[i + 1] - piece.cell_faces[i]) * 4;
+    }
+    block.cell_faces.push_back(block.face_sizes.size());
+    size_ += 8;
+  }
+  /// Numbers of points must be 0 to n - 1, each once.
+  Result<> put_in_place(const std::string& name) {
+    std::vector<bool> seen(numbers_.size());
+    bool in_order = true;
+    for (size_t i = 0; i < numbers_.size(); ++i) {
+      if (numbers_[i] >= seen.size() || seen[numbers_[i]]) {
+        return failure(ErrorCode::corrupt,
+                       name + ": the numbers of points have gaps or repeat; read it in pieces");
+      }
+      seen[numbers_[i]] = true;
+      in_order = in_order && numbers_[i] == i;
+    }
+    if (in_order) return {};
+    put_in_place(mesh_.points);
+    for (size_t k = 0; k < arrays_.size(); ++k) {
+      if (wanted_[k] && arrays_[k].domain == Domain::point) put_in_place(arrays_[k]);
+    }
+    return {};
+  }
+  void put_in_place(Array& array) const {
+    const size_t size = array.tuple_size();
+    std::vector<std::byte> bytes(array.bytes.size());
+    for (size_t i = 0; i < numbers_.size(); ++i) {
+      std::copy_n(array.bytes.data() + i * size, size, bytes.data() + numbers_[i] * size);
+    }
+    array.bytes = std::move(bytes);
+  }
+
+  const DecodeOptions& options_;
+  Mesh mesh_;
+  std::vector<Array> arrays_, mesh_arrays_;
+  std::vector<bool> wanted_;
+  std::vector<uint64_t> numbers_;
+  uint64_t size_ = 0;
+};
+
+/// Files whose order stands apart are read, too.
+Result<StreamReader> open_any(const Source& source, const DecodeOptions& options) {
+  StreamReadOptions opened;
+  opened.limits = options.limits;
+  opened.any_order = true;
+  opened.executor = options.executor;
+  return StreamReader::open(source, options.step, opened);
+}
+
+/// The input's order, where it stands apart.
+Result<std::optional<CodedOrder>> order_of(const Source& source, const StreamDescription& description) {
+  if (!description.order_apart) return std::optional<CodedOrder>();
+  const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"ordr"}));
+  std::optional<CodedOrder> order = split_order(bytes);
+  if (!order)
+    return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
+  return order;
+}
+
+}  // namespace
+
+Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits) {
+  DecodeOptions options;
+  options.limits = limits;
+  options.arrays.emplace();
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  const auto order = MAILLE_TRY(order_of(source, reader.description()));
+  if (!order) return std::optional<InputOrder>();
+  MeshCollector collector(reader.description(), options);
+  StreamPiece piece;
+  while (MAILLE_TRY(reader.next(piece))) MAILLE_CHECK(collector.add(piece, source.name()));
+  const Mesh coded = MAILLE_TRY(collector.finish(source.name(), {}));
+  std::optional<InputOrder> found = all_have_shapes(coded) ? decode_order(coded, *order) : std::nullopt;
+  if (!found)
+    return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
+  return found;
+}
+
+Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  const auto order = MAILLE_TRY(order_of(source, reader.description()));
+  MeshCollector collector(reader.description(), options);
+  const auto add = [&](const StreamPiece& piece) { return collector.add(piece, source.name()); };
+  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece&) -> Result<> {
+    if (options.progress && !options.progress({"cells", 0})) return cancelled();
+    return {};
+  }));
+  return collector.finish(source.name(), order);
+}
+
+Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options) {
+  StreamReader reader = MAILLE_TRY(open_any(source, options));
+  MeshCollector collector(reader.description(), options);
+  Salvaged salvaged;
+  StreamPiece piece;
+  for (;;) {
+    const Result<bool> more = reader.next(piece);
+    if (!more && more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
+    if (!more) salvaged.damage = more.error();
+    if (!more || !*more) break;
+    MAILLE_CHECK(collector.add(piece, source.name()));
+    if (options.progress && !options.progress({"cells", 0})) return cancelled();
+  }
+  // Of a part the input's order says nothing.
+  std::optional<CodedOrder> order;
+  if (salvaged.damage) {
+    MAILLE_CHECK(collector.close_gaps(source.name()));
+  } else {
+    order = MAILLE_TRY(order_of(source, reader.description()));
+  }
+  salvaged.mesh = MAILLE_TRY(collector.finish(source.name(), order));
+  return salvaged;
+}
+
+}  // namespace maille

@@ -1,0 +1,483 @@
+#include "volume/stream/stream_file.h"
+
+#include <maille/stream.h>
+
+#include <algorithm>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "surface/arrays/array_report.h"
+#include "volume/order/cell_order.h"
+#include "volume/order/gate_order.h"
+#include "volume/order/mesh_order.h"
+#include "volume/order/space_curve.h"
+#include "volume/stream/mesh_stream.h"
+
+namespace maille {
+namespace {
+
+/// Points of a mesh in memory, as the writer wants them.
+class MeshPoints final : public PointSource {
+ public:
+  explicit MeshPoints(const Mesh& mesh) {
+    add(mesh.points);
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::point) add(array);
+    }
+  }
+  Result<> read(uint64_t number, std::byte* out) override {
+    for (const auto& [bytes, size] : columns_) out = std::copy_n(bytes + number * size, size, out);
+    return {};
+  }
+
+ private:
+  void add(const Array& array) { columns_.emplace_back(array.bytes.data(), array.tuple_size()); }
+  std::vector<std::pair<const std::byte*, size_t>> columns_;
+};
+
+StreamArray describe(const Array& array, const Tolerance& tolerance) {
+  return {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}};
+}
+
+Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options) {
+  StreamOptions stream;
+  stream.positions = describe(mesh.points, options.positions);
+  for (const Array& array : mesh.arrays) {
+    const auto found = options.arrays.find(array.name);
+    const Tolerance tolerance = found == options.arrays.end() ? Tolerance{} : found->second;
+    if (array.domain == Domain::mesh) {
+      stream.mesh_arrays.push_back(array);
+    } else {
+      stream.arrays.push_back(describe(array, tolerance));
+    }
+  }
+  for (const auto& [name, tolerance] : options.arrays) {
+    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
+    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
+      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
+    }
+  }
+  copy_options(mesh, options, stream);
+  return stream;
+}
+
+/// When each point is used last, counted in cells as written; none for points that no cell uses.
+std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
+  std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
+  uint64_t time = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const CellBlock& block = mesh.blocks[b];
+    const uint64_t nodes = nodes_of(block.type);
+    if (nodes != 0 && orders[b].empty()) {
+      const uint64_t cells = block.connectivity.size() / nodes;
+      const uint32_t* point = block.connectivity.data();
+      for (uint64_t i = 0; i < cells; ++i, ++time) {
+        for (uint64_t k = 0; k < nodes; ++k) last[*point++] = time;
+      }
+      continue;
+    }
+    for (uint64_t i = 0; i < block.size(); ++i, ++time) {
+      for (const uint32_t point : block.cell(orders[b].empty() ? i : orders[b][i])) last[point] = time;
+    }
+  }
+  return last;
+}
+
+/// In which order cells are written, when each point is used last then, and the bytes that give the input's
+/// order back if that is to be kept.
+struct Ordering {
+  CellOrders orders;
+  std::vector<uint64_t> last;
+  std::optional<CodedOrder> apart;
+  bool by_front = false;         ///< not as they are in the input: few cells are found on the fast path
+  std::vector<uint8_t> borders;  ///< where cells come at gates
+
+  Ordering(const Mesh& mesh, CellOrders cells, bool front)
+      : orders(std::move(cells)), last(last_cells(mesh, orders)), by_front(front) {}
+};
+Ordering as_they_are(const Mesh& mesh) {
+  return {mesh, CellOrders(mesh.blocks.size()), false};
+}
+Ordering in_front_order(const Mesh& mesh) {
+  CellOrders orders;
+  for (const CellBlock& block : mesh.blocks) orders.push_back(front_order(block));
+  return {mesh, std::move(orders), true};
+}
+
+Ordering at_gates(const Mesh& mesh) {
+  GateOrder found = gate_order(mesh);
+  Ordering ordering(mesh, std::move(found.cells), true);
+  ordering.borders = std::move(found.borders);
+  return ordering;
+}
+
+/// At gates; as the front meets them where there are cells without shape, or polygons alone: these take a
+/// twentieth more at gates, whose positions lose more there than gates save.
+Ordering in_coded_order(const Mesh& mesh) {
+  const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
+                                  [](const CellBlock& block) { return has_cells_of(block, 3); });
+  return solids && all_have_shapes(mesh) ? at_gates(mesh) : in_front_order(mesh);
+}
+
+Ordering at_gates_apart(const Mesh& mesh) {
+  Ordering gates = at_gates(mesh);
+  gates.apart = encode_plain_order(mesh, gates.orders);
+  return gates;
+}
+
+/// What the connectivity of the first cells takes in an order; with the numbers of points if they are kept.
+/// Mostly without mixing: that makes all orders smaller, and takes longer.
+class Trial {
+ public:
+  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false,
+        Mixing mixing = Mixing::none)
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered, indexed) {
+    if (!ordering.borders.empty()) coder_.use_gates(&ordering.borders);
+  }
+
+  /// Goes on until so many cells are done, or all.
+  void run(uint64_t most_cells) {
+    for (; block_ < mesh_.blocks.size(); ++block_, in_block_ = 0) {
+      const CellBlock& block = mesh_.blocks[block_];
+      const uint64_t size = block.size();
+      for (; in_block_ < size && done_ < most_cells; ++done_) code(block, ordering_.orders[block_]);
+      if (in_block_ < size) return;
+    }
+  }
+  uint64_t cells() const { return done_; }
+  /// So far, to some bytes.
+  uint64_t bytes() const { return topology_.size() + (numbered_ ? numbers_.size() : 0); }
+
+ private:
+  void code(const CellBlock& block, const std::vector<uint64_t>& order) {
+    const uint64_t number = order.empty() ? in_block_ : order[in_block_];
+    ++in_block_;
+    cell_.kind = kind_of(block.type_of(number));
+    if (cell_.kind >= shape_count) return;
+    const auto points = block.cell(number);
+    cell_.final = 0;
+    for (size_t k = 0; k < points.size(); ++k) {
+      cell_.number[k] = points[cell_shapes[cell_.kind].place[k]];
+      cell_.final |= (ordering_.last[cell_.number[k]] == done_ ? 1u : 0u) << k;
+    }
+    coder_.code(topology_, numbers_, cell_, out_);
+    if (out_.size() < cells_per_block) return;
+    out_.clear();
+    coder_.end_block();
+  }
+
+  const Mesh& mesh_;
+  const Ordering& ordering_;
+  bool numbered_;
+  CellCoder<RangeEncoder> coder_;
+  RangeEncoder topology_, numbers_;
+  CodedCells out_;
+  StreamedCell cell_;
+  size_t block_ = 0;
+  uint64_t in_block_ = 0, done_ = 0;
+};
+
+/// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try.
+constexpr uint64_t fewest = 1'000, few = 4'000, sample = 20'000;
+
+uint64_t count_numbers(const Mesh& mesh) {
+  uint64_t numbers = mesh.point_count() * 3;
+  for (const Array& array : mesh.arrays)
+    numbers += array.domain == Domain::mesh ? 0 : array.count() * array.components;
+  return numbers;
+}
+
+/// Where all cells are of one type, the first ones stand for all: not so where a mesh begins with the cells
+/// of its boundary.
+bool all_alike(const Mesh& mesh) {
+  return mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
+}
+
+/// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
+/// smaller with the input's order beside it.
+Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
+  const Mixing mixing = mixing_at(effort);
+  constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
+  Ordering given = as_they_are(mesh);
+  const uint64_t cells = mesh.cell_count();
+  if (cells >= no_cell || !all_have_shapes(mesh)) return given;
+  Trial natural(mesh, given, true);
+  if (effort == 1 && all_alike(mesh)) {
+    natural.run(fewest);
+    if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh);
+  }
+  natural.run(few);
+  const bool alike = all_alike(mesh);
+  if (alike && 2 * natural.bytes() <= scattered * natural.cells()) return given;
+  if (natural.bytes() <= 2 * scattered * natural.cells()) {
+    natural.run(sample);
+    if (natural.bytes() <= scattered * natural.cells()) return given;
+  }
+  // Numbers that follow one another are an order, too, whatever the cells do.
+  if (effort == 1) return at_gates_apart(mesh);
+  Trial indexed(mesh, given, true, true);
+  indexed.run(alike ? few : sample);
+  if (indexed.bytes() <= scattered * indexed.cells()) return given;
+  std::optional<Ordering> front;
+  uint64_t apart = 0;
+  executor.parallel_for(2, [&](size_t task) {
+    if (task == 1) return natural.run(2 * few);
+    front = in_coded_order(mesh);
+    Trial trial(mesh, *front);
+    trial.run(2 * few);
+    front->apart = encode_order(mesh, front->orders, mixing);
+    apart = front->apart->points.size() + front->apart->cells.size() + trial.bytes() * cells / trial.cells();
+  });
+  // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
+  // so.
+  if (4 * natural.bytes() * cells <= 5 * apart * natural.cells()) natural.run(sample);
+  return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
+}
+
+/// Where any order will do: as they are, if that is a good order, else as in_coded_order() has them.
+Ordering choose_orders(const Mesh& mesh, int effort) {
+  const Mixing mixing = std::min(mixing_at(effort), Mixing::some);
+  Ordering given = as_they_are(mesh);
+  Trial natural(mesh, given, false, false, mixing);
+  if (uses_gates(effort) && all_have_shapes(mesh)) {
+    natural.run(fewest);
+    if (4 * natural.bytes() <= natural.cells()) natural.run(sample);
+    return 4 * natural.bytes() <= natural.cells() ? std::move(given) : in_coded_order(mesh);
+  }
+  natural.run(few);
+  constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
+  if (all_alike(mesh) && regular * natural.bytes() <= natural.cells()) {
+    natural.run(sample);
+    if (regular * natural.bytes() <= natural.cells()) return given;
+  }
+  Ordering other = in_coded_order(mesh);
+  Trial trial(mesh, other, false, false, mixing);
+  trial.run(natural.cells());
+  if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
+    natural.run(sample);
+    trial.run(sample);
+  }
+  return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
+}
+
+/// Points of no cell, in any order: along a curve, so that each is near the one before.
+void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
+  const size_t size = size_of(points.type);
+  const auto coordinate = [&](uint64_t number, unsigned axis) {
+    const double x = number_as_double(points.type, points.bytes.data() + (number * 3 + axis) * size);
+    return x > -1e300 && x < 1e300 ? x : 0;
+  };
+  std::array<double, 3> low{}, factor{};
+  for (unsigned k = 0; k < 3; ++k) {
+    double high = low[k] = numbers.empty() ? 0 : coordinate(numbers[0], k);
+    for (const uint64_t number : numbers) {
+      low[k] = std::min(low[k], coordinate(number, k));
+      high = std::max(high, coordinate(number, k));
+    }
+    factor[k] = high > low[k] ? 1048575.0 / (high - low[k]) : 0;
+  }
+  std::vector<std::pair<uint64_t, uint64_t>> places;
+  for (const uint64_t number : numbers) {
+    std::array<uint32_t, 3> point;
+    for (unsigned k = 0; k < 3; ++k) {
+      // Not finite where the points lie within less than 1e-300.
+      const double along = (coordinate(number, k) - low[k]) * factor[k];
+      point[k] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
+    }
+    places.emplace_back(place_on_curve(point), number);
+  }
+  std::sort(places.begin(), places.end());
+  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = places[i].second;
+}
+
+/// Hands the cells of a mesh to a writer, one by one.
+class MeshFeeder {
+ public:
+  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const Ordering& ordering, const EncodeOptions& options)
+      : mesh_(mesh),
+        writer_(writer),
+        orders_(ordering.orders),
+        last_(ordering.last),
+        pace_(options.progress, "cells", mesh.cell_count()),
+        executor_(options.executor ? *options.executor : serial_executor()),
+        any_order_(options.order == Order::canonical) {
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::cell) columns_.push_back(&array);
+    }
+    arrays_.resize(columns_.size());
+  }
+  Result<> feed() {
+    for (size_t b = 0; b < mesh_.blocks.size(); ++b) {
+      const CellBlock& block = mesh_.blocks[b];
+      MAILLE_CHECK(writer_.begin_block(block.name, block.type));
+      const bool plain = orders_[b].empty() && nodes_of(block.type) != 0;
+      if (plain) MAILLE_CHECK(feed_plain(block));
+      for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, orders_[b], i));
+      first_ += block.size();
+    }
+    std::vector<uint64_t> unused;
+    for (uint64_t point = 0; point < last_.size(); ++point) {
+      if (last_[point] == ~uint64_t{0}) unused.push_back(point);
+    }
+    if (any_order_) sort_along_curve(mesh_.points, unused);
+    return writer_.end_points(unused);
+  }
+
+ private:
+  /// Some hundred cells of one type and size; returns how many.
+  Result<uint64_t> feed_run(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t first) {
+    const auto cell_at = [&](uint64_t i) { return order.empty() ? i : order[i]; };
+    const auto type_of = [&](uint64_t i) {
+      return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
+    };
+    const size_t nodes = block.cell(cell_at(first)).size();
+    const bool single = nodes == 0 || type_of(first) == CellType::polyhedron;
+    const uint64_t most = single ? 1 : std::min<uint64_t>(512, block.size() - first);
+    numbers_.clear();
+    finals_.clear();
+    for (auto& bytes : arrays_) bytes.clear();
+    uint64_t count = 0;
+    for (; count < most && type_of(first + count) == type_of(first); ++count) {
+      const uint64_t cell = cell_at(first + count);
+      if (block.cell(cell).size() != nodes) break;
+      for (const uint32_t point : block.cell(cell)) {
+        numbers_.push_back(point);
+        finals_.push_back(last_[point] == first_ + first + count);
+      }
+      for (size_t k = 0; k < columns_.size(); ++k) {
+        const size_t size = columns_[k]->tuple_size();
+        const auto from = columns_[k]->bytes.begin() + static_cast<ptrdiff_t>((first_ + cell) * size);
+        arrays_[k].insert(arrays_[k].end(), from, from + static_cast<ptrdiff_t>(size));
+      }
+      if (!pace_.step()) return cancelled();
+    }
+    const std::vector<Bytes> arrays(arrays_.begin(), arrays_.end());
+    if (type_of(first) == CellType::polyhedron) {
+      MAILLE_CHECK(writer_.add_polyhedron(block.faces(cell_at(first)), numbers_, finals_, arrays));
+      return count;
+    }
+    MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
+    return count;
+  }
+
+  /// Cells of one type in their order: while some are coded the next ones are made ready.
+  Result<> feed_plain(const CellBlock& block) {
+    const size_t nodes = nodes_of(block.type);
+    const uint64_t cells = block.connectivity.size() / nodes;
+    std::array<Run, 2> runs;
+    fill(block, 0, std::min<uint64_t>(cells, cells_per_block), runs[0]);
+    for (uint64_t first = 0, k = 0; first < cells; first += cells_per_block, k = 1 - k) {
+      const uint64_t next = first + cells_per_block;
+      Result<> added;
+      executor_.parallel_for(2, [&](size_t task) {
+        if (task == 0) {
+          added = writer_.add_cells(block.type, runs[k].numbers, runs[k].finals, runs[k].arrays, nodes);
+        } else if (next < cells) {
+          fill(block, next, std::min<uint64_t>(cells - next, cells_per_block), runs[1 - k]);
+        }
+      });
+      MAILLE_CHECK(added);
+      if (!pace_.advance(std::min<uint64_t>(cells - first, cells_per_block))) return cancelled();
+    }
+    return {};
+  }
+
+  struct Run {
+    std::vector<uint64_t> numbers;
+    std::vector<uint8_t> finals;
+    std::vector<Bytes> arrays;
+  };
+  void fill(const CellBlock& block, uint64_t first, uint64_t count, Run& run) const {
+    const size_t nodes = nodes_of(block.type);
+    const auto points = std::span(block.connectivity).subspan(first * nodes, count * nodes);
+    run.numbers.resize(points.size());
+    run.finals.resize(points.size());
+    // Through plain pointers: bytes could be anything, so members would be read again after each.
+    const uint32_t* point = points.data();
+    const uint64_t* const last = last_.data();
+    uint64_t* number = run.numbers.data();
+    uint8_t* final = run.finals.data();
+    for (uint64_t time = first_ + first, end = time + count; time < end; ++time) {
+      for (size_t k = 0; k < nodes; ++k) {
+        number[k] = point[k];
+        final[k] = last[point[k]] == time;
+      }
+      point += nodes, number += nodes, final += nodes;
+    }
+    run.arrays.clear();
+    for (const Array* column : columns_) {
+      const size_t size = column->tuple_size();
+      run.arrays.push_back(Bytes(column->bytes).subspan((first_ + first) * size, count * size));
+    }
+  }
+
+  const Mesh& mesh_;
+  StreamWriter& writer_;
+  const CellOrders& orders_;
+  const std::vector<uint64_t>& last_;
+  Pace pace_;
+  Executor& executor_;
+  bool any_order_;
+  std::vector<const Array*> columns_;
+  uint64_t first_ = 0;  ///< cells of the blocks before
+  std::vector<uint64_t> numbers_;
+  std::vector<uint8_t> finals_;
+  std::vector<std::vector<std::byte>> arrays_;
+};
+
+ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
+                      uint64_t coded_bytes) {
+  ArrayReport report = report_of(array);
+  report.coded_bytes = coded_bytes;
+  report.lossless = bound == 0;
+  report.bound = bound;
+  if (!maps.empty() && bound > 0) report.step = maps[0].step;
+  return report;
+}
+
+EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps,
+                       const std::optional<CodedOrder>& order) {
+  EncodeReport report = report_of(mesh);
+  report.file_bytes = stream.file_bytes;
+  report.connectivity.coded_bytes = stream.cell_bytes + (order ? order->cells.size() : 0);
+  report.order_bytes = stream.number_bytes + (order ? order->points.size() : 0);
+  report.positions = report_of(mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.other_bytes =
+      stream.file_bytes - report.connectivity.coded_bytes - report.order_bytes - stream.position_bytes;
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) {
+      report.arrays.push_back(report_of(array, {}, 0, 0));
+      continue;
+    }
+    report.arrays.push_back(
+        report_of(array, maps.maps[next + 1], maps.bounds[next + 1], stream.array_bytes[next]));
+    report.other_bytes -= stream.array_bytes[next++];
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+  MAILLE_CHECK(validate(mesh));
+  StreamOptions stream_options = MAILLE_TRY(options_for(mesh, options));
+  MeshPoints points(mesh);
+  stream_options.points = &points;
+  ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
+  Executor& executor = options.executor ? *options.executor : serial_executor();
+  const Ordering ordering = options.order == Order::keep ? keep_order(mesh, options.effort, executor)
+                                                         : choose_orders(mesh, options.effort);
+  maps.mixing_pays = mixing_pays(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
+  maps.borders = ordering.borders;
+  if (ordering.apart) {
+    stream_options.any_order = true;
+    maps.order_apart = join_order(*ordering.apart);
+  }
+  StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
+  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering, options).feed());
+  const StreamReport stream = MAILLE_TRY(writer.finish());
+  return report_of(mesh, stream, maps, ordering.apart);
+}
+
+}  // namespace maille

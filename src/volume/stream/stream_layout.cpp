@@ -1,0 +1,293 @@
+#include "volume/stream/stream_layout.h"
+
+#include "base/result.h"
+#include "container/plain_fields.h"
+#include "entropy/byte_model.h"
+#include "numbers/number_maps.h"
+#include "volume/values/mixed_values.h"
+
+namespace maille {
+namespace {
+
+// What codes of 32 and of 64 bits hold.
+constexpr int most_digits(Scalar type) {
+  return type == Scalar::f32 ? 7 : 15;
+}
+
+class Writer : public PlainWriter {
+ public:
+  void map(const NumberMap& value, Scalar) {
+    write_map(out(), value);
+    if (value.kind == NumberMap::Kind::ordered)
+      out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
+  }
+};
+
+class Reader : public PlainReader {
+ public:
+  using PlainReader::PlainReader;
+  void map(NumberMap& value, Scalar type) {
+    auto found = read_map(in(), type);
+    demand(found.has_value());
+    if (!found) return;
+    value = *found;
+    if (value.kind != NumberMap::Kind::ordered) return;
+    const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
+    value.exponent = byte > 128 ? 128 - byte : byte;
+    demand(value.exponent <= most_digits(type));
+    demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
+  }
+};
+
+template <class Visitor, class Array>
+void visit_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.domain, domain_count);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  v.choice(array.tolerance.kind, 4);
+  v.real(array.tolerance.value);
+}
+
+template <class Visitor, class Array>
+void visit_mesh_array(Visitor& v, Array& array) {
+  v.text(array.name);
+  v.choice(array.type, scalar_count);
+  v.count(array.components, 0xffff);
+  v.choice(array.role, role_count);
+  v.list(array.labels, [&](auto& label) { v.text(label); });
+  v.bytes(array.bytes);
+}
+
+template <class Visitor, class Header>
+void visit_header(Visitor& v, Header& header) {
+  auto& description = header.description;
+  v.count(description.effort, 9);
+  v.flag(description.any_order);
+  v.flag(description.order_apart);
+  v.choice(header.mixing, mixing_count);
+  v.flag(header.mixed_values);
+  v.flag(header.indexed);
+  v.flag(header.gated);
+  visit_array(v, description.positions);
+  v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
+  v.list(description.mesh_arrays, [&](auto& array) { visit_mesh_array(v, array); });
+  v.list(description.metadata, [&](auto& entry) {
+    v.text(entry.first);
+    v.text(entry.second);
+  });
+  v.text(description.provenance);
+  size_t i = 0;
+  v.list(header.maps, [&](auto& maps) {
+    const bool known = i <= description.arrays.size();
+    const Scalar type = !known   ? Scalar::u8
+                        : i == 0 ? description.positions.type
+                                 : description.arrays[i - 1].type;
+    v.list(maps, [&](auto& map) { v.map(map, type); });
+    ++i;
+  });
+  v.list(header.bounds, [&](auto& bound) { v.real(bound); });
+}
+
+template <class Visitor, class Header>
+void visit_batch(Visitor& v, Header& header) {
+  v.count(header.records, most_records_per_batch);
+  v.count(header.cells, most_records_per_batch);
+  v.count(header.points, most_records_per_batch * 32);
+  v.count(header.cell_bytes, uint64_t{1} << 32);
+  v.list(header.blocks, [&](auto& block) {
+    v.count(block.records_before, most_records_per_batch);
+    v.text(block.name);
+    v.choice(block.type, 256);
+  });
+}
+
+template <class Visitor, class Tail>
+void visit_tail(Visitor& v, Tail& tail) {
+  v.count(tail.points, ~uint64_t{0});
+  v.count(tail.cells, ~uint64_t{0});
+  v.count(tail.corners, ~uint64_t{0});
+  v.count(tail.batches, ~uint64_t{0});
+  v.count(tail.most_live_points, ~uint64_t{0});
+  v.count(tail.most_live_cells, ~uint64_t{0});
+  v.list(tail.blocks, [&](auto& block) {
+    v.text(block.name);
+    v.choice(block.type, 256);
+    v.count(block.cells, ~uint64_t{0});
+  });
+  v.list(tail.types, [&](auto& count) {
+    v.choice(count.first, 256);
+    v.count(count.second, ~uint64_t{0});
+  });
+  v.count(tail.polyhedra.cells, ~uint64_t{0});
+  v.count(tail.polyhedra.faces, ~uint64_t{0});
+  v.count(tail.polyhedra.corners, ~uint64_t{0});
+  v.count(tail.polyhedra.points, ~uint64_t{0});
+  v.list(tail.ranges, [&](auto& range) {
+    v.list(range.components, [&](auto& component) {
+      v.flag(component.any);
+      v.real(component.low);
+      v.real(component.high);
+    });
+    v.count(range.nans, ~uint64_t{0});
+  });
+}
+
+template <class Visitor, class Header>
+void visit_step(Visitor& v, Header& header) {
+  v.real(header.time);
+  v.list(header.arrays, [&](auto& array) { visit_array(v, array); });
+  size_t i = 0;
+  v.list(header.maps, [&](auto& maps) {
+    const Scalar type = i < header.arrays.size() ? header.arrays[i].type : Scalar::u8;
+    v.list(maps, [&](auto& map) { v.map(map, type); });
+    ++i;
+  });
+  v.list(header.bounds, [&](auto& bound) { v.real(bound); });
+  v.list(header.same_as, [&](auto& same) { v.count(same, 0xffffffff); });
+}
+
+bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& arrays) {
+  const size_t count = header.arrays.size();
+  bool sensible =
+      header.maps.size() == count && header.bounds.size() == count && header.same_as.size() == count;
+  for (size_t i = 0; sensible && i < count; ++i) {
+    const StreamArray& array = header.arrays[i];
+    sensible = array.components > 0 && header.maps[i].size() == array.components &&
+               (array.domain == Domain::point || array.domain == Domain::cell);
+    if (!sensible || header.same_as[i] == 0) continue;
+    sensible = header.same_as[i] <= arrays.size();
+    if (!sensible) break;
+    const StreamArray& same = arrays[header.same_as[i] - 1];
+    sensible = same.domain == array.domain && same.type == array.type && same.components == array.components;
+  }
+  return sensible;
+}
+
+bool is_sensible(const StreamHeader& header) {
+  const StreamDescription& description = header.description;
+  bool sensible = description.positions.components == 3 && !(header.indexed && description.any_order) &&
+                  (!header.gated || description.any_order) &&
+                  header.maps.size() == description.arrays.size() + 1 &&
+                  header.bounds.size() == header.maps.size() && header.maps[0].size() == 3;
+  for (size_t i = 0; sensible && i < description.arrays.size(); ++i) {
+    const StreamArray& array = description.arrays[i];
+    sensible = array.components > 0 && header.maps[i + 1].size() == array.components &&
+               (array.domain == Domain::point || array.domain == Domain::cell);
+  }
+  for (const Array& array : description.mesh_arrays) {
+    sensible = sensible && array.components > 0 && array.bytes.size() % array.tuple_size() == 0;
+  }
+  return sensible;
+}
+
+}  // namespace
+
+StreamedArray StreamHeader::positions() const {
+  return with_models({description.positions.type, 3, maps[0], bounds[0]});
+}
+
+StreamedArray StreamHeader::array(size_t i) const {
+  return with_models(
+      {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]});
+}
+
+StreamedArray StreamHeader::with_models(StreamedArray array) const {
+  array.mixed = mixed_values && array.components <= most_mixed_components;
+  return array;
+}
+
+Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
+  Writer writer;
+  visit_header(writer, header);
+  if (writer.out().size() > most_plain_bytes) {
+    return failure(ErrorCode::unsupported,
+                   "names, labels, metadata and arrays of the mesh take more than the 16 MiB "
+                   "a file holds");
+  }
+  ByteWriter out;
+  out.put_count(writer.out().size());
+  out.put_bytes(encode_bytes(writer.out().bytes()));
+  return out.take();
+}
+
+Result<StreamHeader> decode_header(Bytes bytes) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of the stream is damaged");
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  StreamHeader header;
+  Reader reader(plain);
+  visit_header(reader, header);
+  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header)) {
+    return failure(ErrorCode::corrupt, "the description of the stream is damaged");
+  }
+  for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
+  return header;
+}
+
+Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
+  Writer writer;
+  visit_step(writer, header);
+  if (writer.out().size() > most_plain_bytes)
+    return failure(ErrorCode::unsupported,
+                   "names and labels of arrays take more than the 16 MiB a file holds");
+  ByteWriter out;
+  out.put_count(writer.out().size());
+  out.put_bytes(encode_bytes(writer.out().bytes()));
+  return out.take();
+}
+
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays) {
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of a step is damaged");
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  StepHeader header;
+  Reader reader(plain);
+  visit_step(reader, header);
+  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header, arrays))
+    return failure(ErrorCode::corrupt, "the description of a step is damaged");
+  return header;
+}
+
+void write_batch_header(ByteWriter& out, const BatchHeader& header) {
+  Writer writer;
+  visit_batch(writer, header);
+  out.put_count(writer.out().size());
+  out.put_bytes(writer.out().bytes());
+}
+
+Result<BatchHeader> read_batch_header(ByteReader& in) {
+  BatchHeader header;
+  Reader reader(in.get_bytes(in.get_count()));
+  visit_batch(reader, header);
+  bool sensible = in.ok() && reader.ok() && reader.at_end() && header.cell_bytes <= in.remaining();
+  for (const BlockStart& block : header.blocks) {
+    sensible = sensible && block.records_before <= header.records &&
+               std::string_view(name_of(block.type)) != "unknown";
+  }
+  if (!sensible) return failure(ErrorCode::corrupt, "the front of a batch of cells is damaged");
+  return header;
+}
+
+std::vector<std::byte> encode_tail(const StreamTail& tail) {
+  Writer writer;
+  visit_tail(writer, tail);
+  return writer.out().take();
+}
+
+Result<StreamTail> decode_tail(Bytes bytes) {
+  StreamTail tail;
+  Reader reader(bytes);
+  visit_tail(reader, tail);
+  const MeshDescription::Polyhedra& polyhedra = tail.polyhedra;
+  const bool sensible = polyhedra.corners <= tail.corners && polyhedra.points <= polyhedra.corners;
+  if (!reader.ok() || !reader.at_end() || !sensible)
+    return failure(ErrorCode::corrupt, "the end of the stream is damaged");
+  return tail;
+}
+
+}  // namespace maille

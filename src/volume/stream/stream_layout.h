@@ -1,0 +1,123 @@
+#pragma once
+
+#include <maille/mesh_source.h>
+#include <maille/stream.h>
+
+#include <vector>
+
+#include "base/bytes.h"
+#include "volume/cells/decisions.h"
+#include "volume/values/tuple_values.h"
+#include "volume/values/value_range.h"
+
+namespace maille {
+
+// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
+// stream".
+
+/// DESC: what is known before the first cell.
+struct StreamHeader {
+  StreamDescription description;
+  Mixing mixing = Mixing::none;  ///< of slow decisions
+  bool mixed_values = false;     ///< so are those about numbers, where an array has few components
+  bool indexed = false;          ///< cells come as numbers of points
+  bool gated = false;            ///< cells come at gates
+  /// Of positions, then of each array.
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+
+  StreamedArray positions() const;
+  StreamedArray array(size_t i) const;
+  StreamedArray with_models(StreamedArray array) const;
+};
+Result<std::vector<std::byte>> encode_header(const StreamHeader& header);
+/// Safe on any bytes. Error: corrupt, memory_bound.
+Result<StreamHeader> decode_header(Bytes bytes);
+
+/// Where a block of cells begins.
+struct BlockStart {
+  uint64_t records_before = 0;  ///< within the batch
+  std::string name;
+  CellType type = CellType::mixed;
+};
+
+/// The front of a CELL chunk.
+struct BatchHeader {
+  uint64_t records = 0;  ///< cells, isolated points, and ends of points
+  uint64_t cells = 0;
+  uint64_t points = 0;
+  uint64_t cell_bytes = 0;  ///< of the first coder; the rest is the second one's
+  std::vector<BlockStart> blocks;
+};
+/// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
+/// many.
+inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
+void write_batch_header(ByteWriter& out, const BatchHeader& header);
+/// Error: corrupt.
+Result<BatchHeader> read_batch_header(ByteReader& in);
+
+/// TAIL: what is known after the last cell.
+struct StreamTail {
+  struct Block {
+    std::string name;
+    CellType type = CellType::mixed;
+    uint64_t cells = 0;
+  };
+  uint64_t points = 0;
+  uint64_t cells = 0;
+  uint64_t corners = 0;
+  uint64_t batches = 0;
+  uint64_t most_live_points = 0;
+  uint64_t most_live_cells = 0;
+  std::vector<Block> blocks;
+  // What `info` tells, and writers of files in parts need beforehand.
+  std::vector<std::pair<CellType, uint64_t>> types;  ///< cells, by type, ascending
+  MeshDescription::Polyhedra polyhedra;
+  /// Of positions, then of each array, as they were given.
+  std::vector<ValueRange> ranges;
+};
+std::vector<std::byte> encode_tail(const StreamTail& tail);
+/// Error: corrupt.
+Result<StreamTail> decode_tail(Bytes bytes);
+
+/// STEP: arrays with their values at one time.
+struct StepHeader {
+  double time = 0;
+  std::vector<StreamArray> arrays;
+  std::vector<std::vector<NumberMap>> maps;
+  std::vector<double> bounds;
+  std::vector<uint32_t> same_as;  ///< by array: 0, or 1 + the array of the mesh that has the same values
+
+  /// `mesh`: the header of the stream.
+  StreamedArray array(size_t i, const StreamHeader& mesh) const {
+    return mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
+  }
+};
+Result<std::vector<std::byte>> encode_step(const StepHeader& header);
+/// `arrays`: of the mesh. Error: corrupt.
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
+
+inline constexpr uint32_t cells_per_block = 4096;
+/// Mixing makes the slow path a fifth smaller and half as fast.
+inline Mixing mixing_at(int effort) {
+  return effort >= 7 ? Mixing::most : effort >= 4 ? Mixing::some : Mixing::none;
+}
+/// Whether cells in no good order come at gates without a trial of the order of the front: that takes as long
+/// as coding them.
+inline bool uses_gates(int effort) {
+  return effort <= 3;
+}
+/// Mixing makes values 2 to 8 percent smaller, and their coding ten times slower, 1 us a number: at the best
+/// levels always, at those that mix at all where it pays.
+inline bool mixes_values(int effort, bool pays) {
+  return effort >= 7 || (effort >= 4 && pays);
+}
+/// Where mixing of values takes a tenth of a second. Where cells do not come in the order of a sweep
+/// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as
+/// tetrahedra have.
+inline bool mixing_pays(uint64_t numbers, uint64_t cells, bool scattered) {
+  constexpr uint64_t few = uint64_t{1} << 17;
+  return numbers <= few || (scattered && (numbers <= 2 * few || numbers <= 3 * cells));
+}
+
+}  // namespace maille

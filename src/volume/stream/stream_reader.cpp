@@ -1,0 +1,486 @@
+#include <maille/stream.h>
+#include <maille/version.h>
+
+#include "base/result.h"
+#include "volume/stream/chunk_pull.h"
+#include "volume/stream/stream_layout.h"
+#include "volume/stream/time_steps.h"
+#include "volume/values/array_stage.h"
+
+namespace maille {
+namespace {
+
+/// Nodes of some cells, and where they stand in the connectivity of the piece.
+struct NodeRun {
+  size_t node = 0, at = 0, count = 0;
+};
+
+/// A block between the stages: cells are decoded, values not yet.
+struct Block {
+  CodedCells cells;
+  StreamPiece piece;
+  std::vector<NodeRun> runs;  ///< not yet in the piece
+};
+
+/// But for `connectivity` and `slots`, which are written over and cut off behind the last cell.
+void clear(StreamPiece& piece) {
+  piece.blocks.clear();
+  piece.types.clear();
+  piece.offsets.assign(1, 0);
+  piece.face_sizes.clear();
+  piece.cell_faces.clear();
+  piece.points.clear();
+  piece.point_slots.clear();
+  piece.ended_slots.clear();
+}
+
+}  // namespace
+
+class StreamReader::Implementation {
+ public:
+  Implementation(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options)
+      : pull_(std::move(bytes)),
+        options_(options),
+        executor_(options.executor ? *options.executor : serial_executor()) {}
+
+  Result<> open(std::optional<StepValues> step = {});
+  const StreamDescription& description() const { return header_.description; }
+  Result<bool> next(StreamPiece& piece);
+
+ private:
+  tl::unexpected<Error> damaged(const std::string& what) const {
+    return failure(ErrorCode::corrupt, pull_.name() + ": batch " + std::to_string(batches_) + ": " + what);
+  }
+  Result<bool> next_chunk(ChunkHeader& header, Bytes& content);
+  Result<std::vector<std::byte>> rest_of_stream(const ChunkHeader& first, Bytes content);
+  Result<bool> begin_batch();
+  Result<bool> read_batch();
+  void take_step(StepValues step);
+  Result<> read_values();
+  Result<> check_tail(Bytes bytes);
+  uint64_t decode_alike(Block& block, uint64_t most);
+  Result<> decode_cells(Block& block);
+  void complete(Block& block);
+  bool prepare_values(Block& block);
+  size_t add_nodes(StreamPiece& piece, size_t count);
+  Result<> append_cell(const StreamedCell& cell, Block& block);
+  static void append_faces(const StreamedCell& cell, StreamPiece& piece);
+  void begin_blocks(StreamPiece& piece);
+  Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
+
+  ChunkPull pull_;
+  StreamReadOptions options_;
+  Executor& executor_;
+  StreamHeader header_;
+  std::optional<CellCoder<RangeDecoder>> coder_;
+  std::vector<ArrayStage<RansDecoder>> stages_;  ///< positions, then the arrays that are given out
+  std::vector<Domain> domains_;                  ///< of the arrays in the stream
+  std::vector<uint32_t> stage_of_array_;         ///< by array in the stream; 0: it is passed over
+  std::optional<StepValues> step_;
+  BatchHeader batch_;
+  std::vector<std::byte> cell_stream_, number_stream_;
+  std::vector<std::vector<std::byte>> value_streams_;
+  std::optional<RangeDecoder> cells_, numbers_;
+  std::array<Block, 2> blocks_;
+  std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
+  std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
+  size_t corners_ = 0;                    ///< of the piece whose cells are decoded
+  unsigned ready_ = 0;                    ///< the block whose cells are decoded
+  bool is_ready_ = false;
+  uint64_t records_left_ = 0;
+  size_t starts_used_ = 0;  ///< of the batch's blocks of cells
+  CellType block_type_ = CellType::mixed;
+  uint64_t batches_ = 0;
+  uint64_t cells_seen_ = 0, points_seen_ = 0;
+  bool ended_ = false;
+  StreamedCell cell_;
+};
+
+Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
+  const FileHeader file = MAILLE_TRY(pull_.begin());
+  if (file.mode != Mode::stream) {
+    return failure(ErrorCode::unsupported,
+                   pull_.name() + ": a file of another mode than \"stream\"; decode() reads it");
+  }
+  ChunkHeader header;
+  Bytes content;
+  if (!MAILLE_TRY(next_chunk(header, content)) || header.type != ChunkType{'D', 'E', 'S', 'C'}) {
+    return failure(ErrorCode::corrupt, pull_.name() + ": the stream does not begin with its description");
+  }
+  const std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+  header_ = MAILLE_TRY(decode_header(bytes));
+  if (header_.description.order_apart && !options_.any_order) {
+    return failure(
+        ErrorCode::unsupported,
+        pull_.name() + ": cells and points stand in another order than in the mesh; decode() reads it");
+  }
+  for (const StreamArray& array : header_.description.arrays) {
+    stage_of_array_.push_back(step ? 0 : static_cast<uint32_t>(stage_of_array_.size() + 1));
+    domains_.push_back(array.domain);
+  }
+  if (step) take_step(std::move(*step));
+  uint64_t models = tuple_coder_bytes(header_.positions());
+  for (size_t i = 0; i < header_.description.arrays.size(); ++i)
+    models += tuple_coder_bytes(header_.array(i));
+  if (models > options_.limits.mesh_bytes) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": the models of the arrays take more memory than allowed");
+  }
+  coder_.emplace(header_.mixing, !header_.description.any_order, header_.indexed);
+  if (header_.gated) coder_->use_gates(nullptr);
+  stages_.emplace_back(header_.positions(), Domain::point);
+  for (size_t i = 0; i < header_.description.arrays.size(); ++i) {
+    stages_.emplace_back(header_.array(i), header_.description.arrays[i].domain);
+  }
+  value_streams_.resize(stages_.size());
+  return {};
+}
+
+/// Ancillary chunks are passed over.
+Result<bool> StreamReader::Implementation::next_chunk(ChunkHeader& header, Bytes& content) {
+  for (;;) {
+    if (!MAILLE_TRY(pull_.next(header, content))) return false;
+    if (header.type[0] >= 'A' && header.type[0] <= 'Z') return true;
+  }
+}
+
+/// A stream of several chunks: its parts stand one behind the other.
+Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(const ChunkHeader& first,
+                                                                            Bytes content) {
+  std::vector<std::byte> bytes(content.begin(), content.end());
+  ChunkHeader part = first;
+  for (uint32_t number = 0;; ++number) {
+    const bool same = part.type == first.type && part.patch == first.patch && part.number == first.number;
+    if (!same || part.part() != number) return damaged("parts of " + describe(first) + " are not in order");
+    if (number > 0) bytes.insert(bytes.end(), content.begin(), content.end());
+    if (part.last()) return bytes;
+    if (bytes.size() > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound, pull_.name() + ": one stream takes more memory than allowed");
+    }
+    if (!MAILLE_TRY(next_chunk(part, content))) return damaged("the stream ends within it");
+  }
+}
+
+/// False: there is no batch more. All of it is read before anything is decoded, so that a stream whose bytes
+/// have not arrived yet can be asked again.
+Result<bool> StreamReader::Implementation::begin_batch() {
+  pull_.mark();
+  auto begun = read_batch();
+  if (!begun && begun.error().code == ErrorCode::network) pull_.rewind();
+  return begun;
+}
+
+Result<bool> StreamReader::Implementation::read_batch() {
+  ChunkHeader header;
+  Bytes content;
+  if (!MAILLE_TRY(next_chunk(header, content))) return damaged("the end of the stream is missing");
+  std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+  if (header.type == ChunkType{'T', 'A', 'I', 'L'}) {
+    MAILLE_CHECK(check_tail(bytes));
+    return false;
+  }
+  if (header.type != ChunkType{'C', 'E', 'L', 'L'} || header.patch != batches_ || header.number != 0) {
+    return damaged("cells are missing");
+  }
+  ByteReader in(bytes);
+  batch_ = MAILLE_TRY(read_batch_header(in));
+  const Bytes cells = in.get_bytes(batch_.cell_bytes), numbers = in.get_bytes(in.remaining());
+  cell_stream_.assign(cells.begin(), cells.end());
+  number_stream_.assign(numbers.begin(), numbers.end());
+  cells_.emplace(cell_stream_);
+  numbers_.emplace(number_stream_);
+  MAILLE_CHECK(read_values());
+  records_left_ = batch_.records;
+  starts_used_ = 0;
+  ++batches_;
+  return true;
+}
+
+/// The arrays of the step instead of the mesh's own, of which only those are read that the step has, too.
+void StreamReader::Implementation::take_step(StepValues step) {
+  const StepHeader& from = step.header();
+  StreamHeader mesh = header_;
+  header_.description.arrays = from.arrays;
+  header_.maps.resize(1);
+  header_.bounds.resize(1);
+  for (size_t i = 0; i < from.arrays.size(); ++i) {
+    const uint32_t same = from.same_as[i];
+    if (same != 0) stage_of_array_[same - 1] = static_cast<uint32_t>(i + 1);
+    header_.maps.push_back(same != 0 ? mesh.maps[same] : from.maps[i]);
+    header_.bounds.push_back(same != 0 ? mesh.bounds[same] : from.bounds[i]);
+  }
+  // What VTK and Exodus call the time of all that a file holds.
+  for (Array& array : header_.description.mesh_arrays) {
+    if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
+      store(array.bytes.data(), from.time);
+  }
+  step_.emplace(std::move(step));
+}
+
+Result<> StreamReader::Implementation::read_values() {
+  for (auto& bytes : value_streams_) bytes.clear();
+  for (size_t s = 0; s <= domains_.size(); ++s) {
+    const bool of_points = s == 0 || domains_[s - 1] == Domain::point;
+    const uint64_t tuples = of_points ? batch_.points : batch_.cells;
+    if (tuples > 0) {
+      ChunkHeader header;
+      Bytes content;
+      const ChunkType wanted = s == 0 ? ChunkType{'P', 'O', 'S', 'I'} : ChunkType{'A', 'R', 'R', 'Y'};
+      const bool there = MAILLE_TRY(next_chunk(header, content));
+      if (!there || header.type != wanted || header.patch != batches_ ||
+          header.number != (s == 0 ? 0 : s - 1)) {
+        return damaged("numbers are missing");
+      }
+      std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+      const uint32_t stage = s == 0 ? 0 : stage_of_array_[s - 1];
+      if (s == 0 || stage != 0) value_streams_[stage] = std::move(bytes);
+    }
+  }
+  for (size_t s = 1; step_ && s < stages_.size(); ++s) {
+    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+    if (tuples > 0 && step_->header().same_as[s - 1] == 0)
+      value_streams_[s] = MAILLE_TRY(step_->read(static_cast<uint32_t>(batches_), s - 1));
+  }
+  for (size_t s = 0; s < stages_.size(); ++s)
+    stages_[s].begin_batch(RansDecoder(value_streams_[s], stages_[s].lanes()));
+  return {};
+}
+
+Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
+  const StreamTail tail = MAILLE_TRY(decode_tail(bytes));
+  if (tail.batches != batches_ || tail.cells != cells_seen_ || tail.points != points_seen_) {
+    return damaged("the stream does not hold what its end says");
+  }
+  ChunkHeader header;
+  Bytes content;
+  if (MAILLE_TRY(next_chunk(header, content))) return damaged("something follows the end of the stream");
+  return {};
+}
+
+void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
+  const uint64_t before = batch_.records - records_left_;
+  for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before;
+       ++starts_used_) {
+    const BlockStart& start = batch_.blocks[starts_used_];
+    piece.blocks.push_back({cells_seen_, start.name, start.type});
+    block_type_ = start.type;
+  }
+}
+
+Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cell, size_t nodes) const {
+  CellType type = cell.kind >= shape_count ? cell.type : cell_shapes[cell.kind].type;
+  const bool renamed = type == CellType::triangle || type == CellType::quad;
+  if (block_type_ == CellType::polygon && renamed && cell.kind < shape_count) type = CellType::polygon;
+  const bool known = cell.kind < shape_count ||
+                     (type != CellType::mixed && (type != CellType::polyhedron || cell.kind == face_cell) &&
+                      std::string_view(name_of(type)) != "unknown");
+  const bool fits = block_type_ == CellType::mixed || block_type_ == type;
+  if (!known || !fits || (nodes_of(type) != 0 && nodes_of(type) != nodes)) {
+    return damaged("a cell of an impossible type");
+  }
+  return type;
+}
+
+/// Room for the points of cells; returns where.
+size_t StreamReader::Implementation::add_nodes(StreamPiece& piece, size_t count) {
+  const size_t at = corners_;
+  corners_ += count;
+  if (piece.connectivity.size() < corners_) piece.connectivity.resize(corners_);
+  if (piece.slots.size() < corners_) piece.slots.resize(corners_);
+  return at;
+}
+
+Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
+  StreamPiece& piece = block.piece;
+  const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
+  piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
+  if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
+  const size_t at = add_nodes(piece, slots.size());
+  const bool has_shape = cell.kind < shape_count;
+  std::copy_n(has_shape ? cell.number.data() : cell.numbers.data(), slots.size(),
+              piece.connectivity.data() + at);
+  std::copy_n(slots.data(), slots.size(), piece.slots.data() + at);
+  for (size_t i = 0; has_shape && i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
+    const size_t place = at + cell_shapes[cell.kind].place[i];
+    piece.connectivity[place] = cell.number[i];
+    piece.slots[place] = slots[i];
+  }
+  piece.offsets.push_back(corners_);
+  if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
+  ++cells_seen_;
+  if ((corners_ + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand cells take more memory than allowed");
+  }
+  return {};
+}
+
+/// With the first polyhedron all cells have faces, those before it none.
+void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPiece& piece) {
+  if (piece.cell_faces.empty()) piece.cell_faces.assign(piece.types.size(), 0);
+  piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
+}
+
+/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most. complete() gives
+/// them their points.
+uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most) {
+  if (block_type_ != CellType::hexahedron && block_type_ != CellType::mixed) return 0;
+  if (starts_used_ < batch_.blocks.size()) {
+    const uint64_t before = batch_.records - records_left_;
+    most = std::min(most, batch_.blocks[starts_used_].records_before - before);
+  }
+  StreamPiece& piece = block.piece;
+  const size_t node = block.cells.nodes.size();
+  const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
+  if (count == 0) return 0;
+  const size_t at = add_nodes(piece, count * most_corners);
+  block.runs.push_back({node, at, count * most_corners});
+  piece.types.resize(piece.types.size() + count, CellType::hexahedron);
+  const size_t before = piece.offsets.size();
+  piece.offsets.resize(before + count);
+  for (size_t k = 0; k < count; ++k) piece.offsets[before + k] = at + (k + 1) * most_corners;
+  if (!piece.cell_faces.empty())
+    piece.cell_faces.resize(piece.cell_faces.size() + count, piece.face_sizes.size());
+  cells_seen_ += count;
+  return count;
+}
+
+Result<> StreamReader::Implementation::decode_cells(Block& block) {
+  block.cells.clear();
+  block.runs.clear();
+  clear(block.piece);
+  corners_ = 0;
+  block.piece.first_cell = cells_seen_;
+  coder_->end_block();
+  const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
+  for (uint64_t i = 0; i < count; ++i) {
+    begin_blocks(block.piece);
+    const uint64_t swept = decode_alike(block, count - i);
+    records_left_ -= swept;
+    i += swept;
+    if (i == count) break;
+    if (swept > 0) begin_blocks(block.piece);
+    const size_t cells = block.cells.size();
+    if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
+        numbers_->exhausted()) {
+      return damaged("the cells are damaged");
+    }
+    if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
+    --records_left_;
+  }
+  if (records_left_ == 0) begin_blocks(block.piece);
+  block.piece.connectivity.resize(corners_);
+  block.piece.slots.resize(corners_);
+  points_seen_ += block.cells.points.size();
+  block.piece.slot_count = coder_->hull().point_capacity();
+  return {};
+}
+
+/// What of a piece follows from its cells, while the next ones are decoded.
+void StreamReader::Implementation::complete(Block& block) {
+  StreamPiece& piece = block.piece;
+  piece.points.resize(block.cells.points.size());
+  piece.point_slots.resize(block.cells.points.size());
+  if (number_of_slot_.size() < piece.slot_count) number_of_slot_.resize(piece.slot_count);
+  for (size_t i = 0; i < piece.points.size(); ++i) {
+    const NewPoint& point = block.cells.points[i];
+    piece.points[i] = point.number;
+    piece.point_slots[i] = point.slot;
+    number_of_slot_[point.slot] = point.number;
+  }
+  for (const NodeRun& run : block.runs) {
+    const uint32_t* const slots = block.cells.nodes.data() + run.node;
+    std::copy_n(slots, run.count, piece.slots.begin() + static_cast<ptrdiff_t>(run.at));
+    uint64_t* const numbers = piece.connectivity.data() + run.at;
+    for (size_t k = 0; k < run.count; ++k) numbers[k] = number_of_slot_[slots[k]];
+  }
+  piece.ended_slots = block.cells.removed;
+}
+
+/// Room for the values of a block. False: they take more memory than allowed.
+bool StreamReader::Implementation::prepare_values(Block& block) {
+  StreamPiece& piece = block.piece;
+  size_t of_points = 0, of_cells = 0;
+  tuples_.clear();
+  for (size_t s = 0; s < stages_.size(); ++s) {
+    const bool on_points = stages_[s].domain() == Domain::point;
+    const size_t size =
+        (on_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+    if (size > options_.limits.mesh_bytes) return false;
+    auto& arrays = on_points ? piece.point_arrays : piece.cell_arrays;
+    size_t& next = on_points ? of_points : of_cells;
+    if (s > 0 && next == arrays.size()) arrays.emplace_back();
+    std::vector<std::byte>& bytes = s == 0 ? piece.positions : arrays[next++];
+    bytes.resize(size);
+    tuples_.push_back(bytes.data());
+  }
+  piece.point_arrays.resize(of_points);
+  piece.cell_arrays.resize(of_cells);
+  return true;
+}
+
+/// Values of one block at the same time as the cells of the next.
+Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
+  if (ended_) return false;
+  if (!is_ready_) {
+    if (!MAILLE_TRY(begin_batch())) {
+      ended_ = true;
+      return false;
+    }
+    MAILLE_CHECK(decode_cells(blocks_[ready_]));
+  }
+  Block& block = blocks_[ready_];
+  Block& following = blocks_[1 - ready_];
+  if (!prepare_values(block)) {
+    return failure(ErrorCode::memory_bound,
+                   pull_.name() + ": some thousand tuples take more memory than allowed");
+  }
+  // The cells first: they take longest.
+  const size_t ahead = records_left_ > 0 ? 1 : 0;
+  Result<> cells;
+  std::vector<uint8_t> whole(stages_.size());
+  executor_.parallel_for(ahead + stages_.size() + 1, [&](size_t task) {
+    if (task < ahead) {
+      cells = decode_cells(following);
+    } else if (task < ahead + stages_.size()) {
+      const size_t stage = task - ahead;
+      whole[stage] = stages_[stage].code(block.cells, tuples_[stage]);
+    } else {
+      complete(block);
+    }
+  });
+  for (const uint8_t each : whole) {
+    if (each == 0) return damaged("the numbers are damaged");
+  }
+  MAILLE_CHECK(cells);
+  std::swap(piece, block.piece);
+  is_ready_ = ahead == 1;
+  if (is_ready_) ready_ = 1 - ready_;
+  return true;
+}
+
+StreamReader::StreamReader(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+StreamReader::StreamReader(StreamReader&&) noexcept = default;
+StreamReader::~StreamReader() = default;
+
+Result<StreamReader> StreamReader::open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options) {
+  auto implementation = std::make_unique<Implementation>(std::move(bytes), options);
+  MAILLE_CHECK(implementation->open());
+  return StreamReader(std::move(implementation));
+}
+Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
+                                        const StreamReadOptions& options) {
+  if (step == 0) return open(source_stream(source), options);
+  auto implementation = std::make_unique<Implementation>(source_stream(source), options);
+  MAILLE_CHECK(implementation->open(MAILLE_TRY(StepValues::open(source, step))));
+  return StreamReader(std::move(implementation));
+}
+const StreamDescription& StreamReader::description() const {
+  return implementation_->description();
+}
+Result<bool> StreamReader::next(StreamPiece& piece) {
+  return implementation_->next(piece);
+}
+
+}  // namespace maille

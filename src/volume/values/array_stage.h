@@ -1,0 +1,97 @@
+#pragma once
+
+#include <optional>
+#include <variant>
+
+#include "volume/values/cell_stencil.h"
+#include "volume/values/mixed_values.h"
+#include "volume/values/tuple_values.h"
+
+namespace maille {
+
+/// One array of the stream, block after block, behind the cells: its own coder and models, so that arrays can
+/// be coded at once, and while the next cells are.
+template <class Coder>
+class ArrayStage {
+ public:
+  static constexpr bool encoding = Coder::encoding;
+
+  ArrayStage(const StreamedArray& array, Domain domain)
+      : array_(array), domain_(domain), tuples_(coder_for(array)) {}
+
+  Domain domain() const { return domain_; }
+  size_t tuple_size() const { return array_.tuple_size(); }
+  /// A coder begins with each batch; models go on.
+  void begin_batch(Coder coder) { coder_.emplace(std::move(coder)); }
+  Coder& coder() { return *coder_; }
+  unsigned lanes() const { return array_.mixed ? 1 : array_.components < 3 ? array_.components : 3; }
+
+  /// The tuples of the points that came up, or of the cells. False: the stream is damaged.
+  bool code(const CodedCells& cells, std::byte* tuples) {
+    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples); }, tuples_);
+  }
+
+ private:
+  using TupleCoder = std::variant<TupleValueCoder<Coder, 32, 1>, TupleValueCoder<Coder, 32, 4>,
+                                  TupleValueCoder<Coder, 64, 1>, TupleValueCoder<Coder, 64, 4>,
+                                  MixedValueCoder<Coder, 32>, MixedValueCoder<Coder, 64>>;
+  static TupleCoder coder_for(const StreamedArray& array) {
+    const bool wide = size_of(array.type) == 8;
+    if (array.mixed && wide) return TupleCoder(std::in_place_index<5>, array);
+    if (array.mixed) return TupleCoder(std::in_place_index<4>, array);
+    if (array.components > 1) {
+      if (wide) return TupleCoder(std::in_place_index<3>, array);
+      return TupleCoder(std::in_place_index<1>, array);
+    }
+    if (wide) return TupleCoder(std::in_place_index<2>, array);
+    return TupleCoder(std::in_place_index<0>, array);
+  }
+
+  static constexpr size_t ahead = 6;
+  template <class Tuples>
+  static void prefetch(const Tuples& coder, const CodedCells& cells, const NewPoint& point) {
+    if (point.cell == no_slot) return;
+    const uint32_t begin = cells.begin[point.cell];
+    for (uint32_t k = begin; k < begin + most_corners && k < cells.nodes.size(); ++k)
+      coder.prefetch(cells.nodes[k]);
+  }
+
+  template <class Tuples>
+  bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples) {
+    if (domain_ == Domain::point) {
+      for (size_t i = 0; i < cells.points.size(); ++i) {
+        if constexpr (Tuples::has_plain) {
+          const NewPoint& point = cells.points[i];
+          if (coder.is_plain() && is_full(point, cells)) {
+            const uint32_t* nodes = cells.nodes.data() + cells.begin[point.cell];
+            coder.code_full(*coder_, nodes, point.node, point.slot, tuples);
+            tuples += array_.tuple_size();
+            continue;
+          }
+        }
+        if (i + ahead < cells.points.size()) prefetch(coder, cells, cells.points[i + ahead]);
+        find_stencil(cells.points[i], cells, stencil_);
+        coder.code(*coder_, stencil_, cells.points[i].slot, tuples);
+        tuples += array_.tuple_size();
+      }
+    } else {
+      for (size_t i = 0; i < cells.size(); ++i) {
+        // The value of slot s is at s + 1 (cell_stencil.h).
+        const uint32_t slot = cells.cell_slots[i];
+        stencils_.find(cells, i, stencil_);
+        coder.code(*coder_, stencil_, slot == no_slot ? 0 : slot + 1, tuples);
+        tuples += array_.tuple_size();
+      }
+    }
+    return encoding || !coder_->exhausted();
+  }
+
+  StreamedArray array_;
+  Domain domain_;
+  CellStencils stencils_;
+  PointStencil stencil_;
+  TupleCoder tuples_;
+  std::optional<Coder> coder_;
+};
+
+}  // namespace maille

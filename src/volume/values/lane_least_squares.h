@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+
+#include "volume/values/value_lanes.h"
+
+namespace maille {
+
+/// Weights that would have predicted the numbers of the past best from N features each, for each lane on its
+/// own: normal equations whose samples fade away, solved again now and then. As OnlineLeastSquares, but
+/// components lie side by side, so that a sample of three costs what one does. + - * / in a fixed order; what
+/// is out of all range is not learnt.
+template <unsigned Width, unsigned N>
+class LaneLeastSquares {
+ public:
+  using Doubles = typename ValueLanes<Width>::Doubles;
+  using Longs = typename ValueLanes<Width>::Longs;
+  using Floats = typename ValueLanes<Width>::Floats;
+  using Ints = typename ValueLanes<Width>::Ints;
+  using Features = std::array<Floats, N>;
+
+  const Features& weights() const { return weights_; }
+
+  /// `certainty` weighs the sample: 1 / its expected error, or 0.
+  void learn(const Features& features, const Floats& target, const Floats& certainty) {
+    // Newer samples weigh more instead of older ones less.
+    const Floats weight = certainty * gain_;
+    const Floats scaled_target = target * weight;
+    Ints sane = (scaled_target < largest) & (-scaled_target < largest);
+    Features scaled;
+    for (unsigned i = 0; i < N; ++i) {
+      scaled[i] = features[i] * weight;
+      sane &= (scaled[i] < largest) & (-scaled[i] < largest);
+    }
+    const Floats none = {};
+    for (unsigned i = 0; i < N; ++i) scaled[i] = sane ? scaled[i] : none;
+    const Floats sane_target = sane ? scaled_target : none;
+    unsigned at = 0;
+    for (unsigned i = 0; i < N; ++i) {
+      for (unsigned j = 0; j <= i; ++j) products_[at++] += scaled[i] * scaled[j];
+      targets_[i] += scaled[i] * sane_target;
+    }
+    gain_ *= growth;
+    if (gain_ > 1024) fade();
+    if (++samples_ % interval == 0) solve();
+  }
+
+ private:
+  static constexpr float largest = 1e6F;
+  static constexpr float growth = 1.0002F;  // of the root: samples fade by .9996
+  static constexpr unsigned interval = 32;
+
+  void fade() {
+    constexpr float factor = 1.0F / (1024.0F * 1024.0F);
+    for (Floats& each : products_) each *= factor;
+    for (Floats& each : targets_) each *= factor;
+    gain_ *= 1.0F / 1024.0F;
+  }
+
+  /// L D L^T, with a little added to the diagonal. Lanes without solution keep their weights.
+  void solve() {
+    std::array<std::array<Doubles, N>, N> lower, scaled;
+    std::array<Doubles, N> inverse, x;
+    const double floor = 1e-3 * static_cast<double>(gain_) * static_cast<double>(gain_);
+    Longs good = Longs{} == Longs{};
+    for (unsigned i = 0, at = 0; i < N; ++i) {
+      for (unsigned j = 0; j <= i; ++j) {
+        Doubles sum = __builtin_convertvector(products_[at++], Doubles);
+        if (i == j) sum += 1e-4 * sum + floor;
+        for (unsigned k = 0; k < j; ++k) sum -= scaled[i][k] * lower[j][k];
+        if (i > j) {
+          scaled[i][j] = sum;
+          lower[i][j] = sum * inverse[j];
+        } else {
+          good &= sum > 1e-12;
+          inverse[i] = 1.0 / sum;
+        }
+      }
+    }
+    for (unsigned i = 0; i < N; ++i) {
+      x[i] = __builtin_convertvector(targets_[i], Doubles);
+      for (unsigned k = 0; k < i; ++k) x[i] -= lower[i][k] * x[k];
+    }
+    for (unsigned i = N; i-- > 0;) {
+      x[i] *= inverse[i];
+      for (unsigned k = i + 1; k < N; ++k) x[i] -= lower[k][i] * x[k];
+      good &= (x[i] < 1e4) & (x[i] > -1e4);
+    }
+    const Ints keep = __builtin_convertvector(good, Ints);
+    for (unsigned i = 0; i < N; ++i) {
+      const Floats weight = __builtin_convertvector(x[i], Floats);
+      weights_[i] = keep ? weight : weights_[i];
+    }
+  }
+
+  std::array<Floats, N*(N + 1) / 2> products_ = {};  ///< the lower triangle, row by row
+  Features targets_ = {};
+  Features weights_ = {};
+  float gain_ = 1;
+  unsigned samples_ = 0;
+};
+
+}  // namespace maille

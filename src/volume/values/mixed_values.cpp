@@ -1,0 +1,460 @@
+#include "volume/values/mixed_values.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille {
+namespace {
+
+/// About 2 log2(x), rounded down, from -200 to 200.
+int half_octave(double x) {
+  if (!(x > 1e-30)) return -200;
+  if (x > 1e30) return 200;
+  const auto bits = bits_as<uint64_t>(x);
+  return 2 * (static_cast<int>(bits >> 52) - 1023) +
+         static_cast<int>((bits & 0xfffffffffffff) >= 0x6a09e667f3bcc);
+}
+
+/// 2^(x / 2), between whole numbers along a straight line.
+double from_half_octaves(double x) {
+  const double whole = std::floor(x);
+  const int half = static_cast<int>(whole);
+  const double power = std::ldexp((half & 1) != 0 ? 1.4142135623730951 : 1.0, half >> 1);
+  return power * (1 + (x - whole) * 0.41421356237309515);
+}
+
+unsigned bin(int value, int low, int count) {
+  const int place = value - low;
+  return static_cast<unsigned>(place < 0 ? 0 : place >= count ? count - 1 : place);
+}
+
+float to_float(double x) {
+  constexpr double most = 1e32;
+  return static_cast<float>(x < most ? x > -most ? x : -most : most);
+}
+
+template <unsigned inputs>
+std::array<int32_t, inputs> initial_weights() {
+  std::array<int32_t, inputs> weights;
+  weights.fill(65536 * 35 / 100);  // codes that come again
+  for (unsigned i = 0; i < 4; ++i) weights[i] = 65536 / 5;
+  weights[4] = 0;
+  for (unsigned i = 5; i < 8; ++i) weights[i] = 65536 / 25;
+  return weights;
+}
+
+}  // namespace
+
+uint64_t mixed_coder_bytes(const StreamedArray& array) {
+  return (uint64_t{5} << 20) / 2 + array.components * uint64_t{40000};
+}
+
+template <class Coder, unsigned Bits>
+MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
+    : array_(array),
+      number_size_(size_of(array.type)),
+      exceptions_(array.components),
+      last_(array.components),
+      mixer_(scale_bins * node_types, 64 * node_types, node_types, initial_weights<inputs>()),
+      few_{std::vector<WideCell>(scale_bins * kinds * nodes),
+           std::vector<WideCell>(scale_bins * kinds * nodes)},
+      followers_(size_t{followers} << follower_bits) {
+  for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
+  for (unsigned c = 0; c < array.components; ++c) situations_.push_back(std::make_unique<Situations>());
+  for (auto& ratios : ratios_) ratios.fill(1.0F);
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                        std::byte* tuple) {
+  const unsigned count = array_.components;
+  if (values_.size() < (size_t{slot} + 1) * count) values_.resize((size_t{slot} + slot / 8 + 16) * count);
+  misses_ = 0;
+  tuple_ratio_ = 1;
+  before_ = {};
+  for (component_ = 0; component_ < count; ++component_) {
+    code_number(coder, stencil, tuple + component_ * number_size_);
+    values_[size_t{slot} * count + component_] = value_;
+    before_ = {value_, before_[0]};
+  }
+  std::copy_n(values_.begin() + static_cast<ptrdiff_t>(size_t{slot} * count), count, last_.begin());
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil& stencil, std::byte* number) {
+  expect(stencil);
+  if (code_exception(coder, number)) {
+    value_ = {};
+    value_.place = mean_[best];
+    value_.code = static_cast<Code>(centre_);
+    return;
+  }
+  if constexpr (encoding) target_ = static_cast<Code>(space().code_of(number));
+  find_repeats(stencil);
+  const Wide code = find_code(coder);
+  learn(code);
+  learn_repeats(code);
+  if constexpr (!encoding) space().store_number(static_cast<int64_t>(code), number);
+}
+
+/// Full: the polynomial through the seven others, the mean of parallelograms, that of neighbours.
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, std::array<double, 3>& sums) {
+  sums.fill(last_[component_].place);
+  if (stencil.is_full()) {
+    std::array<double, 7> p;
+    for (unsigned k = 0; k < 7; ++k) p[k] = at(stencil.others[k]).place;
+    const double near = (p[0] + p[1]) + p[2];
+    const double across = (p[3] + p[4]) + p[5];
+    sums = {near - across + p[6], near * (2 / 3.0) - across * (1 / 3.0), near * (1 / 3.0)};
+    return;
+  }
+  for (unsigned i = 0; i < stencil.sums; ++i) {
+    const PointSum& sum = stencil.sum[i];
+    double place = 0;
+    for (unsigned k = 0; k < sum.count; ++k) place += sum.weight[k] * at(sum.slot[k]).place;
+    sums[i] = place;
+  }
+  for (unsigned i = stencil.sums; i > 0 && i < 3; ++i) sums[i] = sums[stencil.sums - 1];
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil,
+                                                const std::array<double, 3>& sums) {
+  features_.fill(0);
+  const Value& last = last_[component_];
+  if (component_ > 0) features_[7] = before_[0].residual;
+  if (stencil.is_full()) {
+    for (unsigned k = 0; k < 7; ++k) features_[k] = at(stencil.others[k]).twist;
+    for (unsigned k = 0; k < 3; ++k) features_[8] += at(stencil.others[k]).residual;
+    features_[9] = to_float(sums[1] - sums[0]);
+    features_[10] = to_float(sums[2] - sums[0]);
+    features_[11] = last.residual;
+    return;
+  }
+  if (stencil.sums == 0) return;
+  features_[0] = to_float(sums[1] - sums[0]);
+  features_[1] = to_float(sums[2] - sums[0]);
+  features_[5] = last.residual;
+  constexpr std::array<unsigned, 3> twist_at = {6, 8, 11};
+  for (unsigned k = 0; k < stencil.near_count; ++k) {
+    const Value& near = at(stencil.near[k]);
+    features_[2 + k] = near.residual;
+    features_[twist_at[k]] = near.twist;
+    if (k > 0) features_[8 + k] = to_float(near.place - at(stencil.near[0]).place);
+  }
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
+  situation_ = &(*situations_[component_])[stencil.situation];
+  std::array<double, 3> sums;
+  find_sums(stencil, sums);
+  add_features(stencil, sums);
+  find_sizes(stencil);
+  double correction = situation_->fit.predict(features_);
+  if (!(correction * correction < 100 * deviation_ * deviation_)) correction = 0;
+  candidate_ = {sums[0], sums[1], sums[2], sums[0] + correction};
+  const auto& miss = situation_->miss;
+  const auto least = std::min_element(miss.begin(), miss.end()) - miss.begin();
+  mean_ = {sums[0], sums[1], candidate_[static_cast<size_t>(least)], candidate_[fitted]};
+  centre_ = code_near(mean_[best]);
+  base_ = place(centre_);
+  step_ = std::fabs((centre_ < highest ? place(centre_ + 1) : place(centre_ - 1)) - base_);
+  if (!(step_ > 1e-28)) step_ = 1e-28;
+  set_scales(stencil);
+}
+
+/// How far off numbers were near here.
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::find_sizes(const PointStencil& stencil) {
+  double squares = 0;
+  int sum = 0, least = 1000, most = -1000;
+  const auto add = [&](const Value& near) {
+    squares += static_cast<double>(near.error) * static_cast<double>(near.error);
+    sum += near.size;
+    least = near.size < least ? near.size : least;
+    most = near.size > most ? near.size : most;
+  };
+  for (unsigned k = 0; k < stencil.near_count; ++k) add(at(stencil.near[k]));
+  if (stencil.near_count == 0) add(last_[component_]);
+  const unsigned count = stencil.near_count == 0 ? 1 : stencil.near_count;
+  deviation_ = std::sqrt((squares + situation_->square) / (count + 1));
+  size_ = static_cast<double>(sum) / count;
+  ratio_place_[best] = 2 * bin((most - least) / 2, 0, 6);
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::set_scales(const PointStencil& stencil) {
+  deviation_ = deviation_ > 0.3 * step_ ? deviation_ : 0.3 * step_;
+  size_bin_ = bin(static_cast<int>(std::floor(size_)) - half_octave(step_), -3, scale_bins);
+  size_ = from_half_octaves(size_);
+  size_ = size_ > 0.3 * step_ ? size_ : 0.3 * step_;
+  deviation_bin_ = bin(half_octave(deviation_ / step_), -3, scale_bins);
+  double apart = 0;
+  for (const double mean : mean_) apart += std::fabs(mean_[best] - mean);
+  const unsigned apart_bin = bin(half_octave(apart / deviation_), -3, 8);
+  ratio_bin_ = component_ == 0 ? 0 : 1 + bin(half_octave(tuple_ratio_) / 2, -3, 6);
+  const unsigned kind =
+      stencil.is_full()                                                                             ? 0
+      : stencil.situation >= PointStencil::partial + 4 && stencil.situation < PointStencil::between ? 1
+      : stencil.situation < PointStencil::alone                                                     ? 2
+                                                                                                    : 3;
+  ratio_place_[0] = kind * 4 + (component_ < 3 ? component_ : 3);
+  ratio_place_[1] = apart_bin * 2;
+  ratio_place_[fitted] = 8 + ratio_bin_;
+  row_ = stencil.situation * 2u + (component_ > 0 ? 1 : 0);
+  for (unsigned j = 0; j < experts; ++j) {
+    const unsigned row = j == best ? size_bin_ : deviation_bin_;
+    const auto ratio = static_cast<double>(ratios_[j][row * kinds + ratio_place_[j]]);
+    double scale = 0.55 * (j == best ? size_ : deviation_) * ratio;
+    scale = scale > 0.1 * step_ ? scale : 0.1 * step_;
+    if (j == best) scale_ = scale;
+    inverse_scale_[j] = static_cast<float>(4096 / scale);
+    relative_mean_[j] = to_float(mean_[j] - base_);
+  }
+  const unsigned row = size_bin_ * kinds + ratio_bin_ * 2 + (mean_[0] > mean_[best] ? 1 : 0);
+  const unsigned other = deviation_bin_ * kinds + apart_bin * 2 + (mean_[fitted] > mean_[best] ? 1 : 0);
+  few_base_ = {&few_[0][row * nodes], &few_[1][other * nodes]};
+  low_ = SignedLanes{};
+  high_ = SignedLanes{} + (1 << 30);
+}
+
+/// Codes that may come again as they are. Where they do not, they are looked for now and then.
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
+  repeats_.begin_number();
+  follower_.fill(nullptr);
+  if (repeat_score_ <= 0 && ++numbers_ % 16 != 0) return;
+  const auto code_of = [&](unsigned k) { return static_cast<uint32_t>(at(stencil.near[k]).code); };
+  const auto last = static_cast<uint32_t>(last_[component_].code);
+  const uint32_t near = stencil.near_count > 0 ? code_of(0) : last;
+  std::array<uint32_t, followers> hash;
+  const auto seed = [&](uint32_t kind) { return hashed(kind, component_ + 0x1234567u); };
+  hash[0] = hashed(seed(1), near);
+  hash[1] = hashed(seed(2), misses_);
+  if (component_ == 0) {
+    for (const Value& value : last_) hash[1] = hashed(hash[1], static_cast<uint32_t>(value.miss));
+  }
+  hash[2] = stencil.near_count == 1 ? hashed(seed(3), near) : seed(3);
+  for (unsigned k = 1; k < stencil.near_count; ++k) hash[2] = hashed(hash[2], code_of(k) - near);
+  hash[3] = hashed(hashed(seed(4), component_ > 0 ? static_cast<uint32_t>(before_[0].code) : last),
+                   component_ > 1 ? static_cast<uint32_t>(before_[1].code) : near);
+  for (unsigned i = 0; i < followers; ++i)
+    follower_[i] = &followers_[(size_t{i} << follower_bits) + (hash[i] >> (32 - follower_bits))];
+  add_repeat(0, *follower_[0]);
+  for (unsigned k = 0; k < stencil.near_count; ++k) add_repeat(1 + k, at(stencil.near[k]).code);
+  add_repeat(4, code_near(mean_[0]));
+  add_repeat(5, centre_ + *follower_[1]);
+  add_repeat(6, centre_);
+  add_repeat(7, centre_ + *follower_[2]);
+  add_repeat(8, *follower_[3]);
+  add_repeat(9, last_[component_].code);
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::add_repeat(unsigned kind, Wide code) {
+  if (code < lowest || code > highest) return;
+  const double far = std::fabs(place(code) - mean_[best]) / deviation_;
+  repeats_.add(kind, code, bin(half_octave(far), -3, 8));
+}
+
+/// First the side of the centre, then the number of bits of the distance, from the expected one on.
+template <class Coder, unsigned Bits>
+auto MixedValueCoder<Coder, Bits>::find_code(Coder& coder) -> Wide {
+  Wide low = lowest, high = highest;
+  const bool up = ask(coder, centre_, low, high, 0, 1);
+  const unsigned side = up ? 1 : 0;
+  const Wide origin = up ? centre_ - 1 : centre_;
+  const unsigned start = expected_length(up);
+  const auto beyond = [&](unsigned k, unsigned type) {
+    const Wide distance = Wide{2} << k;
+    const Wide at_least = up ? origin + distance : origin - distance + 1;
+    return ask(coder, at_least, low, high, type, 2 + side * 16 + (k < 15 ? k : 15)) == up;
+  };
+  unsigned length = start;
+  WideCell& exact = exact_[deviation_bin_ * 8 + exact_hits_];
+  if (up && exact.probability > often_exact && !beyond(0, 14)) {
+    length = 0;
+  } else if (beyond(length, 1)) {
+    for (++length; length < Bits && beyond(length, std::min(1 + length - start, 3u)); ++length) {
+    }
+  } else {
+    while (length > 0 && !beyond(length - 1, std::min(4 + start - length, 6u))) --length;
+  }
+  code_mantissa(coder, length, side, low, high);
+  exact.update(low == centre_);
+  exact_hits_ = (exact_hits_ << 1 | (low == centre_ ? 1 : 0)) & 7;
+  return low;
+}
+
+template <class Coder, unsigned Bits>
+unsigned MixedValueCoder<Coder, Bits>::expected_length(bool up) const {
+  const double off = mean_[best] - base_;
+  const double distance = std::max((up ? off : -off) + scale_, scale_ * 0.5);
+  const int halves = half_octave(distance / step_ + 1);
+  return std::min(static_cast<unsigned>(halves < 0 ? 0 : halves) / 2, Bits - 1);
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::code_mantissa(Coder& coder, unsigned length, unsigned side, Wide& low,
+                                                 Wide& high) {
+  unsigned prefix = 1;
+  for (unsigned i = 0; low < high; ++i) {
+    if (i >= 2 && is_flat(low, high)) {
+      if (repeats_.code_whole(coder, target_, low)) return;
+      return code_rest(coder, low, high);
+    }
+    const unsigned within = i == 0 ? 0 : 1 + (prefix & 1);
+    const unsigned few = i < 2 ? 34 + (side * 16 + std::min(length, 15u)) * 3 + within : 0;
+    const Wide half = low + ((high - low + 1) >> 1);
+    const bool bit = ask(coder, half, low, high, 7 + std::min(i, 6u), few);
+    prefix = prefix << 1 | static_cast<unsigned>(bit);
+  }
+}
+
+/// Is the distribution flat over the interval, so that models would learn nothing? Codes must be even too:
+/// those of floats near zero are not.
+template <class Coder, unsigned Bits>
+bool MixedValueCoder<Coder, Bits>::is_flat(Wide low, Wide high) const {
+  const double from = boundary(low);
+  const double width = boundary(high) - from;
+  if (!(width < scale_)) return false;
+  const double half = boundary(low + ((high - low + 1) >> 1)) - from;
+  return half > 0.3 * width && half < 0.7 * width;
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::code_rest(Coder& coder, Wide& low, Wide& high) const {
+  // The interval's size is a power of two unless it was cut off at the end of the range.
+  while (low < high) {
+    const Wide size = high - low + 1;
+    unsigned bits = 0;
+    while (bits < 16 && (Wide{2} << bits) <= size) ++bits;
+    const Wide unit = size >> bits;
+    const uint32_t most = (1u << bits) - 1;
+    uint32_t value = 0;
+    if constexpr (encoding) value = static_cast<uint32_t>((target_ - low) / unit);
+    value = coder.code_raw(std::min(value, most), bits);
+    low += unit * value;
+    if (value < most) high = std::min(high, low + unit - 1);
+  }
+}
+
+/// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
+template <class Coder, unsigned Bits>
+bool MixedValueCoder<Coder, Bits>::ask(Coder& coder, Wide at_least, Wide& low, Wide& high, unsigned type,
+                                       unsigned few) {
+  if (at_least <= low) return true;
+  if (at_least > high) return false;
+  const float where = to_float(boundary(at_least) - base_);
+  constexpr auto most = static_cast<float>(largest_deviation);
+  const FloatLanes deviation =
+      clamp_lanes((where - relative_mean_) * inverse_scale_, FloatLanes{} - most, FloatLanes{} + most);
+  const SignedLanes far = __builtin_convertvector(deviation, SignedLanes);
+  const SignedLanes between = {distribution(far[0]), distribution(far[1]), distribution(far[2]),
+                               distribution(far[3])};
+  const SignedLanes above = high_ - between, below = between - low_;
+  const SignedLanes by_experts =
+      logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
+  const std::array<WideCell*, 2> cell = {few_base_[0] + few, few_base_[1] + few};
+  SignedLanes others = {77, 0, 0, 0};
+  if (few != 0) others = SignedLanes{77, cell[0]->logit(), cell[1]->logit(), 0};
+  typename ShortMixer<inputs>::Inputs logits = {};
+  logits[0] = shortened(by_experts, others);
+  const bool repeated = repeats_.any();
+  if (repeated) {
+    typename Repeats::Logits by_kind = {};
+    repeats_.say(at_least, type, by_kind);
+    logits[1] = shortened(by_kind[0], by_kind[1]);
+    logits[2] = shortened(by_kind[2], SignedLanes{});
+  }
+  const uint32_t probability = mixer_.predict(logits, deviation_bin_ * node_types + type,
+                                              row_ * node_types + type, type, repeated ? inputs / 8 : 1);
+  bool bit = false;
+  if constexpr (encoding) bit = target_ >= at_least;
+  bit = coder.code(bit, probability);
+  mixer_.update(bit);
+  if (few != 0) {
+    cell[0]->update(bit);
+    cell[1]->update(bit);
+  }
+  if (repeated) repeats_.learn(at_least, type, bit);
+  (bit ? low : high) = bit ? at_least : at_least - 1;
+  (bit ? low_ : high_) = between;
+  return bit;
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::learn(Wide code) {
+  const double where = place(code);
+  const double residual = where - mean_[best];
+  const double least = 0.22 * step_, most = 20 * deviation_;
+  const double error = std::min(std::max(std::fabs(residual), least), most);
+  value_ = {where,
+            to_float(where - candidate_[0]),
+            to_float(residual),
+            to_float(error),
+            static_cast<int16_t>(half_octave(std::fabs(residual) + 0.3 * step_)),
+            static_cast<Code>(code),
+            static_cast<Code>(code - centre_)};
+  misses_ = misses_ * 0x9e3779b1u + static_cast<uint32_t>(value_.miss) + 1;
+  Situation& situation = *situation_;
+  situation.visits += situation.visits < 50;
+  situation.square += (error * error - situation.square) * (1.0 / situation.visits);
+  for (unsigned i = 0; i < experts; ++i) {
+    const int miss = half_octave(std::fabs(where - candidate_[i]) + 0.3 * step_);
+    situation.miss[i] += 0.02F * (static_cast<float>(miss) - situation.miss[i]);
+  }
+  for (unsigned j = 0; j < experts; ++j) {
+    const double expected = j == best ? size_ : deviation_;
+    const double ratio = std::min(std::fabs(where - mean_[j]) / expected, 20.0);
+    float& known = ratios_[j][(j == best ? size_bin_ : deviation_bin_) * kinds + ratio_place_[j]];
+    known += 0.03F * (static_cast<float>(ratio) - known);
+    if (j == best) tuple_ratio_ = component_ == 0 ? ratio : 0.5 * (tuple_ratio_ + ratio);
+  }
+  situation.fit.learn(features_, value_.twist, static_cast<float>(1 / deviation_));
+}
+
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::learn_repeats(Wide code) {
+  if (!follower_[0]) return;
+  const bool again = repeats_.end_number(code);
+  repeat_score_ = std::max(-1, std::min(repeat_score_ + (again ? 100 : -1), 2000));
+  *follower_[0] = *follower_[3] = static_cast<Code>(code);
+  *follower_[1] = *follower_[2] = static_cast<Code>(code - centre_);
+}
+
+template <class Coder, unsigned Bits>
+bool MixedValueCoder<Coder, Bits>::keeps(const std::byte* number) const {
+  std::array<std::byte, 8> back{};
+  space().store_number(static_cast<Code>(space().code_of(number)), back.data());
+  if (array_.bound == 0) return std::equal(number, number + number_size_, back.data());
+  const double difference =
+      number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
+  return difference <= array_.bound && -difference <= array_.bound;
+}
+
+/// Numbers that the map does not hold are written as they are.
+template <class Coder, unsigned Bits>
+bool MixedValueCoder<Coder, Bits>::code_exception(Coder& coder, std::byte* number) {
+  if (space().exact()) return false;
+  bool exception = false;
+  if constexpr (encoding) exception = !keeps(number);
+  if (!exceptions_[component_].code(coder, exception)) return false;
+  for (size_t at = 0; at < number_size_; at += 2) {
+    uint16_t bits = 0;
+    const size_t size = std::min<size_t>(2, number_size_ - at);
+    if constexpr (encoding) std::memcpy(&bits, number + at, size);
+    bits = static_cast<uint16_t>(coder.code_raw(bits, static_cast<unsigned>(8 * size)));
+    if constexpr (!encoding) std::memcpy(number + at, &bits, size);
+  }
+  return true;
+}
+
+template class MixedValueCoder<RansEncoder, 32>;
+template class MixedValueCoder<RansEncoder, 64>;
+template class MixedValueCoder<RansDecoder, 32>;
+template class MixedValueCoder<RansDecoder, 64>;
+
+}  // namespace maille

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "code/online_least_squares.h"
+#include "entropy/bit_model.h"
+#include "entropy/rans.h"
+#include "entropy/short_mixer.h"
+#include "surface/front/repeat_candidates.h"
+#include "volume/values/point_stencil.h"
+#include "volume/values/tuple_values.h"
+
+namespace maille {
+
+/// Arrays with more components than this are not mixed: each has models of its own.
+inline constexpr uint32_t most_mixed_components = 16;
+uint64_t mixed_coder_bytes(const StreamedArray& array);
+
+/// The numbers of one array as TupleValueCoder has them, smaller and ten times slower: each is found by
+/// decisions of the kind "is the code at least this one?", on an interval that shrinks. Four experts say how
+/// probable each side is, each with a mean and a scale; codes that may come again as they are say so too.
+/// docs/format.md, "Mixed values".
+template <class Coder, unsigned Bits>
+class MixedValueCoder {
+ public:
+  static constexpr bool encoding = Coder::encoding;
+  static constexpr bool has_plain = false;  ///< code_full(), as TupleValueCoder has it
+
+  explicit MixedValueCoder(const StreamedArray& array);
+
+  /// One tuple. It goes to `slot`.
+  void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
+  void prefetch(uint32_t slot) const {
+    const size_t place = size_t{slot} * array_.components;
+    if (place < values_.size()) __builtin_prefetch(&values_[place]);
+  }
+
+ private:
+  using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
+  using Wide = std::conditional_t<Bits == 32, int64_t, __int128>;
+  using Fit = OnlineLeastSquares<12, 256>;
+  using Repeats = RepeatCandidates<Wide>;
+  static constexpr Wide lowest = std::numeric_limits<Code>::min();
+  static constexpr Wide highest = std::numeric_limits<Code>::max();
+  static constexpr unsigned experts = 4;
+  static constexpr unsigned best = 2;  ///< the expert that had missed least in this situation
+  static constexpr unsigned fitted = 3;
+  static constexpr unsigned inputs = 24;
+  static constexpr unsigned node_types = 16;
+  static constexpr unsigned scale_bins = 64;
+  static constexpr unsigned kinds = 16;
+  static constexpr unsigned nodes = 132;
+  static constexpr unsigned follower_bits = 14;
+  static constexpr unsigned followers = 4;
+  /// Above this probability codes are asked first whether they are the centre itself.
+  static constexpr uint16_t often_exact = 40000;
+
+  struct Value {
+    double place = 0;
+    float twist = 0;     ///< what the first sum missed
+    float residual = 0;  ///< what the best expert missed
+    float error = 0;     ///< its size, not below a part of a step
+    int16_t size = 0;    ///< the same in half octaves
+    Code code = 0;
+    Code miss = 0;  ///< from the centre
+  };
+  /// What was learnt of one component in one situation.
+  struct Situation {
+    Fit fit;
+    double square = 0;  ///< mean of squared errors
+    unsigned visits = 0;
+    std::array<float, experts> miss{};  ///< mean half octaves by which each candidate missed
+  };
+  using Situations = std::array<Situation, PointStencil::situations>;
+
+  void code_number(Coder& coder, const PointStencil& stencil, std::byte* number);
+  void expect(const PointStencil& stencil);
+  void add_features(const PointStencil& stencil, const std::array<double, 3>& sums);
+  void find_sums(const PointStencil& stencil, std::array<double, 3>& sums);
+  void find_sizes(const PointStencil& stencil);
+  void set_scales(const PointStencil& stencil);
+  void find_repeats(const PointStencil& stencil);
+  void add_repeat(unsigned kind, Wide code);
+  Wide find_code(Coder& coder);
+  void code_mantissa(Coder& coder, unsigned length, unsigned side, Wide& low, Wide& high);
+  void code_rest(Coder& coder, Wide& low, Wide& high) const;
+  bool ask(Coder& coder, Wide at_least, Wide& low, Wide& high, unsigned type, unsigned few);
+  bool is_flat(Wide low, Wide high) const;
+  unsigned expected_length(bool up) const;
+  void learn(Wide code);
+  void learn_repeats(Wide code);
+  bool code_exception(Coder& coder, std::byte* number);
+  bool keeps(const std::byte* number) const;
+
+  const NumberSpace& space() const { return spaces_[component_]; }
+  const Value& at(uint32_t slot) const { return values_[size_t{slot} * array_.components + component_]; }
+  /// Bounded, so that no infinity gets into sums and squares.
+  double place(Wide code) const {
+    const double place = space().place_of(static_cast<int64_t>(code));
+    return place < farthest ? place > -farthest ? place : -farthest : farthest;
+  }
+  /// Half way from the code before to this one.
+  double boundary(Wide code) const {
+    return code <= lowest ? place(lowest) : (place(code - 1) + place(code)) * 0.5;
+  }
+  Wide code_near(double place) const {
+    const Wide code = space().code_near(place);
+    return code <= lowest ? lowest + 1 : code > highest ? highest : code;
+  }
+  static constexpr double farthest = 1e30;
+
+  StreamedArray array_;
+  size_t number_size_;
+  std::vector<NumberSpace> spaces_;
+  std::vector<BitModel> exceptions_;
+  std::vector<Value> values_;  ///< by slot and component
+  std::vector<Value> last_;    ///< the tuple before
+  std::vector<std::unique_ptr<Situations>> situations_;
+  ShortMixer<inputs> mixer_;
+  std::array<std::vector<WideCell>, 2> few_;
+  std::array<std::array<float, scale_bins * kinds>, experts> ratios_;
+  std::array<WideCell, scale_bins * 8> exact_;
+  unsigned exact_hits_ = 0;
+  Repeats repeats_;
+  std::vector<Code> followers_;
+  int repeat_score_ = 0;  ///< above 0: codes come again
+  uint32_t numbers_ = 0;
+
+  // Of the tuple at hand.
+  std::array<Value, 2> before_;  ///< the components coded last
+  uint32_t misses_ = 0;          ///< of this tuple so far, hashed
+  double tuple_ratio_ = 1;       ///< how much larger than expected they were
+  // Of the number at hand.
+  unsigned component_ = 0;
+  Situation* situation_ = nullptr;
+  Fit::Features features_;
+  std::array<double, experts> mean_;
+  std::array<double, experts> candidate_;  ///< sums and fit
+  double base_ = 0;                        ///< the centre's place; means are kept relative to it, in floats
+  double step_ = 1;
+  double deviation_ = 1;  ///< by the errors of neighbours: root of the mean of squares
+  double size_ = 1;       ///< the same: mean of logarithms
+  double scale_ = 1;      ///< of the best expert
+  unsigned deviation_bin_ = 0, size_bin_ = 0, row_ = 0, ratio_bin_ = 0;
+  std::array<unsigned, experts> ratio_place_;
+  std::array<WideCell*, 2> few_base_;
+  std::array<Code*, followers> follower_;
+  Wide centre_ = 0;
+  Wide target_ = 0;
+  FloatLanes relative_mean_;
+  FloatLanes inverse_scale_;
+  SignedLanes low_;  ///< distribution functions at the ends of the interval
+  SignedLanes high_;
+  Value value_;
+};
+
+}  // namespace maille

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "volume/cells/cell_coder.h"
+
+namespace maille {
+
+/// A weighted sum of values of points in memory.
+struct PointSum {
+  std::array<uint32_t, 8> slot;  ///< `count` of them
+  std::array<double, 8> weight;
+  unsigned count = 0;
+
+  void add(uint32_t from, double by) {
+    slot[count] = from;
+    weight[count++] = by;
+  }
+};
+
+/// What a new point may be expected to be, from the known points of its cell and those behind them. It is
+/// large, and only what the counts tell is filled in: one is used again and again.
+struct PointStencil {
+  /// full: all other corners of a hexahedron are known.
+  enum Situation : uint8_t { full = 0, partial = 8, between = 24, alone = 31, situations = 32 };
+  uint8_t situation = alone;  ///< full + corner; partial + 4 * parallelograms + neighbours; between + ...
+  unsigned sums = 0;
+  std::array<PointSum, 3> sum;
+  unsigned near_count = 0;
+  std::array<uint32_t, 3> near;  ///< neighbours along edges, whose residuals tell how large this one will be
+  /// The other seven corners, in an order that depends on the corner only: neighbours, then those across
+  /// faces, then the one across the cell. Only if full.
+  std::array<uint32_t, 7> others;
+
+  bool is_full() const { return situation < partial; }
+  void clear() {
+    situation = alone;
+    sums = near_count = 0;
+  }
+  PointSum& add_sum() {
+    sum[sums].count = 0;
+    return sum[sums++];
+  }
+};
+
+/// By corner of a hexahedron the seven others, in the order of PointStencil::others.
+extern const std::array<std::array<uint8_t, 7>, most_corners> others_of_corner;
+
+/// Are all other corners of the point's cell, a hexahedron, there before it?
+inline bool is_full(const NewPoint& point, const CodedCells& cells) {
+  return point.cell != no_slot && point.fresh >> point.node == 1 && cells.kinds[point.cell] < shape_count &&
+         cell_shapes[cells.kinds[point.cell]].corners == 8;
+}
+
+void find_stencil(const NewPoint& point, const CodedCells& cells, PointStencil& stencil);
+
+}  // namespace maille
