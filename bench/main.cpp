@@ -5,20 +5,21 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include "doubles.h"
+#include "files.h"
+#include "goals.h"
+#include "paths.h"
 #include "peers/peers.h"
 #include "print.h"
 
 namespace maille::bench {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Efforts whose files differ; grows with the codec.
 const std::vector<int> default_efforts = {2, 5, 9};
+const std::vector<int> all_levels = {1, 2, 3, 4, 5, 6, 7, 8, 9};
 constexpr size_t quick_faces = 100'000;
 
 struct Options {
@@ -29,8 +30,13 @@ struct Options {
   std::vector<int> efforts = default_efforts;
   std::string json;
   bool quick = false;
+  bool no_peaks = false;
   bool doubles = false;
   bool variants = false;
+  bool as_files = false;
+  bool inversions = false;
+  bool goals = false;
+  std::vector<std::string> settings;
 };
 
 std::vector<std::unique_ptr<Codec>> chosen_codecs(const Options& options) {
@@ -56,26 +62,9 @@ struct Input {
 
 std::vector<Input> inputs(const Options& options) {
   std::vector<Input> found;
-  for (const std::string& path : options.paths) {
-    if (!fs::is_directory(path)) {
-      found.push_back({path});
-      continue;
-    }
-    std::vector<Input> folder;
-    for (const auto& entry : fs::recursive_directory_iterator(path)) {
-      if (entry.is_regular_file() && format_of(entry.path().string()))
-        folder.push_back({entry.path().string()});
-    }
-    std::sort(folder.begin(), folder.end(), [](const Input& a, const Input& b) { return a.path < b.path; });
-    found.insert(found.end(), folder.begin(), folder.end());
-  }
+  for (const std::string& path : meshes_in(options.paths)) found.push_back({path});
   for (const std::string& path : options.flipped) found.push_back({path, true});
   return found;
-}
-
-std::string mesh_name(const fs::path& path) {
-  std::string name = path.filename().string();
-  return name.substr(0, name.find('.'));
 }
 
 class Bench {
@@ -100,7 +89,7 @@ class Bench {
     if (input.flip) surface = flip_every_second(std::move(*surface));
     for (const std::string& precision : options_.precisions) {
       Workload workload = make_workload(*surface, precision == "lossless" ? 0 : std::stoi(precision));
-      workload.folder = input.flip ? "special" : fs::absolute(input.path).parent_path().filename().string();
+      workload.folder = input.flip ? "special" : folder_of(input.path);
       workload.mesh = mesh_name(input.path) + (input.flip ? ", every second face flipped" : "");
       run_workload(workload);
     }
@@ -108,10 +97,11 @@ class Bench {
 
   void run_workload(const Workload& workload) {
     std::vector<Row> rows;
+    const Peaks peaks = options_.no_peaks ? Peaks::unknown : Peaks::measured;
     for (const auto& codec : codecs_) {
-      if (codec->takes(workload.bits)) rows.push_back(first_run(*codec, workload));
+      if (codec->takes(workload.bits)) rows.push_back(first_run(*codec, workload, peaks));
     }
-    const Runs runs = options_.quick ? Runs{1, 3, 0.5} : Runs{};
+    const Runs runs = options_.quick ? Runs{2, 4, 0.5} : Runs{};
     for (size_t round = 1; round < runs.decode; ++round) time_round(rows, workload, runs);
     print_rows(rows, workload);
     for (const Row& row : rows) {
@@ -153,10 +143,27 @@ int main(int argc, char** argv) {
                "only positions in doubles, without loss, against xz -9 of the raw numbers");
   app.add_flag("--variants", options.variants,
                "with --doubles: also the positions in other units, turned, printed and far off");
+  app.add_flag("--no-peaks", options.no_peaks, "nothing in processes of their own: faster, but no memory");
+  app.add_flag("--as-files", options.as_files,
+               "sizes of the files as they are, with all arrays, at all levels; then inversions");
+  app.add_flag("--inversions", options.inversions,
+               "only levels whose file is more than 0.1 % larger than that of a lower level");
+  app.add_option("--settings", options.settings,
+                 "for these two: \"order kept\", \"lossless\" or bits of positions (default: these, 14, 12)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_flag("--goals", options.goals, "figures beside those of codecs, for scripts/bench goals");
   CLI11_PARSE(app, argc, argv);
+  const uint64_t most = options.quick ? maille::bench::quick_faces : 0;
+  if (options.as_files || options.inversions) {
+    const auto& levels = app.count("--efforts") > 0 ? options.efforts : maille::bench::all_levels;
+    const bool good = maille::bench::measure_files(
+        {options.paths, levels, options.settings, options.json, most, !options.as_files});
+    return good ? 0 : 1;
+  }
+  if (options.goals) return maille::bench::measure_goals({options.paths, options.json, most}) ? 0 : 1;
   if (options.doubles) {
-    std::vector<std::string> paths;
-    for (const auto& input : maille::bench::inputs(options)) paths.push_back(input.path);
+    const auto paths = maille::bench::meshes_in(options.paths);
     return maille::bench::measure_doubles(paths, options.efforts, options.variants) ? 0 : 1;
   }
   const auto bad =

@@ -103,7 +103,8 @@ void Parser::add_bench() {
   CLI::App* b = verb(
       "bench",
       "Measure maille on meshes of your own, at all levels and beside other codecs.\n"
-      "Positions and faces only, the same integers for every codec, one thread, CPU seconds, medians; memory "
+      "Positions and faces only, the same integers for every codec, one thread, CPU seconds, the best of "
+      "several; memory "
       "is what the work needed on top of the mesh. Each codec first runs in a process of its own, so one "
       "that crashes costs its row only. Codecs that were not there when maille was built are named. Below "
       "comes "

@@ -5,12 +5,6 @@
 namespace maille::bench {
 namespace {
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 template <class Work>
 auto timed(std::vector<double>& seconds, const Work& work) {
   const double start = thread_seconds();
@@ -40,30 +34,32 @@ void split_bytes(Encoded& encoded, const Codec& codec, const Workload& workload)
   }
 }
 
+template <class T>
+std::string problem_of(const Result<T>& result) {
+  return result ? "" : result.error().message;
+}
+
 }  // namespace
 
-Row first_run(const Codec& codec, const Workload& workload) {
+Row first_run(const Codec& codec, const Workload& workload, Peaks peaks) {
   Row row;
   row.codec = &codec;
-  row.encode_trial = try_in_child([&] {
-    const auto encoded = codec.encode(workload);
-    return encoded ? "" : encoded.error().message;
-  });
-  if (!row.encode_trial.ok) {
-    row.problem = "encode: " + row.encode_trial.problem;
+  const auto fail = [&row](const char* way, const std::string& problem) {
+    row.problem = way + problem;
     return row;
-  }
-  row.encoded = *timed(row.encode_seconds, [&] { return codec.encode(workload); });
+  };
+  const auto encode = [&] { return codec.encode(workload); };
+  const auto decode = [&] { return codec.decode(row.encoded.bytes, workload); };
+  if (peaks == Peaks::measured) row.encode_trial = try_in_child([&] { return problem_of(encode()); });
+  if (!row.encode_trial.problem.empty()) return fail("encode: ", row.encode_trial.problem);
+  auto encoded = timed(row.encode_seconds, encode);
+  if (!encoded) return fail("encode: ", encoded.error().message);
+  row.encoded = std::move(*encoded);
   row.encoded.bytes.shrink_to_fit();
-  row.decode_trial = try_in_child([&] {
-    const auto decoded = codec.decode(row.encoded.bytes, workload);
-    return decoded ? "" : decoded.error().message;
-  });
-  if (!row.decode_trial.ok) {
-    row.problem = "decode: " + row.decode_trial.problem;
-    return row;
-  }
-  const auto decoded = timed(row.decode_seconds, [&] { return codec.decode(row.encoded.bytes, workload); });
+  if (peaks == Peaks::measured) row.decode_trial = try_in_child([&] { return problem_of(decode()); });
+  if (!row.decode_trial.problem.empty()) return fail("decode: ", row.decode_trial.problem);
+  const auto decoded = timed(row.decode_seconds, decode);
+  if (!decoded) return fail("decode: ", decoded.error().message);
   row.check = check_of(codec, workload, (*decoded)());
   split_bytes(row.encoded, codec, workload);
   return row;
@@ -80,7 +76,8 @@ void time_round(std::vector<Row>& rows, const Workload& workload, const Runs& ru
 }
 
 double million_triangles_per_second(const Workload& workload, const std::vector<double>& seconds) {
-  const double time = median(seconds);
+  if (seconds.empty()) return 0;
+  const double time = *std::min_element(seconds.begin(), seconds.end());
   return time > 0 ? 1e-6 * static_cast<double>(workload.triangles.size() / 3) / time : 0;
 }
 
