@@ -4,6 +4,7 @@
 #include "base/bytes.h"
 #include "io/same_mesh.h"
 #include "io/stl/stl.h"
+#include "support/codec.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -222,6 +223,98 @@ RC_GTEST_PROP(StlRoundTrip, IsExactForFacets, (uint64_t seed)) {
   }
   const std::string text = binary("header", facets);
   RC_ASSERT(write_text(stl_format(), read_stl(text).mesh).text == text);
+}
+
+using Facet = std::pair<std::array<float, 12>, uint16_t>;
+
+/// As most exporters do it: in double, from edges at corner `base`.
+std::array<float, 12> with_normal(std::array<float, 12> facet, size_t base) {
+  double u[3];
+  double v[3];
+  for (size_t k = 0; k < 3; ++k) {
+    const double p = facet[3 + 3 * base + k];
+    u[k] = double{facet[3 + 3 * ((base + 1) % 3) + k]} - p;
+    v[k] = double{facet[3 + 3 * ((base + 2) % 3) + k]} - p;
+  }
+  const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  for (size_t k = 0; k < 3; ++k) facet[k] = static_cast<float>(n[k] / length);
+  return facet;
+}
+
+/// Triangles of a bumpy torus with a flat side, of no symmetry, whose normals start from the corner that
+/// `base` gives for the facet and its corners.
+template <class Base>
+std::vector<Facet> torus_with_normals(Base base) {
+  testing::Surface surface = testing::triangulated(testing::shapes::torus(30, 20));
+  for (size_t i = 0; i < surface.points.size(); ++i) {
+    auto& p = surface.points[i];
+    for (double& x : p) x += 0.01 * static_cast<double>(i * i % 37);
+    p[0] = std::max(p[0], -2.0);
+  }
+  std::vector<Facet> facets;
+  for (const auto& face : surface.faces) {
+    std::array<float, 12> facet{};
+    for (size_t i = 0; i < 9; ++i) facet[3 + i] = static_cast<float>(surface.points[face[i / 3]][i % 3]);
+    facets.emplace_back(with_normal(facet, base(facets.size(), facet)), 0);
+  }
+  return facets;
+}
+
+/// The records of a file without the order that a mesh does not have: of facets and of where they begin.
+std::vector<std::string> records(const std::string& text) {
+  std::vector<std::string> records;
+  for (size_t at = stl_header_size; at < text.size(); at += stl_facet_size) {
+    const std::string corners[] = {text.substr(at + 12, 12), text.substr(at + 24, 12),
+                                   text.substr(at + 36, 12)};
+    const auto least = static_cast<size_t>(std::min_element(corners, corners + 3) - corners);
+    records.push_back(text.substr(at, 12) + corners[least] + corners[(least + 1) % 3] +
+                      corners[(least + 2) % 3] + text.substr(at + 48, 2));
+  }
+  std::sort(records.begin(), records.end());
+  return records;
+}
+
+/// As `maille compress` and `maille decompress` take a file there and back.
+std::string after_coding(const std::string& text, bool keep_order) {
+  EncodeOptions options;
+  if (keep_order) options.order = Order::keep;
+  const auto encoded = testing::encode_bytes(read_stl(text).mesh, options);
+  EXPECT_TRUE(encoded) << encoded.error().message;
+  const auto mesh = testing::decode_bytes(encoded->bytes);
+  EXPECT_TRUE(mesh) << mesh.error().message;
+  return write_text(stl_format(), *mesh).text;
+}
+
+TEST(StlNormals, ComputedFromAnyCornerComeBackBitForBit) {
+  const auto first = [](size_t base) { return [base](size_t, const auto&) { return base; }; };
+  const auto mixed = [](size_t facet, const auto&) { return facet * facet % 7 % 3; };
+  for (const auto& facets : {torus_with_normals(first(0)), torus_with_normals(first(1)),
+                             torus_with_normals(first(2)), torus_with_normals(mixed)}) {
+    const std::string text = binary("", facets);
+    EXPECT_EQ(read_stl(text).mesh.arrays.size(), 1u) << "their bits depend on the corner";
+    EXPECT_EQ(records(after_coding(text, false)), records(text));
+    EXPECT_EQ(after_coding(text, true), text);
+  }
+}
+
+TEST(StlNormals, AreLeftOutWhereEveryOrderGivesThem) {
+  const std::string text =
+      binary("", torus_with_normals([](size_t, const std::array<float, 12>& facet) {
+               std::array<std::array<float, 3>, 3> corners;
+               std::memcpy(corners.data(), facet.data() + 3, sizeof corners);
+               return static_cast<size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
+             }));
+  EXPECT_TRUE(read_stl(text).mesh.arrays.empty());
+  EXPECT_EQ(records(after_coding(text, false)), records(text));
+  EXPECT_EQ(after_coding(text, true), text);
+}
+
+TEST(StlNormals, ThatDifferAreADifferenceOfTheFiles) {
+  std::vector<Facet> facets = torus_with_normals([](size_t, const auto&) { return 0; });
+  const Mesh mesh = read_stl(binary("", facets)).mesh;
+  facets[77].first[1] = std::nextafter(facets[77].first[1], 2.0f);
+  EXPECT_NE(testing::differences_between(mesh, read_stl(binary("", facets)).mesh), "");
 }
 
 }  // namespace
