@@ -5,6 +5,7 @@
 #include <maille/source.h>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,8 +40,9 @@ struct EncodeOptions {
   /// By array name; an array not named here is lossless. A name no array has is an error (usage).
   std::map<std::string, Tolerance> arrays;
   /// A mesh of more cells is cut into parts of at most so many, which are coded, and decoded, at once where
-  /// an executor allows it. Smaller parts make larger files. At least 1.
-  uint64_t most_cells_per_part = 400'000;
+  /// an executor allows it. Smaller parts make larger files. At least 1. Without a value: 400,000 up to
+  /// effort 6; from 7 on, where models learn from all that came before, the mesh stays in one.
+  std::optional<uint64_t> most_cells_per_part;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
   /// Recorded in the file for `info`; empty for files that must be equal byte for byte.

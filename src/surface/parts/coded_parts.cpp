@@ -8,9 +8,11 @@
 
 #include "base/chunks.h"
 #include "base/result.h"
+#include "surface/front/mixed_array.h"
 #include "surface/parts/merge_parts.h"
 #include "surface/parts/mesh_parts.h"
 #include "surface/parts/partition.h"
+#include "surface/patch_topology.h"
 
 namespace maille {
 namespace {
@@ -41,6 +43,14 @@ Place place_of(const std::byte* position, Scalar type) {
 }
 
 }  // namespace
+
+uint64_t most_cells_per_part(const EncodeOptions& options) {
+  // Parts let threads work at once, but each new start of mixed models costs 3 to 4 % of the file. So these
+  // get all that fits one patch in triangles or quads.
+  constexpr uint64_t for_threads = 400'000;
+  constexpr uint64_t for_models = most_patch_corners / 4;
+  return options.most_cells_per_part.value_or(options.effort < least_mixed_effort ? for_threads : for_models);
+}
 
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
   const Scalar type = positions.array->type;
@@ -162,9 +172,10 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
   Executor& executor = executor_of(options);
   const auto points = static_cast<uint32_t>(mesh.point_count());
   std::vector<uint32_t> part_of;
-  if (mesh.cell_count() > options.most_cells_per_part) {
+  const uint64_t most_cells = most_cells_per_part(options);
+  if (mesh.cell_count() > most_cells) {
     const std::vector<float> positions = decoded_floats(arrays[0], executor);
-    part_of = partition_cells(mesh, positions, options.most_cells_per_part, executor);
+    part_of = partition_cells(mesh, positions, most_cells, executor);
   }
   if (std::all_of(part_of.begin(), part_of.end(), [](uint32_t part) { return part == 0; })) {
     encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));

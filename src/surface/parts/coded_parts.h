@@ -11,6 +11,9 @@
 
 namespace maille {
 
+/// How many cells a part may have: what the options say, or else what suits the effort.
+uint64_t most_cells_per_part(const EncodeOptions& options);
+
 /// Positions as the decoder will have them, as floats: what is not finite lies at 0, and what is beyond
 /// floats at their ends. For cutting.
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor);

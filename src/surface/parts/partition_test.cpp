@@ -8,6 +8,7 @@
 
 #include "support/random_mesh.h"
 #include "support/shapes.h"
+#include "surface/parts/coded_parts.h"
 #include "surface/parts/joins.h"
 #include "surface/parts/mesh_parts.h"
 
@@ -194,6 +195,16 @@ TEST(Joins, DamageGivesAnErrorOrNumbersThatExist) {
     }
   }
   EXPECT_GT(errors, 500u);
+}
+
+TEST(Partition, ModelsThatLearnGetTheWholeMeshUnlessToldOtherwise) {
+  EncodeOptions options;
+  options.effort = 6;
+  EXPECT_EQ(most_cells_per_part(options), 400'000u);
+  options.effort = 7;
+  EXPECT_GT(most_cells_per_part(options), 100'000'000u);
+  options.most_cells_per_part = 9;
+  EXPECT_EQ(most_cells_per_part(options), 9u);
 }
 
 }  // namespace
