@@ -1,5 +1,5 @@
-// TOPO and POSI of fans on any bytes: points and models, corners, blocks, size of the topology, topology,
-// positions. What is accepted are triangles and cells over points that are there.
+// TOPO and POSI of fans on any bytes: points and coding of positions, corners, blocks, size of the topology,
+// topology, positions. What is accepted are triangles and cells over points that are there.
 
 #include "base/bytes.h"
 #include "fuzzing.h"
@@ -13,7 +13,6 @@ namespace {
 void run(Bytes input) {
   ByteReader in(input);
   const uint64_t first = in.get_count();
-  const FanModels models = first % 2 == 0 ? FanModels::fixed : FanModels::adaptive;
   const auto points = static_cast<uint32_t>(first / 2 % (1 << 20));
   const uint64_t corners = in.get_count() % (1 << 20);
   std::vector<BlockShape> blocks(in.get<uint8_t>() % 8);
@@ -23,13 +22,17 @@ void run(Bytes input) {
   }
   const Bytes topology = in.get_bytes(std::min<uint64_t>(in.get_count(), in.remaining()));
   const Bytes positions = in.get_bytes(in.remaining());
-  auto decoder = FanPatchDecoder::begin(topology, points, corners, models);
+  auto decoder = FanPatchDecoder::begin(topology, points, corners);
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
+  if (first % 2 == 1) {
+    const auto decoded = decoder->decode_fans_first();
+    if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
+  }
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
     const auto decoded = decoder->fans
                              ? decode_fan_positions(*decoder->fans, positions, points, array)
-                             : decode_adaptive_positions(decoder->adaptive_fans, positions, points, array);
+                             : decode_adaptive_positions(decoder->all_fans, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }

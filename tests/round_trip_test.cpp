@@ -24,8 +24,9 @@ std::string round_trip(const Mesh& mesh, const EncodeOptions& options = {}) {
   return differences_between(mesh, *decoded, options.order == Order::keep);
 }
 
-/// Empty when encoding what was decoded gives the same file.
+/// Empty when encoding what was decoded gives the same file, or need not.
 std::string repeats(const Mesh& mesh, const EncodeOptions& options) {
+  if (is_glued_by_choice(mesh)) return {};
   const auto once = encode_bytes(mesh, options);
   if (!once) return "encode: " + once.error().message;
   const auto decoded = decode_bytes(once->bytes);

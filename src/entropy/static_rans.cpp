@@ -1,6 +1,8 @@
 #include "entropy/static_rans.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "base/bytes.h"
 #include "entropy/bit_model.h"
@@ -127,32 +129,36 @@ struct TableCoder {
     if (resolution > 4) resolution = 4;
     CountModel number;
     count = std::min(number.code(coder, count - 1), most_tables - 1) + 1;
-    // Tables are numbered in the order of their first contexts.
-    std::array<SymbolModel, 4> kind;
-    CountModel which;
-    uint8_t before = 0;
-    uint32_t known = 0;
-    for (uint8_t& table : table_of) {
-      if (count == 1) {
-        table = 0;
-        continue;
-      }
-      // 0: the same as before; 1: a new one; else one of the others.
-      unsigned step = table == before && known > 0 ? 0 : table == known ? 1 : 2;
-      step = kind[std::min(known, 3u)].code(coder, step);
-      if (step == 0) {
-        table = before;
-      } else if (step == 1 && known < count) {
-        table = static_cast<uint8_t>(known);
-      } else {
-        table = static_cast<uint8_t>(std::min(which.code(coder, table), count - 1));
-      }
-      known = std::max<uint32_t>(known, table + 1u);
-      before = table;
-    }
+    code_map(coder);
     levels.resize(count);
     LevelCoder level_coder(symbols, resolutions[resolution]);
     for (Levels& one : levels) level_coder.code(coder, one);
+  }
+
+  /// Runs of contexts with one table: there may be thousands of contexts, and tens of runs. Tables are
+  /// numbered in the order of their first contexts.
+  template <class Coder>
+  void code_map(Coder& coder) {
+    if (count == 1) {
+      std::fill(table_of.begin(), table_of.end(), uint8_t{0});
+      return;
+    }
+    BitModel is_new;
+    CountModel which, length;
+    uint32_t known = 0;
+    for (size_t begin = 0, end = 0; begin < table_of.size(); begin = end) {
+      uint32_t table = table_of[begin];
+      if (known == 0 || (known < count && is_new.code(coder, table == known))) {
+        table = known++;
+      } else {
+        table = std::min(which.code(coder, table), known - 1);
+      }
+      while (end < table_of.size() && table_of[end] == table) ++end;
+      const uint64_t more = length.code(coder, static_cast<uint32_t>(end - begin - 1));
+      end = static_cast<size_t>(std::min<uint64_t>(begin + 1 + more, table_of.size()));
+      std::fill(table_of.begin() + static_cast<std::ptrdiff_t>(begin),
+                table_of.begin() + static_cast<std::ptrdiff_t>(end), static_cast<uint8_t>(table));
+    }
   }
 };
 
@@ -173,25 +179,52 @@ uint64_t table_cost(const Histogram& counts, unsigned symbols, uint64_t price) {
   return (4 * used + price) << 16;
 }
 
-/// Merges contexts greedily, those first that lose least by it.
+uint64_t total_of(const Histogram& counts) {
+  return std::accumulate(counts.begin(), counts.end(), uint64_t{0});
+}
+void add_to(Histogram& sum, const Histogram& counts) {
+  for (unsigned s = 0; s < most_static_symbols; ++s) sum[s] += counts[s];
+}
+
+/// What symbols of others would cost with the distribution of a cluster, in 1/65536 bits each. What does not
+/// occur there is as likely as an eighth of a symbol.
+using SymbolCosts = std::array<uint32_t, most_static_symbols>;
+SymbolCosts costs_of(const Histogram& cluster, unsigned symbols) {
+  SymbolCosts costs{};
+  const auto total = static_cast<uint32_t>(std::min<uint64_t>(8 * total_of(cluster) + symbols, UINT32_MAX));
+  for (unsigned s = 0; s < symbols; ++s)
+    costs[s] = log2_fixed(total) - log2_fixed(std::min<uint32_t>(cluster[s], UINT32_MAX / 16) * 8 + 1);
+  return costs;
+}
+
+/// Contexts that share a table. There may be thousands of contexts: the ones that occur most become clusters,
+/// the others go with the one that suits them, clusters are merged greedily, and then each context looks
+/// again.
 class Clustering {
  public:
   Clustering(std::span<const Histogram> counts, unsigned symbols, uint64_t price)
-      : symbols_(symbols), price_(price) {
-    for (const Histogram& histogram : counts) {
-      nodes_.push_back({histogram, 0, true});
-      nodes_.back().cost = cost(histogram);
-      // Contexts that never occur join the first cluster for nothing.
-      nodes_.back().alive =
-          std::any_of(histogram.begin(), histogram.end(), [](uint32_t count) { return count != 0; });
-      cluster_.push_back(static_cast<uint32_t>(nodes_.size() - 1));
+      : counts_(counts), symbols_(symbols), price_(price), cluster_(counts.size(), unused) {
+    std::vector<std::pair<uint64_t, uint32_t>> order;
+    for (uint32_t i = 0; i < counts.size(); ++i) {
+      if (const uint64_t total = total_of(counts[i]); total > 0) order.push_back({total, i});
     }
+    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+      return std::pair(b.first, a.second) < std::pair(a.first, b.second);
+    });
+    size_t clusters = std::min(order.size(), most_clusters);
+    while (clusters > 1 && order[clusters - 1].first < least_count) --clusters;
+    order.resize(clusters);
+    for (const auto& [total, context] : order)
+      nodes_.push_back({counts[context], cost(counts[context]), true});
+    join(0);
+    for (Node& node : nodes_) node.cost = cost(node.counts);
     gains_.assign(nodes_.size() * nodes_.size(), 0);
     for (size_t a = 0; a < nodes_.size(); ++a) {
       for (size_t b = a + 1; b < nodes_.size(); ++b) update(a, b);
     }
   }
 
+  /// Merges those first that lose least by it.
   void run(unsigned most) {
     for (;;) {
       size_t alive = 0;
@@ -207,19 +240,21 @@ class Clustering {
           best_b = b;
         }
       }
-      if (best_a == best_b) return;
+      if (best_a == best_b) break;
       merge(best_a, best_b);
     }
+    std::erase_if(nodes_, [](const Node& node) { return !node.alive; });
+    for (int round = 0; round < 2; ++round) join(run_price);
   }
 
   /// Clusters numbered by their first contexts; contexts that never occur go with the one before.
   std::vector<Histogram> result(std::vector<uint8_t>& table_of) const {
     std::vector<Histogram> merged;
-    std::vector<uint32_t> number(nodes_.size(), 0xffffffff);
+    std::vector<uint32_t> number(nodes_.size(), unused);
     uint8_t before = 0;
     for (const uint32_t cluster : cluster_) {
-      if (nodes_[cluster].alive) {
-        if (number[cluster] == 0xffffffff) {
+      if (cluster != unused) {
+        if (number[cluster] == unused) {
           number[cluster] = static_cast<uint32_t>(merged.size());
           merged.push_back(nodes_[cluster].counts);
         }
@@ -237,14 +272,48 @@ class Clustering {
     uint64_t cost;
     bool alive;
   };
+  static constexpr uint32_t unused = 0xffffffff;
+  // Twice as many as the most tables that fans have. Merging takes their square.
+  static constexpr size_t most_clusters = 64;
+  // Contexts that occur less often could not pay for a table of their own.
+  static constexpr uint64_t least_count = 16;
+  // Another table than that of the context before begins a run of the map: about a byte.
+  static constexpr uint64_t run_price = 8 << 16;
+
+  /// Each context goes with the cluster that suits it; `run_price`: for another one than that of the context
+  /// before.
+  void join(uint64_t run_price) {
+    std::vector<SymbolCosts> costs;
+    for (const Node& node : nodes_) costs.push_back(costs_of(node.counts, symbols_));
+    for (Node& node : nodes_) node.counts = {};
+    uint32_t before = unused;
+    std::vector<std::pair<unsigned, uint64_t>> occurring;
+    for (size_t i = 0; i < counts_.size(); ++i) {
+      occurring.clear();
+      for (unsigned s = 0; s < symbols_; ++s) {
+        if (counts_[i][s] > 0) occurring.push_back({s, counts_[i][s]});
+      }
+      if (occurring.empty()) continue;
+      uint64_t best = UINT64_MAX;
+      for (uint32_t n = 0; n < costs.size(); ++n) {
+        uint64_t cost = n == before ? 0 : run_price;
+        for (const auto& [symbol, count] : occurring) cost += count * costs[n][symbol];
+        if (cost >= best) continue;
+        best = cost;
+        cluster_[i] = n;
+      }
+      before = cluster_[i];
+      add_to(nodes_[before].counts, counts_[i]);
+    }
+  }
 
   uint64_t cost(const Histogram& counts) const {
     return entropy(counts, symbols_) + table_cost(counts, symbols_, price_);
   }
   int64_t& gain(size_t a, size_t b) { return gains_[a * nodes_.size() + b]; }
   Histogram sum(size_t a, size_t b) const {
-    Histogram result;
-    for (unsigned s = 0; s < most_static_symbols; ++s) result[s] = nodes_[a].counts[s] + nodes_[b].counts[s];
+    Histogram result = nodes_[a].counts;
+    add_to(result, nodes_[b].counts);
     return result;
   }
   void update(size_t a, size_t b) {
@@ -256,18 +325,16 @@ class Clustering {
     nodes_[a].counts = sum(a, b);
     nodes_[a].cost = cost(nodes_[a].counts);
     nodes_[b].alive = false;
-    for (uint32_t& cluster : cluster_) {
-      if (cluster == b) cluster = static_cast<uint32_t>(a);
-    }
     for (size_t i = 0; i < nodes_.size(); ++i) {
       if (i != a) update(std::min(i, a), std::max(i, a));
     }
   }
 
+  std::span<const Histogram> counts_;
   unsigned symbols_;
   uint64_t price_;
   std::vector<Node> nodes_;
-  std::vector<uint32_t> cluster_;
+  std::vector<uint32_t> cluster_;  // by context
   std::vector<int64_t> gains_;
 };
 

@@ -22,7 +22,7 @@ namespace {
 // The number of TOPO and POSI says how they are coded.
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
-constexpr uint32_t adaptive_fan_coding = 2;
+constexpr uint32_t adaptive_positions_coding = 2;  // of POSI, over fans with static tables
 constexpr uint32_t shared_fan_coding = 3;
 constexpr uint32_t last_coding = shared_fan_coding;
 
@@ -49,8 +49,7 @@ struct CodedCells {
   std::vector<std::byte> positions;  ///< with shared tables
   uint32_t coding() const {
     if (!fans) return front_coding;
-    if (models == FanModels::shared) return shared_fan_coding;
-    return models == FanModels::fixed ? fan_coding : adaptive_fan_coding;
+    return models == FanModels::shared ? shared_fan_coding : fan_coding;
   }
   void set(EncodedFanPatch patch) {
     encoded = {std::move(patch.patch.topology), std::move(patch.sources), std::move(patch.bytes)};
@@ -68,8 +67,7 @@ Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options,
     return cells;
   }
   if (options.effort < least_mixed_effort) {
-    cells.models = options.effort <= fast_effort ? FanModels::fixed : FanModels::adaptive;
-    auto patch = MAILLE_TRY(encode_fan_patch(mesh, cells.models));
+    auto patch = MAILLE_TRY(encode_fan_patch(mesh));
     if (patch) {
       cells.set(std::move(*patch));
       return cells;
@@ -148,10 +146,11 @@ class PatchEncoder {
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
-    const StreamKey key = positions_key(patch_, cells_.coding());
+    StreamKey key = positions_key(patch_, cells_.coding());
     if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
-    if (cells_.models == FanModels::adaptive) {
+    if (options_.effort > fast_effort) {
+      key = positions_key(patch_, adaptive_positions_coding);
       return CodedStream{key,
                          encode_adaptive_positions(*cells_.fans, *positions.array, positions.maps, points)};
     }
@@ -248,7 +247,12 @@ class PatchDecoder {
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(topology_key(patch_, coding)));
     if (coding != front_coding) {
       FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
-      if (positions_of.number == coding) positions = MAILLE_TRY(decode_positions(decoder, positions_of));
+      if (positions_of.number != front_coding) {
+        const bool adaptive = positions_of.number == adaptive_positions_coding;
+        if (positions_of.number != coding && !(adaptive && coding == fan_coding)) return without_fans();
+        if (adaptive) MAILLE_CHECK(decoder.decode_fans_first());
+        positions = MAILLE_TRY(decode_positions(decoder, positions_of));
+      }
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
       fans_ = std::move(patch.fans);
@@ -259,17 +263,15 @@ class PatchDecoder {
     }
     if (positions_of.number == front_coding) {
       positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
-    } else if (positions_of.number != coding) {
-      return failure(ErrorCode::corrupt, "positions of fans without these fans");
+    } else if (coding == front_coding) {
+      return without_fans();
     }
     return {};
   }
 
   Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
-    if (coding != shared_fan_coding) {
-      const FanModels models = coding == fan_coding ? FanModels::fixed : FanModels::adaptive;
-      return FanPatchDecoder::begin(bytes, description_.points, description_.corners, models);
-    }
+    if (coding == fan_coding) return FanPatchDecoder::begin(bytes, description_.points, description_.corners);
+    if (coding != shared_fan_coding) return failure(ErrorCode::corrupt, "fans of an unknown coding");
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
     if (tables_->start)
       return begin_fan_patch(bytes, description_.points, description_.corners, *tables_->start);
@@ -283,15 +285,15 @@ class PatchDecoder {
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
     if (key.number == shared_fan_coding && tables_->start) {
-      MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, bytes, description_.points, array,
-                                             *tables_->start));
+      MAILLE_CHECK(
+          decode_adaptive_positions(decoder.all_fans, bytes, description_.points, array, *tables_->start));
     } else if (key.number == shared_fan_coding) {
       MAILLE_CHECK(
           decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points, array));
     } else if (decoder.fans) {
       MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
     } else {
-      MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, bytes, description_.points, array));
+      MAILLE_CHECK(decode_adaptive_positions(decoder.all_fans, bytes, description_.points, array));
     }
     return array;
   }
@@ -347,6 +349,9 @@ class PatchDecoder {
     return coding;
   }
 
+  static tl::unexpected<Error> without_fans() {
+    return failure(ErrorCode::corrupt, "positions of fans without these fans");
+  }
   tl::unexpected<Error> not_in_charts() const {
     return description_.effort >= least_mixed_effort ? left_out() : left_out_of_charts();
   }

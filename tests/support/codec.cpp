@@ -2,6 +2,7 @@
 
 #include "support/cases.h"
 #include "support/random_mesh.h"
+#include "surface/patch_topology.h"
 
 #include <sstream>
 
@@ -44,6 +45,11 @@ std::string differences_between(const Mesh& a, const Mesh& b, bool same_order) {
   for (const std::string& difference : compare(a, b, options).differences)
     text += (text.empty() ? "" : "; ") + difference;
   return text;
+}
+
+bool is_glued_by_choice(const Mesh& mesh) {
+  const SimpleFaces faces = collect_faces(mesh);
+  return glue(faces.view(static_cast<uint32_t>(mesh.point_count()))).chosen;
 }
 
 std::string describe(const Mesh& mesh) {

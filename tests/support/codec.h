@@ -26,6 +26,10 @@ Result<Mesh> decode_bytes(const std::vector<std::byte>& bytes, const DecodeOptio
 /// What compare() says, roles and metadata included, as one text; empty when equal.
 std::string differences_between(const Mesh& a, const Mesh& b, bool same_order = false);
 
+/// Does some edge have more than two faces, or two that cannot agree which way round they are? Which of them
+/// fans glue depends on the order of the faces, so that encoding the decoded mesh may give another file.
+bool is_glued_by_choice(const Mesh& mesh);
+
 /// A small mesh as text for a failed test: points, blocks, faces, arrays; sizes only when it is large.
 std::string describe(const Mesh& mesh);
 

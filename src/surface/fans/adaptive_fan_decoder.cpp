@@ -27,17 +27,13 @@ class AdaptiveFanReader {
                                : std::make_unique<AdaptiveFanModel>(*start)) {}
 
   uint32_t number(FanNumber kind, uint32_t, uint32_t = 0) { return model->code_number(rans, kind, 0); }
-  unsigned symbol(uint32_t surroundings) { return model->code_symbol(rans, surroundings, 0); }
+  unsigned symbol(unsigned context) { return model->code_symbol(rans, context, 0); }
 
   RansDecoder rans;
   std::unique_ptr<AdaptiveFanModel> model;
 };
 
 }  // namespace
-
-Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
-  return decode_adaptive_fans(bytes, triangles, most_vertices, nullptr, nullptr);
-}
 
 Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices,
                                         const AdaptiveFanModel* start, AdaptiveFanModel* end) {
@@ -61,7 +57,7 @@ Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_
   while (!machine.done()) {
     if (!machine.prepare()) {
       if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
-    } else if (!machine.apply(reader.symbol(machine.surroundings()))) {
+    } else if (!machine.apply(reader.symbol(machine.context()))) {
       return corrupt("a fan that cannot be completed");
     }
     if (reader.rans.exhausted()) return corrupt("the fans end early");

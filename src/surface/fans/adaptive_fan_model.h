@@ -11,14 +11,12 @@ namespace maille {
 /// Adaptive models of the symbols of a FanMachine and of the numbers beside them. docs/format.md, "TOPO 2".
 class AdaptiveFanModel {
  public:
-  /// `surroundings` as in FanMachine.
+  /// `context` as in FanMachine.
   template <class Coder>
-  [[gnu::always_inline]] unsigned code_symbol(Coder& coder, uint32_t surroundings, unsigned symbol) {
-    const unsigned head = head_classes[surroundings & 15];
-    const unsigned next = surroundings >> 4 & 15, last = surroundings >> 8 & 15;
-    const unsigned near = head * 12u + next_classes[next] * 3u + last_classes[last];
-    const unsigned beyond = far_class(surroundings >> 12 & 15), before = far_class(surroundings >> 16 & 15);
-    const unsigned far = ((head * most_recent + recent_) * far_classes + beyond) * far_classes + before;
+  [[gnu::always_inline]] unsigned code_symbol(Coder& coder, unsigned context, unsigned symbol) {
+    context = mapped_context(context);
+    const unsigned far = ((context >> 8) * most_recent + recent_) << 4 | (context & 15);
+    const unsigned near = context >> 4;
     unsigned place = 0;
     if constexpr (Coder::encoding) place = place_of_symbol[symbol];
     const unsigned first =
@@ -49,9 +47,7 @@ class AdaptiveFanModel {
 
  private:
   static constexpr unsigned escape = 15;
-  static constexpr unsigned far_classes = 4;
   static constexpr unsigned most_recent = 8;
-  static unsigned far_class(unsigned seen) { return seen < 2 ? 0 : seen == 2 ? 1 : seen == 3 ? 2 : 3; }
 
   /// The first fifteen are the frequent ones.
   static constexpr std::array<uint8_t, 31> symbol_at_place = {0,  1,  2,  3,  4,  5,  6,  7,  8,  16, 17,
@@ -71,8 +67,8 @@ class AdaptiveFanModel {
     return classes;
   }();
 
-  std::array<SymbolModel, fan_contexts> near_;
-  std::array<SymbolModel, 10 * most_recent * far_classes * far_classes> far_;
+  std::array<SymbolModel, mapped_contexts / 16> near_;
+  std::array<SymbolModel, mapped_contexts / 16 * most_recent> far_;
   SymbolModel rare_;
   std::array<CountModel, number_contexts> numbers_;
   unsigned recent_ = 0;

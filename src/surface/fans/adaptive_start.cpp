@@ -61,7 +61,7 @@ Result<FanPatchDecoder> begin_with_models(Bytes bytes, uint32_t points, uint64_t
   const Bytes fans = in.get_bytes(in.get_count());
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
-  decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
+  decoder.all_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
   return decoder;
 }
 
@@ -79,8 +79,8 @@ Result<AdaptiveStart> learn(const CodedSample& sample) {
   const FanPatchDecoder decoder =
       MAILLE_TRY(begin_with_models(sample.fans, sample.points, sample.corners, nullptr, &start.fans));
   Array array = make_array("position", Domain::point, sample.type, 3);
-  MAILLE_CHECK(decode_adaptive_positions(decoder.adaptive_fans, sample.positions, sample.points, array,
-                                         &start.positions));
+  MAILLE_CHECK(
+      decode_adaptive_positions(decoder.all_fans, sample.positions, sample.points, array, &start.positions));
   return start;
 }
 

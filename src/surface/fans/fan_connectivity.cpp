@@ -45,7 +45,7 @@ class FanFinder {
     while (!machine.done()) {
       if (machine.prepare()) {
         const unsigned symbol = choose();
-        operations_.push_back({machine.surroundings(), symbol});
+        operations_.push_back({machine.context(), symbol});
         machine.apply(symbol);
       } else {
         choose_start();
@@ -291,10 +291,6 @@ class FanFinder {
 
 using Operations = std::vector<FanOperation>;
 
-unsigned static_context(uint32_t surroundings) {
-  return fan_context(surroundings & 15, surroundings >> 4 & 15, surroundings >> 8 & 15);
-}
-
 /// A number of the static tables: its symbol, and how many bits follow.
 struct NumberSymbol {
   explicit NumberSymbol(uint32_t number) : symbol(number) {
@@ -343,12 +339,12 @@ std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t ver
 
 }  // namespace
 
-FanCounts::FanCounts() : events_(fan_contexts), numbers_(number_contexts) {}
+FanCounts::FanCounts() : events_(mapped_contexts), numbers_(number_contexts) {}
 
 void FanCounts::add(std::span<const FanOperation> operations) {
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
-      ++events_[static_context(context)][value];
+      ++events_[mapped_context(context)][value];
     } else {
       ++numbers_[context - FanOperation::is_number][NumberSymbol(value).symbol];
     }
@@ -370,7 +366,7 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
   StaticRansEncoder encoder;
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
-      encoder.put(tables.events.of(static_context(context)), fan_slot_bits, value);
+      encoder.put(tables.events.of(mapped_context(context)), fan_slot_bits, value);
       continue;
     }
     const NumberSymbol number(value);
@@ -386,7 +382,7 @@ bool can_write_fans(std::span<const FanOperation> operations, const FanTables& t
   return std::all_of(operations.begin(), operations.end(), [&](const FanOperation& operation) {
     const auto& [context, value] = operation;
     if (context < FanOperation::is_number)
-      return tables.events.of(static_context(context)).frequency[value] != 0;
+      return tables.events.of(mapped_context(context)).frequency[value] != 0;
     return tables.numbers.of(context - FanOperation::is_number).frequency[NumberSymbol(value).symbol] != 0;
   });
 }
@@ -412,7 +408,7 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
                         FanModels models, const AdaptiveFanModel* start) {
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
-  if (models == FanModels::adaptive) result.surface.count_valences();
+  result.surface.count_valences();
   if (models == FanModels::shared) {
     result.operations = std::move(finder.operations());
     return result;

@@ -57,7 +57,7 @@ struct FanSurface {
   Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
   Unfilled<uint8_t> kinds;                ///< likewise
   bool with_late = true;                  ///< are late triples wanted?
-  std::vector<uint8_t> valences;          ///< by vertex: its triangles modulo 256; for adaptive fans only
+  std::vector<uint8_t> valences;          ///< by vertex: its triangles modulo 256, copies apart
 
   uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
   void count_valences();
@@ -65,7 +65,7 @@ struct FanSurface {
   void forget_vertices();
 };
 
-/// What an encoder writes: an event, with its surroundings as context, or a number of some kind.
+/// What an encoder writes: an event with its context, or a number of some kind.
 struct FanOperation {
   static constexpr uint32_t is_number = 1u << 31;
   uint32_t context;  ///< is_number + kind for numbers
@@ -140,10 +140,8 @@ class FanDecoder {
   std::unique_ptr<State> state_;
 };
 
-/// Inverse for adaptive models, all at once, with references, kinds and valences. As safe.
-Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
-
-/// All at once, with references and kinds.
+/// What `decoder` decodes, all at once, with references, kinds and valences.
+Result<FanSurface> decode_all(FanDecoder decoder);
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
 
 }  // namespace maille

@@ -379,6 +379,16 @@ constexpr unsigned seen_shift = 32 + fan_point_bits;
 constexpr uint64_t seen_once = uint64_t{1} << seen_shift;
 constexpr uint64_t across_mask = point_mask << 32;
 constexpr uint64_t marker_bit = uint64_t{1} << 31;
+[[gnu::always_inline]] inline uint64_t class_in(uint64_t entry) {
+  return seen_class(static_cast<unsigned>(entry >> seen_shift));
+}
+/// The classes of two entries that are known early, by what they have seen.
+constexpr auto far_classes = [] {
+  std::array<uint8_t, 256> table{};
+  for (unsigned i = 0; i < 256; ++i)
+    table[i] = static_cast<uint8_t>(seen_class(i >> 4) << 2 | seen_class(i & 15));
+  return table;
+}();
 /// An entry that has seen more triangles. Hardly ever so many that it cannot count them.
 [[gnu::always_inline]] inline uint64_t see_more(uint64_t entry, uint64_t more) {
   uint64_t then;
@@ -412,8 +422,9 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
   RareSymbols rare(machine, reader, out);
   for (; steps > 0 && tail - head >= least_fast_ring; --steps) {
     const uint64_t n_entry = head[1], m_entry = head[2];
-    const FanSlots::EventTable& table = slots.table_at_seen(
-        f_entry >> seen_shift | (n_entry >> (seen_shift - 4) & 0xf0) | (p_entry >> (seen_shift - 8) & 0xf00));
+    const FanSlots::EventTable& table =
+        slots.table_of(f_entry >> seen_shift << 8 | class_in(n_entry) << 6 | class_in(p_entry) << 4 |
+                       far_classes[(m_entry >> (seen_shift - 4) & 0xf0) | tail[-2] >> seen_shift]);
     const unsigned symbol = table.symbol(state);
     const uint64_t f = vertex_in(f_entry), p = vertex_in(p_entry);
     if (symbol >= fast_fan_symbols) [[unlikely]] {
@@ -508,7 +519,7 @@ Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
 }  // namespace
 
 MAILLE_COLD FanTables read_fan_tables(RansDecoder& side) {
-  StaticTables events = read_tables(fan_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
+  StaticTables events = read_tables(mapped_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
   return {std::move(events),
           read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
 }
@@ -526,23 +537,13 @@ MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) {
   std::copy_n(tables.numbers.table_of.begin(), number_contexts, number_at.begin());
 }
 
-/// A row for each class of next and last; small meshes feel every microsecond.
 MAILLE_COLD void FanSlots::fill_table_at(const StaticTables& tables) {
-  const auto idle = static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable));
-  std::array<std::array<uint16_t, most_seen + 1>, fan_contexts / 10> rows;
-  for (unsigned next = 0; next <= most_seen; ++next) {
-    for (unsigned last = 0; last <= most_seen; ++last) {
-      const unsigned classes = next_classes[next] * 3u + last_classes[last];
-      const bool first = (next == 0 || next_classes[next - 1] != next_classes[next]) &&
-                         (last == 0 || last_classes[last - 1] != last_classes[last]);
-      for (unsigned head = 0; first && head <= most_seen; ++head)
-        rows[classes][head] =
-            head == 0
-                ? idle
-                : static_cast<uint16_t>(tables.table_of[fan_context(head, next, last)] * sizeof(EventTable));
-      std::copy(rows[classes].begin(), rows[classes].end(), &table_at[next << 4 | last << 8]);
-    }
-  }
+  std::array<uint16_t, most_event_tables> place;
+  for (size_t i = 0; i < tables.tables.size(); ++i) place[i] = static_cast<uint16_t>(i * sizeof(EventTable));
+  std::fill_n(table_at.begin(), 256, static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable)));
+  for (unsigned i = 0; i < mapped_contexts; ++i) table_at[256 + i] = place[tables.table_of[i]];
+  for (unsigned head = mapped_heads + 1; head <= most_seen; ++head)
+    std::copy_n(&table_at[mapped_heads << 8], 256, &table_at[head << 8]);
 }
 
 struct FanDecoder::State {
@@ -601,9 +602,8 @@ Result<> FanDecoder::State::step() {
   for (int i = 0; i < slow_run; ++i) {
     if (machine.done() || !machine.prepare()) return {};
     if (i > 0 && machine.tail - machine.head >= least_fast_ring) return {};
-    const FanSlots::EventTable& table = reader.slots.table_of(
-        machine.seen(machine.head), machine.seen(machine.head + 1), machine.seen(machine.tail - 1));
-    if (!machine.apply(reader.rans.get(table))) return corrupt("a fan that cannot be completed");
+    if (!machine.apply(reader.rans.get(reader.slots.table_of(machine.context()))))
+      return corrupt("a fan that cannot be completed");
     if (reader.rans.exhausted()) return corrupt("the fans end early");
   }
   return {};
@@ -685,7 +685,10 @@ Result<FanSurface> FanDecoder::finish() {
 }
 
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
-  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices));
+  return decode_all(MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices)));
+}
+
+Result<FanSurface> decode_all(FanDecoder decoder) {
   Unfilled<VertexReferences> references;
   Unfilled<uint8_t> kinds;
   for (uint32_t begin = 0; begin < decoder.vertices();) {
@@ -700,6 +703,7 @@ Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_ve
   result.first = 0;
   result.references = std::move(references);
   result.kinds = std::move(kinds);
+  result.count_valences();
   return result;
 }
 

@@ -31,35 +31,26 @@ inline constexpr unsigned most_split = 5;
 
 /// Triangles seen by an entry of the ring saturate here; markers have seen none.
 inline constexpr uint32_t most_seen = 15;
-inline constexpr unsigned fan_contexts = 120;
 
-/// The context of a symbol, from what the head, the next and the last vertex of the ring have seen.
-inline constexpr auto head_classes = [] {
-  std::array<uint8_t, most_seen + 1> classes{};
-  for (unsigned d = 0; d <= most_seen; ++d)
-    classes[d] = static_cast<uint8_t>(d == 0 ? 0 : d > 10 ? 9 : d - 1);
-  return classes;
-}();
-inline constexpr auto next_classes = [] {
-  std::array<uint8_t, most_seen + 1> classes{};
-  for (unsigned d = 0; d <= most_seen; ++d)
-    classes[d] = static_cast<uint8_t>(d == 0 ? 0 : d <= 2 ? 1 : d == 3 ? 2 : 3);
-  return classes;
-}();
-inline constexpr auto last_classes = [] {
-  std::array<uint8_t, most_seen + 1> classes{};
-  for (unsigned d = 0; d <= most_seen; ++d) classes[d] = static_cast<uint8_t>(d <= 2 ? 0 : d == 3 ? 1 : 2);
-  return classes;
-}();
-inline unsigned fan_context(unsigned head, unsigned next, unsigned last) {
-  return head_classes[head] * 12u + next_classes[next] * 3u + last_classes[last];
+/// The context of a symbol: what the head of the ring has seen, and classes of what the next and the last
+/// entry have, and in rings of four and more the ones beyond these two (else class 0): 0 or 1, 2, 3, more.
+inline constexpr unsigned fan_contexts = (most_seen + 1) << 8;
+[[gnu::always_inline]] constexpr unsigned seen_class(unsigned seen) {
+  // Two bits for each number, as a table would be a load more on the way to the symbol.
+  return 0xffffff90u >> (2 * seen) & 3;
+}
+/// The map of contexts to tables takes heads that have seen ten triangles and more for one.
+inline constexpr unsigned mapped_heads = 10;
+inline constexpr unsigned mapped_contexts = mapped_heads << 8;
+inline constexpr unsigned mapped_context(unsigned context) {
+  return (std::clamp(context >> 8, 1u, mapped_heads) - 1) << 8 | (context & 255);
 }
 
 /// Numbers beside the symbols.
 enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
 
 inline constexpr unsigned fan_slot_bits = 9;
-inline constexpr unsigned most_event_tables = 16;
+inline constexpr unsigned most_event_tables = 32;
 inline constexpr auto number_contexts = static_cast<unsigned>(FanNumber::count);
 // A number below 12 is its symbol; then come the number of bits, from 4 on, and the bits below the highest.
 inline constexpr unsigned direct_numbers = 12;
@@ -177,12 +168,9 @@ class FanMachine {
     }
   }
 
-  unsigned context() const { return fan_context(seen(head), seen(head + 1), seen(tail - 1)); }
-  /// What the head, the next and the last entry have seen, then, in rings of four and more, those beyond
-  /// these two; four bits each from the lowest.
-  uint32_t surroundings() const {
-    const uint32_t near = seen(head) | seen(head + 1) << 4 | seen(tail - 1) << 8;
-    return tail - head < 4 ? near : near | seen(head + 2) << 12 | seen(tail - 2) << 16;
+  unsigned context() const {
+    const unsigned near = seen(head) << 8 | seen_class(seen(head + 1)) << 6 | seen_class(seen(tail - 1)) << 4;
+    return tail - head < 4 ? near : near | seen_class(seen(head + 2)) << 2 | seen_class(seen(tail - 2));
   }
 
   /// For moves of entries beyond those of a symbol. False: more than any encoder needs.

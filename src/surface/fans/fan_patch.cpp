@@ -184,9 +184,6 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const UniqueFaces unique = without_copies(faces.all_corners, points);
   const GluedSurface glued = glue({unique.all_corners, {}, points});
-  // What was decoded would be glued otherwise, and give another file; those who ask for speed accept that. So
-  // do charts: by themselves they would learn everything anew.
-  if (glued.chosen && models == FanModels::adaptive && start == nullptr) return std::nullopt;
   EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models, start);
 
   std::optional<EncodedFanPatch> result(std::in_place);
@@ -262,19 +259,14 @@ std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, cons
   return out.take();
 }
 
-Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners,
-                                               FanModels models) {
+Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uint64_t corners) {
   ByteReader in(bytes);
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
-  if (models == FanModels::adaptive) {
-    decoder.adaptive_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points));
-  } else {
-    const uint64_t copied = MAILLE_TRY(decoder.count_copies(corners));
-    decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points, copied));
-  }
+  const uint64_t copied = MAILLE_TRY(decoder.count_copies(corners));
+  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points, copied));
   return decoder;
 }
 
@@ -300,6 +292,12 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
   decoder.fans = MAILLE_TRY(
       FanDecoder::begin(fans, slots, decoder.triangles, static_cast<uint32_t>(vertices), copied, buffers));
   return decoder;
+}
+
+Result<> FanPatchDecoder::decode_fans_first() {
+  all_fans = MAILLE_TRY(decode_all(std::move(*fans)));
+  fans.reset();
+  return {};
 }
 
 Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t corners) {
@@ -331,7 +329,7 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   if (fans) {
     patch.fans = MAILLE_TRY(fans->finish());
   } else {
-    patch.fans = std::move(adaptive_fans);
+    patch.fans = std::move(all_fans);
     patch.fans.forget_vertices();
   }
   MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {

@@ -10,7 +10,7 @@ namespace maille {
 
 struct FanTables;
 
-/// A patch of triangles at the fast and default levels: TOPO 1 to 3, docs/format.md.
+/// A patch of triangles at the fast and default levels: TOPO 1 and 3, docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -28,22 +28,22 @@ struct EncodedFanPatch {
 /// The bytes of a patch with shared tables; these have been made with its operations.
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
-/// None when some face of the mesh has more than three corners; with adaptive models also where gluing was a
-/// choice that depends on the order of faces. Error: unsupported, for too many corners.
+/// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                         FanModels models = FanModels::fixed);
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {
   std::optional<FanDecoder> fans;  ///< with static tables
-  FanSurface adaptive_fans;        ///< with adaptive models: complete
+  FanSurface all_fans;             ///< instead of these: everything about them
 
   /// `bytes` must stay. Error: corrupt.
-  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners,
-                                       FanModels models = FanModels::fixed);
+  static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
                                               uint64_t corners, FanBuffers* buffers = nullptr);
+  /// Decodes all fans at once, with references, kinds and valences, for positions that need these beforehand.
+  Result<> decode_fans_first();
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

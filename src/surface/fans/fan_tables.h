@@ -46,13 +46,9 @@ class FanSlots {
 
   using EventTable = StaticDecoderTable<fan_slot_bits, fan_symbols>;
   using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
-  /// By what head, next and last have seen.
-  const EventTable& table_of(uint64_t head, uint64_t next, uint64_t last) const {
-    return table_at_seen(head | next << 4 | last << 8);
-  }
-  const EventTable& table_at_seen(uint64_t all_three) const {
+  const EventTable& table_of(uint64_t context) const {
     const auto* const begin = reinterpret_cast<const std::byte*>(events.data());
-    return *reinterpret_cast<const EventTable*>(begin + table_at[all_three]);
+    return *reinterpret_cast<const EventTable*>(begin + table_at[context]);
   }
   const NumberTable& table_of(FanNumber kind) const {
     return numbers[number_at[static_cast<unsigned>(kind)]];
@@ -61,8 +57,8 @@ class FanSlots {
   Unfilled<EventTable> events;
   Unfilled<NumberTable> numbers;
   std::array<uint8_t, number_contexts> number_at;
-  /// By what head, next and last have seen, 4 bits each: where in `events` in bytes, for the fast loop.
-  std::array<uint16_t, 1 << 12> table_at;
+  /// By context: where in `events` in bytes, for the fast loop.
+  std::array<uint16_t, fan_contexts> table_at;
   static_assert((most_event_tables + 1) * sizeof(EventTable) < 1 << 16);
 
  private:
