@@ -17,7 +17,7 @@ add_compile_options(-fno-exceptions -fno-rtti -msimd128 -msse2 -Wno-shorten-64-t
 set(maille_fast_on_web
   surface/fans/fan_decoder.cpp surface/fans/fan_positions.cpp surface/fans/adaptive_fan_decoder.cpp entropy/mixing.cpp
   surface/front/mixed_array.cpp surface/front/position_predictor.cpp volume/cells/cell_coder.cpp volume/cells/cell_coder_corners.cpp
-  volume/cells/cell_coder_slow.cpp volume/cells/cell_coder_indices.cpp volume/values/mixed_values.cpp volume/values/tuple_values.cpp
+  volume/cells/cell_coder_slow.cpp volume/values/mixed_values.cpp volume/values/tuple_values.cpp
   volume/cells/patterns.cpp volume/stream/stream_reader.cpp)
 
 # Files that only encoders, writers and tools use are left out: what links one of them by accident does not link.

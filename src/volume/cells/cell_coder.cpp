@@ -24,12 +24,10 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   if (encoding && faces_) prefer_faces(cell);
   wanted_ = &cell;
   repeated_ = 0;
-  if (indices_) return code_by_indices(topology, numbers, cell, out);
   if (gates_) return code_by_gates(topology, numbers, cell, out);
   find_sources();
   const bool fast = code_by_pattern(topology, cell);
   const bool plain = fast && cell_.shape().nodes == cell_.shape().corners;
-  if (!plain) recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   Pattern pattern;
   bool described = false;
   if (!fast) {
@@ -63,7 +61,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   entered.pattern = pattern_;
   entered.signature = signature_;
   if (faces_ && cell_.shape().dimension == 3) faces_->close_under(*this, last_.slot);
-  last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
+  last_signature_ = signature_;
   if (!fast) follow_group(cell);
   remove_final(cell, out);
   return true;
@@ -157,9 +155,7 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
                                         unsigned context, unsigned corner) {
   const uint64_t input = number;
   const auto others = [&](auto suggest) { suggest_as_last(corner, suggest); };
-  if (!number_is_known_) {
-    number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
-  }
+  number = numbered_ ? numbering_.code(numbers, number, has_expected, expected, context, others) : counted_;
   const uint32_t slot = enter_point(number, input);
   if (damaged_) return 0;
   if (gates_) gates_->enter_point(hull_, slot);

@@ -10,7 +10,6 @@
 #include "volume/cells/decisions.h"
 #include "volume/cells/face_coder.h"
 #include "volume/cells/gates.h"
-#include "volume/cells/index_coder.h"
 #include "volume/cells/numbering.h"
 #include "volume/cells/patterns.h"
 #include "volume/cells/swept_pattern.h"
@@ -69,12 +68,7 @@ class CellCoder {
   static constexpr bool encoding = Coder::encoding;
 
   /// `mixing`: of slow decisions. `numbered`: numbers of points are kept.
-  /// `indexed`: cells come as numbers of points, predicted from numbers alone, and what they share follows
-  /// from these; only if numbered.
-  CellCoder(Mixing mixing, bool numbered, bool indexed = false)
-      : numbered_(numbered), decisions_(mixing), mixing_(mixing) {
-    if (indexed) indices_ = std::make_unique<IndexCoder<Coder>>(mixing);
-  }
+  CellCoder(Mixing mixing, bool numbered) : numbered_(numbered), decisions_(mixing), mixing_(mixing) {}
   /// From the first cell on solids and polygons come at gates; only if points are numbered anew. `borders`:
   /// for an encoder, by cell a bit for each face that no later one meets.
   void use_gates(const std::vector<uint8_t>* borders) {
@@ -152,14 +146,6 @@ class CellCoder {
                             Coder& numbers, const uint64_t* points, uint32_t cell, CodedCells& out);
   void enter_swept(const SweptPattern& plan, const SweptSources& sources, const HexahedronSlots& corners,
                    size_t at, size_t first_node, CodedCells& out);
-
-  bool code_by_indices(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
-  void join_by_numbers(const StreamedCell& cell);
-  void join_extra_nodes(Coder& numbers, const StreamedCell& cell, CodedCells& out);
-  void drop_repeated_ends(StreamedCell& cell) const;
-  std::array<uint32_t, 3> likely_steps() const;
-  void code_ends(Coder& coder, StreamedCell& cell);
-  bool has_open_face(uint32_t slot) const;
 
   bool code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate);
@@ -259,8 +245,7 @@ class CellCoder {
   bool code_loose(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
 
   bool decide(Coder& coder, bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
-    bit = decisions_.code(coder, bit, question,
-                          {local, recent_, nearby, valence, signature_, last_signatures_[0]});
+    bit = decisions_.code(coder, bit, question, {local, nearby, valence, signature_});
     signature_ = hashed(signature_, static_cast<uint32_t>(bit));
     return bit;
   }
@@ -288,14 +273,12 @@ class CellCoder {
   std::vector<RunModel> pattern_flags_ = std::vector<RunModel>(512 * 3 * 4 * 4);
   Mixing mixing_;
   std::unique_ptr<FaceCoder<Coder>> faces_;  ///< from the first cell on that is given by faces
-  std::unique_ptr<IndexCoder<Coder>> indices_;
   std::unique_ptr<Gates> gates_;
   std::unique_ptr<GateModels> gate_models_;
   const std::vector<uint8_t>* borders_ = nullptr;
-  unsigned entered_by_ = 0;       ///< the own face at the gate; 7: none
-  bool number_is_known_ = false;  ///< of the points that are created
-  unsigned outcomes_ = 0;         ///< of the last two pattern flags
-  unsigned places_passed_ = 0;    ///< of the candidates of the next cell, by sweep()
+  unsigned entered_by_ = 0;     ///< the own face at the gate; 7: none
+  unsigned outcomes_ = 0;       ///< of the last two pattern flags
+  unsigned places_passed_ = 0;  ///< of the candidates of the next cell, by sweep()
 
   CellRef last_;
   CellRef last_anchor_;
@@ -309,7 +292,7 @@ class CellCoder {
   uint64_t counted_ = 0;  ///< points so far
   uint64_t group_ = 0;    ///< many generators write the cells around point 1, 2, 3, ...
   uint64_t last_loose_ = 0;
-  std::array<uint32_t, 3> last_signatures_{};
+  uint32_t last_signature_ = 0;  ///< how the last cell was coded
 
   // The cell being coded.
   Assembly cell_;
@@ -317,7 +300,7 @@ class CellCoder {
   std::array<uint8_t, most_corners> repeat_of_{};  ///< for corners that repeat another
   unsigned repeated_ = 0;
   const StreamedCell* wanted_ = nullptr;
-  uint32_t recent_ = 0, signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
+  uint32_t signature_ = 0, pattern_ = 0, anchor_signature_ = 0;
   std::array<uint32_t, most_nodes> node_{};
   std::array<Candidate, 48> anchors_{};
   std::array<uint8_t, 8> origin_ranks_{};

@@ -262,7 +262,7 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
       local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;
     }
     const bool fresh = i < shape.corners && cell_.is_fresh(i);
-    const uint32_t nearby = i | (fresh ? 32u : 0) | (last_signatures_[0] & 0xffff) << 6;
+    const uint32_t nearby = i | (fresh ? 32u : 0) | (last_signature_ & 0xffff) << 6;
     if (decide(coder, (cell.final >> i & 1) != 0, is_final, local, nearby, local * 32 + i)) final |= 1u << i;
   }
   cell.final = final;

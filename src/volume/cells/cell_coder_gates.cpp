@@ -52,7 +52,6 @@ const BeyondEdges& beyond_edges() {
 template <class Coder>
 bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   signature_ = anchor_signature_ = 0;
-  recent_ = hashed(hashed(last_signatures_[0], last_signatures_[1]), last_signatures_[2]);
   cell_.known = cell_.fresh = cell_.glued = 0;
   bool at_gate = false;
   entered_by_ = 7;
@@ -81,7 +80,7 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   gates_->enter(hull_, last_.slot, cell_.glue, gated ? cell_.glued : 0, gates);
   hull_.cell(last_.slot).pattern = entered_by_;
   hull_.cell(last_.slot).signature = signature_;
-  last_signatures_ = {signature_, last_signatures_[0], last_signatures_[1]};
+  last_signature_ = signature_;
   if (gated) {
     code_ends_at_gates(topology, cell);
   } else {

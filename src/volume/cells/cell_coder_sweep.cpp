@@ -31,7 +31,7 @@ uint64_t ends_of(const uint8_t* flags) {
 template <class Coder>
 size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* points,
                                const uint8_t* last_use, size_t most, CodedCells& out) {
-  if (damaged_ || faces_ || indices_ || gates_) return 0;
+  if (damaged_ || faces_ || gates_) return 0;
   const size_t before = out.size(), nodes_before = out.nodes.size();
   size_t done = 0, room = 0;
   cell_.kind = hexahedron_kind;
@@ -39,7 +39,7 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
   for (unsigned f = 0; f < most_faces; ++f) followed_ |= (successors_[f].slot != no_slot ? 1u : 0u) << f;
   SweptSources sources;
   HexahedronSlots corners;
-  auto [newest, second, third] = last_signatures_;
+  uint32_t newest = last_signature_;
   while (done < most && hull_.valid(last_)) {
     const uint32_t id = find_swept_sources(sources);
     const PatternPlan& found = patterns_[id];
@@ -65,8 +65,6 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
     }
     enter_swept(plan, sources, corners, before + done, nodes_before + done * most_corners, out);
     ++done;
-    third = second;
-    second = newest;
     newest = plan.signature;
     if constexpr (encoding) {
       points += most_corners;
@@ -79,8 +77,7 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
   }
   if (done > 0) {
     last_kind_ = hexahedron_kind;
-    last_signatures_ = {newest, second, third};
-    signature_ = newest;
+    last_signature_ = signature_ = newest;
   }
   for (size_t k = done < recent_cells_.size() ? done : recent_cells_.size(); k-- > 0;) {
     const auto ordinal = static_cast<uint32_t>(last_.ordinal - k);

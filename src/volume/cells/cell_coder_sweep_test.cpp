@@ -64,7 +64,7 @@ constexpr size_t per_block = 512;
 
 Written write(const Hexahedra& cells, bool sweep, bool numbered) {
   Written written;
-  CellCoder<RangeEncoder> coder(Mixing::some, numbered);
+  CellCoder<RangeEncoder> coder(Mixing::mixed, numbered);
   RangeEncoder topology, numbers;
   StreamedCell cell;
   for (size_t i = 0; i < cells.size(); ++i) {
@@ -96,7 +96,7 @@ Written write(const Hexahedra& cells, bool sweep, bool numbered) {
 }
 
 Unfilled<uint32_t> read(const Written& written, size_t count, bool sweep, bool numbered) {
-  CellCoder<RangeDecoder> coder(Mixing::some, numbered);
+  CellCoder<RangeDecoder> coder(Mixing::mixed, numbered);
   RangeDecoder topology(written.cells), numbers(written.numbers);
   CodedCells out;
   StreamedCell cell;

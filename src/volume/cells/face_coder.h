@@ -99,7 +99,7 @@ class FaceCoder {
   };
 
   bool decide(bool bit, Question question, uint32_t local, uint32_t nearby, uint32_t valence) {
-    return decisions_.code(*coder_, bit, question, {local, recent_, nearby, valence});
+    return decisions_.code(*coder_, bit, question, {local, nearby, valence});
   }
   void begin(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   void code_type();

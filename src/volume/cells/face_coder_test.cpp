@@ -270,7 +270,7 @@ TEST(FaceCoder, DamagedPolyhedraDecodeOrAreRefused) {
   for (const Mesh& mesh : {crowded(5), honeycomb(4, 4, 4)}) {
     const CellBlock& block = mesh.blocks[0];
     RangeEncoder topology, numbers;
-    CellCoder<RangeEncoder> encoder(Mixing::most, true);
+    CellCoder<RangeEncoder> encoder(Mixing::mixed, true);
     CodedCells out;
     std::vector<unsigned> uses(mesh.point_count());
     for (const uint32_t point : block.connectivity) ++uses[point];
@@ -292,7 +292,7 @@ TEST(FaceCoder, DamagedPolyhedraDecodeOrAreRefused) {
       cells[random() % cells.size()] ^= static_cast<std::byte>(1u << random() % 8);
       if (round % 3 == 0) names[random() % names.size()] ^= static_cast<std::byte>(1u << random() % 8);
       RangeDecoder cell_decoder{Bytes(cells)}, name_decoder{Bytes(names)};
-      CellCoder<RangeDecoder> decoder(Mixing::most, true);
+      CellCoder<RangeDecoder> decoder(Mixing::mixed, true);
       StreamedCell cell;
       out.clear();
       for (unsigned i = 0; i < 200; ++i) {

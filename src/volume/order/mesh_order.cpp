@@ -72,8 +72,7 @@ class CellSequence {
 
   uint32_t code_one(Coder& coder, uint32_t cell, uint32_t leader) {
     find_beside();
-    const Evidence how{
-        static_cast<uint32_t>(beside_), history_ & 255, history_ & 15, waiting_at(at_), last_rank_, 0};
+    const Evidence how{static_cast<uint32_t>(beside_), history_ & 15, waiting_at(at_), last_rank_};
     // A leader goes before: it moves the place from which the next ones are sought.
     const bool led = decisions_.code(coder, leader != nothing, by_point, how);
     if (led) {
@@ -118,7 +117,7 @@ class CellSequence {
       }
       const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (cell == last_ + 1 ? 64u : 0) |
                              std::min<uint32_t>(near_[i].met, 7) << 7;
-      const Evidence which{local, last_rank_, rank_of(cell), count, history_ & 255, i};
+      const Evidence which{local, rank_of(cell), count, history_ & 255};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
       return cell;
@@ -165,11 +164,9 @@ class CellSequence {
       uint32_t lower = 0;
       for (const uint32_t point : nodes_of(other)) lower += point < at_ + gap;
       const uint32_t local = static_cast<uint32_t>(gap == 0) | count << 1 | lower << 5;
-      const Evidence which{
-          local, use.node << 4 | last_corner_, rank << 4 | count, size_class(gap), history_ & 255, use.node};
+      const Evidence which{local, rank << 4 | count, size_class(gap), history_ & 255};
       ++rank;
       if (!decisions_.code(coder, other == cell && here, at_point, which)) continue;
-      last_corner_ = use.node & 15;
       return static_cast<uint32_t>(other);
     }
     return nothing;
@@ -186,7 +183,7 @@ class CellSequence {
   Decisions<question_count> decisions_;
   DifferenceModel leap_;
   uint64_t at_ = 0;
-  uint32_t last_ = nothing, history_ = 0, last_rank_ = 0, last_corner_ = 0;
+  uint32_t last_ = nothing, history_ = 0, last_rank_ = 0;
 };
 
 /// What both directions look things up in: cells in coded order, with points in coded order.

@@ -100,10 +100,10 @@ class PointOrder {
   /// Points without cells come up in the order of the input, so that it is always the next one.
   bool code_alone(Coder& coder, uint32_t point) {
     if (next_alone_ == alone_.size()) return false;
-    const bool alone = count_left() == 0 ||
-                       decisions_.code(coder, Coder::encoding && cells_.around(point).empty(), without_cell,
-                                       {alone_history_ & 1, alone_history_ & 255, history_ & 15,
-                                        alone_history_ & 15, history_ & 1, 0});
+    const bool alone =
+        count_left() == 0 ||
+        decisions_.code(coder, Coder::encoding && cells_.around(point).empty(), without_cell,
+                        {alone_history_ & 1, history_ & 15, alone_history_ & 15, history_ & 1});
     alone_history_ = alone_history_ << 1 | (alone ? 1 : 0);
     return alone;
   }
@@ -112,12 +112,8 @@ class PointOrder {
     if (code_alone(coder, point)) return alone_[next_alone_++];
     if (count_left() == 0) return nothing;
     find_joined();
-    const Evidence how{std::min<uint32_t>(static_cast<uint32_t>(candidates_.size()), 15),
-                       history_ & 255,
-                       history_ & 3,
-                       size_class(count_left()),
-                       last_rank_,
-                       kinds_ & 15};
+    const Evidence how{std::min<uint32_t>(static_cast<uint32_t>(candidates_.size()), 15), history_ & 3,
+                       size_class(count_left()), last_rank_};
     bool near = false;
     uint32_t chosen = nothing;
     if (Coder::encoding && last_ != nothing) {
@@ -132,12 +128,10 @@ class PointOrder {
     const auto count = static_cast<uint32_t>(candidates_.size());
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t candidate = candidates_[i].which;
-      const uint64_t apart = candidate > last_ ? candidate - last_ : last_ - candidate;
       const uint32_t local = std::min<uint32_t>(i, 31) + (i >= joined_ ? 128 : 0) + (i >= later_ ? 512 : 0) +
                              (candidate > last_ ? 32 : 0) + (last_ + 1 == candidate ? 64 : 0) +
                              (on_border_[candidate] == on_border_[last_] ? 256 : 0);
-      const Evidence which{local, last_rank_,    std::min<uint32_t>(candidates_[i].met, 15),
-                           count, history_ & 15, size_class(apart)};
+      const Evidence which{local, std::min<uint32_t>(candidates_[i].met, 15), count, history_ & 15};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
       return candidate;
@@ -149,7 +143,7 @@ class PointOrder {
     bool on_border = left_[0].count() == 0;
     if (!on_border && left_[1].count() != 0) {
       on_border = decisions_.code(coder, Coder::encoding && on_border_[point], border,
-                                  {kinds_ & 3, kinds_ & 255, history_ & 7, kinds_ & 15, 0, 0});
+                                  {kinds_ & 3, history_ & 7, kinds_ & 15, 0});
     }
     return static_cast<uint32_t>(left_[on_border ? 1 : 0].code(coder, point));
   }

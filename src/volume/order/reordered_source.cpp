@@ -430,7 +430,7 @@ Result<double> incoherence(MeshSource& mesh) {
   constexpr uint64_t most_cells = 32768;
   const uint64_t cells = std::min(mesh.description().cells, most_cells);
   RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> coder(Mixing::most, false);
+  CellCoder<RangeEncoder> coder(Mixing::mixed, false);
   CodedCells out;
   StreamedCell cell;
   CellPiece piece;

@@ -15,7 +15,7 @@ namespace maille {
 class CellReplay {
  public:
   CellReplay(const FileReader& file, const StreamHeader& header, const Limits& limits)
-      : file_(file), limits_(limits), coder_(header.mixing, !header.description.any_order, header.indexed) {
+      : file_(file), limits_(limits), coder_(header.mixing, !header.description.any_order) {
     if (header.gated) coder_.use_gates(nullptr);
   }
 

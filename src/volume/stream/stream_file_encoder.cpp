@@ -129,9 +129,8 @@ Ordering at_gates_apart(const Mesh& mesh) {
 /// Mostly without mixing: that makes all orders smaller, and takes longer.
 class Trial {
  public:
-  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, bool indexed = false,
-        Mixing mixing = Mixing::none)
-      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered, indexed) {
+  Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, Mixing mixing = Mixing::none)
+      : mesh_(mesh), ordering_(ordering), numbered_(numbered), coder_(mixing, numbered) {
     if (!ordering.borders.empty()) coder_.use_gates(&ordering.borders);
   }
 
@@ -213,11 +212,7 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
     natural.run(sample);
     if (natural.bytes() <= scattered * natural.cells()) return given;
   }
-  // Numbers that follow one another are an order, too, whatever the cells do.
   if (effort == 1) return at_gates_apart(mesh);
-  Trial indexed(mesh, given, true, true);
-  indexed.run(alike ? few : sample);
-  if (indexed.bytes() <= scattered * indexed.cells()) return given;
   std::optional<Ordering> front;
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
@@ -236,9 +231,9 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
 
 /// Where any order will do: as they are, if that is a good order, else as in_coded_order() has them.
 Ordering choose_orders(const Mesh& mesh, int effort) {
-  const Mixing mixing = std::min(mixing_at(effort), Mixing::some);
+  const Mixing mixing = mixing_at(effort);
   Ordering given = as_they_are(mesh);
-  Trial natural(mesh, given, false, false, mixing);
+  Trial natural(mesh, given, false, mixing);
   if (uses_gates(effort) && all_have_shapes(mesh)) {
     natural.run(fewest);
     if (4 * natural.bytes() <= natural.cells()) natural.run(sample);
@@ -251,7 +246,7 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
     if (regular * natural.bytes() <= natural.cells()) return given;
   }
   Ordering other = in_coded_order(mesh);
-  Trial trial(mesh, other, false, false, mixing);
+  Trial trial(mesh, other, false, mixing);
   trial.run(natural.cells());
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);

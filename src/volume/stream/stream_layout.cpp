@@ -69,7 +69,6 @@ void visit_header(Visitor& v, Header& header) {
   v.flag(description.order_apart);
   v.choice(header.mixing, mixing_count);
   v.flag(header.mixed_values);
-  v.flag(header.indexed);
   v.flag(header.gated);
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
@@ -168,8 +167,7 @@ bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& array
 
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
-  bool sensible = description.positions.components == 3 && !(header.indexed && description.any_order) &&
-                  (!header.gated || description.any_order) &&
+  bool sensible = description.positions.components == 3 && (!header.gated || description.any_order) &&
                   header.maps.size() == description.arrays.size() + 1 &&
                   header.bounds.size() == header.maps.size() && header.maps[0].size() == 3;
   for (size_t i = 0; sensible && i < description.arrays.size(); ++i) {

@@ -20,7 +20,6 @@ struct StreamHeader {
   StreamDescription description;
   Mixing mixing = Mixing::none;  ///< of slow decisions
   bool mixed_values = false;     ///< so are those about numbers, where an array has few components
-  bool indexed = false;          ///< cells come as numbers of points
   bool gated = false;            ///< cells come at gates
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
@@ -100,7 +99,7 @@ Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arra
 inline constexpr uint32_t cells_per_block = 4096;
 /// Mixing makes the slow path a fifth smaller and half as fast.
 inline Mixing mixing_at(int effort) {
-  return effort >= 7 ? Mixing::most : effort >= 4 ? Mixing::some : Mixing::none;
+  return effort >= 4 ? Mixing::mixed : Mixing::none;
 }
 /// Whether cells in no good order come at gates without a trial of the order of the front: that takes as long
 /// as coding them.

@@ -126,7 +126,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": the models of the arrays take more memory than allowed");
   }
-  coder_.emplace(header_.mixing, !header_.description.any_order, header_.indexed);
+  coder_.emplace(header_.mixing, !header_.description.any_order);
   if (header_.gated) coder_->use_gates(nullptr);
   stages_.emplace_back(header_.positions(), Domain::point);
   for (size_t i = 0; i < header_.description.arrays.size(); ++i) {

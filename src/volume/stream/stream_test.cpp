@@ -320,7 +320,7 @@ TEST(CellCoder, AnyBytesDecodeOrAreRefused) {
 TEST(CellCoder, DamagedMeshesDecodeOrAreRefused) {
   const Mesh mesh = soup(11, 400, 90);
   RangeEncoder topology, numbers;
-  CellCoder<RangeEncoder> encoder(Mixing::most, true);
+  CellCoder<RangeEncoder> encoder(Mixing::mixed, true);
   CodedCells out;
   std::vector<unsigned> uses(mesh.point_count());
   for (uint64_t i = 0; i < mesh.blocks[0].size(); ++i) {
@@ -347,7 +347,7 @@ TEST(CellCoder, DamagedMeshesDecodeOrAreRefused) {
     cells[random() % cells.size()] ^= static_cast<std::byte>(1u << random() % 8);
     if (round % 3 == 0) names[random() % names.size()] ^= static_cast<std::byte>(1u << random() % 8);
     RangeDecoder cell_decoder{Bytes(cells)}, name_decoder{Bytes(names)};
-    CellCoder<RangeDecoder> decoder(Mixing::most, true);
+    CellCoder<RangeDecoder> decoder(Mixing::mixed, true);
     StreamedCell cell;
     out.clear();
     for (unsigned i = 0; i < 1000; ++i) {

@@ -91,7 +91,6 @@ class StreamWriter::Implementation {
   Result<> run_block();
   Result<> code_cells(Block& block);
   Result<> begin_stream();
-  size_t trial(bool indexed);
   void code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells, RangeEncoder& numbers,
                     CodedCells& out);
   bool only_positions() const { return point_buffer_.size() == stages_[0].tuple_size(); }
@@ -404,23 +403,10 @@ void StreamWriter::Implementation::resolve_ends(std::vector<uint64_t>& late) {
   intake_.told.clear();
 }
 
-/// What the cells that wait take with their numbers, in bytes: without mixing, as that takes longer and makes
-/// both smaller.
-size_t StreamWriter::Implementation::trial(bool indexed) {
-  CellCoder<RangeEncoder> coder(Mixing::none, true, indexed);
-  RangeEncoder cells, numbers;
-  CodedCells out;
-  code_records(coder, cells, numbers, out);
-  return cells.finish().size() + numbers.finish().size();
-}
-
-/// The description, which tells how cells are coded: the first ones that wait decide. A few bytes of some
-/// cells say little about those that follow, so indices have to be smaller by a third.
+/// The description, which tells how cells are coded.
 Result<> StreamWriter::Implementation::begin_stream() {
   if (coder_) return {};
-  if (!options_.any_order && !intake_.records.empty())
-    header_.indexed = 3 * trial(true) + 100 < 2 * trial(false);
-  coder_.emplace(header_.mixing, !options_.any_order, header_.indexed);
+  coder_.emplace(header_.mixing, !options_.any_order);
   if (header_.gated) coder_->use_gates(&borders_);
   MAILLE_CHECK(file_.write_stream({"DESC", 0, 0}, MAILLE_TRY(encode_header(header_))));
   if (order_apart_.empty()) return {};
