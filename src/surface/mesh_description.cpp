@@ -47,7 +47,8 @@ Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
 Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
   if (options.effort < 1 || options.effort > 9)
     return failure(ErrorCode::usage, "the effort must be from 1 to 9");
-  if (options.most_cells_per_part == uint64_t{0}) return failure(ErrorCode::usage, "parts must have a cell at least");
+  if (options.most_cells_per_part == uint64_t{0})
+    return failure(ErrorCode::usage, "parts must have a cell at least");
   for (const auto& [name, tolerance] : options.arrays) {
     const auto same_name = [&name = name](const Array& array) { return array.name == name; };
     if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {

@@ -36,11 +36,12 @@ std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std
 
 /// Codes all points, the first `most` of them, or those until the stream ends.
 template <class Coder, class Code, MixedCoding::Models models>
-void code_points(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
-                 const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+void code_points(Coder& coder, const PatchElements& elements, const VertexRings& rings, Scalar type,
+                 std::span<const NumberMap> maps, const MixedCoding& coding, std::span<Code> codes,
+                 uint32_t most, Pace* pace) {
   const PatchSurface& surface = *elements.surface;
-  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, elements.points, most,
-                                                codes);
+  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, rings, elements.points,
+                                                most, codes);
   most = std::min(most, elements.points);
   const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
   uint32_t next = 0;
@@ -72,21 +73,23 @@ bool code_levels(Coder& coder, MixedCoding& coding) {
 
 /// The same with as many models as the coding says.
 template <class Coder, class Code>
-void code_with(Coder& coder, const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
-               const MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+void code_with(Coder& coder, const PatchElements& elements, const VertexRings& rings, Scalar type,
+               std::span<const NumberMap> maps, const MixedCoding& coding, std::span<Code> codes,
+               uint32_t most, Pace* pace) {
   using Models = MixedCoding::Models;
   const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
                     : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
                                                         : code_points<Coder, Code, Models::repeats>;
-  code(coder, elements, type, maps, coding, codes, most, pace);
+  code(coder, elements, rings, type, maps, coding, codes, most, pace);
 }
 
 template <class Code>
-std::vector<std::byte> try_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
-                                  MixedCoding& coding, std::span<Code> codes, uint32_t most, Pace* pace) {
+std::vector<std::byte> try_coding(const PatchElements& elements, const VertexRings& rings, Scalar type,
+                                  std::span<const NumberMap> maps, MixedCoding& coding, std::span<Code> codes,
+                                  uint32_t most, Pace* pace) {
   RangeEncoder encoder;
   code_levels(encoder, coding);
-  code_with(encoder, elements, type, maps, coding, codes, most, pace);
+  code_with(encoder, elements, rings, type, maps, coding, codes, most, pace);
   return encoder.finish();
 }
 
@@ -189,8 +192,8 @@ bool find_levels(std::span<const Code> codes, MixedCoding& coding) {
 
 /// The coding whose trial is smallest, where what takes longer must save something.
 template <class Code>
-MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
-                          std::span<Code> codes, int effort) {
+MixedCoding choose_coding(const PatchElements& elements, const VertexRings& rings, Scalar type,
+                          std::span<const NumberMap> maps, std::span<Code> codes, int effort) {
   using Models = MixedCoding::Models;
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
@@ -202,7 +205,7 @@ MixedCoding choose_coding(const PatchElements& elements, Scalar type, std::span<
     RangeEncoder side;
     code_levels(side, trial);
     const size_t beside = side.finish().size();
-    const auto bytes = try_coding(elements, type, maps, trial, codes, most, nullptr);
+    const auto bytes = try_coding(elements, rings, type, maps, trial, codes, most, nullptr);
     const double share = static_cast<double>(most) / std::max(elements.points, 1u);
     const double size = static_cast<double>(bytes.size() - beside) + static_cast<double>(beside) * share;
     if (size >= smallest) return;
@@ -233,13 +236,14 @@ template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
                                     std::span<const NumberMap> maps, std::span<Code> codes, int effort,
                                     Pace* pace) {
-  MixedCoding best = choose_coding<Code>(elements, type, maps, codes, effort);
+  const VertexRings rings(*elements.surface);
+  MixedCoding best = choose_coding<Code>(elements, rings, type, maps, codes, effort);
   ByteWriter out;
   out.put(best.centre);
   out.put(best.models);
   out.put(static_cast<uint8_t>(best.anchors | best.with_levels << 1));
   out.put(best.unit);
-  out.put_bytes(try_coding(elements, type, maps, best, codes, none, pace));
+  out.put_bytes(try_coding(elements, rings, type, maps, best, codes, none, pace));
   return out.take();
 }
 
@@ -263,7 +267,7 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
   if (!code_levels(decoder, coding)) return failure(ErrorCode::corrupt, "an array has impossible levels");
-  code_with(decoder, elements, type, maps, coding, codes, none, pace);
+  code_with(decoder, elements, VertexRings(*elements.surface), type, maps, coding, codes, none, pace);
   if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");
   return {};

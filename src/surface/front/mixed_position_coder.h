@@ -73,12 +73,13 @@ template <class Coder, class Code, MixedCoding::Models models>
 class MixedPositionCoder {
  public:
   MixedPositionCoder(Coder& coder, const MixedCoding& coding, Scalar type, std::span<const NumberMap> maps,
-                     const PatchSurface& surface, uint32_t points, uint32_t most, std::span<Code> codes)
+                     const PatchSurface& surface, const VertexRings& rings, uint32_t points, uint32_t most,
+                     std::span<Code> codes)
       : coder_(coder),
         coding_(coding),
         type_(type),
         codes_(codes),
-        predictor_(surface, points),
+        predictor_(surface, rings, points),
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},

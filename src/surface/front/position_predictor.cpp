@@ -42,8 +42,13 @@ double cotangent(double angle) {
 
 }  // namespace
 
-PositionPredictor::PositionPredictor(const PatchSurface& surface, uint32_t points)
-    : surface_(surface), points_(points), by_ring_(8 * 8), by_gates_(4 * 5 * 2) {
+PositionPredictor::PositionPredictor(const PatchSurface& surface, const VertexRings& rings, uint32_t points)
+    : surface_(surface),
+      smooth_(surface, rings),
+      positions_(points),
+      points_(points),
+      by_ring_(8 * 8),
+      by_gates_(4 * 5 * 2) {
   for (auto& square : class_square_) square = {1, 1, 1};
 }
 
@@ -59,8 +64,8 @@ const PositionPrediction& PositionPredictor::predict_near(uint32_t anchor) {
   predict_other();
   const Point& point = points_[anchor];
   find_tangents(point.vertex == none ? Vector3{} : normal_at(point.vertex), {});
-  result_.mean.fill(point.position);
-  result_.all_gates = result_.best_gate = point.position;
+  result_.mean.fill(positions_[anchor]);
+  result_.all_gates = result_.best_gate = positions_[anchor];
   find_covariance();
   order_axes();
   return result_;
@@ -70,7 +75,7 @@ const PositionPrediction& PositionPredictor::predict_near(uint32_t anchor) {
 Vector3 PositionPredictor::normal_at(uint32_t vertex) const {
   constexpr unsigned most_turns = 64;
   const HalfEdges& edges = surface_.half_edges;
-  const auto place = [&](uint32_t h) { return points_[surface_.point(edges.origin[h])].position; };
+  const auto place = [&](uint32_t h) { return positions_[surface_.point(edges.origin[h])]; };
   Vector3 normal;
   uint32_t h = surface_.vertices.corner[vertex];
   for (unsigned i = 0; i < most_turns; ++i) {
@@ -98,6 +103,7 @@ const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   gather();
   find_frame();
   angle_ = angle_prediction();
+  smooth_place_ = smooth_prediction(vertex);
   find_features();
   find_variance();
   find_covariance();
@@ -109,7 +115,7 @@ const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   gate_weights_ = &by_gates_[((result_.gate_class - 1) * 5 + valence) * 2 + open];
   const Vector3 by_gates = corrected(*gate_weights_);
   const Vector3 by_ring = corrected(*ring_weights_);
-  result_.mean = {by_gates, result_.all_gates, angle_, (by_gates + by_ring) * 0.5};
+  result_.mean = {by_gates, smooth_place_, angle_, (by_gates + by_ring) * 0.5};
   const Vector3 apart = by_gates - result_.all_gates;
   result_.disagreement = std::sqrt(dot(apart, apart));
   return result_;
@@ -119,11 +125,11 @@ const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
 void PositionPredictor::predict_without_gates() {
   Vector3 mean;
   double edge = 0;
-  for (unsigned i = 0; i < around_.ring_count; ++i) mean = mean + points_[around_.ring[i]].position;
+  for (unsigned i = 0; i < around_.ring_count; ++i) mean = mean + positions_[around_.ring[i]];
   if (around_.ring_count > 0) {
     mean = mean * (1.0 / around_.ring_count);
   } else if (newest_ != none) {
-    mean = points_[newest_].position;
+    mean = positions_[newest_];
   }
   frame_ = {Vector3{{0, 0, 1}}, Vector3{{1, 0, 0}}, Vector3{{0, 1, 0}}};
   variance_ = {class_square_[0][0] + 0.05, class_square_[0][1] + 0.05, class_square_[0][2] + 0.05};
@@ -147,28 +153,29 @@ void PositionPredictor::gather() {
   double edge_square = 0;
   const auto take_tip = [&](uint32_t tip) {
     if (tip == none) return;
-    far = far + points_[tip].position;
+    far = far + positions_[tip];
     ++far_count;
   };
   for (unsigned i = 0; i < around_.gate_count; ++i) {
     const WideGate& gate = around_.gates[i];
-    const Point& a = points_[gate.a];
-    const Point& b = points_[gate.b];
-    const Point& w = points_[gate.across];
-    const Vector3 edge = b.position - a.position;
-    tips[i] = a.position + (b.position - w.position);
+    const Vector3& a = positions_[gate.a];
+    const Vector3& b = positions_[gate.b];
+    const Vector3& w = positions_[gate.across];
+    const Vector3 edge = b - a;
+    tips[i] = a + (b - w);
     sum = sum + tips[i];
-    middle = middle + a.position + b.position;
+    middle = middle + a + b;
     edges = edges + edge;
     edge_square += dot(edge, edge);
-    across = across + w.position;
-    across_residual = across_residual + w.residual;
+    across = across + w;
+    across_residual = across_residual + points_[gate.across].residual;
     take_tip(gate.tip_a);
     take_tip(gate.tip_b);
-    const Vector3 aw = a.position - w.position;
-    const Vector3 bw = b.position - w.position;
+    const Vector3 aw = a - w;
+    const Vector3 bw = b - w;
     const double skew = dot(aw, aw) - dot(bw, bw);
-    const double error = static_cast<double>(a.error) + b.error + w.error + 0.02 * (skew < 0 ? -skew : skew);
+    const double error = static_cast<double>(points_[gate.a].error) + points_[gate.b].error +
+                         points_[gate.across].error + 0.02 * (skew < 0 ? -skew : skew);
     if (i > 0 && !(error < least)) continue;
     least = error;
     result_.best_gate = tips[i];
@@ -195,10 +202,10 @@ void PositionPredictor::gather() {
   unsigned end_count = 0;
   for (unsigned i = 0; i < around_.ring_count; ++i) {
     const Point& point = points_[around_.ring[i]];
-    ring = ring + point.position;
+    ring = ring + positions_[around_.ring[i]];
     residual = residual + point.residual;
     if (!around_.arc_end[i]) continue;
-    ends = ends + point.position;
+    ends = ends + positions_[around_.ring[i]];
     ++end_count;
   }
   const double ring_inverse = around_.ring_count > 0 ? 1.0 / around_.ring_count : 0.0;
@@ -211,8 +218,8 @@ void PositionPredictor::find_frame() {
   Vector3 normal;
   for (unsigned i = 0; i < around_.gate_count; ++i) {
     const WideGate& gate = around_.gates[i];
-    const Vector3& a = points_[gate.a].position;
-    normal = normal + cross(points_[gate.across].position - a, points_[gate.b].position - a);
+    const Vector3& a = positions_[gate.a];
+    normal = normal + cross(positions_[gate.across] - a, positions_[gate.b] - a);
   }
   find_tangents(normal, result_.all_gates - middle_);
 }
@@ -248,10 +255,8 @@ double PositionPredictor::expected_angle(const Point& point) const {
 
 /// The tip of a triangle on the gate, in the plane of the face across, with the angles that are left.
 bool PositionPredictor::angle_tip(const WideGate& gate, Vector3& tip) const {
-  const Point& a = points_[gate.a];
-  const Point& b = points_[gate.b];
-  double at_a = expected_angle(a);
-  double at_b = expected_angle(b);
+  double at_a = expected_angle(points_[gate.a]);
+  double at_b = expected_angle(points_[gate.b]);
   const double at_tip = around_.border ? regular_angle : bounded(2 * pi / around_.valence, 0.3, 1.8);
   const double scale = pi / (at_a + at_b + at_tip);
   at_a = bounded(at_a * scale, 0.15, 2.9);
@@ -260,14 +265,16 @@ bool PositionPredictor::angle_tip(const WideGate& gate, Vector3& tip) const {
   const double cot_b = cotangent(at_b);
   const double sum = cot_a + cot_b;
   if (!(sum > 0.05)) return false;
-  const Vector3 edge = b.position - a.position;
+  const Vector3& a = positions_[gate.a];
+  const Vector3& b = positions_[gate.b];
+  const Vector3 edge = b - a;
   const double edge_square = dot(edge, edge);
-  Vector3 up = (a.position + b.position) * 0.5 - points_[gate.across].position;
+  Vector3 up = (a + b) * 0.5 - positions_[gate.across];
   if (!(edge_square > 1e-30)) return false;
   up = up - edge * (dot(up, edge) / edge_square);
   const double up_square = dot(up, up);
   if (!(up_square > 1e-6 * edge_square)) return false;
-  tip = a.position + edge * (cot_a / sum) + up * (std::sqrt(edge_square / up_square) / sum);
+  tip = a + edge * (cot_a / sum) + up * (std::sqrt(edge_square / up_square) / sum);
   return true;
 }
 
@@ -284,6 +291,14 @@ Vector3 PositionPredictor::angle_prediction() const {
   return count == 0 ? result_.all_gates : sum * (1.0 / count);
 }
 
+/// Not farther than a few edges: where hardly anything is known, it can be anywhere.
+Vector3 PositionPredictor::smooth_prediction(uint32_t vertex) {
+  Vector3 found;
+  if (!smooth_.predict(vertex, positions_, result_.all_gates, found)) return result_.all_gates;
+  const Vector3 apart = found - result_.all_gates;
+  return dot(apart, apart) < 25 * result_.edge * result_.edge ? found : result_.all_gates;
+}
+
 void PositionPredictor::find_features() {
   const Vector3& base = result_.all_gates;
   const Vector3 nothing;
@@ -293,7 +308,7 @@ void PositionPredictor::find_features() {
       has_tips_ ? mean_tips_ - base : nothing,
       ring_residual_,
       cross(frame_[0], mean_edge_),
-      has_tips_ ? nothing : mean_across_ - base,
+      smooth_place_ - base,
       middle_ - base,
       arc_ends_ - base,
       angle_ - base,
@@ -358,8 +373,8 @@ void PositionPredictor::order_axes() {
 
 void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   Point& point = points_[number];
-  for (unsigned k = 0; k < 3; ++k) point.position[k] = bounded(where[k], -farthest, farthest);
-  const Vector3 residual = point.position - result_.mean[3];
+  for (unsigned k = 0; k < 3; ++k) positions_[number][k] = bounded(where[k], -farthest, farthest);
+  const Vector3 residual = positions_[number] - result_.mean[3];
   const bool with_gates = around_.gate_count > 0;
   double error = 0;
   for (unsigned k = 0; k < 3; ++k) {
@@ -376,7 +391,7 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   point.faces = around_.valence;
   point.vertex = vertex_;
   point.border = around_.border;
-  if (with_gates) learn_weights(point.position);
+  if (with_gates) learn_weights(positions_[number]);
   if (vertex_ != none && surface_.half_edges.all_triangles()) learn_angles(number);
   newest_ = number;
 }
@@ -401,15 +416,17 @@ void PositionPredictor::learn_angles(uint32_t number) {
   const uint32_t first = surface_.vertices.corner[vertex_];
   uint32_t h = first;
   do {
-    const uint32_t i = edges.origin[edges.next(h)];
-    const uint32_t j = edges.origin[edges.previous(h)];
+    const uint32_t next = edges.origin[edges.next(h)];
+    const uint32_t previous = edges.origin[edges.previous(h)];
     h = edges.turn(h);
-    if (i >= vertex_ || j >= vertex_) continue;
-    Point& a = points_[surface_.point(i)];
-    Point& b = points_[surface_.point(j)];
-    const Vector3 va = a.position - v.position;
-    const Vector3 vb = b.position - v.position;
-    const Vector3 ab = b.position - a.position;
+    if (next >= vertex_ || previous >= vertex_) continue;
+    const uint32_t i = surface_.point(next);
+    const uint32_t j = surface_.point(previous);
+    Point& a = points_[i];
+    Point& b = points_[j];
+    const Vector3 va = positions_[i] - positions_[number];
+    const Vector3 vb = positions_[j] - positions_[number];
+    const Vector3 ab = positions_[j] - positions_[i];
     const Vector3 normal = cross(va, vb);
     const double area = std::sqrt(dot(normal, normal));
     v.angle += static_cast<float>(angle_of(dot(va, vb), area));

@@ -6,6 +6,7 @@
 
 #include "code/online_least_squares.h"
 #include "surface/front/neighbourhood.h"
+#include "surface/front/smooth_surface.h"
 #include "surface/patch_surface.h"
 #include "surface/vector3.h"
 
@@ -22,7 +23,7 @@ struct PositionPrediction {
   std::array<unsigned, 3> axes;  ///< in the order in which they are coded: the one nearest to the normal last
   double spread = 0;             ///< of the parallelograms
   double edge = 0;               ///< length of the gates' edges
-  double disagreement = 0;       ///< between the first two experts
+  double disagreement = 0;       ///< between the first expert and all gates
   unsigned gate_class = 0;       ///< number of gates, up to 4
   unsigned valence_class = 0;    ///< 0 to 7
   uint32_t best_a = none;        ///< the best gate, or none
@@ -30,11 +31,12 @@ struct PositionPrediction {
   uint32_t best_across = none;
 };
 
-/// Predicts positions from those known around them, and learns from what they turn out to be: online least
-/// squares, triangle angles, local variances. Deterministic, and finite for any positions (which it clamps).
+/// Predicts positions from those known around them, and learns from what they turn out to be: the smoothest
+/// surface, triangle angles, online least squares, local variances. Deterministic, and finite for any
+/// positions (which it clamps).
 class PositionPredictor {
  public:
-  PositionPredictor(const PatchSurface& surface, uint32_t points);
+  PositionPredictor(const PatchSurface& surface, const VertexRings& rings, uint32_t points);
 
   const PositionPrediction& predict(uint32_t vertex);
   /// For points outside the surface: like the one before.
@@ -43,7 +45,7 @@ class PositionPredictor {
   const PositionPrediction& predict_near(uint32_t anchor);
   void learn(uint32_t point, const Vector3& position);
 
-  const Vector3& position(uint32_t point) const { return points_[point].position; }
+  const Vector3& position(uint32_t point) const { return positions_[point]; }
   const Neighbourhood& neighbourhood() const { return around_; }
 
  private:
@@ -51,7 +53,6 @@ class PositionPredictor {
   using Weights = std::array<OnlineLeastSquares<features, 256>, 3>;  // by component in the frame
 
   struct Point {
-    Vector3 position;
     Vector3 residual;             // against the last expert
     std::array<float, 3> square;  // of the residual, in the frame of the point
     float error = 0;              // sum of the squares
@@ -69,6 +70,7 @@ class PositionPredictor {
   void find_frame();
   void find_features();
   Vector3 angle_prediction() const;
+  Vector3 smooth_prediction(uint32_t vertex);
   bool angle_tip(const WideGate& gate, Vector3& tip) const;
   double expected_angle(const Point& point) const;
   void find_variance();
@@ -80,6 +82,8 @@ class PositionPredictor {
   unsigned ring_class() const;
 
   const PatchSurface& surface_;
+  SmoothSurface smooth_;
+  std::vector<Vector3> positions_;
   std::vector<Point> points_;
   std::vector<Weights> by_ring_;
   std::vector<Weights> by_gates_;
@@ -98,6 +102,7 @@ class PositionPredictor {
   std::array<std::array<float, features>, 3> features_;
   std::array<double, 3> variance_;
   Vector3 angle_;
+  Vector3 smooth_place_;
   Weights* ring_weights_ = nullptr;
   Weights* gate_weights_ = nullptr;
 };
