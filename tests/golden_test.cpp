@@ -208,6 +208,36 @@ Surface on_planes(Surface surface) {
   return surface;
 }
 
+/// Normals of facets whose corners were rounded after; some are computed from rounded ones.
+Mesh with_facet_normals() {
+  Surface surface = triangulated(saddle(16));
+  for (size_t i = 0; i < surface.points.size(); ++i)
+    surface.points[i][2] += static_cast<double>(i * i % 11) / 700;
+  Mesh mesh = to_mesh(surface);
+  for (float& x : mesh.points.values<float>())
+    x = static_cast<float>(std::floor(double{x} * 1000 + 0.5) / 1000);
+  Array normals = make_array("normal", Domain::cell, Scalar::f32, 3, Role::normal);
+  normals.resize(mesh.cell_count());
+  for (size_t i = 0; i < mesh.cell_count(); ++i) {
+    double corners[3][3];
+    for (size_t k = 0; k < 9; ++k) {
+      const size_t point = mesh.blocks[0].cell(i)[k / 3];
+      corners[k / 3][k % 3] =
+          i % 3 == 0 ? double{mesh.points.values<float>()[3 * point + k % 3]} : surface.points[point][k % 3];
+    }
+    double n[3];
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t l = (k + 1) % 3, m = (k + 2) % 3;
+      n[k] = (corners[1][l] - corners[0][l]) * (corners[2][m] - corners[0][m]) -
+             (corners[1][m] - corners[0][m]) * (corners[2][l] - corners[0][l]);
+    }
+    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (size_t k = 0; k < 3; ++k) normals.values<float>()[3 * i + k] = static_cast<float>(n[k] / length);
+  }
+  mesh.arrays.push_back(std::move(normals));
+  return mesh;
+}
+
 std::vector<GoldenFile> goldens() {
   using Kind = Tolerance::Kind;
   std::vector<GoldenFile> all;
@@ -233,6 +263,7 @@ std::vector<GoldenFile> goldens() {
   fields.arrays = {{"normal", {Kind::bits, 8}},
                    {"temperature", {Kind::relative, 0.001}},
                    {"flow", {Kind::absolute, 0.05}}};
+  add("facet_normals", "normals older than their corners", with_facet_normals());
   add("effort_9", "the widest choice of pivots", to_mesh(saddle(9))).effort = 9;
   add("provenance", "who wrote it", cube()).provenance = "maille compress cube.ply";
   return all;

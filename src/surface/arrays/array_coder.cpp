@@ -10,6 +10,8 @@
 #include "entropy/rans.h"
 #include "numbers/number_maps.h"
 #include "numbers/refined_numbers.h"
+#include "surface/arrays/facet_candidates.h"
+#include "surface/arrays/facet_normal_coder.h"
 #include "surface/arrays/normal_coder.h"
 #include "surface/arrays/tuple_coder.h"
 #include "surface/front/element_walk.h"
@@ -20,8 +22,9 @@ namespace {
 
 // Elements a coding is tried on: enough to fill the models, few enough to try several.
 constexpr uint32_t trial_elements = 1 << 15;
-// Stands where tuples have their predictor.
+// Stand where tuples have their predictor.
 constexpr uint8_t normal_coding = 8;
+constexpr uint8_t facet_coding = 9;
 // Behind the maps stand details (RefinedMaps).
 constexpr uint8_t refined_flag = 32;
 
@@ -41,10 +44,13 @@ size_t codes_of(size_t tuples, const ArrayMaps& maps) {
   return tuples * maps.maps.size() + 1;
 }
 
-/// How an array is coded: as tuples, or as normals of the surface.
+/// How an array is coded: as tuples, or as normals of the surface or of its faces.
 struct ArrayCoding {
   TupleCoding tuple;
   std::optional<NormalCoding> normal;
+  std::optional<FacetCoding> facet;
+
+  bool as_tuples() const { return !normal && !facet; }
 };
 
 /// Which normals are expected, where the array has some.
@@ -149,6 +155,11 @@ template <class Rans, class Code, class More>
 void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
                 const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
                 std::span<Code> codes, More more) {
+  if (coding.facet) {
+    FacetNormalCoder<Rans, Code> coder(rans, *coding.facet, array.type, maps, elements, face_of, codes);
+    for (uint32_t cell = 0; cell < elements.cells() && more(); ++cell) coder.code(cell);
+    return;
+  }
   const ExpectedNormals normals(elements, face_of, array.domain, coding);
   const size_t components = maps.maps.size();
   const auto run = [&](auto& coder) {
@@ -170,7 +181,7 @@ template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
                                     std::span<Code> codes, uint32_t most, Pace* pace) {
-  RansEncoder encoder(coding.normal ? 1 : lanes_for(maps.maps.size()));
+  RansEncoder encoder(coding.as_tuples() ? lanes_for(maps.maps.size()) : 1);
   code_array<RansEncoder, Code>(encoder, elements, face_of, array, array.count(), maps, coding, codes,
                                 [&] { return most-- > 0 && (!pace || pace->step()); });
   return encoder.finish();
@@ -180,6 +191,11 @@ std::vector<std::byte> encode_codes(const PatchElements& elements, const std::ve
 bool is_normal(const PatchElements& elements, const Array& array) {
   return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
          is_float(array.type) && array.domain != Domain::mesh;
+}
+
+/// Three numbers for each face, whose corners' positions tell more of them than neighbours do.
+bool is_facet_normal(const PatchElements& elements, const Array& array, const ArrayMaps& maps) {
+  return is_normal(elements, array) && array.domain == Domain::cell && !maps.octahedral;
 }
 
 /// Elements with positions, whose gates are placed by them.
@@ -268,16 +284,24 @@ ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint3
     size_t size =
         encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
     // Whole values take time to decode; they must be worth it.
-    if (!coding.normal && coding.tuple.whole_values) size += size / 200;
+    if (coding.as_tuples() && coding.tuple.whole_values) size += size / 200;
     if (size >= smallest) return;
     smallest = size;
     best = coding;
   };
+  if (is_facet_normal(elements, array, maps)) {
+    for (const FacetCoding& coding :
+         FacetSample<Code>(elements, face_of, array.type, maps, codes).candidates())
+      consider({{}, {}, coding});
+    // With less than 32 bits a face they are normals of these faces, and nothing else is worth a trial.
+    if (smallest < size_t{4} * std::min(elements.cells(), trial_elements)) return best;
+  }
   for (unsigned p = 0; p < predictor_count; ++p) {
     const auto predictor = static_cast<Predictor>(p);
     if (predictor >= Predictor::nearest_gate && array.domain == Domain::mesh) continue;
     for (const bool whole_values : {false, true}) {
-      consider({{predictor, whole_values, array.domain == Domain::cell || array.domain == Domain::mesh}, {}});
+      consider(
+          {{predictor, whole_values, array.domain == Domain::cell || array.domain == Domain::mesh}, {}, {}});
     }
   }
   ArrayCoding other = best;
@@ -288,16 +312,16 @@ ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint3
     for (const auto predictor : {Predictor::nearest_gate, Predictor::two_gates, Predictor::all_gates}) {
       for (const auto placement : {Placement::hinge, Placement::similar, Placement::both}) {
         if (placement != Placement::hinge && maps.maps.size() != 2) continue;
-        ArrayCoding placed{unplaced, {}};
+        ArrayCoding placed{unplaced, {}, {}};
         placed.tuple.predictor = predictor;
         placed.tuple.placement = placement;
         consider(placed);
       }
     }
   }
-  if (!is_normal(elements, array)) return best;
+  if (!is_normal(elements, array) || is_facet_normal(elements, array, maps)) return best;
   for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
-    consider({{}, coding});
+    consider({{}, coding, {}});
   if (!best.normal) return best;
   other = best;
   other.normal->repeats = !best.normal->repeats;
@@ -412,6 +436,29 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
   return array.domain == Domain::point && maps.maps.size() == 3;
 }
 
+void write_facet_coding(ByteWriter& out, const FacetCoding& coding) {
+  out.put(coding.formula.bits);
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.rounding.step) | unsigned{coding.learns} << 2 |
+                               unsigned{coding.unit} << 3 | unsigned{coding.signed_zeros} << 4));
+  out.put(coding.rounding.scale);
+}
+
+/// No value for one that is unknown.
+std::optional<FacetCoding> read_facet_coding(ByteReader& in) {
+  FacetCoding coding;
+  coding.formula.bits = in.get<uint8_t>();
+  const auto flags = in.get<uint8_t>();
+  const unsigned step = flags & 3;
+  coding.rounding = {static_cast<Rounding::Step>(step), in.get<int16_t>()};
+  coding.learns = (flags & 4) != 0;
+  coding.unit = (flags & 8) != 0;
+  coding.signed_zeros = (flags & 16) != 0;
+  if (coding.formula.bits >= FacetFormula::count || step >= Rounding::step_count || flags > 31 ||
+      std::abs(coding.rounding.scale) > Rounding::most_scale)
+    return std::nullopt;
+  return coding;
+}
+
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                  const RefinedMaps* refined, std::span<const uint32_t> source, bool mixed,
@@ -433,7 +480,11 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
   }
   const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
   ByteWriter out;
-  if (coding.normal) {
+  if (coding.facet) {
+    out.put(facet_coding);
+    out.put(uint8_t{0});
+    write_facet_coding(out, *coding.facet);
+  } else if (coding.normal) {
     out.put(normal_coding);
     out.put(static_cast<uint8_t>(maps.octahedral.has_value() << 2));
     out.put(coding.normal->weight);
@@ -516,7 +567,7 @@ Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding&
     MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
     return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
   }
-  RansDecoder decoder(bytes, coding.normal ? 1 : lanes_for(maps.maps.size()));
+  RansDecoder decoder(bytes, coding.as_tuples() ? lanes_for(maps.maps.size()) : 1);
   code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
                                 codes.first(codes.size()),
                                 [&] { return !decoder.exhausted() && (!pace || pace->step()); });
@@ -544,6 +595,12 @@ std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elem
       return std::nullopt;
     }
     coding.normal = NormalCoding::from(weight, how);
+    return coding;
+  }
+  if (kind == facet_coding) {
+    coding.facet = read_facet_coding(in);
+    if (!coding.facet || flags != 0 || !is_normal(elements, array) || array.domain != Domain::cell)
+      return std::nullopt;
     return coding;
   }
   if (kind >= predictor_count) return std::nullopt;
@@ -592,7 +649,8 @@ Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_
   ByteReader in(bytes);
   const auto kind = in.get<uint8_t>();
   auto flags = in.get<uint8_t>();
-  const bool refined = (flags & refined_flag) != 0 && array.type == Scalar::f64 && kind != normal_coding;
+  const bool refined = (flags & refined_flag) != 0 && array.type == Scalar::f64 && kind != normal_coding &&
+                       kind != facet_coding;
   if (refined) flags = static_cast<uint8_t>(flags & ~refined_flag);
   const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
   const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
