@@ -127,7 +127,8 @@ class Files {
   void run_setting(const std::string& path, const Mesh& mesh, const std::string& setting) {
     std::map<int, Level> levels;
     for (const int level : options_.levels) {
-      Level& row = levels[level] = run_level(mesh, options_of(mesh, setting, level), !options_.only_inversions);
+      Level& row = levels[level] =
+          run_level(mesh, options_of(mesh, setting, level), !options_.only_inversions);
       if (!row.problem.empty()) {
         fmt::print("{}, {}, -{}: {}\n", path, setting, level, row.problem);
         ok_ = false;

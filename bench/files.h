@@ -17,8 +17,8 @@ struct FilesOptions {
 
 /// Sizes of files as they are read: every array, positions of the type that was read, the mode that the
 /// command takes. Prints them, unless only inversions are asked for, and then every level that is more than
-/// 0.1 % larger than a lower one. Returns false if there are such levels, or (not asked for inversions only) one
-/// does not bring a mesh back.
+/// 0.1 % larger than a lower one. Returns false if there are such levels, or (not asked for inversions only)
+/// one does not bring a mesh back.
 bool measure_files(const FilesOptions& options);
 
 }  // namespace maille::bench

@@ -4,8 +4,6 @@ namespace maille {
 
 namespace {
 
-constexpr uint32_t none = TriangleSurface::border;
-
 /// Makes four triangles of each of some triangles; points in the middle of their edges are predicted from the
 /// whole surface.
 class Splitter {

@@ -4,8 +4,6 @@ namespace maille {
 
 namespace {
 
-constexpr uint32_t none = TriangleSurface::border;
-
 /// By half-edge, the triangle of the next level that lies along it at its origin; at the border, along all of
 /// it.
 ///

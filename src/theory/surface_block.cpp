@@ -2,11 +2,7 @@
 
 namespace maille {
 
-namespace {
-
-constexpr uint32_t none = TriangleSurface::border;
-
-}  // namespace
+namespace {}  // namespace
 
 SplitOrder split_order(const SurfaceBlock& block, bool first_ring) {
   const TriangleSurface& surface = block.surface;

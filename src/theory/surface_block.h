@@ -16,7 +16,6 @@ struct SurfaceBlock {
 
 /// Which triangles of a block are to be subdivided, numbered.
 struct SplitOrder {
-  static constexpr uint32_t none = TriangleSurface::border;
   std::vector<uint32_t> numbers;  ///< by triangle; none: is not
   uint32_t count = 0;
 };

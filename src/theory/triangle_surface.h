@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "mesh/none.h"
+
 // Triangles with neighbours, for subdivision. Half-edge h runs from corner h to the next corner of its
 // triangle.
 namespace maille {
@@ -14,7 +16,7 @@ namespace maille {
 using Position = std::array<double, 3>;
 
 struct TriangleSurface {
-  static constexpr uint32_t border = 0xffffffff;
+  static constexpr uint32_t border = none;
 
   std::vector<Position> points;
   std::vector<uint32_t> corners;   ///< three for each triangle

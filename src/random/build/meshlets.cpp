@@ -5,6 +5,7 @@
 #include <array>
 #include <tuple>
 
+#include "mesh/none.h"
 #include "random/mesh_geometry.h"
 
 namespace maille {
@@ -128,7 +129,6 @@ class MeshletBuilder {
     }
   }
 
-  static constexpr uint32_t none = 0xffffffff;
   std::vector<Corners> triangles_;
   std::vector<uint32_t> faces_, first_, at_;
   std::vector<uint32_t> left_;        ///< by point: triangles that are in no piece

@@ -5,11 +5,10 @@
 #include <numeric>
 
 #include "base/hash.h"
+#include "mesh/none.h"
 
 namespace maille {
 namespace {
-
-constexpr uint32_t none = 0xffffffff;
 
 class SeamFinder {
  public:

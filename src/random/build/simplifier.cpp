@@ -6,13 +6,13 @@
 #include <limits>
 #include <numeric>
 
+#include "mesh/none.h"
 #include "random/build/loose_components.h"
 #include "random/mesh_geometry.h"
 
 namespace maille {
 namespace {
 
-constexpr uint32_t none = 0xffffffff;
 constexpr double border_weight = 10;
 constexpr double seam_weight = 2;
 constexpr double flip_limit = 0.2;
