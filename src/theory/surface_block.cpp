@@ -6,14 +6,13 @@ namespace {}  // namespace
 
 SplitOrder split_order(const SurfaceBlock& block, bool first_ring) {
   const TriangleSurface& surface = block.surface;
-  SplitOrder order{std::vector<uint32_t>(surface.triangles(), SplitOrder::none), 0};
+  SplitOrder order{std::vector<uint32_t>(surface.triangles(), none), 0};
   for (uint32_t t = 0; t < block.inner; ++t) order.numbers[t] = order.count++;
   if (!first_ring) return order;
   std::vector<bool> touched(surface.points.size());
   for (uint32_t h = 0; h < 3 * block.inner; ++h) touched[surface.corners[h]] = true;
   for (uint32_t h = 3 * block.inner; h < surface.half_edges(); ++h) {
-    if (touched[surface.corners[h]] && order.numbers[h / 3] == SplitOrder::none)
-      order.numbers[h / 3] = order.count++;
+    if (touched[surface.corners[h]] && order.numbers[h / 3] == none) order.numbers[h / 3] = order.count++;
   }
   return order;
 }
