@@ -8,11 +8,10 @@
 #include "io/obj/obj.h"
 #include "io/reading.h"
 #include "io/tuple_index.h"
+#include "mesh/none.h"
 
 namespace maille {
 namespace {
-
-constexpr uint32_t none = 0xffffffff;
 
 bool is_cell(CellType type) {
   return is_face(type) || type == CellType::line || type == CellType::poly_line || type == CellType::vertex ||
