@@ -312,6 +312,7 @@ GluedSurface glue(const Faces& faces) {
       std::fill(surface.opposite.begin(), surface.opposite.end(), none);
       GluingWalk walk(surface, faces, table);
       walk.run();
+      result.plain = false;
       result.chosen = walk.chosen();
       result.flipped = walk.flipped();
     }

@@ -20,6 +20,9 @@ struct Faces {
     return static_cast<uint32_t>(offsets.size() - 1);
   }
   uint32_t first(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
+  std::span<const uint32_t> face(uint32_t i) const {
+    return corners.subspan(first(i), first(i + 1) - first(i));
+  }
 };
 
 /// Can this face be part of a surface: three or more corners, all different, not too many?
@@ -37,6 +40,8 @@ struct GluedSurface {
   /// choice, made by a breadth-first walk. Only an order of faces by that same walk repeats it: see
   /// breadth_first_faces().
   bool chosen = false;
+  /// No edge has more than one face, or two that run through it in opposite directions.
+  bool plain = true;
 };
 GluedSurface glue(const Faces& faces);
 

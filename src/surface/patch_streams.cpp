@@ -22,6 +22,7 @@ namespace {
 // The number of TOPO and POSI says how they are coded.
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
+constexpr uint32_t polygon_fan_coding = 2;         // of TOPO
 constexpr uint32_t adaptive_positions_coding = 2;  // of POSI, over fans with static tables
 constexpr uint32_t shared_fan_coding = 3;
 constexpr uint32_t last_coding = shared_fan_coding;
@@ -49,6 +50,7 @@ struct CodedCells {
   std::vector<std::byte> positions;  ///< with shared tables
   uint32_t coding() const {
     if (!fans) return front_coding;
+    if (!fans->offsets.empty()) return polygon_fan_coding;
     return models == FanModels::shared ? shared_fan_coding : fan_coding;
   }
   void set(EncodedFanPatch patch) {
@@ -141,7 +143,8 @@ class PatchEncoder {
   }
 
   Result<CodedStream> encode_positions(const ArrayToCode& positions) {
-    if (!cells_.fans || !fits_fan_positions(*positions.array, positions.maps)) {
+    if (!cells_.fans || !cells_.fans->offsets.empty() ||
+        !fits_fan_positions(*positions.array, positions.maps)) {
       return encode_array(positions, positions_key(patch_, front_coding));
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
@@ -249,7 +252,8 @@ class PatchDecoder {
       FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
       if (positions_of.number != front_coding) {
         const bool adaptive = positions_of.number == adaptive_positions_coding;
-        if (positions_of.number != coding && !(adaptive && coding == fan_coding)) return without_fans();
+        const bool fixed = positions_of.number == coding && coding != polygon_fan_coding;
+        if (!fixed && !(adaptive && coding == fan_coding)) return without_fans();
         if (adaptive) MAILLE_CHECK(decoder.decode_fans_first());
         positions = MAILLE_TRY(decode_positions(decoder, positions_of));
       }
@@ -271,7 +275,10 @@ class PatchDecoder {
 
   Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
     if (coding == fan_coding) return FanPatchDecoder::begin(bytes, description_.points, description_.corners);
-    if (coding != shared_fan_coding) return failure(ErrorCode::corrupt, "fans of an unknown coding");
+    if (coding == polygon_fan_coding) {
+      if (charts_alone) return not_in_charts();
+      return FanPatchDecoder::begin_polygons(bytes, description_.points, description_.corners);
+    }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
     if (tables_->start)
       return begin_fan_patch(bytes, description_.points, description_.corners, *tables_->start);

@@ -300,13 +300,14 @@ bool takes_face(const BlockShape& block, unsigned degree) {
 }
 
 /// How many cells of each block the faces on the surface leave over.
-Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, const PatchTopology& topology) {
+Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, const PatchTopology& topology,
+                                         std::span<const uint32_t> offsets) {
   const PatchSurface& surface = topology.surface;
   std::vector<uint64_t> left;
   for (const BlockShape& block : blocks) left.push_back(block.cells);
   if (surface.face_count == 0) return left;
   if (blocks.empty()) return corrupt("faces without a block");
-  if (topology.face_block.empty() && surface.half_edges.all_triangles()) {
+  if (topology.face_block.empty() && surface.half_edges.all_triangles() && offsets.empty()) {
     if (!takes_face(blocks[0], 3)) return corrupt("a face in a block of another type");
     if (surface.face_count > left[0]) return corrupt("more faces than a block has");
     left[0] -= surface.face_count;
@@ -315,8 +316,9 @@ Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, con
   for (uint32_t face = 0; face < surface.face_count; ++face) {
     const uint32_t block = topology.block_of_face(face);
     if (left[block]-- == 0) return corrupt("more faces than a block has");
-    if (!takes_face(blocks[block], surface.half_edges.degree(surface.face(face))))
-      return corrupt("a face in a block of another type");
+    const unsigned degree =
+        offsets.empty() ? surface.half_edges.degree(surface.face(face)) : offsets[face + 1] - offsets[face];
+    if (!takes_face(blocks[block], degree)) return corrupt("a face in a block of another type");
   }
   return left;
 }
@@ -324,8 +326,8 @@ Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, con
 }  // namespace
 
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
-                      PatchTopology& topology) {
-  const std::vector<uint64_t> left = MAILLE_TRY(cells_left(blocks, topology));
+                      PatchTopology& topology, std::span<const uint32_t> offsets) {
+  const std::vector<uint64_t> left = MAILLE_TRY(cells_left(blocks, topology, offsets));
   RansDecoder decoder(bytes);
   LooseCellCoder<RansDecoder> coder(decoder, topology.points);
   LooseCells& loose = topology.loose;

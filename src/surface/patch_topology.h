@@ -76,6 +76,7 @@ struct SimpleFaces {
   std::span<const uint32_t> all_corners;
 
   Faces view(uint32_t points) const { return {all_corners, offsets, points}; }
+  uint32_t first(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
   uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
 };
 SimpleFaces collect_faces(const Mesh& mesh);
@@ -87,9 +88,10 @@ void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources);
 /// The other cells: appends them to `loose` and to the sources of cells, when those of points are there.
 void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sources);
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh);
-/// Inverse: the cells of each block that its faces on the surface leave over. Safe on any bytes.
+/// Inverse: the cells of each block that its faces on the surface leave over. `offsets`: of the corners of
+/// these, where they are known before the surface is. Safe on any bytes.
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
-                      PatchTopology& topology);
+                      PatchTopology& topology, std::span<const uint32_t> offsets = {});
 
 /// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
 Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed = false);

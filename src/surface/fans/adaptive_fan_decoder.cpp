@@ -57,7 +57,7 @@ Result<FanSurface> decode_adaptive_fans(Bytes bytes, uint32_t triangles, uint32_
   while (!machine.done()) {
     if (!machine.prepare()) {
       if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
-    } else if (!machine.apply(reader.symbol(machine.context()))) {
+    } else if (!machine.apply(triangle_patterns[reader.symbol(machine.context())])) {
       return corrupt("a fan that cannot be completed");
     }
     if (reader.rans.exhausted()) return corrupt("the fans end early");

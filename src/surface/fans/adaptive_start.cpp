@@ -38,7 +38,7 @@ constexpr size_t most_numbers_in_start = 1 << 17;
 Result<> append_patch(Mesh& sample, const Mesh& mesh, const std::vector<uint32_t>& points,
                       const Array& array) {
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::adaptive));
-  if (!coded || coded->patch.fans.triangles() == 0) return {};
+  if (!coded || coded->patch.fans.faces() == 0) return {};
   if (sample.blocks.empty()) {
     sample.blocks.emplace_back().type = CellType::triangle;
     sample.points = make_array(array.name, array.domain, array.type, array.components);
@@ -61,7 +61,7 @@ Result<FanPatchDecoder> begin_with_models(Bytes bytes, uint32_t points, uint64_t
   const Bytes fans = in.get_bytes(in.get_count());
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
-  decoder.all_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.triangles, points, start, end));
+  decoder.all_fans = MAILLE_TRY(decode_adaptive_fans(fans, decoder.faces, points, start, end));
   return decoder;
 }
 

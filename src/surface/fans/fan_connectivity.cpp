@@ -2,7 +2,9 @@
 #include "surface/fans/fan_connectivity.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <optional>
 
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
@@ -11,15 +13,48 @@
 #include "surface/fans/fan_machine.h"
 #include "surface/fans/fan_tables.h"
 
+#ifdef STATS
+#include <map>
+namespace maille {
+extern std::map<std::vector<unsigned>, unsigned>* fan_stats;
+}
+#endif
 namespace maille {
 namespace {
 
-unsigned next_corner(uint32_t h) {
-  return h % 3 == 2 ? h - 2 : h + 1;
-}
-unsigned previous_corner(uint32_t h) {
-  return h % 3 == 0 ? h + 2 : h - 1;
-}
+/// Finds the symbol of a pattern.
+class FanSymbols {
+ public:
+  explicit FanSymbols(std::span<const FanPattern> patterns) {
+    for (uint8_t symbol = 0; symbol < patterns.size(); ++symbol) {
+      const FanPattern& pattern = patterns[symbol];
+      if (pattern.end != FanEnd::none) of(pattern).push_back({key_of(pattern), symbol});
+    }
+  }
+  /// none: there is none, and some of the new vertices are coded first.
+  uint32_t find(const FanPattern& pattern) {
+    if (pattern.added > most_added) return none;
+    const uint64_t key = key_of(pattern);
+    for (const auto& [listed, symbol] : of(pattern)) {
+      if (listed == key) return symbol;
+    }
+    return none;
+  }
+
+ private:
+  static constexpr unsigned most_added = 16;
+  static uint64_t key_of(const FanPattern& pattern) {
+    const unsigned last = pattern.end == FanEnd::pocket || pattern.end == FanEnd::swallow ||
+                          pattern.end == FanEnd::split || pattern.end == FanEnd::known ||
+                          pattern.end == FanEnd::merge;
+    const unsigned spokes = pattern.added + last;
+    return uint64_t{pattern.taken} << 32 | (pattern.spokes & ((uint64_t{1} << spokes) - 1));
+  }
+  std::vector<std::pair<uint64_t, uint8_t>>& of(const FanPattern& pattern) {
+    return symbols_[static_cast<size_t>(pattern.end)][pattern.added];
+  }
+  std::array<std::array<std::vector<std::pair<uint64_t, uint8_t>>, most_added + 1>, 9> symbols_;
+};
 
 /// The encoder's side of a FanMachine: knows the mesh, finds the symbols, notes what is coded.
 class FanFinder {
@@ -30,31 +65,45 @@ class FanFinder {
   FanFinder(const HalfEdges& edges, uint32_t real_half_edges, uint32_t points)
       : edges_(edges),
         real_(real_half_edges),
-        coded_(real_half_edges / 3),
+        polygons_(!edges.all_triangles()),
+        symbols_(patterns_of(polygons_)),
         number_of_(points, none),
-        place_of_(real_half_edges, none) {}
+        place_of_(points, none) {
+    if (polygons_) list_faces();
+    coded_.resize(faces());
+  }
 
   EncodedFans run() {
     EncodedFans result;
-    const uint32_t triangles = real_ / 3;
-    result.surface.corners.resize(real_);
-    result.surface.references.resize(number_of_.size());
-    result.surface.kinds.resize(number_of_.size());
-    Machine machine(*this, result.surface, triangles, static_cast<uint32_t>(number_of_.size()));
+    FanSurface& surface = result.surface;
+    const auto points = static_cast<uint32_t>(number_of_.size());
+    std::optional<uint32_t> polygons;
+    if (polygons_) {
+      polygons = faces();
+      surface.offsets.push_back(0);
+      surface.corners.reserve(real_);
+    } else {
+      surface.corners.resize(real_);
+      surface.references.resize(points);
+      surface.kinds.resize(points);
+    }
+    Machine machine(*this, surface, real_ - 2 * faces(), points, polygons);
     machine_ = &machine;
     while (!machine.done()) {
       if (machine.prepare()) {
         const unsigned symbol = choose();
-        operations_.push_back({machine.context(), symbol});
-        machine.apply(symbol);
+        operations_.push_back({polygons_ ? machine.polygon_context() : machine.context(), symbol});
+        machine.apply(patterns_of(polygons_)[symbol]);
       } else {
         choose_start();
         machine.start();
       }
     }
-    result.surface.vertices = machine.vertices;
-    result.surface.references.resize(machine.vertices);
-    result.surface.kinds.resize(machine.vertices);
+    surface.vertices = machine.vertices;
+    if (!polygons_) {
+      surface.references.resize(machine.vertices);
+      surface.kinds.resize(machine.vertices);
+    }
     result.points = std::move(points_);
     result.half_edges = std::move(half_edges_);
     return result;
@@ -76,35 +125,74 @@ class FanFinder {
   void no_gate(uint32_t entry) { set_gate(entry, none); }
   /// The gate on the edge from the vertex before to the new one of the k-th triangle (from 1), or back from
   /// there to the focus.
-  void gate_along(uint32_t entry, unsigned k) { set_gate(entry, edges_.opposite[next_corner(fan_[k - 1])]); }
+  void gate_along(uint32_t entry, unsigned k) { set_gate(entry, edges_.opposite[fan_[k - 1].along]); }
   void gate_back(uint32_t entry, unsigned k) {
-    set_gate(entry, edges_.opposite[previous_corner(fan_[k - 1])]);
+    const Triangle& triangle = fan_[k - 1];
+    set_gate(entry, triangle.real ? edges_.opposite[triangle.back] : none);
   }
   void gates_of_start(uint32_t entry) {
-    for (uint32_t k = 0; k < 3; ++k) set_gate(entry + k, edges_.opposite[fan_[0] + k]);
+    const Triangle& triangle = fan_[0];
+    set_gate(entry, edges_.opposite[triangle.polygon]);
+    gate_along(entry + 1, 1);
+    gate_back(entry + 2, 1);
   }
 
  private:
   static constexpr unsigned longest_fan = 16;
   // Vertices of more triangles are taken for lost sometimes, which costs bytes only.
   static constexpr unsigned longest_turn = 4096;
+  // Entries further away are taken for lost, too.
+  static constexpr uint32_t longest_search = 1024;
+  /// More vertices of the ring than this are taken one by one.
+  static constexpr unsigned longest_pocket = 64;
+
+  /// A triangle of the fan: of the polygon whose first half-edge leaves the head. `along` runs from the
+  /// vertex before to the third one, and `back` follows it; it runs to the head where the polygon ends there.
+  struct Triangle {
+    uint32_t polygon;
+    uint32_t along;
+    uint32_t back;
+    bool real;
+  };
+
+  uint32_t faces() const { return polygons_ ? static_cast<uint32_t>(first_of_face_.size()) : real_ / 3; }
+  uint32_t face_of(uint32_t h) const { return polygons_ ? face_of_[h] : h / 3; }
+  void list_faces() {
+    face_of_.reserve(real_);
+    for (uint32_t h = 0; h < real_;) {
+      const unsigned degree = edges_.degree(h);
+      face_of_.resize(h + degree, static_cast<uint32_t>(first_of_face_.size()));
+      first_of_face_.push_back(h);
+      h += degree;
+    }
+  }
 
   uint32_t gate(uint32_t entry) const { return entry < gates_.size() ? gates_[entry] : none; }
   void set_gate(uint32_t entry, uint32_t h) {
     if (entry >= gates_.size()) gates_.resize(std::max<size_t>(2 * gates_.size(), entry + size_t{1}), none);
     gates_[entry] = h;
-    if (h < real_) place_of_[h] = entry;
+    if (h >= real_) return;
+    place_of_[machine_->vertex(entry)] = entry;
+    // Until a fan gets there, this has come from memory.
+    __builtin_prefetch(&edges_.origin[h]);
+    __builtin_prefetch(&edges_.opposite[h]);
+    __builtin_prefetch(&coded_[face_of(h)]);
   }
-  bool is_uncoded(uint32_t h) const { return h < real_ && coded_[h / 3] == 0; }
+  bool is_uncoded(uint32_t h) const { return h < real_ && coded_[face_of(h)] == 0; }
 
   struct Place {
     uint32_t entry = none;
     uint32_t ring = none;  ///< among those that wait; none: the ring at hand
   };
-  /// Where entry `e` with gate h is, if it is still in use.
+  /// The entry with gate h, if there is one.
   Place place_of_gate(uint32_t h) const {
-    const uint32_t e = place_of_[h];
-    if (e == none || gate(e) != h) return {};
+    if (h >= real_) return {};
+    const uint32_t number = number_of_[edges_.origin[edges_.next(h)]];
+    uint32_t e = number < machine_->vertices ? place_of_[number] : none;
+    if (e == none) return {};
+    // A vertex may be there more than once.
+    if (gate(e) != h) e = find_gate(h);
+    if (e == none) return {};
     if (e >= machine_->head && e < machine_->tail) return {e, none};
     const auto& waiting = machine_->waiting;
     const auto above = std::upper_bound(waiting.begin(), waiting.end(), e,
@@ -112,31 +200,58 @@ class FanFinder {
     if (above == waiting.begin() || e >= (above - 1)->end) return {};
     return {e, static_cast<uint32_t>(above - 1 - waiting.begin())};
   }
+  uint32_t find_gate(uint32_t h) const {
+    const uint32_t end = machine_->tail;
+    const uint32_t begin = end - std::min(end, longest_search);
+    for (uint32_t e = end; e > begin; --e) {
+      if (gate(e - 1) == h) return e - 1;
+    }
+    return none;
+  }
   Place following(Place place) const {
     const uint32_t end = place.ring == none ? machine_->tail : machine_->waiting[place.ring].end;
     const uint32_t begin = place.ring == none ? machine_->head : machine_->waiting[place.ring].begin;
     return {place.entry + 1 == end ? begin : place.entry + 1, place.ring};
   }
-  /// The entry of the apex of the triangle whose half-edge g is the gate: found by turning round the apex to
-  /// a gate, through triangles that are not coded.
-  Place find_apex(uint32_t g) const {
-    const uint32_t along = next_corner(g);
-    const uint32_t back = previous_corner(g);
-    const uint32_t number = number_of_[edges_.origin[back]];
+  /// The entry of the third vertex of a triangle: found by turning round it to a gate, through faces that are
+  /// not coded.
+  Place find_apex(const Triangle& triangle) const {
+    const uint32_t number = number_of_[edges_.origin[triangle.back]];
+    const uint32_t face = face_of(triangle.along);
     const auto turn = [&](uint32_t x, auto next) {
       for (unsigned i = 0; i < longest_turn; ++i) {
         const uint32_t over = edges_.opposite[x];
-        if (!is_uncoded(over) || over / 3 == g / 3) break;
+        if (!is_uncoded(over) || face_of(over) == face) break;
         x = next(over);
       }
       return place_of_gate(x);
     };
-    Place place = turn(along, previous_corner);
+    Place place = turn(triangle.along, [&](uint32_t h) { return edges_.previous(h); });
     if (place.entry != none && machine_->vertex(place.entry) == number) return place;
-    place = turn(back, next_corner);
+    place = turn(triangle.back, [&](uint32_t h) { return edges_.next(h); });
     if (place.entry == none) return {};
     place = following(place);
     return machine_->vertex(place.entry) == number ? place : Place{};
+  }
+
+  /// The triangle that follows `before` in the fan, or the first one; none: there is a border.
+  std::optional<Triangle> next_triangle() const {
+    Triangle triangle;
+    const bool first = fan_.empty();
+    const bool in_polygon = first ? machine_->open() > 0 : !fan_.back().real;
+    if (in_polygon) {
+      const Triangle& before = first ? left_open_ : fan_.back();
+      triangle.polygon = before.polygon;
+      triangle.along = before.back;
+    } else {
+      const uint32_t g = first ? gate(machine_->tail - 1) : edges_.opposite[fan_.back().back];
+      if (!is_uncoded(g)) return std::nullopt;
+      triangle.polygon = g;
+      triangle.along = edges_.next(g);
+    }
+    triangle.back = edges_.next(triangle.along);
+    triangle.real = edges_.next(triangle.back) == triangle.polygon;
+    return triangle;
   }
 
   unsigned choose() {
@@ -144,125 +259,168 @@ class FanFinder {
     next_number_ = 0;
     fan_.clear();
     const uint32_t first_number = machine_->vertices;
-    uint32_t g = gate(machine_->tail - 1);
-    unsigned symbol = fan_open_4;
-    for (;;) {
-      const auto i = static_cast<unsigned>(fan_.size());
-      if (i == longest_fan) break;
-      if (!is_uncoded(g)) {
-        symbol = limited(fan_border, i, most_border);
+    FanPattern pattern{FanEnd::open, 0, 1, 0};
+    while (pattern.added < longest_fan) {
+      const std::optional<Triangle> triangle = next_triangle();
+      if (!triangle) {
+        pattern.end = FanEnd::border;
         break;
       }
-      const uint32_t back = previous_corner(g);
-      const uint32_t apex = edges_.origin[back];
-      if (machine_->vertex(machine_->head + 1) != none && back == gate(machine_->head)) {
-        fan_.push_back(g);
-        symbol = i <= 3 ? fan_close + i : i <= most_closed ? fan_close_4 + i - 4 : fan_open_4;
+      if (is_close(*triangle)) {
+        pattern.end = FanEnd::close;
+        fan_.push_back(*triangle);
         break;
       }
+      const uint32_t apex = edges_.origin[triangle->back];
       if (number_of_[apex] != none) {
-        symbol = choose_known(g, i);
+        choose_known(*triangle, pattern);
         break;
       }
-      fan_.push_back(g);
-      coded_[g / 3] = 1;
-      number_of_[apex] = first_number + i;
-      g = edges_.opposite[back];
+      pattern.spokes |= uint32_t{triangle->real} << pattern.added++;
+      fan_.push_back(*triangle);
+      if (triangle->real) coded_[face_of(triangle->along)] = 1;
+      number_of_[apex] = machine_->vertices + pattern.added - 1;
     }
-    commit(symbol, first_number);
+#ifdef STATS
+    if (fan_stats) {
+      unsigned nb = pattern.added + (pattern.end == FanEnd::pocket || pattern.end == FanEnd::swallow ||
+                                     pattern.end == FanEnd::split || pattern.end == FanEnd::known ||
+                                     pattern.end == FanEnd::merge);
+      ++(*fan_stats)[{(unsigned)pattern.end, pattern.added, pattern.taken,
+                      pattern.spokes & ((1u << nb) - 1)}];
+    }
+#endif
+    uint32_t symbol = symbols_.find(pattern);
+    if (symbol == none) {
+      numbers_.clear();
+      pattern = spelled(pattern);
+      symbol = symbols_.find(pattern);
+    }
+    commit(pattern, first_number);
     return symbol;
   }
-
-  /// Not too many new vertices for this symbol, else a symbol that takes some of them first.
-  static unsigned limited(unsigned symbol, unsigned i, unsigned most) {
-    if (i <= most) return symbol + i;
-    return i >= 4 ? fan_open_4 : fan_open;
+  /// One or four of the new vertices, as there is no symbol for all that follows.
+  FanPattern spelled(const FanPattern& pattern) const {
+    const bool four = pattern.added >= 4 && (!polygons_ || (pattern.spokes & 15) == 0);
+    return {FanEnd::open, static_cast<uint8_t>(four ? 4 : 1), 1, pattern.spokes};
   }
 
-  unsigned choose_known(uint32_t g, unsigned i) {
+  bool is_close(const Triangle& triangle) const {
+    return machine_->vertex(machine_->head + 1) != none && triangle.real &&
+           triangle.back == gate(machine_->head);
+  }
+  /// How many vertices of the ring beyond the next one the polygon takes in before it closes; 0: it does not.
+  unsigned taken_by(const Triangle& triangle, uint32_t entry) const {
+    const uint32_t head = machine_->head;
+    const unsigned taken = entry - head - 1;
+    if (triangle.real || taken > longest_pocket) return 0;
+    uint32_t h = triangle.back;
+    for (unsigned k = taken; k > 0; --k, h = edges_.next(h)) {
+      if (machine_->vertex(head + k) == none || h != gate(head + k)) return 0;
+    }
+    return h == gate(head) && edges_.next(h) == triangle.polygon ? taken : 0;
+  }
+
+  void choose_known(const Triangle& triangle, FanPattern& pattern) {
     const Machine& ring = *machine_;
-    const Place place = find_apex(g);
+    const Place place = find_apex(triangle);
+    const unsigned i = pattern.added;
     const uint32_t end = ring.tail + i;  // with the new vertices
-    const uint32_t back = previous_corner(g);
-    const uint32_t beyond = edges_.opposite[back];
-    if (place.entry == none) return choose_lost(g, i);
+    pattern.spokes |= uint32_t{triangle.real} << i;
+    fan_.push_back(triangle);
+    if (place.entry == none) return choose_lost(triangle, pattern);
     if (place.ring != none) {
-      if (i > 0) return limited(0, i, 0);
       const Machine::Ring& other = ring.waiting[place.ring];
       const auto from_top = static_cast<uint32_t>(ring.waiting.size() - 1 - place.ring);
-      if (uint64_t{other.end - other.begin} + from_top + 1 > ring.moves_left()) return choose_lost(g, i);
+      if (uint64_t{other.end - other.begin} + from_top + 1 > ring.moves_left())
+        return choose_lost(triangle, pattern);
       numbers_ = {from_top, place.entry - other.begin};
-      fan_.push_back(g);
-      return fan_merge;
+      pattern.end = FanEnd::merge;
+      return;
     }
-    if (place.entry == ring.head + 2 && end >= ring.head + 4 && i <= 3 &&
-        ring.vertex(ring.head + 1) != none && is_uncoded(beyond) && beyond / 3 != g / 3 &&
-        previous_corner(beyond) == gate(ring.head) && next_corner(beyond) == gate(ring.head + 1)) {
-      fan_.push_back(g);
-      fan_.push_back(beyond);
-      return fan_pocket + i;
-    }
+    if (place.entry >= ring.head + 2 && place.entry + 2 <= end &&
+        choose_pocket(triangle, place.entry, pattern))
+      return;
     if (i == 0 && ring.tail - ring.head >= 3 && place.entry == ring.tail - 2 &&
-        next_corner(g) == gate(ring.tail - 2)) {
-      fan_.push_back(g);
-      return fan_swallow;
+        triangle.along == gate(ring.tail - 2)) {
+      pattern.end = FanEnd::swallow;
+      return;
     }
-    if (place.entry < ring.head + 2 || place.entry + 2 > end || end < ring.head + 4) return choose_lost(g, i);
-    if (i > most_split) return fan_open_4;
+    if (place.entry < ring.head + 2 || place.entry + 2 > end || end < ring.head + 4)
+      return choose_lost(triangle, pattern);
     const uint32_t ahead = place.entry - ring.head - 2;
     const uint32_t behind = end - 2 - place.entry;
-    if (uint64_t{std::min(ahead, behind)} + 3 > ring.moves_left()) return choose_lost(g, i);
+    const uint32_t moves = triangle.real ? std::min(ahead, behind) : ahead;
+    if (uint64_t{moves} + 3 > ring.moves_left()) return choose_lost(triangle, pattern);
     if (behind < ahead) {
       numbers_ = {1, behind};
     } else {
       numbers_ = {0, ahead};
     }
-    fan_.push_back(g);
-    return fan_split + i;
+    pattern.end = FanEnd::split;
+  }
+  bool choose_pocket(const Triangle& triangle, uint32_t entry, FanPattern& pattern) {
+    const Machine& ring = *machine_;
+    if (const unsigned taken = polygons_ ? taken_by(triangle, entry) : 0; taken > 0) {
+      pattern.end = FanEnd::pocket;
+      pattern.taken = static_cast<uint8_t>(taken > most_listed_taken ? 0 : taken);
+      if (pattern.taken == 0) numbers_ = {taken};
+      return true;
+    }
+    if (!triangle.real || entry != ring.head + 2 || ring.vertex(ring.head + 1) == none) return false;
+    const uint32_t beyond = edges_.opposite[triangle.back];
+    if (!is_uncoded(beyond) || face_of(beyond) == face_of(triangle.along)) return false;
+    const uint32_t along = edges_.next(beyond), back = edges_.next(along);
+    if (edges_.next(back) != beyond || back != gate(ring.head) || along != gate(ring.head + 1)) return false;
+    pattern.end = FanEnd::pocket;
+    fan_.push_back({beyond, along, back, true});
+    return true;
   }
   /// A vertex that is known, but that no ring leads to.
-  unsigned choose_lost(uint32_t g, unsigned i) {
-    if (i > 0) return limited(0, i, 0);
-    numbers_ = {number_of_[edges_.origin[previous_corner(g)]]};
-    fan_.push_back(g);
-    return fan_known;
-  }
-
-  static unsigned new_vertices(unsigned symbol) {
-    if (symbol < fan_close_4) return symbol % 4;
-    if (symbol < fan_swallow) return symbol - fan_close_4 + 4;
-    if (symbol >= fan_border && symbol < fan_split) return symbol - fan_border;
-    if (symbol >= fan_split && symbol < fan_known) return symbol - fan_split;
-    return symbol == fan_open ? 1 : symbol == fan_open_4 ? 4 : 0;
+  void choose_lost(const Triangle& triangle, FanPattern& pattern) {
+    numbers_ = {number_of_[edges_.origin[triangle.back]]};
+    pattern.end = FanEnd::known;
   }
 
   /// Keeps of the fan that was looked at what the symbol codes.
-  void commit(unsigned symbol, uint32_t first_number) {
-    const unsigned i = new_vertices(symbol);
+  void commit(const FanPattern& pattern, uint32_t first_number) {
+    const unsigned i = pattern.added;
     for (size_t k = i; k < fan_.size(); ++k) {
-      const uint32_t apex = edges_.origin[previous_corner(fan_[k])];
-      if (number_of_[apex] >= first_number + i) number_of_[apex] = none;
-      coded_[fan_[k] / 3] = 0;
+      const uint32_t apex = edges_.origin[fan_[k].back];
+      if (number_of_[apex] != none && number_of_[apex] >= first_number + i) number_of_[apex] = none;
+      coded_[face_of(fan_[k].along)] = 0;
     }
-    for (size_t k = 0; k < i; ++k) points_.push_back(edges_.origin[previous_corner(fan_[k])]);
-    if (symbol == fan_open || symbol == fan_open_4) fan_.resize(i);
-    for (const uint32_t g : fan_) {
-      coded_[g / 3] = 1;
-      half_edges_.push_back(g);
+    for (size_t k = 0; k < i; ++k) points_.push_back(edges_.origin[fan_[k].back]);
+    if (pattern.end == FanEnd::open) fan_.resize(i);
+    const bool whole = pattern.end == FanEnd::pocket || pattern.end == FanEnd::close;
+    for (const Triangle& triangle : fan_) {
+      if (!triangle.real && !whole) continue;
+      if (coded_[face_of(triangle.along)] != 0 && !half_edges_.empty() &&
+          half_edges_.back() == triangle.polygon)
+        continue;
+      coded_[face_of(triangle.along)] = 1;
+      half_edges_.push_back(triangle.polygon);
     }
+    if (!fan_.empty()) left_open_ = fan_.back();
   }
 
   void choose_start() {
     numbers_.clear();
     next_number_ = 0;
     while (coded_[next_face_] != 0) ++next_face_;
-    fan_ = {3 * next_face_};
-    coded_[next_face_] = 1;
-    half_edges_.push_back(3 * next_face_);
-    numbers_.push_back(0);
+    const uint32_t h = polygons_ ? first_of_face_[next_face_] : 3 * next_face_;
+    const uint32_t along = edges_.next(h), back = edges_.next(along);
+    fan_ = {{h, along, back, edges_.next(back) == h}};
+    left_open_ = fan_[0];
+    if (fan_[0].real) {
+      coded_[next_face_] = 1;
+      half_edges_.push_back(h);
+    }
+    numbers_.push_back(fan_[0].real ? 0 : 8);
     uint32_t next = machine_->vertices;
-    for (unsigned k = 0; k < 3; ++k) {
-      const uint32_t point = edges_.origin[3 * next_face_ + k];
+    unsigned k = 0;
+    for (const uint32_t corner : {h, along, back}) {
+      const uint32_t point = edges_.origin[corner];
       if (number_of_[point] != none) {
         numbers_[0] |= 1u << k;
         numbers_.push_back(number_of_[point]);
@@ -270,16 +428,22 @@ class FanFinder {
         number_of_[point] = next++;
         points_.push_back(point);
       }
+      ++k;
     }
   }
 
   const HalfEdges& edges_;
   uint32_t real_;
-  std::vector<uint8_t> coded_;       // by face
-  std::vector<uint32_t> number_of_;  // by point: its vertex
-  std::vector<uint32_t> place_of_;   // by half-edge: the entry whose gate it was last
-  std::vector<uint32_t> gates_;      // by entry: the half-edge beyond the edge to the next entry
-  std::vector<uint32_t> fan_;        // gates of the triangles of the symbol at hand
+  bool polygons_;
+  FanSymbols symbols_;
+  std::vector<uint32_t> face_of_;        // by half-edge, and
+  std::vector<uint32_t> first_of_face_;  // by face: its first half-edge; both of polygons only
+  std::vector<uint8_t> coded_;           // by face
+  std::vector<uint32_t> number_of_;      // by point: its vertex
+  std::vector<uint32_t> place_of_;       // by vertex: the entry that had its gate last
+  std::vector<uint32_t> gates_;          // by entry: the half-edge beyond the edge to the next entry
+  std::vector<Triangle> fan_;            // triangles of the symbol at hand
+  Triangle left_open_{};                 // the last one, if its polygon goes on
   std::vector<uint32_t> numbers_;
   size_t next_number_ = 0;
   uint32_t next_face_ = 0;
@@ -305,8 +469,8 @@ struct NumberSymbol {
   uint32_t bits = 0;
 };
 
-std::vector<std::byte> write_operations(const Operations& operations, uint32_t vertices) {
-  FanCounts counts;
+std::vector<std::byte> write_operations(const Operations& operations, uint32_t vertices, bool polygons) {
+  FanCounts counts(polygons);
   counts.add(operations);
   RansEncoder side;
   const FanTables made = counts.make_tables(side);
@@ -339,12 +503,23 @@ std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t ver
 
 }  // namespace
 
-FanCounts::FanCounts() : events_(mapped_contexts), numbers_(number_contexts) {}
+namespace {
+
+unsigned event_context(unsigned context, bool polygons) {
+  return polygons ? context : mapped_context(context);
+}
+
+}  // namespace
+
+FanCounts::FanCounts(bool polygons)
+    : polygons_(polygons),
+      events_(polygons ? polygon_contexts : mapped_contexts),
+      numbers_(number_contexts) {}
 
 void FanCounts::add(std::span<const FanOperation> operations) {
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
-      ++events_[mapped_context(context)][value];
+      ++events_[event_context(context, polygons_)][value];
     } else {
       ++numbers_[context - FanOperation::is_number][NumberSymbol(value).symbol];
     }
@@ -352,13 +527,14 @@ void FanCounts::add(std::span<const FanOperation> operations) {
 }
 
 void FanCounts::spread() {
-  spread_symbols(events_, fan_symbols, true);
+  spread_symbols(events_, static_cast<unsigned>(patterns_of(polygons_).size()), true);
   spread_symbols(numbers_, number_symbols, true);
 }
 
 FanTables FanCounts::make_tables(RansEncoder& side) const {
-  StaticTables events = maille::make_tables(events_, fan_symbols, fan_slot_bits, most_event_tables, side);
-  return {std::move(events),
+  const auto symbols = static_cast<unsigned>(patterns_of(polygons_).size());
+  StaticTables events = maille::make_tables(events_, symbols, fan_slot_bits, most_event_tables, side);
+  return {polygons_, std::move(events),
           maille::make_tables(numbers_, number_symbols, fan_slot_bits, number_contexts, side)};
 }
 
@@ -366,7 +542,7 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
   StaticRansEncoder encoder;
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
-      encoder.put(tables.events.of(mapped_context(context)), fan_slot_bits, value);
+      encoder.put(tables.events.of(event_context(context, tables.polygons)), fan_slot_bits, value);
       continue;
     }
     const NumberSymbol number(value);
@@ -382,7 +558,7 @@ bool can_write_fans(std::span<const FanOperation> operations, const FanTables& t
   return std::all_of(operations.begin(), operations.end(), [&](const FanOperation& operation) {
     const auto& [context, value] = operation;
     if (context < FanOperation::is_number)
-      return tables.events.of(mapped_context(context)).frequency[value] != 0;
+      return tables.events.of(event_context(context, tables.polygons)).frequency[value] != 0;
     return tables.numbers.of(context - FanOperation::is_number).frequency[NumberSymbol(value).symbol] != 0;
   });
 }
@@ -414,8 +590,9 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
     return result;
   }
   const uint32_t vertices = result.surface.vertices;
-  result.bytes = models == FanModels::adaptive ? write_adaptive(finder.operations(), vertices, start)
-                                               : write_operations(finder.operations(), vertices);
+  result.bytes = models == FanModels::adaptive
+                     ? write_adaptive(finder.operations(), vertices, start)
+                     : write_operations(finder.operations(), vertices, !surface.all_triangles());
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/unfilled.h"
@@ -48,9 +49,13 @@ inline constexpr bool kind_is_last(unsigned kind) {
   return place == 0 || place == 2 || place == 5 || place == 9;
 }
 
-/// Triangles in coded order. Vertices are numbered by their first corners.
+/// Faces in coded order. Vertices are numbered by their first corners.
 struct FanSurface {
-  std::vector<uint32_t> corners;  ///< three for each triangle
+  std::vector<uint32_t> corners;
+  /// Where the corners of each face begin, and where they end; empty: three for each triangle.
+  std::vector<uint32_t> offsets;
+  /// With offsets, by face: the corner beside its second one in the face across its first edge.
+  std::vector<uint32_t> across;
   uint32_t vertices = 0;
   /// The first vertex that has references and a kind here: a decoder lets go of those that are done with.
   uint32_t first = 0;
@@ -59,7 +64,13 @@ struct FanSurface {
   bool with_late = true;                  ///< are late triples wanted?
   std::vector<uint8_t> valences;          ///< by vertex: its triangles modulo 256, copies apart
 
-  uint32_t triangles() const { return static_cast<uint32_t>(corners.size() / 3); }
+  uint32_t faces() const {
+    return static_cast<uint32_t>(offsets.empty() ? corners.size() / 3 : offsets.size() - 1);
+  }
+  uint32_t first_corner(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
+  std::span<const uint32_t> face(uint32_t i) const {
+    return std::span(corners).subspan(first_corner(i), first_corner(i + 1) - first_corner(i));
+  }
   void count_valences();
   /// Lets go of what positions are predicted by.
   void forget_vertices();
@@ -75,7 +86,7 @@ struct FanOperation {
 struct EncodedFans {
   FanSurface surface;
   std::vector<uint32_t> points;      ///< by vertex: its number in `origin` of what was encoded
-  std::vector<uint32_t> half_edges;  ///< by triangle: the half-edge at its first corner
+  std::vector<uint32_t> half_edges;  ///< by face: the half-edge at its first corner
   std::vector<std::byte> bytes;
   std::vector<FanOperation> operations;  ///< instead of bytes, where the tables are shared
 };
@@ -89,9 +100,9 @@ inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 enum class FanModels : uint8_t { fixed, adaptive, shared };
 class FanSlots;
 
-/// Codes the real triangles of a closed surface, see gluing.h: all faces are triangles, the first
-/// `real_half_edges` half-edges belong to real ones. Origins are points,
-/// at most most_fan_points; several vertices of the surface may be one point.
+/// Codes the real faces of a closed surface, see gluing.h: the first `real_half_edges` half-edges belong to
+/// them. Polygons only with FanModels::fixed. Origins are points, at most most_fan_points; several vertices
+/// of the surface may be one point.
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models = FanModels::fixed);
 
@@ -143,5 +154,8 @@ class FanDecoder {
 /// What `decoder` decodes, all at once, with references, kinds and valences.
 Result<FanSurface> decode_all(FanDecoder decoder);
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
+/// The same for so many polygons of so many corners in all.
+Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t corners,
+                                       uint32_t most_vertices);
 
 }  // namespace maille

@@ -518,9 +518,11 @@ Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
 
 }  // namespace
 
-MAILLE_COLD FanTables read_fan_tables(RansDecoder& side) {
-  StaticTables events = read_tables(mapped_contexts, fan_symbols, fan_slot_bits, most_event_tables, side);
-  return {std::move(events),
+MAILLE_COLD FanTables read_fan_tables(RansDecoder& side, bool polygons) {
+  const auto symbols = static_cast<unsigned>(patterns_of(polygons).size());
+  StaticTables events = read_tables(polygons ? polygon_contexts : mapped_contexts, symbols, fan_slot_bits,
+                                    most_event_tables, side);
+  return {polygons, std::move(events),
           read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
 }
 
@@ -532,16 +534,20 @@ MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) {
   // One more, that changes nothing: so that a marker at the head is found without a test.
   fill(tables.events, 1, events);
   events.back().fill(fan_marker);
-  fill_table_at(tables.events);
+  fill_table_at(tables);
   fill(tables.numbers, 0, numbers);
   std::copy_n(tables.numbers.table_of.begin(), number_contexts, number_at.begin());
 }
 
-MAILLE_COLD void FanSlots::fill_table_at(const StaticTables& tables) {
+MAILLE_COLD void FanSlots::fill_table_at(const FanTables& tables) {
   std::array<uint16_t, most_event_tables> place;
-  for (size_t i = 0; i < tables.tables.size(); ++i) place[i] = static_cast<uint16_t>(i * sizeof(EventTable));
-  std::fill_n(table_at.begin(), 256, static_cast<uint16_t>(tables.tables.size() * sizeof(EventTable)));
-  for (unsigned i = 0; i < mapped_contexts; ++i) table_at[256 + i] = place[tables.table_of[i]];
+  const std::vector<uint8_t>& table_of = tables.events.table_of;
+  for (size_t i = 0; i < tables.events.tables.size(); ++i)
+    place[i] = static_cast<uint16_t>(i * sizeof(EventTable));
+  uint16_t* const first = table_at.data() + (tables.polygons ? 0 : 256);
+  for (size_t i = 0; i < table_of.size(); ++i) first[i] = place[table_of[i]];
+  if (tables.polygons) return;
+  std::fill_n(table_at.begin(), 256, static_cast<uint16_t>(tables.events.tables.size() * sizeof(EventTable)));
   for (unsigned head = mapped_heads + 1; head <= most_seen; ++head)
     std::copy_n(&table_at[mapped_heads << 8], 256, &table_at[head << 8]);
 }
@@ -602,7 +608,8 @@ Result<> FanDecoder::State::step() {
   for (int i = 0; i < slow_run; ++i) {
     if (machine.done() || !machine.prepare()) return {};
     if (i > 0 && machine.tail - machine.head >= least_fast_ring) return {};
-    if (!machine.apply(reader.rans.get(reader.slots.table_of(machine.context()))))
+    const unsigned symbol = reader.rans.get(reader.slots.table_of(machine.context()));
+    if (symbol >= fan_symbols || !machine.apply(triangle_patterns[symbol]))
       return corrupt("a fan that cannot be completed");
     if (reader.rans.exhausted()) return corrupt("the fans end early");
   }
@@ -686,6 +693,43 @@ Result<FanSurface> FanDecoder::finish() {
 
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
   return decode_all(MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices)));
+}
+
+Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t corners,
+                                       uint32_t most_vertices) {
+  ByteReader in(bytes);
+  const uint64_t vertices = in.get_count();
+  const Bytes tables = in.get_bytes(in.get_count());
+  const Bytes events = in.get_bytes(in.remaining());
+  if (!in.ok() || vertices > most_vertices || vertices > corners || corners / 3 < polygons)
+    return corrupt("the fans are more than their bytes can hold");
+  const uint32_t triangles = corners - 2 * polygons;
+  MAILLE_CHECK(check_counts(bytes, triangles, vertices));
+  RansDecoder side(tables);
+  const FanTables read = read_fan_tables(side, true);
+  if (side.exhausted()) return corrupt("the tables of the fans end early");
+  const auto slots = std::make_unique<const FanSlots>(read);
+  FanSurface surface;
+  reserve_pages(surface.corners, corners);
+  reserve_pages(surface.offsets, size_t{polygons} + 1);
+  reserve_pages(surface.across, polygons);
+  surface.offsets.push_back(0);
+  FanReader reader(events, *slots);
+  FanMachine<FanReader> machine(reader, surface, triangles, static_cast<uint32_t>(vertices), polygons);
+  while (!machine.done()) {
+    if (!machine.prepare()) {
+      if (!machine.start()) return corrupt("a component begins with a vertex that is not there");
+    } else if (!machine.apply(
+                   polygon_patterns[reader.rans.get(slots->table_of(machine.polygon_context()))])) {
+      return corrupt("a fan that cannot be completed");
+    }
+    if (reader.rans.exhausted()) return corrupt("the fans end early");
+  }
+  if (!machine.complete()) return corrupt("the fans have another number of vertices or faces");
+  surface.vertices = static_cast<uint32_t>(vertices);
+  surface.first = surface.vertices;
+  surface.count_valences();
+  return surface;
 }
 
 Result<FanSurface> decode_all(FanDecoder decoder) {

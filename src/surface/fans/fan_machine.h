@@ -2,32 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "surface/fans/fan_connectivity.h"
+#include "surface/fans/fan_patterns.h"
 
 namespace maille {
-
-/// Symbols that complete a fan. i is the number of new vertices; see docs/format.md.
-enum FanSymbol : unsigned {
-  fan_close = 0,     ///< 0 to 3: i = 0 to 3, the last triangle is on the next vertex of the ring
-  fan_pocket = 4,    ///< 4 to 7: i = 0 to 3, then the vertex beyond the next one, and the triangle between
-  fan_close_4 = 8,   ///< 8 to 15: closed, i = 4 to 11
-  fan_swallow = 16,  ///< a triangle with the two vertices before the head; the nearer one leaves the ring
-  fan_border = 17,   ///< i = 0 to 3, then the edge is a border
-  fan_split = 21,    ///< i = 0 to 5, then a vertex elsewhere on the ring
-  fan_known = 27,    ///< a known vertex that is on no ring, like a new one
-  fan_merge = 28,    ///< a vertex of a ring that waits
-  fan_open = 29,     ///< one new vertex; the fan goes on
-  fan_open_4 = 30,   ///< four
-  fan_marker = 31,   ///< never coded: the head is no vertex
-  fan_symbols = 32
-};
-inline constexpr unsigned fast_fan_symbols = 8;
-inline constexpr unsigned most_closed = 11;
-inline constexpr unsigned most_border = 3;
-inline constexpr unsigned most_split = 5;
 
 /// Triangles seen by an entry of the ring saturate here; markers have seen none.
 inline constexpr uint32_t most_seen = 15;
@@ -46,8 +28,21 @@ inline constexpr unsigned mapped_context(unsigned context) {
   return (std::clamp(context >> 8, 1u, mapped_heads) - 1) << 8 | (context & 255);
 }
 
+/// The same in meshes of polygons: faces that were seen, 0, 1, 2 or more of them, and whether a polygon has
+/// been begun at the gate to the head.
+inline constexpr unsigned most_open = 2;
+inline constexpr unsigned most_head_of_polygons = 7;
+inline constexpr unsigned polygon_rows = (most_open + 1) * (most_head_of_polygons + 1);
+/// Where the next two entries have seen two faces each, the third one counts as well: behind all others.
+inline constexpr unsigned third_contexts = polygon_rows << 8;
+inline constexpr unsigned polygon_contexts = third_contexts + (polygon_rows << 6);
+[[gnu::always_inline]] constexpr unsigned seen_class_of_polygons(unsigned seen) {
+  return 0xffffffe4u >> (2 * seen) & 3;
+}
+inline constexpr unsigned most_fan_contexts = std::max(fan_contexts, polygon_contexts);
+
 /// Numbers beside the symbols.
-enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, count };
+enum class FanNumber : unsigned { start, side, split_head, split_tail, ring, place, reference, taken, count };
 
 inline constexpr unsigned fan_slot_bits = 9;
 inline constexpr unsigned most_event_tables = 32;
@@ -74,8 +69,15 @@ constexpr unsigned fan_kind(bool closed, unsigned i, unsigned j, unsigned seen) 
 template <class Coder>
 class FanMachine {
  public:
-  FanMachine(Coder& coder, FanSurface& out, uint32_t triangles, uint32_t most_vertices)
-      : coder_(coder), out_(out), triangles_(triangles), most_vertices_(most_vertices) {
+  /// `polygons`: so many faces, else of none but triangles.
+  FanMachine(Coder& coder, FanSurface& out, uint32_t triangles, uint32_t most_vertices,
+             std::optional<uint32_t> polygons = std::nullopt)
+      : coder_(coder),
+        out_(out),
+        triangles_(triangles),
+        most_vertices_(most_vertices),
+        most_faces_(polygons.value_or(0)),
+        polygons_(polygons.has_value()) {
     // Splits copy the shorter side, merges happen once for each handle: an encoder stays far below.
     moves_left_ = 8 * uint64_t{triangles} + 4096;
     entries.resize(1024);
@@ -102,11 +104,17 @@ class FanMachine {
   uint32_t vertices_left() const { return most_vertices_ - vertices; }
   uint32_t triangles_left() const { return triangles_ - triangle_count; }
 
+  /// Triangles of a polygon that has been begun at the gate to the head: most_open are two and more.
+  unsigned open() const { return open_; }
+
   bool done() const { return triangle_count == triangles_; }
+  /// Once done: is it what was announced?
+  bool complete() const { return open_ == 0 && vertices == most_vertices_ && face_count_ == most_faces_; }
 
   /// Makes the head and the last entry vertices, with rings that wait where this one ended. False: there is
   /// no ring.
   bool prepare() {
+    if (open_ > 0) return true;
     for (;;) {
       const uint32_t size = tail - head;
       if (size <= 1 || (size == 2 && vertex(head) != none && vertex(head + 1) != none)) {
@@ -148,7 +156,14 @@ class FanMachine {
         add_vertex(references, start_place * valence_classes * 2);
       }
     }
-    add_triangle(v[0], v[1], v[2]);
+    if (!begin_face(v[0], v[1], v[2])) return false;
+    add_corner(v[2]);
+    if ((known >> 3 & 1) != 0 && polygons_) {
+      before_ = v[1];
+      open_ = 1;
+    } else {
+      end_face();
+    }
     for (unsigned k = 0; k < 3; ++k) push(v[k], v[(k + 2) % 3], 1);
     if constexpr (Coder::encoding) coder_.gates_of_start(tail - 3);
     return true;
@@ -172,6 +187,16 @@ class FanMachine {
     const unsigned near = seen(head) << 8 | seen_class(seen(head + 1)) << 6 | seen_class(seen(tail - 1)) << 4;
     return tail - head < 4 ? near : near | seen_class(seen(head + 2)) << 2 | seen_class(seen(tail - 2));
   }
+  unsigned polygon_context() const {
+    const auto of = [&](uint32_t e) { return seen_class_of_polygons(seen(e)); };
+    const unsigned row = open_ * (most_head_of_polygons + 1) + std::min(seen(head), most_head_of_polygons);
+    const unsigned next = of(head + 1), last = of(tail - 1);
+    if (tail - head < 5) return (row << 4 | next << 2 | last) << 4;
+    const unsigned beyond = of(head + 2), before = of(tail - 2);
+    if (next == 2 && beyond == 2)
+      return third_contexts + ((row << 4 | last << 2 | before) << 2 | of(head + 3));
+    return (row << 4 | next << 2 | last) << 4 | beyond << 2 | before;
+  }
 
   /// For moves of entries beyond those of a symbol. False: more than any encoder needs.
   bool spend(uint64_t moves) {
@@ -191,17 +216,27 @@ class FanMachine {
   }
 
   /// Does what the symbol says; false when it cannot be (a decoder then refuses the bytes).
-  bool apply(unsigned symbol) {
-    if (symbol <= fan_close + 3) return close(symbol - fan_close);
-    if (symbol <= fan_pocket + 3) return pocket(symbol - fan_pocket);
-    if (symbol <= fan_close_4 + 7) return close(symbol - fan_close_4 + 4);
-    if (symbol == fan_swallow) return swallow();
-    if (symbol <= fan_border + most_border) return border(symbol - fan_border);
-    if (symbol <= fan_split + most_split) return split(symbol - fan_split);
-    if (symbol == fan_known) return known();
-    if (symbol == fan_merge) return merge();
-    if (symbol == fan_open) return open(1);
-    if (symbol == fan_open_4) return open(4);
+  bool apply(const FanPattern& pattern) {
+    switch (pattern.end) {
+      case FanEnd::close:
+        return close(pattern);
+      case FanEnd::pocket:
+        return pocket(pattern);
+      case FanEnd::swallow:
+        return swallow(pattern);
+      case FanEnd::border:
+        return border(pattern);
+      case FanEnd::split:
+        return split(pattern);
+      case FanEnd::known:
+        return known(pattern);
+      case FanEnd::merge:
+        return merge(pattern);
+      case FanEnd::open:
+        return open_fan(pattern);
+      case FanEnd::none:
+        break;
+    }
     return false;
   }
 
@@ -242,56 +277,92 @@ class FanMachine {
     for (Ring& ring : waiting) move_ring(ring.begin, ring.end);
     move_ring(head, tail);
   }
-  void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
-    uint32_t* corner = out_.corners.data() + size_t{3} * triangle_count++;
-    corner[0] = a;
-    corner[1] = b;
-    corner[2] = c;
-  }
   void add_vertex(const VertexReferences& references, unsigned kind) {
-    out_.references[vertices - out_.first] = references;
-    out_.kinds[vertices - out_.first] = static_cast<uint8_t>(kind);
+    if (!polygons_) {
+      out_.references[vertices - out_.first] = references;
+      out_.kinds[vertices - out_.first] = static_cast<uint8_t>(kind);
+    }
     ++vertices;
   }
 
-  bool has_room(unsigned new_vertices, unsigned triangles) const {
+  /// False: there are more faces than announced.
+  bool begin_face(uint32_t a, uint32_t b, uint32_t across) {
+    if (!polygons_) {
+      uint32_t* corner = out_.corners.data() + size_t{3} * triangle_count;
+      corner[0] = a;
+      corner[1] = b;
+      return true;
+    }
+    if (face_count_ == most_faces_) return false;
+    out_.corners.push_back(a);
+    out_.corners.push_back(b);
+    out_.across.push_back(across);
+    return true;
+  }
+  void add_corner(uint32_t c) {
+    if (polygons_) {
+      out_.corners.push_back(c);
+    } else {
+      out_.corners[size_t{3} * triangle_count + 2] = c;
+    }
+    ++triangle_count;
+  }
+  void end_face() {
+    open_ = 0;
+    if (!polygons_) return;
+    out_.offsets.push_back(static_cast<uint32_t>(out_.corners.size()));
+    ++face_count_;
+  }
+
+  bool has_room(unsigned new_vertices, uint32_t triangles) const {
     return new_vertices <= most_vertices_ - vertices && triangles <= triangles_ - triangle_count;
   }
 
-  /// i new vertices and as many triangles; the last entry is then the last of them. `closing`: the triangles
-  /// that will follow, towards n, with n_opposite beyond it.
-  void fan(unsigned i, unsigned closing, uint32_t n, uint32_t n_opposite) {
+  /// The triangle on the head, the last entry and w; `real`: the edge from the head to w is one of the mesh.
+  bool add_triangle(uint32_t w, bool real) {
+    if (open_ == 0) {
+      if (!begin_face(vertex(head), vertex(tail - 1), opposite(tail - 1))) return false;
+      see(tail - 1, 1);
+    }
+    before_ = vertex(tail - 1);
+    add_corner(w);
+    if (real) {
+      end_face();
+      see(head, 1);
+    } else {
+      open_ = std::min(open_ + 1, most_open);
+    }
+    return true;
+  }
+  /// The same, k-th of a symbol from 1, where the edge from the last entry to w is a gate from then on.
+  bool add_behind_last(uint32_t w, bool real, unsigned k) {
+    const uint32_t across = open_ > 0 ? before_ : vertex(head);
+    if (!add_triangle(w, real)) return false;
+    set_opposite(tail - 1, across);
+    if constexpr (Coder::encoding) coder_.gate_along(tail - 1, k);
+    return true;
+  }
+
+  /// The new vertices of a symbol, with a triangle each. `closing`: the triangles that will follow, towards
+  /// n, with n_opposite beyond it.
+  bool fan(const FanPattern& pattern, unsigned closing, uint32_t n, uint32_t n_opposite) {
+    const unsigned i = pattern.added;
     make_room(i + 2);
     const uint32_t focus = vertex(head);
-    uint32_t last = vertex(tail - 1);
-    uint32_t before = opposite(tail - 1);
     const unsigned seen_then = std::min<unsigned>(seen(head) + i + closing, most_seen);
     for (unsigned j = 1; j <= i; ++j) {
-      const uint32_t v = vertices;
+      const uint32_t v = vertices, last = vertex(tail - 1);
       VertexReferences references;
-      references.at = {focus, n, n_opposite, focus, focus, focus, before, last};
+      references.at = {focus, n, n_opposite, focus, focus, focus, opposite(tail - 1), last};
       add_vertex(references, fan_kind(closing > 0, i, j, seen_then));
-      add_triangle(focus, last, v);
-      set_opposite(tail - 1, focus);
-      see(tail - 1, 1);
-      if constexpr (Coder::encoding) coder_.gate_along(tail - 1, j);
-      push(v, focus, 1);
-      before = last;
-      last = v;
+      if (!add_behind_last(v, pattern.real(j - 1), j)) return false;
+      push(v, last, 1);
     }
-    see(head, i);
-  }
-  /// The triangle on the last entry and on m, which is on the ring already.
-  void add_closing(unsigned i, uint32_t m) {
-    add_triangle(vertex(head), vertex(tail - 1), m);
-    set_opposite(tail - 1, vertex(head));
-    see(tail - 1, 1);
-    see(head, 1);
-    if constexpr (Coder::encoding) coder_.gate_along(tail - 1, i + 1);
+    return true;
   }
   void note_late(uint32_t n, uint32_t n_opposite) {
     const uint32_t v = vertex(tail - 1);
-    if (!out_.with_late || v + 1 != vertices || n_opposite == v) return;
+    if (polygons_ || !out_.with_late || v + 1 != vertices || n_opposite == v) return;
     VertexReferences& references = out_.references[v - out_.first];
     references.at[VertexReferences::late] = vertex(head);
     references.at[VertexReferences::late + 1] = n;
@@ -299,54 +370,63 @@ class FanMachine {
     out_.kinds[v - out_.first] |= 1;
   }
 
-  bool close(unsigned i) {
+  bool close(const FanPattern& pattern) {
+    const unsigned i = pattern.added;
     const uint32_t n = vertex(head + 1);
     if (n == none || !has_room(i, i + 1)) return false;
     const uint32_t n_opposite = opposite(head);
     if (i == 0) note_late(n, n_opposite);
-    fan(i, 1, n, n_opposite);
-    add_closing(i, n);
+    if (!fan(pattern, 1, n, n_opposite) || !add_behind_last(n, true, i + 1)) return false;
     ++head;
     see(head, 1);
     return true;
   }
 
-  bool pocket(unsigned i) {
-    if (tail + i < head + 4 || !has_room(i, i + 2)) return false;
-    const uint32_t n = vertex(head + 1);
-    const uint32_t m = vertex(head + 2);
-    if (n == none || m == none) return false;
+  bool pocket(const FanPattern& pattern) {
+    const unsigned i = pattern.added;
+    uint32_t taken = pattern.taken;
+    if (taken == 0) taken = coder_.number(FanNumber::taken, 0);
+    const uint32_t size = tail - head;
+    if (taken == 0 || taken + 1 >= size || taken + 3 > size + i || !has_room(i, i + 1) ||
+        taken > triangles_ - triangle_count - i - 1) {
+      return false;
+    }
+    for (uint32_t k = 1; k <= taken + 1; ++k) {
+      if (vertex(head + k) == none) return false;
+    }
+    const uint32_t m = vertex(head + taken + 1), n = vertex(head + taken);
+    const bool real = pattern.real(i);
     if (i == 0) note_late(m, n);
-    fan(i, 2, m, n);
-    add_closing(i, m);
-    add_triangle(vertex(head), m, n);
-    head += 2;
-    see(head, 2);
+    if (!fan(pattern, 2, m, n) || !add_behind_last(m, real, i + 1)) return false;
+    if (real && (taken != 1 || !begin_face(vertex(head), m, vertex(tail - 1)))) return false;
+    for (uint32_t k = taken; k > 0; --k) add_corner(vertex(head + k));
+    end_face();
+    head += taken + 1;
+    see(head, real ? 2 : 1);
     return true;
   }
 
-  bool swallow() {
+  bool swallow(const FanPattern& pattern) {
     if (tail - head < 3 || vertex(tail - 2) == none || !has_room(0, 1)) return false;
-    add_triangle(vertex(head), vertex(tail - 1), vertex(tail - 2));
+    const uint32_t last = vertex(tail - 1);
+    if (!add_triangle(vertex(tail - 2), pattern.real(0))) return false;
     --tail;
-    set_opposite(tail - 1, vertex(tail));
+    set_opposite(tail - 1, last);
     see(tail - 1, 1);
-    see(head, 1);
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
     return true;
   }
 
-  bool open(unsigned i) {
-    if (!has_room(i, i)) return false;
-    fan(i, 0, vertex(head), vertex(head));
-    set_opposite(tail - 1, vertex(tail - 2));
+  bool open_fan(const FanPattern& pattern) {
+    const unsigned i = pattern.added;
+    if (!has_room(i, i) || !fan(pattern, 0, vertex(head), vertex(head))) return false;
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, i);
     return true;
   }
 
-  bool border(unsigned i) {
-    if (!has_room(i, i)) return false;
-    fan(i, 0, vertex(head), vertex(head));
+  bool border(const FanPattern& pattern) {
+    const unsigned i = pattern.added;
+    if (!has_room(i, i) || !fan(pattern, 0, vertex(head), vertex(head)) || open_ > 0) return false;
     if constexpr (Coder::encoding) coder_.no_gate(tail - 1);
     if (vertex(head + 1) != none) {
       make_room(2);
@@ -357,21 +437,21 @@ class FanMachine {
     return true;
   }
 
-  bool known() {
+  bool known(const FanPattern& pattern) {
     if (!has_room(0, 1)) return false;
     uint32_t v;
     if (!take_known(v)) return false;
     make_room(1);
     const uint32_t last = vertex(tail - 1);
-    add_closing(0, v);
+    if (!add_behind_last(v, pattern.real(0), 1)) return false;
     push(v, last, 1);
     if constexpr (Coder::encoding) coder_.gate_back(tail - 1, 1);
     return true;
   }
 
-  bool split(unsigned i) {
-    if (!has_room(i, i + 1)) return false;
-    fan(i, 0, vertex(head), vertex(head));
+  bool split(const FanPattern& pattern) {
+    const unsigned i = pattern.added;
+    if (!has_room(i, i + 1) || !fan(pattern, 0, vertex(head), vertex(head))) return false;
     // The places beside the head and the last entry are not meant: at least four entries.
     if (tail - head < 4) return false;
     const uint32_t most = tail - head - 4;
@@ -379,15 +459,18 @@ class FanMachine {
     const uint32_t offset = coder_.number(at_tail ? FanNumber::split_tail : FanNumber::split_head, 0);
     if (offset > most) return false;
     const uint32_t place = at_tail ? tail - 2 - offset : head + 2 + offset;
-    if (vertex(place) == none || !spend(offset + 3)) return false;
-    return at_tail ? split_at_tail(i, place - head) : split_at_head(i, place - head);
+    // A polygon that goes on does so at the head.
+    const bool tail_goes_on = at_tail && pattern.real(i);
+    if (vertex(place) == none || !spend((tail_goes_on ? offset : place - head - 2) + 3)) return false;
+    return tail_goes_on ? split_at_tail(pattern, place - head) : split_at_head(pattern, place - head);
   }
   /// The vertices from the head to m go on, a copy of them behind the others, which wait.
-  bool split_at_head(unsigned i, uint32_t distance) {
+  bool split_at_head(const FanPattern& pattern, uint32_t distance) {
+    const unsigned i = pattern.added;
     make_room(distance + 1);
     const uint32_t place = head + distance;
     const uint32_t last = vertex(tail - 1);
-    add_closing(i, vertex(place));
+    if (!add_behind_last(vertex(place), pattern.real(i), i + 1)) return false;
     see(place, 1);
     for (uint32_t k = 0; k <= distance; ++k) move_entry(tail + k, head + k);
     // Both have an entry for m; the gate beyond it is in the ring that waits.
@@ -400,11 +483,12 @@ class FanMachine {
     return true;
   }
   /// The vertices from m to the last go on, moved by one place; those from the head to m wait.
-  bool split_at_tail(unsigned i, uint32_t distance) {
+  bool split_at_tail(const FanPattern& pattern, uint32_t distance) {
+    const unsigned i = pattern.added;
     make_room(1);
     const uint32_t place = head + distance;
     const uint32_t last = vertex(tail - 1);
-    add_closing(i, vertex(place));
+    if (!add_behind_last(vertex(place), pattern.real(i), i + 1)) return false;
     see(place, 1);
     for (uint32_t k = tail; k > place; --k) move_entry(k, k - 1);
     ++tail;
@@ -415,7 +499,7 @@ class FanMachine {
     return true;
   }
 
-  bool merge() {
+  bool merge(const FanPattern& pattern) {
     if (!has_room(0, 1)) return false;
     const uint32_t from_top = coder_.number(FanNumber::ring, 0);
     if (from_top >= waiting.size()) return false;
@@ -428,7 +512,7 @@ class FanMachine {
     if (vertex(ring.begin + offset) == none) return false;
     const uint32_t m = ring.begin + offset;
     const uint32_t last = vertex(tail - 1);
-    add_closing(0, vertex(m));
+    if (!add_behind_last(vertex(m), pattern.real(0), 1)) return false;
     see(m, 1);
     const uint32_t copy = tail;
     for (uint32_t k = m; k < ring.end; ++k) move_entry(tail++, k);
@@ -445,6 +529,11 @@ class FanMachine {
   FanSurface& out_;
   uint32_t triangles_;
   uint32_t most_vertices_;
+  uint32_t most_faces_;
+  bool polygons_;
+  uint32_t face_count_ = 0;
+  unsigned open_ = 0;
+  uint32_t before_ = 0;  ///< in an open polygon: the corner before the last entry
   uint32_t last_reference_ = 0;
   uint64_t moves_left_ = 0;
 };

@@ -68,66 +68,81 @@ Result<> decode_runs(Bytes bytes, uint32_t count, Visit visit) {
   return {};
 }
 
+/// A face from its lowest point on, towards the lower one of the two beside it.
+std::vector<uint32_t> canonical(std::span<const uint32_t> corners) {
+  std::vector<uint32_t> result(corners.begin(), corners.end());
+  std::rotate(result.begin(), std::min_element(result.begin(), result.end()), result.end());
+  if (result.back() < result[1]) std::reverse(result.begin() + 1, result.end());
+  return result;
+}
+
 /// Faces that are copies of others, whichever way round: by face the first one with the same corners.
-std::vector<uint32_t> find_first_copies(std::span<const uint32_t> corners, uint32_t points) {
-  const auto faces = static_cast<uint32_t>(corners.size() / 3);
-  const auto lowest = [&](uint32_t face) {
-    const uint32_t* corner = corners.data() + 3 * size_t{face};
-    return std::min({corner[0], corner[1], corner[2]});
-  };
-  // The lowest corner is the same for all that are compared.
-  const auto others = [&](uint32_t face) {
-    const uint32_t* corner = corners.data() + 3 * size_t{face};
-    const uint32_t highest = std::max({corner[0], corner[1], corner[2]});
-    const uint32_t sum = corner[0] ^ corner[1] ^ corner[2];
-    return uint64_t{sum ^ highest ^ lowest(face)} << 32 | highest;
-  };
-  std::vector<uint32_t> begin(size_t{points} + 1), by_lowest(faces);
-  for (uint32_t face = 0; face < faces; ++face) ++begin[lowest(face)];
-  uint32_t sum = 0;
-  for (uint32_t& place : begin) sum += std::exchange(place, sum);
-  std::vector<uint32_t> end = begin;
-  for (uint32_t face = 0; face < faces; ++face) by_lowest[end[lowest(face)]++] = face;
-  std::vector<uint32_t> first(faces);
-  for (uint32_t point = 0; point < points; ++point) {
-    std::sort(by_lowest.begin() + begin[point], by_lowest.begin() + end[point],
-              [&](uint32_t a, uint32_t b) { return std::pair(others(a), a) < std::pair(others(b), b); });
-    for (uint32_t i = begin[point]; i < end[point]; ++i) {
-      const bool copy = i > begin[point] && others(by_lowest[i]) == others(by_lowest[i - 1]);
-      first[by_lowest[i]] = copy ? first[by_lowest[i - 1]] : by_lowest[i];
+std::vector<uint32_t> find_first_copies(const Faces& faces) {
+  std::vector<std::pair<uint32_t, uint32_t>> by_lowest;
+  for (uint32_t face = 0; face < faces.size(); ++face) {
+    const auto corners = faces.face(face);
+    by_lowest.push_back({*std::min_element(corners.begin(), corners.end()), face});
+  }
+  std::sort(by_lowest.begin(), by_lowest.end());
+  std::vector<uint32_t> first(faces.size());
+  std::vector<std::pair<std::vector<uint32_t>, uint32_t>> same;
+  for (size_t begin = 0, end = 0; begin < by_lowest.size(); begin = end) {
+    same.clear();
+    for (; end < by_lowest.size() && by_lowest[end].first == by_lowest[begin].first; ++end)
+      same.push_back({canonical(faces.face(by_lowest[end].second)), by_lowest[end].second});
+    std::sort(same.begin(), same.end());
+    for (size_t i = 0; i < same.size(); ++i) {
+      const bool copy = i > 0 && same[i].first == same[i - 1].first;
+      first[same[i].second] = copy ? first[same[i - 1].second] : same[i].second;
     }
   }
   return first;
 }
 
-/// The face without its copies, and where they went.
+/// Can some face be a copy of another one? Then an edge is not plain, or the other one is across all its
+/// edges.
+bool may_have_copies(const Faces& faces, const GluedSurface& glued) {
+  if (!glued.plain) return true;
+  const std::vector<uint32_t>& opposite = glued.half_edges.opposite;
+  for (uint32_t face = 0; face < faces.size(); ++face) {
+    // Across all edges is one face: half-edges there lie in a row as long as these.
+    const uint32_t begin = faces.first(face), degree = faces.first(face + 1) - begin;
+    uint32_t least = none, most = 0;
+    for (uint32_t h = begin; h < begin + degree; ++h) {
+      least = std::min(least, opposite[h]);
+      most = std::max(most, opposite[h]);
+      if (most - least >= degree) break;
+    }
+    if (most - least == degree - 1 && most < glued.real_half_edges) return true;
+  }
+  return false;
+}
+
+/// The faces of a mesh without their copies, and where these went.
 struct UniqueFaces {
-  std::vector<uint32_t> corners;
-  std::vector<uint32_t> face;                         ///< by unique face: its number among all
+  std::vector<uint32_t> corners, offsets;             ///< empty where there are no copies
+  std::vector<uint32_t> face;                         ///< by unique face: its number among all; likewise
   std::vector<std::pair<uint32_t, uint32_t>> copies;  ///< unique face and copy, in order
-  std::span<const uint32_t> all_corners;
+
+  uint32_t number(uint32_t unique) const { return face.empty() ? unique : face[unique]; }
 };
 
-UniqueFaces without_copies(std::span<const uint32_t> corners, uint32_t points) {
+UniqueFaces without_copies(const Faces& faces) {
   UniqueFaces result;
-  const std::vector<uint32_t> first = find_first_copies(corners, points);
-  const auto faces = static_cast<uint32_t>(first.size());
-  std::vector<uint32_t> number(faces);
-  for (uint32_t face = 0; face < faces; ++face) {
+  const std::vector<uint32_t> first = find_first_copies(faces);
+  std::vector<uint32_t> number(faces.size());
+  if (!faces.offsets.empty()) result.offsets.push_back(0);
+  for (uint32_t face = 0; face < faces.size(); ++face) {
     if (first[face] != face) {
       result.copies.push_back({number[first[face]], face});
       continue;
     }
     number[face] = static_cast<uint32_t>(result.face.size());
     result.face.push_back(face);
+    const auto corners = faces.face(face);
+    result.corners.insert(result.corners.end(), corners.begin(), corners.end());
+    if (!faces.offsets.empty()) result.offsets.push_back(static_cast<uint32_t>(result.corners.size()));
   }
-  result.all_corners = corners;
-  if (result.copies.empty()) return result;
-  for (const uint32_t face : result.face) {
-    const auto triangle = std::span(corners).subspan(3 * size_t{face}, 3);
-    result.corners.insert(result.corners.end(), triangle.begin(), triangle.end());
-  }
-  result.all_corners = result.corners;
   return result;
 }
 
@@ -144,10 +159,14 @@ class PatchTracer {
   PatchTracer(const Mesh& mesh, const SimpleFaces& faces, EncodedFanPatch& result)
       : mesh_(mesh), faces_(faces), result_(result) {
     if (!faces.cell.empty()) cells_ = table_cells(mesh);
+    const size_t count = faces.view(0).size();
+    turned.reserve(count);
+    result.sources.cells.reserve(count);
+    result.sources.first_corner.reserve(count);
   }
   void add(const FaceSource& source) {
     const uint32_t cell = faces_.cell_of(source.face);
-    const uint32_t corner = cells_.corner.empty() ? 3 * source.face : cells_.corner[cell];
+    const uint32_t corner = cells_.corner.empty() ? faces_.first(source.face) : cells_.corner[cell];
     result_.sources.cells.push_back(cell);
     result_.sources.first_corner.push_back(corner + source.first);
     if (mesh_.blocks.size() > 1) result_.patch.topology.face_block.push_back(cells_.block[cell]);
@@ -163,11 +182,14 @@ class PatchTracer {
 };
 
 void turn_over(FanSurface& fans, uint32_t face) {
-  std::swap(fans.corners[size_t{3} * face + 1], fans.corners[size_t{3} * face + 2]);
+  std::reverse(fans.corners.begin() + fans.first_corner(face) + 1,
+               fans.corners.begin() + fans.first_corner(face + 1));
 }
 
 void append_copy(FanSurface& fans, uint32_t face) {
-  for (unsigned k = 0; k < 3; ++k) fans.corners.push_back(fans.corners[size_t{3} * face + k]);
+  const uint32_t end = fans.first_corner(face + 1);
+  for (uint32_t c = fans.first_corner(face); c < end; ++c) fans.corners.push_back(fans.corners[c]);
+  if (!fans.offsets.empty()) fans.offsets.push_back(static_cast<uint32_t>(fans.corners.size()));
 }
 
 }  // namespace
@@ -180,24 +202,36 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
                                                         const AdaptiveFanModel* start) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
-  if (!faces.offsets.empty() || mesh.point_count() > most_fan_points) return std::nullopt;
+  const bool polygons = !faces.offsets.empty();
+  if ((polygons && models != FanModels::fixed) || mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
-  const UniqueFaces unique = without_copies(faces.all_corners, points);
-  const GluedSurface glued = glue({unique.all_corners, {}, points});
+  const Faces all = faces.view(points);
+  GluedSurface glued = glue(all);
+  UniqueFaces unique;
+  if (may_have_copies(all, glued)) {
+    unique = without_copies(all);
+    if (!unique.copies.empty()) glued = glue({unique.corners, unique.offsets, points});
+  }
+  const Faces glued_faces = unique.copies.empty() ? all : Faces{unique.corners, unique.offsets, points};
   EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models, start);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;
   topology.points = points;
-  const auto is_flipped = [&](uint32_t face) { return !glued.flipped.empty() && glued.flipped[face]; };
   PatchTracer tracer(mesh, faces, *result);
-  std::vector<uint32_t> coded_as(unique.face.size());
+  std::vector<uint32_t> face_at;  // by half-edge; triangles do without
+  for (uint32_t face = 0; polygons && face < glued_faces.size(); ++face)
+    face_at.resize(glued_faces.first(face + 1), face);
+  std::vector<uint32_t> coded_as(unique.copies.empty() ? 0 : glued_faces.size());
   for (uint32_t i = 0; i < coded.half_edges.size(); ++i) {
     const uint32_t h = coded.half_edges[i];
-    coded_as[h / 3] = i;
+    const uint32_t face = polygons ? face_at[h] : h / 3;
+    if (!coded_as.empty()) coded_as[face] = i;
     // Flipped faces keep their first corner, the others change places.
-    const bool flipped = is_flipped(h / 3);
-    tracer.add({unique.face[h / 3], flipped ? (3 - h % 3) % 3 : h % 3, flipped});
+    const bool flipped = !glued.flipped.empty() && glued.flipped[face];
+    const uint32_t corner = h - glued_faces.first(face);
+    const uint32_t degree = glued_faces.first(face + 1) - glued_faces.first(face);
+    tracer.add({unique.number(face), flipped && corner > 0 ? degree - corner : corner, flipped});
   }
   // Copies in the order of the coded faces.
   std::vector<std::pair<uint32_t, uint32_t>> copies;
@@ -208,18 +242,19 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   for (const auto& [face, copy] : copies) {
     ++copy_count[face];
     append_copy(fans, face);
-    const uint32_t* corner = faces.all_corners.data() + 3 * size_t{copy};
-    const uint32_t first = coded.points[fans.corners[size_t{3} * face]];
-    const auto at = static_cast<uint32_t>(std::find(corner, corner + 3, first) - corner);
-    const bool turned = corner[(at + 1) % 3] != coded.points[fans.corners[size_t{3} * face + 1]];
-    tracer.add({copy, at, turned});
+    const auto corners = all.face(copy);
+    const auto coded_corners = fans.face(face);
+    const auto at = static_cast<size_t>(
+        std::find(corners.begin(), corners.end(), coded.points[coded_corners[0]]) - corners.begin());
+    const bool turned = corners[(at + 1) % corners.size()] != coded.points[coded_corners[1]];
+    tracer.add({copy, static_cast<uint32_t>(at), turned});
   }
-  const uint32_t count = fans.triangles();
+  const uint32_t count = fans.faces();
   topology.surface.face_count = count;
   topology.surface.point_count = fans.vertices;
   result->sources.points = coded.points;
-  append_other_points(mesh, result->sources.points);
-  collect_loose(mesh, topology, result->sources);
+  if (fans.vertices < points) append_other_points(mesh, result->sources.points);
+  if (all.size() < mesh.cell_count()) collect_loose(mesh, topology, result->sources);
 
   ByteWriter out;
   // With shared tables nothing stands beside most fans: triangles, all points are theirs.
@@ -233,6 +268,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
     return result;
   }
   out.put_count(coded.half_edges.size());
+  if (polygons) out.put_count(glued_faces.corners.size());
   if (shared) {
     out.put_count(fans.vertices);
   } else {
@@ -266,7 +302,20 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
   const uint64_t copied = MAILLE_TRY(decoder.count_copies(corners));
-  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.triangles, points, copied));
+  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.faces, points, copied));
+  return decoder;
+}
+
+Result<FanPatchDecoder> FanPatchDecoder::begin_polygons(Bytes bytes, uint32_t points, uint64_t corners) {
+  ByteReader in(bytes);
+  const uint64_t polygons = in.get_count();
+  const uint64_t corners_of_fans = in.get_count();
+  const Bytes fans = in.get_bytes(in.get_count());
+  FanPatchDecoder decoder;
+  MAILLE_CHECK(decoder.read_sections(in, polygons, corners));
+  if (corners_of_fans > corners) return corrupt("more corners than the mesh has");
+  decoder.all_fans =
+      MAILLE_TRY(decode_polygon_fans(fans, decoder.faces, static_cast<uint32_t>(corners_of_fans), points));
   return decoder;
 }
 
@@ -280,7 +329,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
   uint64_t vertices = points, copied = 0;
   if (beside.empty()) {
     if (corners >= most_patch_corners || corners % 3 != 0) return corrupt("fans of something else");
-    decoder.triangles = static_cast<uint32_t>(corners / 3);
+    decoder.faces = static_cast<uint32_t>(corners / 3);
   } else {
     ByteReader sections(beside);
     const uint64_t triangles = sections.get_count();
@@ -290,7 +339,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
     copied = MAILLE_TRY(decoder.count_copies(corners));
   }
   decoder.fans = MAILLE_TRY(
-      FanDecoder::begin(fans, slots, decoder.triangles, static_cast<uint32_t>(vertices), copied, buffers));
+      FanDecoder::begin(fans, slots, decoder.faces, static_cast<uint32_t>(vertices), copied, buffers));
   return decoder;
 }
 
@@ -307,16 +356,16 @@ Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t
   loose = in.get_bytes(in.get_count());
   if (!in.ok() || in.remaining() != 0) return corrupt("the stream has the wrong length");
   if (corners >= most_patch_corners) return corrupt("more corners than a patch may have");
-  if (count > corners / 3) return corrupt("more triangles than the mesh has corners for");
-  triangles = static_cast<uint32_t>(count);
+  if (count > corners / 3) return corrupt("more faces than the mesh has corners for");
+  faces = static_cast<uint32_t>(count);
   return {};
 }
 
 Result<uint64_t> FanPatchDecoder::count_copies(uint64_t corners) const {
   uint64_t copied = 0;
-  MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+  MAILLE_CHECK(decode_runs(copies, faces, [&](uint32_t begin, uint32_t end, uint32_t copy) {
     copied += uint64_t{end - begin} * copy;
-    return copied <= corners / 3 - triangles;
+    return copied <= corners / 3 - faces;
   }));
   return copied;
 }
@@ -332,14 +381,16 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
     patch.fans = std::move(all_fans);
     patch.fans.forget_vertices();
   }
-  MAILLE_CHECK(decode_runs(copies, triangles, [&](uint32_t begin, uint32_t end, uint32_t copy) {
-    if (uint64_t{end - begin} * copy > corners / 3 - patch.fans.triangles()) return false;
+  if (patch.fans.corners.size() > corners) return corrupt("more corners than the mesh has");
+  MAILLE_CHECK(decode_runs(copies, faces, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+    const uint64_t more = patch.fans.first_corner(end) - patch.fans.first_corner(begin);
+    if (more * copy > corners - patch.fans.corners.size()) return false;
     for (uint32_t face = begin; face < end; ++face) {
       for (uint32_t i = 0; i < copy; ++i) append_copy(patch.fans, face);
     }
     return true;
   }));
-  const uint32_t count = patch.fans.triangles();
+  const uint32_t count = patch.fans.faces();
   topology.surface.face_count = count;
   topology.surface.point_count = patch.fans.vertices;
   MAILLE_CHECK(decode_runs(turned, count, [&](uint32_t begin, uint32_t end, uint32_t value) {
@@ -351,7 +402,7 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
     std::fill(topology.face_block.begin() + begin, topology.face_block.begin() + end, block);
     return block < blocks.size();
   }));
-  MAILLE_CHECK(decode_loose(loose, blocks, corners, topology));
+  MAILLE_CHECK(decode_loose(loose, blocks, corners, topology, patch.fans.offsets));
   return patch;
 }
 
@@ -359,10 +410,11 @@ Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
   PatchSurface& surface = topology.surface;
   const std::vector<uint32_t>& corners = fans.corners;
   if (surface.half_edges.size() != 0) return {};
-  for (size_t i = 0; i < corners.size(); i += 3) {
-    if (!is_simple(std::span(corners).subspan(i, 3))) return corrupt("a triangle has a vertex twice");
+  for (uint32_t face = 0; face < fans.faces(); ++face) {
+    if (!is_simple(fans.face(face))) return corrupt("a face has a vertex twice");
   }
-  GluedSurface glued = glue({corners, {}, fans.vertices});
+  GluedSurface glued = glue({corners, fans.offsets, fans.vertices});
+  if (!fans.offsets.empty()) surface.faces.assign(fans.offsets.begin(), fans.offsets.end() - 1);
   topology.flipped = std::move(glued.flipped);
   surface.half_edges = std::move(glued.half_edges);
   HalfEdges& edges = surface.half_edges;
@@ -400,7 +452,7 @@ std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topol
     result[b].type = blocks[b].type;
     if (nodes_of(blocks[b].type) == 0 && blocks[b].cells > 0) result[b].offsets.push_back(0);
   }
-  if (blocks.size() == 1 && blocks[0].type == CellType::triangle && loose.size() == 0) {
+  if (blocks.size() == 1 && nodes_of(blocks[0].type) != 0 && loose.size() == 0) {
     result[0].connectivity = std::move(fans.corners);
     return result;
   }
@@ -409,7 +461,8 @@ std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topol
   };
   for (uint32_t face = 0; face < topology.surface.face_count; ++face) {
     CellBlock& block = result[topology.block_of_face(face)];
-    for (unsigned k = 0; k < 3; ++k) block.connectivity.push_back(fans.corners[size_t{3} * face + k]);
+    const auto corners = fans.face(face);
+    block.connectivity.insert(block.connectivity.end(), corners.begin(), corners.end());
     end_cell(block);
   }
   for (uint32_t i = 0; i < loose.size(); ++i) {

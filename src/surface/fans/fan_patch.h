@@ -10,7 +10,8 @@ namespace maille {
 
 struct FanTables;
 
-/// A patch of triangles at the fast and default levels: TOPO 1 and 3, docs/format.md.
+/// A patch at the fast and default levels: TOPO 1 (triangles), 2 (polygons) and 3 (triangles with shared
+/// tables), docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -28,7 +29,8 @@ struct EncodedFanPatch {
 /// The bytes of a patch with shared tables; these have been made with its operations.
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
-/// None when some face of the mesh has more than three corners. Error: unsupported, for too many corners.
+/// None when some face of the mesh has more than three corners and models are not FanModels::fixed. Error:
+/// unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                         FanModels models = FanModels::fixed);
 
@@ -39,6 +41,8 @@ struct FanPatchDecoder {
 
   /// `bytes` must stay. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
+  /// The same for polygons, all at once.
+  static Result<FanPatchDecoder> begin_polygons(Bytes bytes, uint32_t points, uint64_t corners);
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
                                               uint64_t corners, FanBuffers* buffers = nullptr);
@@ -55,7 +59,7 @@ struct FanPatchDecoder {
   Bytes turned;         ///< runs: triangles that run the other way
   Bytes block_numbers;  ///< runs
   Bytes loose;
-  uint32_t triangles = 0;
+  uint32_t faces = 0;  ///< without copies
 };
 
 /// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on

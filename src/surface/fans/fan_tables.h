@@ -13,6 +13,7 @@ namespace maille {
 /// The static tables of fans, apart from what they code: one patch's own, or those of all charts of a file.
 /// docs/format.md, "Fans" and "Tables of charts".
 struct FanTables {
+  bool polygons = false;
   StaticTables events;
   StaticTables numbers;
 };
@@ -20,7 +21,7 @@ struct FanTables {
 /// How often everything occurs.
 class FanCounts {
  public:
-  FanCounts();
+  explicit FanCounts(bool polygons = false);
   void add(std::span<const FanOperation> operations);
   /// What was added was a sample of what the tables are for.
   void spread();
@@ -28,10 +29,11 @@ class FanCounts {
   FanTables make_tables(RansEncoder& side) const;
 
  private:
+  bool polygons_;
   std::vector<Histogram> events_, numbers_;
 };
 /// Inverse. Any bytes give valid tables; the caller looks at side.exhausted().
-FanTables read_fan_tables(RansDecoder& side);
+FanTables read_fan_tables(RansDecoder& side, bool polygons = false);
 
 /// The operations alone. `tables` have been made with all of them.
 std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables);
@@ -44,7 +46,7 @@ class FanSlots {
  public:
   explicit FanSlots(const FanTables& tables);
 
-  using EventTable = StaticDecoderTable<fan_slot_bits, fan_symbols>;
+  using EventTable = StaticDecoderTable<fan_slot_bits, polygon_symbols>;
   using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
   const EventTable& table_of(uint64_t context) const {
     const auto* const begin = reinterpret_cast<const std::byte*>(events.data());
@@ -58,11 +60,11 @@ class FanSlots {
   Unfilled<NumberTable> numbers;
   std::array<uint8_t, number_contexts> number_at;
   /// By context: where in `events` in bytes, for the fast loop.
-  std::array<uint16_t, fan_contexts> table_at;
+  std::array<uint16_t, most_fan_contexts> table_at;
   static_assert((most_event_tables + 1) * sizeof(EventTable) < 1 << 16);
 
  private:
-  void fill_table_at(const StaticTables& tables);
+  void fill_table_at(const FanTables& tables);
 };
 
 }  // namespace maille
