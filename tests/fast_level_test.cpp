@@ -218,5 +218,21 @@ TEST(FastLevels, FacesThatLieTwiceCostLittle) {
   EXPECT_LT(b->bytes.size(), a->bytes.size() + 60);
 }
 
+TEST(Levels, TheSmallOnesAreNeverLargerThanTheDefault) {
+  const auto size_at = [](const Mesh& mesh, int effort) {
+    EncodeOptions options;
+    options.effort = effort;
+    const auto encoded = encode_bytes(mesh, options);
+    EXPECT_TRUE(encoded) << encoded.error().message;
+    return encoded->report.connectivity.coded_bytes + encoded->report.positions.coded_bytes;
+  };
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const Mesh mesh = seed == 0 ? grid(60, 40) : seed == 1 ? cube() : random_surface(seed, {.faces = 200});
+    const uint64_t smallest = size_at(mesh, 9);
+    ASSERT_LE(smallest, size_at(mesh, 6)) << seed;
+    ASSERT_EQ(smallest, size_at(mesh, 7)) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace maille::testing

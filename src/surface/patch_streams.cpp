@@ -180,6 +180,8 @@ class PatchEncoder {
     return stream;
   }
 
+  size_t topology_bytes() const { return cells_.encoded.bytes.size(); }
+
   /// What arrays are predicted from.
   void keep_positions(const ArrayToCode& positions) {
     positions_ = decoded_positions(*positions.array, positions.maps, cells_.encoded.sources.points);
@@ -203,6 +205,22 @@ class PatchEncoder {
   const EncodeOptions& options_;
   std::vector<Vector3> positions_;
 };
+
+/// A patch with its cells and positions.
+struct BegunPatch {
+  PatchEncoder encoder;
+  CodedStream positions;
+  size_t size() const { return encoder.topology_bytes() + positions.bytes.size(); }
+};
+
+Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                               std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                               std::optional<SharedFanPatch> shared) {
+  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options, std::move(shared))), patch, options);
+  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
+  CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
+  return BegunPatch{std::move(encoder), std::move(positions)};
+}
 
 Array array_of(const ArrayDescription& description) {
   Array array = make_array(description.name, description.domain, description.type, description.components,
@@ -382,10 +400,16 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::span<const ArrayToCode> arrays, const EncodeOptions& options,
                                   std::optional<SharedFanPatch> shared) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options, std::move(shared))), patch, options);
-  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
+  BegunPatch first = MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, std::move(shared)));
+  // A level is never larger than a lower one.
+  EncodeOptions lower = options;
+  lower.effort = least_mixed_effort - 1;
+  std::optional<BegunPatch> other;
+  if (options.effort >= least_mixed_effort && options.mode == Mode::single)
+    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, lower, {})));
+  auto& [encoder, positions] = other && other->size() < first.size() ? *other : first;
   std::vector<CodedStream> streams;
-  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
+  streams.push_back(std::move(positions));
   if (arrays.size() > 1) encoder.keep_positions(arrays[0]);
   for (size_t i = 1; i < arrays.size(); ++i) {
     if (patch > 0 && arrays[i].array->domain == Domain::mesh) {

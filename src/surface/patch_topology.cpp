@@ -11,7 +11,6 @@
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
 #include "numbers/number_map.h"
-#include "surface/front/anchors.h"
 #include "surface/front/point_identity.h"
 #include "surface/gluing.h"
 
@@ -355,26 +354,6 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
 
 namespace {
 
-/// Puts points that are in no cell into the order of the surface's points that they lie near.
-void sort_unused(const Mesh& mesh, uint32_t surface_points, std::vector<uint32_t>& sources) {
-  const auto place_of = [&](uint32_t point) {
-    Vector3 place;
-    const std::byte* tuple = mesh.points.bytes.data() + point * mesh.points.tuple_size();
-    for (unsigned k = 0; k < 3; ++k)
-      place[k] = number_as_double(mesh.points.type, tuple + k * size_of(mesh.points.type));
-    for (unsigned k = 0; k < 3; ++k) place[k] = std::fabs(place[k]) < 1e150 ? place[k] : 0;
-    return place;
-  };
-  std::vector<Vector3> known, places;
-  for (uint32_t i = 0; i < sources.size(); ++i)
-    (i < surface_points ? known : places).push_back(place_of(sources[i]));
-  const std::vector<uint32_t> anchors = find_anchors(known, places);
-  std::vector<std::pair<uint32_t, uint32_t>> order;
-  for (uint32_t i = 0; i < anchors.size(); ++i) order.push_back({anchors[i], sources[surface_points + i]});
-  std::sort(order.begin(), order.end());
-  for (uint32_t i = 0; i < order.size(); ++i) sources[surface_points + i] = order[i].second;
-}
-
 /// Numbers the points of the surface as coded.
 void number_points(const CodedConnectivity& coded, EncodedTopology& result) {
   const PatchSurface& surface = result.topology.surface;
@@ -468,8 +447,6 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window,
   surface.face_count = static_cast<uint32_t>(surface.faces.size());
   number_points(coded, result);
   append_other_points(mesh, result.sources.points);
-  if (mixed && view.size() == mesh.cell_count() && surface.point_count < points)
-    sort_unused(mesh, surface.point_count, result.sources.points);
 
   trace_faces(mesh, faces, glued, result);
   collect_loose(mesh, topology, result.sources);

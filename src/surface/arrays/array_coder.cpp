@@ -462,7 +462,7 @@ std::optional<FacetCoding> read_facet_coding(ByteReader& in) {
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                  const RefinedMaps* refined, std::span<const uint32_t> source, bool mixed,
-                                 int effort, Pace* pace) {
+                                 Pace* pace) {
   std::vector<Code> codes(codes_of(source.size(), maps));
   for (size_t i = 0; i < source.size(); ++i) {
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
@@ -474,8 +474,8 @@ std::vector<std::byte> encode_as(const PatchElements& elements, const Array& arr
     out.put(refined ? refined_flag : uint8_t{0});
     for (const NumberMap& map : maps.maps) write_map(out, map);
     put_exceptions(out, elements, face_of, array, maps, refined, source);
-    out.put_bytes(encode_mixed<Code>(elements, array.type, maps.maps,
-                                     std::span(codes).first(codes.size() - 1), effort, pace));
+    out.put_bytes(
+        encode_mixed<Code>(elements, array.type, maps.maps, std::span(codes).first(codes.size() - 1), pace));
     return out.take();
   }
   const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
@@ -640,8 +640,8 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
   }
   const RefinedMaps* details = refined.any() ? &refined : nullptr;
   if (size_of(array.type) == 8)
-    return encode_as<int64_t>(elements, array, used, details, source, mixed, effort, pace);
-  return encode_as<int32_t>(elements, array, used, nullptr, source, mixed, effort, pace);
+    return encode_as<int64_t>(elements, array, used, details, source, mixed, pace);
+  return encode_as<int32_t>(elements, array, used, nullptr, source, mixed, pace);
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,

@@ -6,7 +6,6 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "entropy/mixing.h"
-#include "surface/front/anchors.h"
 #include "surface/front/mixed_position_coder.h"
 
 namespace maille {
@@ -16,32 +15,14 @@ namespace {
 constexpr uint32_t least_trial_points = 512;
 constexpr uint32_t most_trial_points = 4096;
 
-/// Points of the surface near those outside of it.
-template <class Code>
-std::vector<uint32_t> anchors_of(const PatchElements& elements, Scalar type, std::span<const NumberMap> maps,
-                                 std::span<const Code> codes) {
-  std::vector<Vector3> known, places;
-  for (uint32_t point = 0; point < elements.points; ++point) {
-    Vector3 place;
-    for (unsigned k = 0; k < 3; ++k) {
-      const Code code = codes[size_t{point} * 3 + k];
-      const bool curved = maps[k].is_curved();
-      place[k] = curved ? maps[k].value_of(type, code) : static_cast<double>(code) * step_of(maps[k]);
-      if (!(std::fabs(place[k]) < 1e100)) place[k] = 0;
-    }
-    (point < elements.surface->point_count ? known : places).push_back(place);
-  }
-  return find_anchors(known, places);
-}
-
 /// Codes all points, the first `most` of them, or those until the stream ends.
-template <class Coder, class Code, MixedCoding::Models models>
+template <class Coder, class Code, bool with_repeats>
 void code_points(Coder& coder, const PatchElements& elements, const VertexRings& rings, Scalar type,
                  std::span<const NumberMap> maps, const MixedCoding& coding, std::span<Code> codes,
                  uint32_t most, Pace* pace) {
   const PatchSurface& surface = *elements.surface;
-  MixedPositionCoder<Coder, Code, models> mixed(coder, coding, type, maps, surface, rings, elements.points,
-                                                most, codes);
+  MixedPositionCoder<Coder, Code, with_repeats> mixed(coder, coding, type, maps, surface, rings,
+                                                      elements.points, most, codes);
   most = std::min(most, elements.points);
   const auto go_on = [&] { return !coder.exhausted() && (!pace || pace->step()); };
   uint32_t next = 0;
@@ -50,14 +31,8 @@ void code_points(Coder& coder, const PatchElements& elements, const VertexRings&
     mixed.code(vertex, next++);
     if (!go_on()) return;
   }
-  std::vector<uint32_t> anchors;
-  if constexpr (Coder::encoding) {
-    if (coding.anchors && next < most)
-      anchors = anchors_of(elements, type, maps, std::span<const Code>(codes));
-  }
   for (; next < most; ++next) {
-    const uint32_t anchor = anchors.empty() ? 0 : anchors[next - surface.point_count];
-    mixed.code_other(next, anchor, surface.point_count);
+    mixed.code_other(next);
     if (!go_on()) return;
   }
 }
@@ -76,10 +51,7 @@ template <class Coder, class Code>
 void code_with(Coder& coder, const PatchElements& elements, const VertexRings& rings, Scalar type,
                std::span<const NumberMap> maps, const MixedCoding& coding, std::span<Code> codes,
                uint32_t most, Pace* pace) {
-  using Models = MixedCoding::Models;
-  const auto code = coding.models == Models::experts    ? code_points<Coder, Code, Models::experts>
-                    : coding.models == Models::contexts ? code_points<Coder, Code, Models::contexts>
-                                                        : code_points<Coder, Code, Models::repeats>;
+  const auto code = coding.with_repeats ? code_points<Coder, Code, true> : code_points<Coder, Code, false>;
   code(coder, elements, rings, type, maps, coding, codes, most, pace);
 }
 
@@ -193,12 +165,9 @@ bool find_levels(std::span<const Code> codes, MixedCoding& coding) {
 /// The coding whose trial is smallest, where what takes longer must save something.
 template <class Code>
 MixedCoding choose_coding(const PatchElements& elements, const VertexRings& rings, Scalar type,
-                          std::span<const NumberMap> maps, std::span<Code> codes, int effort) {
-  using Models = MixedCoding::Models;
+                          std::span<const NumberMap> maps, std::span<Code> codes) {
   MixedCoding best;
   best.unit = choose_unit<Code>(type, maps, codes);
-  // Those that lines or volumes use have neighbours of their own, in the order of the mesh.
-  best.anchors = elements.loose_cells == 0 && elements.surface->point_count > 0;
   double smallest = INFINITY;
   const uint32_t most = std::clamp(elements.points / 16, least_trial_points, most_trial_points);
   const auto consider = [&](MixedCoding trial) {
@@ -213,15 +182,15 @@ MixedCoding choose_coding(const PatchElements& elements, const VertexRings& ring
     smallest = size * 0.997;
     best = std::move(trial);
   };
-  // Contexts see nothing where the centre hides the structure, and where there is none, nothing is to be
-  // seen.
+  // Trials would not tell: the first points have no image yet.
+  best.mirror = find_mirror_plane(std::span<const Code>(codes));
+  // Repeats are not seen where the centre hides the structure; where there is none, nothing is to be seen.
   MixedCoding other = best;
   best.centre = MixedCoding::Centre::expected;
-  best.models = Models::experts;
+  best.with_repeats = false;
   consider(best);
-  other.models = effort >= 8 ? Models::repeats : Models::contexts;
   consider(other);
-  if (effort >= 9 && find_levels<Code>(codes, other)) consider(other);
+  if (find_levels<Code>(codes, other)) consider(other);
   return best;
 }
 
@@ -234,14 +203,14 @@ bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code>
 
 template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
-                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
-                                    Pace* pace) {
+                                    std::span<const NumberMap> maps, std::span<Code> codes, Pace* pace) {
   const VertexRings rings(*elements.surface);
-  MixedCoding best = choose_coding<Code>(elements, rings, type, maps, codes, effort);
+  MixedCoding best = choose_coding<Code>(elements, rings, type, maps, codes);
   ByteWriter out;
   out.put(best.centre);
-  out.put(best.models);
-  out.put(static_cast<uint8_t>(best.anchors | best.with_levels << 1));
+  out.put(static_cast<uint8_t>(best.with_repeats | best.with_levels << 1));
+  out.put(static_cast<uint8_t>(best.mirror ? best.mirror->axis + 1 : 0));
+  if (best.mirror) out.put(static_cast<uint64_t>(best.mirror->sum));
   out.put(best.unit);
   out.put_bytes(try_coding(elements, rings, type, maps, best, codes, none, pace));
   return out.take();
@@ -254,15 +223,16 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   MixedCoding coding;
   const auto centre = in.get<uint8_t>();
   coding.centre = static_cast<MixedCoding::Centre>(centre);
-  const auto models = in.get<uint8_t>();
-  coding.models = static_cast<MixedCoding::Models>(models);
   const auto flags = in.get<uint8_t>();
-  coding.anchors = (flags & 1) != 0;
+  coding.with_repeats = (flags & 1) != 0;
   coding.with_levels = (flags & 2) != 0;
+  const auto mirror = in.get<uint8_t>();
+  if (mirror > 0)
+    coding.mirror = MirrorPlane{static_cast<uint8_t>(mirror - 1), static_cast<int64_t>(in.get<uint64_t>())};
   coding.unit = in.get<double>();
-  if (!in.ok() || centre >= MixedCoding::centre_count || models >= MixedCoding::models_count || flags > 3 ||
-      (coding.with_levels && (sizeof(Code) != 4 || coding.models != MixedCoding::Models::repeats)) ||
-      (coding.anchors && elements.surface->point_count == 0) || !is_sane(maps, coding.unit)) {
+  if (!in.ok() || centre >= MixedCoding::centre_count || flags > 3 || mirror > 3 ||
+      (coding.mirror && !MirrorImages<Code>::is_sane(*coding.mirror)) ||
+      (coding.with_levels && (sizeof(Code) != 4 || !coding.with_repeats)) || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
@@ -276,11 +246,9 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
 template bool can_mix<int32_t>(Scalar, std::span<const NumberMap>, std::span<const int32_t>);
 template bool can_mix<int64_t>(Scalar, std::span<const NumberMap>, std::span<const int64_t>);
 template std::vector<std::byte> encode_mixed<int32_t>(const PatchElements&, Scalar,
-                                                      std::span<const NumberMap>, std::span<int32_t>, int,
-                                                      Pace*);
+                                                      std::span<const NumberMap>, std::span<int32_t>, Pace*);
 template std::vector<std::byte> encode_mixed<int64_t>(const PatchElements&, Scalar,
-                                                      std::span<const NumberMap>, std::span<int64_t>, int,
-                                                      Pace*);
+                                                      std::span<const NumberMap>, std::span<int64_t>, Pace*);
 template Result<> decode_mixed<int32_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,
                                         std::span<int32_t>, Pace*);
 template Result<> decode_mixed<int64_t>(const PatchElements&, Scalar, std::span<const NumberMap>, Bytes,

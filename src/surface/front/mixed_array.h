@@ -23,8 +23,7 @@ bool can_mix(Scalar type, std::span<const NumberMap> maps, std::span<const Code>
 /// Codes the points' numbers, three each, by MixedPositionCoder: its settings and what it writes.
 template <class Code>
 std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
-                                    std::span<const NumberMap> maps, std::span<Code> codes, int effort,
-                                    Pace* pace);
+                                    std::span<const NumberMap> maps, std::span<Code> codes, Pace* pace);
 
 /// Inverse. Safe on any bytes.
 template <class Code>

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "entropy/short_mixer.h"
 #include "numbers/number_map.h"
 #include "surface/fans/value_dictionary.h"
+#include "surface/front/mirror_images.h"
 #include "surface/front/position_predictor.h"
 #include "surface/front/repeat_candidates.h"
 
@@ -25,15 +27,11 @@ struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
   enum class Centre : uint8_t { expected, best_gate };
   static constexpr unsigned centre_count = 2;
-  /// How much is mixed.
-  enum class Models : uint8_t { experts, contexts, repeats };
-  static constexpr unsigned models_count = 3;
-
   Centre centre = Centre::best_gate;
-  Models models = Models::repeats;
-  bool anchors = false;      ///< points outside the surface lie near points of it
-  double unit = 1;           ///< of positions: about the smallest difference of numbers
-  bool with_levels = false;  ///< with repeats only
+  bool with_repeats = true;           ///< contexts see numbers as they are, and what may come again
+  double unit = 1;                    ///< of positions: about the smallest difference of numbers
+  std::optional<MirrorPlane> mirror;  ///< many points have an image in it
+  bool with_levels = false;           ///< with repeats only
   /// Codes that an axis has often.
   std::array<ValueDictionary, 3> levels;
 };
@@ -69,7 +67,7 @@ inline double step_of(const NumberMap& map) {
 /// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
 /// scale; contexts say what happened before where things looked the same; repeats are whole codes that may
 /// come again.
-template <class Coder, class Code, MixedCoding::Models models>
+template <class Coder, class Code, bool with_repeats>
 class MixedPositionCoder {
  public:
   MixedPositionCoder(Coder& coder, const MixedCoding& coding, Scalar type, std::span<const NumberMap> maps,
@@ -83,7 +81,7 @@ class MixedPositionCoder {
         residuals_(codes.size()),
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
-        table_(with_contexts ? table_bits_for(most < points ? most : points) : 1),
+        table_(with_repeats ? table_bits_for(most < points ? most : points) : 1),
         is_level_(has_levels() ? codes.size() : 0),
         followers_(with_repeats ? size_t{4} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
@@ -94,34 +92,37 @@ class MixedPositionCoder {
       inverse_step_[k] = 1 / step_[k];
     }
     for (auto& expert : scales_) expert.fill(1.0F);
+    if (coding.mirror) images_.emplace(*coding.mirror, surface, points, codes);
   }
 
   /// Codes a point of the surface at its first vertex.
-  void code(uint32_t vertex, uint32_t point) { code_point(point, predictor_.predict(vertex)); }
-  /// Codes one outside of it; `anchor`: a point of the surface near it.
-  void code_other(uint32_t point, uint32_t anchor, uint32_t surface_points) {
-    if (!coding_.anchors) return code_point(point, predictor_.predict_other());
-    const auto step = static_cast<int32_t>(anchor - anchor_);
-    const uint32_t zigzag = static_cast<uint32_t>(step) << 1 ^ static_cast<uint32_t>(step >> 31);
-    const uint32_t coded = anchor_step_.code(coder_, zigzag);
-    anchor_ += coded >> 1 ^ (0 - (coded & 1));
-    if (anchor_ >= surface_points) anchor_ = surface_points - 1;
-    code_point(point, predictor_.predict_near(anchor_));
+  void code(uint32_t vertex, uint32_t point) {
+    const PositionPrediction& prediction = predictor_.predict(vertex);
+    if (!images_) return code_point(point, prediction);
+    const bool expected = expect_image(point, vertex);
+    code_point(point, expected && trust_ > least_trust ? at_image(prediction) : prediction);
+    if (expected) learn_trust(point);
+    has_image_ = false;
+    images_->learn(point, vertex);
   }
+  /// Codes one outside of it.
+  void code_other(uint32_t point) { code_point(point, predictor_.predict_other()); }
 
  private:
   using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
   static constexpr Wide lowest = std::numeric_limits<Code>::min();
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = PositionPrediction::experts;
-  static constexpr bool with_contexts = models >= MixedCoding::Models::contexts;
-  static constexpr bool with_repeats = models >= MixedCoding::Models::repeats;
-  static constexpr unsigned contexts = with_contexts ? 4 : 0;
-  static constexpr unsigned inputs = with_repeats ? 24 : with_contexts ? 16 : 8;
+  static constexpr unsigned contexts = with_repeats ? 4 : 0;
+  static constexpr unsigned inputs = with_repeats ? 24 : 8;
   static constexpr unsigned bias_input = experts;
   static constexpr unsigned follower_bits = 16;
   static constexpr unsigned most_contexts = 5;
   static constexpr unsigned node_types = 16;
+  /// Above this share of images that were right to a step, of 65536, experts expect the image only. (Half of
+  /// it costs 0 to 1.5 %, all of it up to 5 %.)
+  static constexpr int32_t least_trust = 50000;
+  static constexpr unsigned image_kind = 9;  ///< of repeats
   /// Above this probability codes are asked first whether they are the centre itself.
   static constexpr uint16_t often_exact = 40000;
   static constexpr unsigned scale_bins = 48;
@@ -187,6 +188,36 @@ class MixedPositionCoder {
     predictor_.learn(point, where);
   }
 
+  /// Is there an image of a known point where this one will be?
+  bool expect_image(uint32_t point, uint32_t vertex) {
+    has_image_ = images_->expect(point, vertex);
+    if (!has_image_) return false;
+    image_ = images_->place();
+    for (unsigned k = 0; k < 3; ++k)
+      has_image_ = has_image_ && image_[k] >= low_end_[k] && image_[k] <= high_end_[k];
+    return has_image_;
+  }
+  /// All that is expected lies at the image, as surely as variances can say.
+  const PositionPrediction& at_image(const PositionPrediction& prediction) {
+    at_image_ = prediction;
+    Vector3 place;
+    for (unsigned k = 0; k < 3; ++k) place[k] = value(image_[k], k);
+    at_image_.mean.fill(place);
+    at_image_.all_gates = at_image_.best_gate = place;
+    at_image_.covariance = {};
+    for (unsigned k = 0; k < 3; ++k) at_image_.covariance[k][k] = 0.05;
+    at_image_.spread = at_image_.disagreement = 0;
+    return at_image_;
+  }
+  void learn_trust(uint32_t point) {
+    bool right = true;
+    for (unsigned k = 0; k < 3; ++k) {
+      const Wide off = codes_[at(point, k)] - image_[k];
+      right = right && off <= 1 && off >= -1;
+    }
+    trust_ += ((right ? 65536 : 0) - trust_) >> 4;
+  }
+
   size_t at(uint32_t point, unsigned axis) const { return size_t{point} * 3 + axis; }
 
   /// Mean and variance of this axis given the axes coded before it.
@@ -247,7 +278,7 @@ class MixedPositionCoder {
     const unsigned side = mean_[0] > mean_[1] ? 1 : 0;
     few_base_ = {&few_[0][(scale_bin_ * 16 + spread_bin_ * 2 + side) * nodes],
                  &few_[1][((edge_bin_ >> 1) * scale_bins + scale_bin_) * nodes]};
-    if constexpr (with_contexts) set_up_hashes();
+    if constexpr (with_repeats) set_up_hashes();
   }
   void set_up_hashes() {
     const PositionPrediction& p = *prediction_;
@@ -334,7 +365,7 @@ class MixedPositionCoder {
       return ask_class(at_least, low, high, k, type) == up;
     };
     WideCell& exact = exact_[scale_bin_ * 8 + exact_hits_];
-    const bool exact_first = with_contexts && up && exact.probability > often_exact;
+    const bool exact_first = with_repeats && up && exact.probability > often_exact;
     if (exact_first && !beyond(0, 14)) {
       c = 0;
     } else if (beyond(c, 1)) {
@@ -345,7 +376,7 @@ class MixedPositionCoder {
     }
     code_mantissa(c, low, high);
     code = static_cast<Code>(low);
-    if constexpr (with_contexts) {
+    if constexpr (with_repeats) {
       exact.update(low == centre);
       exact_hits_ = (exact_hits_ << 1 | (low == centre ? 1 : 0)) & 7;
     }
@@ -405,7 +436,7 @@ class MixedPositionCoder {
   /// from numbers that repeat in ways of their own.
   bool is_flat(Wide low, Wide high) const {
     const double width = boundary(high, axis_) - boundary(low, axis_);
-    return width < (with_contexts ? 0.08 : 1.0) * scale_;
+    return width < (with_repeats ? 0.08 : 1.0) * scale_;
   }
   void code_raw_rest(Wide& low, Wide& high) {
     // The interval's size is a power of two unless it was cut off at the end of the range.
@@ -472,8 +503,6 @@ class MixedPositionCoder {
       if (repeated) repeats_.say(at_least, type, by_kind);
       logits[1] = shortened(others, by_kind[0]);
       logits[2] = shortened(by_kind[1], by_kind[2]);
-    } else if constexpr (with_contexts) {
-      logits[1] = shortened(others, SignedLanes{});
     }
     const unsigned first = scale_bin_ * node_types + type;
     const unsigned second =
@@ -522,6 +551,7 @@ class MixedPositionCoder {
     follower_[1] = &followers_[(size_t{1} << follower_bits) + place(hash_[0])];
     follower_[2] = &followers_[(size_t{2} << follower_bits) + place(hash_[3])];
     follower_[3] = &followers_[(size_t{3} << follower_bits) + place(hash_[4])];
+    if (has_image_) add_candidate(image_kind, image_[axis_]);
     add_candidate(0, *follower_[0]);
     if (p.best_a != none) {
       add_candidate(1, codes_[at(p.best_a, axis_)]);
@@ -607,15 +637,17 @@ class MixedPositionCoder {
   std::array<std::vector<WideCell>, 2> few_;
   BucketTable table_;
   std::conditional_t<with_repeats, RepeatCandidates<Wide>, char> repeats_;
+  std::optional<MirrorImages<Code>> images_;
   std::vector<uint8_t> is_level_;  // by number
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
 
-  CountModel anchor_step_;
-  uint32_t anchor_ = 0;
-
   // Of the point at hand.
   const PositionPrediction* prediction_ = nullptr;
+  PositionPrediction at_image_;
+  bool has_image_ = false;
+  std::array<Wide, 3> image_{};
+  int32_t trust_ = 65536;  // how many of the last images were right, to a step
   uint32_t point_ = 0;
   uint32_t newest_ = none;
   uint32_t coded_residuals_ = 0;

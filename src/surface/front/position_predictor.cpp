@@ -60,37 +60,6 @@ const PositionPrediction& PositionPredictor::predict_other() {
   return result_;
 }
 
-const PositionPrediction& PositionPredictor::predict_near(uint32_t anchor) {
-  predict_other();
-  const Point& point = points_[anchor];
-  find_tangents(point.vertex == none ? Vector3{} : normal_at(point.vertex), {});
-  result_.mean.fill(positions_[anchor]);
-  result_.all_gates = result_.best_gate = positions_[anchor];
-  find_covariance();
-  order_axes();
-  return result_;
-}
-
-/// Of the faces around a vertex whose points are all known; not of unit length.
-Vector3 PositionPredictor::normal_at(uint32_t vertex) const {
-  constexpr unsigned most_turns = 64;
-  const HalfEdges& edges = surface_.half_edges;
-  const auto place = [&](uint32_t h) { return positions_[surface_.point(edges.origin[h])]; };
-  Vector3 normal;
-  uint32_t h = surface_.vertices.corner[vertex];
-  for (unsigned i = 0; i < most_turns; ++i) {
-    const uint32_t next = edges.next(h);
-    const uint32_t previous = edges.previous(h);
-    if (edges.origin[next] < first_dummy && edges.origin[previous] < first_dummy) {
-      const Vector3 here = place(h);
-      normal = normal + cross(place(next) - here, place(previous) - here);
-    }
-    h = edges.turn(h);
-    if (h == surface_.vertices.corner[vertex]) break;
-  }
-  return normal;
-}
-
 const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   vertex_ = vertex;
   find_neighbourhood(surface_, vertex, around_);
@@ -389,7 +358,6 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   }
   point.error = static_cast<float>(error);
   point.faces = around_.valence;
-  point.vertex = vertex_;
   point.border = around_.border;
   if (with_gates) learn_weights(positions_[number]);
   if (vertex_ != none && surface_.half_edges.all_triangles()) learn_angles(number);

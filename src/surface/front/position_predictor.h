@@ -41,8 +41,6 @@ class PositionPredictor {
   const PositionPrediction& predict(uint32_t vertex);
   /// For points outside the surface: like the one before.
   const PositionPrediction& predict_other();
-  /// The same, for one that lies near a point of the surface.
-  const PositionPrediction& predict_near(uint32_t anchor);
   void learn(uint32_t point, const Vector3& position);
 
   const Vector3& position(uint32_t point) const { return positions_[point]; }
@@ -59,12 +57,10 @@ class PositionPredictor {
     float angle = 0;              // of the faces whose three points are known
     uint32_t angles = 0;
     uint32_t faces = 0;
-    uint32_t vertex = none;  // its first
     bool border = false;
   };
 
   void predict_without_gates();
-  Vector3 normal_at(uint32_t vertex) const;
   void find_tangents(const Vector3& normal, Vector3 ahead);
   void gather();
   void find_frame();
