@@ -498,22 +498,17 @@ class FacetNormalCoder {
     const unsigned last = coding_.unit ? largest_component(mean) : 2;
     const unsigned a = (last + 1) % 3;
     const unsigned b = (last + 2) % 3;
-    const double variance_a = std::max(covariance[a][a], 0.0) + noise(a, mean[a]);
-    const double spread_a = std::sqrt(variance_a);
-    code_number(a, mean[a], spread_a, first_model_[error_class_]);
+    const double variance_a = code_number(a, mean[a], covariance[a][a], first_model_[error_class_]);
     // What the first component tells of the second.
     const double found = value_[a] - mean[a];
     const double part = covariance[a][b] / variance_a;
-    const double mean_b = mean[b] + part * found;
-    const double variance_b = std::max(covariance[b][b] - part * covariance[a][b], 0.0) + noise(b, mean_b);
     const unsigned apart =
-        class_of(half_octaves_of(between(std::fabs(found) / spread_a, 0.05, 100)), -9, 3, 7);
+        class_of(half_octaves_of(between(std::fabs(found) / std::sqrt(variance_a), 0.05, 100)), -9, 3, 7);
     const unsigned around = error_class_ == 9 ? 1 : error_class_ < 3 ? 0 : error_class_ < 6 ? 1 : 2;
-    code_number(b, mean_b, std::sqrt(variance_b), second_model_[apart][around]);
-    if (!coding_.unit)
-      return code_number(last, mean[last], std::sqrt(covariance[last][last] + noise(last, mean[last])),
-                         third_model_);
-    complete(a, b, last);
+    code_number(b, mean[b] + part * found, covariance[b][b] - part * covariance[a][b],
+                second_model_[apart][around]);
+    if (coding_.unit) return complete(a, b, last);
+    code_number(last, mean[last], covariance[last][last], third_model_);
   }
   double noise(unsigned k, double value) const {
     const double unit = codes_.unit(k, value);
@@ -529,8 +524,8 @@ class FacetNormalCoder {
         side_model_.code(coder_, Coder::encoding && (codes_.number(last, tuple_[last]) < 0) != negative);
     const double left = std::sqrt(std::max(1 - x * x - y * y, 0.0));
     const double along = between(left, 1e-6, 1);
-    const double variance = (x * x * noise(a, x) + y * y * noise(b, y)) / (along * along) + noise(last, left);
-    code_number(last, turned != negative ? -left : left, std::sqrt(variance), third_model_);
+    const double variance = (x * x * noise(a, x) + y * y * noise(b, y)) / (along * along);
+    code_number(last, turned != negative ? -left : left, variance, third_model_);
   }
 
   /// Numbers are told apart by bins of half the spread, or one by one.
@@ -538,10 +533,13 @@ class FacetNormalCoder {
   using BinModels = std::array<OffsetModel, widths>;
   static constexpr int32_t most_bins = 1 << 12;
 
-  void code_number(unsigned k, double mean, double spread, BinModels& models) {
+  /// Returns the variance, which is that given and that of rounding to the unit there.
+  double code_number(unsigned k, double mean, double variance, BinModels& models) {
     mean = between(mean, -1e30, 1e30);
-    if (code_zero(k, mean, spread)) return;
     const double unit = codes_.unit(k, mean);
+    variance = between(variance, 0, 1e60) + unit * unit / 12;
+    const double spread = std::sqrt(variance);
+    if (code_zero(k, mean, spread)) return variance;
     const int ratio = half_octaves_of(between(spread / unit, 1e-9, 1e30));
     OffsetModel& model = models[class_of(ratio, -4, 1, widths)];
     // From two units on; below, bins would be empty.
@@ -551,6 +549,7 @@ class FacetNormalCoder {
       code_one_by_one(k, codes_.nearest(k, mean), model);
     }
     value_[k] = codes_.number(k, tuple_[k]);
+    return variance;
   }
 
   void code_one_by_one(unsigned k, Code middle, OffsetModel& model) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "numbers/number_maps.h"
 #include "support/cases.h"
 #include "support/coded_mesh.h"
 #include "support/half_edges.h"
@@ -196,6 +197,38 @@ TEST(FacetNormals, OfDamagedStreamsAreRefusedOrAnything) {
           static_cast<std::byte>(random.next());
     decode(damaged);
   }
+}
+
+TEST(FacetNormals, OfAnyBytesAreRefusedOrAnything) {
+  const std::vector<NumberMap> maps = {{NumberMap::Kind::ordered},
+                                       {NumberMap::Kind::lattice, 0, 0.1, 1e-3},
+                                       {NumberMap::Kind::lattice, 0, -1e300, 1e300},
+                                       {NumberMap::Kind::decimal, 7},
+                                       {NumberMap::Kind::binary_digits, -149, 0, 0, 24},
+                                       {NumberMap::Kind::decimal_digits, -340, 0, 0, 7}};
+  uint64_t decodable = 0;
+  for (uint64_t seed = 0; seed < cases(400); ++seed) {
+    Random random(seed);
+    const CodedMesh patch(random_surface(seed));
+    const Scalar type = random.chance(50) ? Scalar::f32 : Scalar::f64;
+    ByteWriter out;
+    out.put(uint8_t{9});
+    out.put(uint8_t{0});
+    out.put(static_cast<uint8_t>(random.below(FacetFormula::count)));
+    out.put(static_cast<uint8_t>(random.below(32)));
+    out.put(static_cast<int16_t>(static_cast<int>(random.below(1201)) - 600));
+    const NumberMap& map = maps[random.below(maps.size())];
+    for (unsigned k = 0; k < 3; ++k) write_map(out, map);
+    out.put_count(1);  // bytes of exceptions: none
+    out.put_count(0);
+    for (uint32_t i = random.below(2000); i > 0; --i) out.put(static_cast<uint8_t>(random.next()));
+    Array decoded = make_array("normal", Domain::cell, type, 3, Role::normal);
+    const auto done = decode_array(patch.elements(), out.take(), 0, decoded);
+    if (!done) continue;
+    ++decodable;
+    EXPECT_EQ(decoded.count(), patch.elements().cells()) << seed;
+  }
+  EXPECT_GT(decodable, cases(400) / 4);
 }
 
 }  // namespace
