@@ -94,6 +94,45 @@ Mesh textured_quads() {
   return mesh;
 }
 
+/// A saddle whose second half has points of its own: an array has a seam there.
+Mesh with_seam() {
+  Surface surface = triangulated(saddle(12));
+  // Rough, so that a point takes more than what says that it is there twice.
+  for (uint32_t i = 0; i < surface.points.size(); ++i)
+    surface.points[i][2] += (i * 2654435761U >> 20) / 8192.0;
+  const auto half = surface.faces.begin() + static_cast<std::ptrdiff_t>(surface.faces.size() / 2);
+  std::map<uint32_t, uint32_t> copies;
+  const auto first_copy = static_cast<uint32_t>(surface.points.size());
+  for (auto face = half; face != surface.faces.end(); ++face) {
+    for (uint32_t& point : *face) {
+      const auto [copy, is_new] = copies.try_emplace(point, static_cast<uint32_t>(surface.points.size()));
+      if (is_new) surface.points.push_back(surface.points[point]);
+      point = copy->second;
+    }
+  }
+  // Only the points on the border between the halves are there twice.
+  std::vector<uint32_t> number(surface.points.size(), 0);
+  for (const auto& face : surface.faces) {
+    for (const uint32_t point : face) number[point] = 1;
+  }
+  std::vector<float> side;
+  Surface kept;
+  for (uint32_t i = 0; i < surface.points.size(); ++i) {
+    if (number[i] == 0) continue;
+    number[i] = static_cast<uint32_t>(kept.points.size());
+    kept.points.push_back(surface.points[i]);
+    side.push_back(i < first_copy ? 0.25F : 0.75F);
+  }
+  for (auto face : surface.faces) {
+    for (uint32_t& point : face) point = number[point];
+    kept.faces.push_back(face);
+  }
+  Mesh mesh = to_mesh(kept);
+  mesh.arrays.push_back(array_of<float>("side", Domain::point, Scalar::f32, 1, mesh.point_count(),
+                                        [&](uint64_t i) { return side[i]; }));
+  return mesh;
+}
+
 /// Edges of three faces and more, bow ties, faces turned over, twice, degenerate; points of no face.
 Mesh soup() {
   Surface surface = shapes::voxels({true, false, false, true, false, true, true, false}, 2, 2, 2);
@@ -251,6 +290,7 @@ std::vector<GoldenFile> goldens() {
   add("planes", "coordinates that come again", to_mesh(on_planes(triangulated(saddle(24)))));
   add("fast", "static tables", to_mesh(triangulated(saddle(24)))).effort = 2;
   add("textured_quads", "quads, corner uv with seams, labels, metadata", textured_quads());
+  add("twins", "points that stand twice at a seam", with_seam());
   add("soup", "non-manifold, flipped, twice, degenerate, alone", soup());
   add("lossy", "positions at 12 bits, quads", to_mesh(saddle(12))).positions = {Kind::bits, 12};
   add("keep_order", "a shuffled mesh with its order", shuffled(textured_quads(), 1)).order = Order::keep;

@@ -13,10 +13,21 @@ namespace {
 constexpr int fast_effort = 3;
 constexpr size_t short_bytes = 96;
 
+/// Arrays by twin stand behind the domains.
+template <class Visitor, class Array>
+void visit_domain(Visitor& v, Array& array) {
+  uint8_t where = array.by_twin ? uint8_t{domain_count} : static_cast<uint8_t>(array.domain);
+  v.byte(where, domain_count + 1);
+  if constexpr (!std::is_const_v<Array>) {
+    array.by_twin = where == domain_count;
+    array.domain = array.by_twin ? Domain::corner : static_cast<Domain>(where);
+  }
+}
+
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {
   v.text(array.name);
-  v.choice(array.domain, domain_count);
+  visit_domain(v, array);
   v.choice(array.type, scalar_count);
   v.count(array.components, 0xffff);
   v.choice(array.role, role_count);
@@ -45,10 +56,22 @@ void visit_part(Visitor& v, Part& part) {
 }
 
 template <class Visitor, class Whole>
+void visit_form(Visitor& v, Whole& description) {
+  auto form =
+      static_cast<uint8_t>(static_cast<unsigned>(description.order) | unsigned{description.welded} << 1);
+  v.byte(form, 4);
+  if constexpr (!std::is_const_v<Whole>) {
+    description.order = static_cast<Order>(form & 1);
+    description.welded = (form & 2) != 0;
+  }
+}
+
+template <class Visitor, class Whole>
 void visit(Visitor& v, Whole& description) {
   v.byte(description.effort, 10);
-  v.choice(description.order, 2);
+  visit_form(v, description);
   v.count(description.points, max_points);
+  if (description.welded) v.count(description.split_points, max_points);
   v.count(description.corners, none - 1);
   v.list(description.blocks, [&](auto& block) { visit_block(v, block); });
   v.list(description.parts, [&](auto& part) { visit_part(v, part); });
@@ -59,6 +82,16 @@ void visit(Visitor& v, Whole& description) {
     v.text(entry.second);
   });
   v.text(description.provenance);
+}
+
+/// Twins have a corner each, and are fewer points as coded than in the mesh.
+bool twins_fit(const Description& description) {
+  bool by_twin = description.positions.by_twin;
+  for (const ArrayDescription& array : description.arrays) by_twin = by_twin || array.by_twin;
+  if (!description.welded) return !by_twin;
+  return !description.positions.by_twin && description.parts.empty() &&
+         description.split_points > description.points &&
+         description.split_points <= description.points + description.corners;
 }
 
 /// Do the parts make up the whole? Each point of a part is a corner of its cells, or belongs to no cell at
@@ -96,7 +129,9 @@ Result<> check_size(const Description& description, const Limits& limits) {
 double memory_of(const Description& description) {
   auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
   const auto add = [&](const ArrayDescription& array) {
-    bytes += static_cast<double>(description.tuples(array)) * static_cast<double>(array.components) *
+    const bool split = description.welded && (array.by_twin || array.domain == Domain::point);
+    const uint64_t tuples = description.tuples(array) + (split ? description.split_points : 0);
+    bytes += static_cast<double>(tuples) * static_cast<double>(array.components) *
              static_cast<double>(size_of(array.type));
   };
   add(description.positions);
@@ -176,7 +211,7 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   visit(reader, description);
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
-                  description.cells() < none && parts_fit(description);
+                  description.cells() < none && parts_fit(description) && twins_fit(description);
   for (const CodedBlock& block : description.blocks) {
     // Polyhedra: their faces are not in these files.
     sensible = sensible && block.shape.type != CellType::polyhedron &&

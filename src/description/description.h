@@ -17,6 +17,7 @@ namespace maille {
 struct ArrayDescription {
   std::string name;
   Domain domain = Domain::point;
+  bool by_twin = false;  ///< coded on corners, but a point's: see Description::welded
   Scalar type = Scalar::f32;
   uint32_t components = 1;
   Role role = Role::none;
@@ -43,7 +44,9 @@ struct PartDescription {
 struct Description {
   uint8_t effort = 5;
   Order order = Order::canonical;
-  uint32_t points = 0;
+  bool welded = false;        ///< coded with twins as one point (surface/weld.h)
+  uint32_t points = 0;        ///< as coded
+  uint32_t split_points = 0;  ///< of the mesh, if it is welded
   uint64_t corners = 0;
   std::vector<CodedBlock> blocks;
   std::vector<PartDescription> parts;  ///< empty: the mesh is one

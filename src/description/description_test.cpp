@@ -70,6 +70,34 @@ TEST(Description, ComesBack) {
   EXPECT_EQ(after->provenance, "a test");
 }
 
+Description welded(uint32_t split_points) {
+  Description description = example();
+  description.welded = true;
+  description.split_points = split_points;
+  description.arrays[0].domain = Domain::corner;
+  description.arrays[0].by_twin = true;
+  return description;
+}
+
+TEST(Description, OfAWeldedMeshComesBack) {
+  const auto after = decode_description(encode(welded(1200)), {});
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_TRUE(after->welded);
+  EXPECT_EQ(after->order, Order::keep);
+  EXPECT_EQ(after->split_points, 1200u);
+  EXPECT_TRUE(after->arrays[0].by_twin);
+  EXPECT_EQ(after->arrays[0].domain, Domain::corner);
+  EXPECT_FALSE(after->arrays[1].by_twin);
+}
+
+TEST(Description, HasMorePointsSplitThanWeldedAndNoMoreThanCornersTell) {
+  for (const uint32_t points : {0u, 1000u, 7004u}) EXPECT_EQ(error_of(welded(points)), ErrorCode::corrupt);
+  EXPECT_TRUE(decode_description(encode(welded(7003)), {}));
+  Description not_welded = welded(1200);
+  not_welded.welded = false;
+  EXPECT_EQ(error_of(not_welded), ErrorCode::corrupt);
+}
+
 TEST(Description, IsTheSameWhenWrittenAgain) {
   const auto bytes = encode(example());
   EXPECT_TRUE(encode(*decode_description(bytes, {})) == bytes);

@@ -17,6 +17,7 @@
 #include "surface/arrays/array_report.h"
 #include "surface/mesh_description.h"
 #include "surface/parts/coded_parts.h"
+#include "surface/weld.h"
 
 namespace maille {
 namespace {
@@ -24,7 +25,47 @@ namespace {
 constexpr StreamKey description_key{"DESC"};
 constexpr StreamKey joins_key{"JOIN"};
 constexpr StreamKey order_key{"ORDR"};
-constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "ARRY", "JOIN", "ORDR"};
+constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "TWIN", "ARRY", "JOIN", "ORDR"};
+
+/// A mesh in the streams of a file, but for the order.
+struct CodedMesh {
+  std::vector<ArrayToCode> arrays;
+  EncodedParts encoded;
+  Description description;
+
+  size_t bytes() const {
+    size_t sum = encoded.joins.size();
+    for (const EncodedPatch& patch : encoded.patches) {
+      sum += patch.topology.bytes.size() + (patch.twins ? patch.twins->bytes.size() : 0);
+      for (const CodedStream& stream : patch.arrays) sum += stream.bytes.size();
+    }
+    return sum;
+  }
+};
+
+Result<CodedMesh> code_mesh(const Mesh& mesh, std::vector<ArrayToCode> arrays, const EncodeOptions& options) {
+  CodedMesh coded;
+  coded.arrays = std::move(arrays);
+  coded.encoded = MAILLE_TRY(encode_parts(mesh, coded.arrays, options));
+  coded.description = describe(mesh, coded.arrays, options);
+  coded.description.parts = coded.encoded.descriptions;
+  return coded;
+}
+
+/// `points` and `positions` are those of the mesh that was welded.
+Result<CodedMesh> code_welded(const WeldedMesh& welded, uint64_t points, const ArrayMaps& positions,
+                              const EncodeOptions& options) {
+  CodedMesh coded;
+  coded.arrays = MAILLE_TRY(map_arrays(welded.mesh, options));
+  coded.arrays[0].maps = welded_maps(welded, positions);
+  for (size_t i = 0; i < welded.by_twin.size(); ++i) coded.arrays[i + 1].by_twin = welded.by_twin[i];
+  coded.encoded = MAILLE_TRY(encode_parts(welded.mesh, coded.arrays, options, welded.corner_twin));
+  coded.description = describe(welded.mesh, coded.arrays, options);
+  coded.description.welded = true;
+  coded.description.split_points = static_cast<uint32_t>(points);
+  for (size_t i = 0; i < welded.by_twin.size(); ++i) coded.description.arrays[i].by_twin = welded.by_twin[i];
+  return coded;
+}
 
 EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, const EncodedParts& encoded) {
   EncodeReport report = report_of(mesh);
@@ -32,11 +73,12 @@ EncodeReport report_of(const Mesh& mesh, std::span<const ArrayToCode> arrays, co
   std::vector<size_t> bytes(arrays.size());
   for (const EncodedPatch& patch : encoded.patches) {
     report.connectivity.coded_bytes += patch.topology.bytes.size();
+    if (patch.twins) report.connectivity.coded_bytes += patch.twins->bytes.size();
     for (size_t i = 0; i < arrays.size(); ++i) bytes[i] += patch.arrays[i].bytes.size();
   }
-  report.positions = report_of(*arrays[0].array, arrays[0].maps, bytes[0]);
+  report.positions = report_of(mesh.points, arrays[0].maps, bytes[0]);
   for (size_t i = 1; i < arrays.size(); ++i) {
-    report.arrays.push_back(report_of(*arrays[i].array, arrays[i].maps, bytes[i]));
+    report.arrays.push_back(report_of(mesh.arrays[i - 1], arrays[i].maps, bytes[i]));
   }
   return report;
 }
@@ -49,6 +91,7 @@ std::vector<PatchSources> sources_of(EncodedParts& encoded) {
 
 Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
   MAILLE_CHECK(writer.write_stream(patch.topology.key, patch.topology.bytes));
+  if (patch.twins) MAILLE_CHECK(writer.write_stream(patch.twins->key, patch.twins->bytes));
   for (const CodedStream& stream : patch.arrays) {
     // Arrays of the mesh as a whole are in one patch only.
     const bool elsewhere = stream.bytes.empty() && std::string_view(stream.key.type) == "ARRY";
@@ -62,20 +105,30 @@ Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
 Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
-  const std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
-  EncodedParts encoded = MAILLE_TRY(encode_parts(mesh, arrays, options));
-  Description description = describe(mesh, arrays, options);
-  description.parts = encoded.descriptions;
-  EncodeReport report = report_of(mesh, arrays, encoded);
+  std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
+  const bool whole = mesh.cell_count() <= most_cells_per_part(options);
+  std::optional<WeldedMesh> welded = whole ? weld(mesh, arrays[0]) : std::nullopt;
+  CodedMesh coded = MAILLE_TRY(code_mesh(mesh, std::move(arrays), options));
+  if (welded) {
+    CodedMesh other = MAILLE_TRY(code_welded(*welded, mesh.point_count(), coded.arrays[0].maps, options));
+    if (other.bytes() < coded.bytes()) {
+      coded = std::move(other);
+    } else {
+      welded.reset();
+    }
+  }
+  EncodedParts& encoded = coded.encoded;
+  EncodeReport report = report_of(mesh, coded.arrays, encoded);
 
-  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(description));
+  const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(coded.description));
   FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
   MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
   for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
   if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
   if (options.order == Order::keep) {
-    const std::vector<std::byte> order =
-        encode_order(original_order(mesh, sources_of(encoded), encoded.joined));
+    ElementOrder elements = original_order(welded ? welded->mesh : mesh, sources_of(encoded), encoded.joined);
+    if (welded) elements.points = original_points(*welded, elements, encoded.patches[0].twin_numbers);
+    const std::vector<std::byte> order = encode_order(elements);
     report.order_bytes = order.size();
     MAILLE_CHECK(writer.write_stream(order_key, order));
   }
@@ -119,10 +172,14 @@ Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options)
   }
   Mesh& mesh = decoded.mesh;
   mesh.metadata = description.metadata;
+  if (description.welded) {
+    mesh = MAILLE_TRY(split_twins(std::move(mesh), decoded.twins, decoded.by_twin, description.split_points));
+    decoded.known_valid = false;
+  }
   if (description.order == Order::keep) {
-    const ElementOrder order =
-        MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)), description.points,
-                                static_cast<uint32_t>(description.cells())));
+    const ElementOrder order = MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)),
+                                                       static_cast<uint32_t>(mesh.point_count()),
+                                                       static_cast<uint32_t>(description.cells())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
     decoded.known_valid = false;
   }

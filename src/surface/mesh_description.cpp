@@ -137,7 +137,7 @@ FileInfo file_info(const Description& description) {
   FileInfo info;
   info.effort = description.effort;
   info.order = description.order;
-  info.points = description.points;
+  info.points = description.welded ? description.split_points : description.points;
   info.cells = description.cells();
   info.corners = description.corners;
   info.parts = std::max<uint64_t>(description.parts.size(), 1);
@@ -157,11 +157,12 @@ FileInfo file_info(const Description& description) {
 ArrayInfo array_info(const Description& description, const ArrayDescription& array, uint64_t coded_bytes) {
   ArrayInfo info;
   info.name = array.name;
-  info.domain = array.domain;
+  info.domain = array.by_twin ? Domain::point : array.domain;
   info.type = array.type;
   info.components = array.components;
   info.role = array.role;
-  info.count = description.tuples(array);
+  info.count = description.welded && info.domain == Domain::point ? description.split_points
+                                                                  : description.tuples(array);
   info.coded_bytes = coded_bytes;
   info.lossless = array.asked.kind == Tolerance::Kind::lossless;
   info.asked = array.asked;

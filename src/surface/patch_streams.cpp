@@ -8,6 +8,7 @@
 #include "description/element_order.h"
 #include "numbers/number_maps.h"
 #include "surface/arrays/surface_normals.h"
+#include "surface/arrays/twin_coder.h"
 #include "surface/fans/adaptive_positions.h"
 #include "surface/fans/adaptive_start.h"
 #include "surface/fans/fan_patch.h"
@@ -35,6 +36,9 @@ StreamKey positions_key(uint32_t patch, uint32_t coding) {
 }
 StreamKey array_key(uint32_t patch, size_t i) {
   return {"ARRY", patch, static_cast<uint32_t>(i)};
+}
+StreamKey twins_key(uint32_t patch) {
+  return {"TWIN", patch};
 }
 using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
 
@@ -129,17 +133,36 @@ class PatchEncoder {
   PatchEncoder(CodedCells cells, uint32_t patch, const EncodeOptions& options)
       : cells_(std::move(cells)), patch_(patch), options_(options) {}
 
-  Result<> find_sources(const Mesh& mesh, const PartNumbers* numbers, std::span<const ArrayToCode> arrays) {
-    const bool with_corners = std::any_of(arrays.begin(), arrays.end(), [](const ArrayToCode& coded) {
-      return coded.array->domain == Domain::corner;
-    });
+  /// `corner_twin`: of a welded mesh, else empty.
+  Result<> find_sources(const Mesh& mesh, const PartNumbers* numbers, std::span<const ArrayToCode> arrays,
+                        std::span<const uint32_t> corner_twin) {
+    const bool with_corners =
+        !corner_twin.empty() || std::any_of(arrays.begin(), arrays.end(), [](const ArrayToCode& coded) {
+          return coded.array->domain == Domain::corner;
+        });
     if (with_corners) {
       MAILLE_CHECK(build());
       find_corner_sources(mesh, cells_.encoded);
     }
     PatchSources& sources = cells_.encoded.sources;
     if (numbers != nullptr) sources = in_whole(std::move(sources), mesh, *numbers);
+    if (corner_twin.empty()) return {};
+    for (const uint32_t corner : sources.corners)
+      twin_of_.push_back(corner == none ? none : corner_twin[corner]);
     return {};
+  }
+
+  /// To be called once positions are kept. Fills `numbers` by corner of the mesh.
+  CodedStream encode_twins(std::vector<uint32_t>& numbers) {
+    twins_ = twin_of_;
+    CodedStream stream{twins_key(patch_), maille::encode_twins(cells_.encoded.topology, positions_, twins_)};
+    const std::vector<uint32_t>& corners = cells_.encoded.sources.corners;
+    for (size_t i = 0; i < corners.size(); ++i) {
+      if (corners[i] == none) continue;
+      if (corners[i] >= numbers.size()) numbers.resize(size_t{corners[i]} + 1);
+      numbers[corners[i]] = twins_[i];
+    }
+    return stream;
   }
 
   Result<CodedStream> encode_positions(const ArrayToCode& positions) {
@@ -169,12 +192,14 @@ class PatchEncoder {
     if (!pace.report()) return cancelled();
     MAILLE_CHECK(build());
     std::vector<uint32_t> all;
-    const auto sources = sources_of(cells_.encoded.sources, array, all);
+    const std::span<const uint32_t> sources =
+        coded.by_twin ? twin_of_ : sources_of(cells_.encoded.sources, array, all);
     // Mixing is made for places in space.
     const bool positions = key.type == std::string_view("POSI");
     const int effort = positions ? options_.effort : std::min(options_.effort, least_mixed_effort - 1);
     PatchElements elements = cells_.encoded.topology.elements();
     elements.positions = positions_;
+    if (coded.by_twin) elements.twins = twins_;
     CodedStream stream{key, maille::encode_array(elements, array, coded.maps, sources, effort, &pace)};
     if (pace.stopped()) return cancelled();
     return stream;
@@ -191,7 +216,7 @@ class PatchEncoder {
     PatchSources sources = std::move(cells_.encoded.sources);
     std::vector<uint32_t>().swap(sources.corners);
     CodedStream topology{topology_key(patch_, cells_.coding()), std::move(cells_.encoded.bytes)};
-    return EncodedPatch{std::move(topology), std::move(arrays), std::move(sources)};
+    return EncodedPatch{std::move(topology), std::move(arrays), {}, {}, std::move(sources)};
   }
 
  private:
@@ -204,6 +229,8 @@ class PatchEncoder {
   uint32_t patch_;
   const EncodeOptions& options_;
   std::vector<Vector3> positions_;
+  std::vector<uint32_t> twin_of_;  ///< by corner as in PatchElements: the point it had before welding
+  std::vector<uint32_t> twins_;    ///< the same as the decoder numbers them
 };
 
 /// A patch with its cells and positions.
@@ -215,9 +242,9 @@ struct BegunPatch {
 
 Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                std::span<const ArrayToCode> arrays, const EncodeOptions& options,
-                               std::optional<SharedFanPatch> shared) {
+                               std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
   PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options, std::move(shared))), patch, options);
-  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays));
+  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
   CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
   return BegunPatch{std::move(encoder), std::move(positions)};
 }
@@ -229,8 +256,9 @@ Array array_of(const ArrayDescription& description) {
   return array;
 }
 
-/// Is an array wanted whose tuples follow cells or corners?
+/// Is an array wanted whose tuples follow cells or corners, or are there twins, which do?
 bool needs_places(const Description& description, const DecodeOptions& options) {
+  if (description.welded) return true;
   return std::any_of(description.arrays.begin(), description.arrays.end(),
                      [&](const ArrayDescription& array) {
                        return (array.domain == Domain::cell || array.domain == Domain::corner) &&
@@ -323,6 +351,15 @@ class PatchDecoder {
     return array;
   }
 
+  /// To be called once positions are kept.
+  Result<> decode_twins() {
+    if (charts_alone) return not_in_charts();
+    if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
+    const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(twins_key(patch_)));
+    twins_ = MAILLE_TRY(maille::decode_twins(topology_, positions_, bytes));
+    return {};
+  }
+
   Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {
     if (charts_alone) return not_in_charts();
     Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
@@ -332,6 +369,7 @@ class PatchDecoder {
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
     PatchElements elements = topology_.elements();
     elements.positions = positions_;
+    if (described.by_twin) elements.twins = twins_;
     MAILLE_CHECK(decode_array(elements, bytes, described.mesh_tuples, array, &pace));
     return array;
   }
@@ -347,7 +385,8 @@ class PatchDecoder {
   }
 
   /// Cells in their blocks, and arrays of cells and corners beside them.
-  Result<> assemble(Mesh& mesh) {
+  Result<> assemble(DecodedPatch& decoded) {
+    Mesh& mesh = decoded.mesh;
     AssembledCells cells;
     if (fans_ && !with_places_) {
       cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
@@ -363,6 +402,10 @@ class PatchDecoder {
     for (Array& array : mesh.arrays) {
       if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
       if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
+    }
+    if (!twins_.empty()) decoded.twins.resize(mesh.corner_count());
+    for (size_t i = 0; i < twins_.size(); ++i) {
+      if (cells.corner_place[i] != none) decoded.twins[cells.corner_place[i]] = twins_[i];
     }
     return {};
   }
@@ -392,25 +435,31 @@ class PatchDecoder {
   PatchTopology topology_;
   std::optional<FanSurface> fans_;
   std::vector<Vector3> positions_;
+  std::vector<uint32_t> twins_;
 };
 
 }  // namespace
 
 Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                   std::span<const ArrayToCode> arrays, const EncodeOptions& options,
-                                  std::optional<SharedFanPatch> shared) {
+                                  std::optional<SharedFanPatch> shared,
+                                  std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  BegunPatch first = MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, std::move(shared)));
+  BegunPatch first =
+      MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, std::move(shared), corner_twin));
   // A level is never larger than a lower one.
   EncodeOptions lower = options;
   lower.effort = least_mixed_effort - 1;
   std::optional<BegunPatch> other;
   if (options.effort >= least_mixed_effort && options.mode == Mode::single)
-    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, lower, {})));
+    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, lower, {}, corner_twin)));
   auto& [encoder, positions] = other && other->size() < first.size() ? *other : first;
   std::vector<CodedStream> streams;
   streams.push_back(std::move(positions));
-  if (arrays.size() > 1) encoder.keep_positions(arrays[0]);
+  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
+  std::optional<CodedStream> twins;
+  std::vector<uint32_t> twin_numbers;
+  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
   for (size_t i = 1; i < arrays.size(); ++i) {
     if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
       streams.push_back({array_key(patch, i - 1), {}});
@@ -418,7 +467,10 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
       streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
     }
   }
-  return encoder.finish(std::move(streams));
+  EncodedPatch encoded = MAILLE_TRY(encoder.finish(std::move(streams)));
+  encoded.twins = std::move(twins);
+  encoded.twin_numbers = std::move(twin_numbers);
+  return encoded;
 }
 
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort) {
@@ -447,10 +499,14 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   PatchDecoder decoder(streams, description, patch, options, tables, buffers);
   MAILLE_CHECK(decoder.decode_cells(mesh.points));
+  const bool welded = description.welded;
+  if (welded) decoder.keep_positions(mesh.points);
+  if (welded) MAILLE_CHECK(decoder.decode_twins());
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];
     if (!is_wanted(options, array.name)) continue;
-    if (mesh.arrays.empty()) decoder.keep_positions(mesh.points);
+    decoded.by_twin.push_back(array.by_twin);
+    if (mesh.arrays.empty() && !welded) decoder.keep_positions(mesh.points);
     if (patch > 0 && array.domain == Domain::mesh) {
       mesh.arrays.push_back(array_of(array));
     } else {
@@ -458,7 +514,7 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
     }
   }
   decoded.known_valid = decoder.knows_validity();
-  MAILLE_CHECK(decoder.assemble(mesh));
+  MAILLE_CHECK(decoder.assemble(decoded));
   return decoded;
 }
 
@@ -470,7 +526,7 @@ PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t array
       bytes += reader.stream_bytes(key(patch, coding));
     return bytes;
   };
-  sizes.topology = of_any(topology_key);
+  sizes.topology = of_any(topology_key) + reader.stream_bytes(twins_key(patch));
   sizes.arrays.push_back(of_any(positions_key));
   for (size_t i = 0; i < arrays; ++i) sizes.arrays.push_back(reader.stream_bytes(array_key(patch, i)));
   return sizes;

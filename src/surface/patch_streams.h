@@ -17,13 +17,14 @@
 
 namespace maille {
 
-/// The streams of one patch: TOPO, POSI, and an ARRY for each array. A file has one patch, or one for each
-/// part of its mesh. docs/format.md, "Mode single".
+/// The streams of one patch: TOPO, POSI, TWIN if it is welded, and an ARRY for each array. A file has one
+/// patch, or one for each part of its mesh. docs/format.md, "Mode single".
 
 /// An array of the whole mesh and how its numbers become codes. Positions come first.
 struct ArrayToCode {
   const Array* array;
   ArrayMaps maps;
+  bool by_twin = false;  ///< on corners, by the twin that each has (WeldedMesh)
 };
 
 struct CodedStream {
@@ -45,15 +46,19 @@ inline constexpr int fast_effort = 3;
 struct EncodedPatch {
   CodedStream topology;
   std::vector<CodedStream> arrays;  ///< as given; without those of the mesh as a whole but in patch 0
+  std::optional<CodedStream> twins;
+  std::vector<uint32_t> twin_numbers;  ///< by corner of the mesh, as the decoder has them
   /// Where the coded elements are in the whole mesh; without corners.
   PatchSources sources;
 };
 
 /// Codes a mesh, or a part of one (`numbers`, else nullptr), as patch number `patch`. Only the cells and the
-/// number of points are taken from `mesh`, tuples from `arrays`. Errors: unsupported, cancelled.
+/// number of points are taken from `mesh`, tuples from `arrays`. `corner_twin`: of a WeldedMesh, which is no
+/// part. Errors: unsupported, cancelled.
 Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                   std::span<const ArrayToCode> arrays, const EncodeOptions& options,
-                                  std::optional<SharedFanPatch> shared = std::nullopt);
+                                  std::optional<SharedFanPatch> shared = std::nullopt,
+                                  std::span<const uint32_t> corner_twin = {});
 
 /// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort);
@@ -62,6 +67,9 @@ Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array);
 struct DecodedPatch {
   Mesh mesh;
   bool known_valid = false;  ///< validate() would only find what the decoder has seen already
+  // Of a welded mesh:
+  std::vector<uint32_t> twins;  ///< by corner
+  std::vector<bool> by_twin;    ///< by array of `mesh`
 };
 
 /// Inverse. `description` is that of the part. `tables`: where patches share them. Safe on any bytes. Errors:
@@ -74,7 +82,7 @@ bool is_wanted(const DecodeOptions& options, const std::string& array);
 
 /// Bytes of these streams in a file.
 struct PatchSizes {
-  uint64_t topology = 0;
+  uint64_t topology = 0;         ///< with twins
   std::vector<uint64_t> arrays;  ///< positions first
 };
 PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays);

@@ -22,6 +22,13 @@ bool is_of_source(const Error& error) {
   return error.code == ErrorCode::cannot_read || error.code == ErrorCode::network;
 }
 
+Result<Description> read_description(Bytes bytes, const Limits& limits) {
+  Description description = MAILLE_TRY(decode_description(bytes, limits));
+  if (description.welded)
+    return failure(ErrorCode::corrupt, "the description of the mesh is damaged: charts have no twins");
+  return description;
+}
+
 /// Chunks from the front on, as long as they are whole.
 class FrontChunks {
  public:
@@ -109,7 +116,7 @@ Result<> RandomReader::read_by_key() {
     if (set_front(front) && set_index_page(0, *page)) return {};
   }
   // Without a directory only the description is known.
-  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
+  description_ = MAILLE_TRY(read_description(front.description, options_.limits));
   directory_ = {};
   if (auto found = directory ? decode_directory(*directory) : Result<ChartDirectory>(); found)
     directory_ = std::move(*found);
@@ -140,7 +147,7 @@ Result<> RandomReader::rebuild() {
 }
 
 Result<> RandomReader::set_front(const Front& front) {
-  description_ = MAILLE_TRY(decode_description(front.description, options_.limits));
+  description_ = MAILLE_TRY(read_description(front.description, options_.limits));
   directory_ = MAILLE_TRY(decode_directory(front.directory));
   if (directory_.finest.arrays.size() != description_.arrays.size() + 1)
     return failure(ErrorCode::corrupt, "the directory of charts is not that of these arrays");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/bytes.h"
 #include "base/pages.h"
@@ -62,6 +63,9 @@ class ExpectedNormals {
     surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
     faces_ = elements.surface->face_count;
     if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
+    if (domain != Domain::corner || !coding.normal->welded || elements.twins.empty()) return;
+    points_ = surface_->of_points(false);
+    latest_.assign(points_.size(), none);
   }
   ExpectedNormal of_point(uint32_t point) const {
     return point < points_.size() ? points_[point] : ExpectedNormal{};
@@ -69,8 +73,13 @@ class ExpectedNormals {
   ExpectedNormal of_face(uint32_t face) const {
     return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
   }
-  ExpectedNormal of(const Wedge& wedge) const {
-    return surface_ && !wedge.corners.empty() ? surface_->of_wedge(wedge.corners) : ExpectedNormal{};
+  ExpectedNormal of(const Wedge& wedge, const PatchSurface& surface) {
+    if (!surface_ || wedge.corners.empty()) return {};
+    if (latest_.empty()) return surface_->of_wedge(wedge.corners);
+    const uint32_t point = surface.point(surface.half_edges.origin[wedge.corners.front()]);
+    ExpectedNormal expected = points_[point];
+    expected.twin = std::exchange(latest_[point], wedge.corners.front());
+    return expected;
   }
   /// How sharp the edge between two corners is, 0 to 5.
   unsigned sharpness(const CornerPair& pair) const {
@@ -82,15 +91,42 @@ class ExpectedNormals {
  private:
   std::optional<SurfaceNormals> surface_;
   std::vector<ExpectedNormal> points_;
+  std::vector<uint32_t> latest_;  ///< of welded points: the corner that was coded last
   uint32_t faces_ = 0;
+};
+
+/// Tuples of points on the corners of a welded mesh: those of one twin are one.
+class KnownTwins {
+ public:
+  explicit KnownTwins(std::span<const uint32_t> twins)
+      : twins_(twins),
+        first_(twins.empty() ? 0 : *std::max_element(twins.begin(), twins.end()) + size_t{1}, none) {}
+
+  bool are_one(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
+  /// The corner with which the twin of this one came up; none before that.
+  uint32_t known(uint32_t corner) const { return twins_.empty() ? none : first_[twins_[corner]]; }
+  /// The same for the first of these of which it is known.
+  uint32_t first_known(std::span<const uint32_t> corners) const {
+    for (const uint32_t corner : corners) {
+      if (known(corner) != none) return known(corner);
+    }
+    return none;
+  }
+  void know(uint32_t corner) {
+    if (known(corner) == none && !twins_.empty()) first_[twins_[corner]] = corner;
+  }
+
+ private:
+  std::span<const uint32_t> twins_;
+  std::vector<uint32_t> first_;  ///< by twin
 };
 
 /// Codes which corners of a vertex hold the same tuple.
 template <class Coder, class Code>
 class CornerJoints {
  public:
-  CornerJoints(Coder& coder, std::span<const Code> codes, size_t components)
-      : coder_(coder), codes_(codes), components_(components) {}
+  CornerJoints(Coder& coder, const KnownTwins& twins, std::span<const Code> codes, size_t components)
+      : coder_(coder), twins_(twins), codes_(codes), components_(components) {}
 
   bool same(uint32_t a, uint32_t b) const {
     const auto of = [&](uint32_t corner) {
@@ -99,6 +135,9 @@ class CornerJoints {
     return std::equal(of(a), of(a) + static_cast<ptrdiff_t>(components_), of(b));
   }
   bool code(const CornerPair& pair, unsigned sharpness) {
+    if (twins_.are_one(pair.corner, pair.next)) return true;
+    const uint32_t a = twins_.known(pair.corner), b = twins_.known(pair.next);
+    if (a != none && b != none) return same(a, b);
     const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
     bool joined = false;
     if constexpr (Coder::encoding) joined = same(pair.corner, pair.next);
@@ -109,45 +148,65 @@ class CornerJoints {
 
  private:
   Coder& coder_;
+  const KnownTwins& twins_;
   std::span<const Code> codes_;
   size_t components_;
   BitModel joined_[3][6][4];
   unsigned history_ = 0;
 };
 
-/// Codes all elements of an array with `coder`, a TupleCoder or NormalCoder behind `code(element, stencil,
-/// expected)`. `more` returns false to stop.
-template <class Rans, class Code, class ElementCoder, class More>
-void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
-                   uint64_t tuples, const ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
-                   size_t components, ElementCoder& coder, More more) {
-  ElementWalk walk(elements, face_of, !elements.positions.empty());
-  const auto code = [&](uint32_t element, const GateStencil& stencil, const auto& expected) {
-    if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t,
-                                      const GateStencil&, const ExpectedNormal&>) {
-      coder.code(element, stencil, expected());
-    } else {
-      coder.code(element, stencil);
-    }
-  };
-  if (domain != Domain::corner) {
-    walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
-      if (!more()) return false;
-      code(element, stencil,
-           [&] { return domain == Domain::point ? normals.of_point(element) : normals.of_face(element); });
-      return true;
-    });
-    return;
+/// `expected` is asked only for normals.
+template <class ElementCoder, class Expected>
+void code_element(ElementCoder& coder, uint32_t element, const GateStencil& stencil, Expected expected) {
+  if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t,
+                                    const GateStencil&, const ExpectedNormal&>) {
+    coder.code(element, stencil, expected());
+  } else {
+    coder.code(element, stencil);
   }
-  CornerJoints<Rans, Code> joints(rans, codes, components);
+}
+
+/// Arrays of corners: wedge by wedge, which have one tuple each; twins that came up have theirs already.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_wedges(const PatchElements& elements, ElementWalk& walk, ExpectedNormals& normals, Rans& rans,
+                 std::span<const Code> codes, size_t components, ElementCoder& coder, More more) {
+  KnownTwins twins(elements.twins);
+  CornerJoints<Rans, Code> joints(rans, twins, codes, components);
   walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
                   [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
                   [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
                     if (!more()) return false;
-                    code(element, stencil, [&] { return normals.of(wedge); });
-                    for (size_t i = 1; i < wedge.corners.size(); ++i) coder.copy(wedge.corners[i], element);
+                    const std::span<const uint32_t> corners =
+                        wedge.corners.empty() ? std::span(&element, 1) : std::span(wedge.corners);
+                    uint32_t source = twins.first_known(corners);
+                    if (source == none) {
+                      source = element;
+                      code_element(coder, element, stencil,
+                                   [&] { return normals.of(wedge, *elements.surface); });
+                    }
+                    for (const uint32_t corner : corners) {
+                      if (corner != source) coder.copy(corner, source);
+                      twins.know(corner);
+                    }
                     return true;
                   });
+}
+
+/// Codes all elements of an array with `coder`, a TupleCoder or NormalCoder. `more` returns false to stop.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                   uint64_t tuples, ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
+                   size_t components, ElementCoder& coder, More more) {
+  ElementWalk walk(elements, face_of, !elements.positions.empty());
+  if (domain == Domain::corner)
+    return code_wedges(elements, walk, normals, rans, codes, components, coder, more);
+  walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
+    if (!more()) return false;
+    code_element(coder, element, stencil, [&] {
+      return domain == Domain::point ? normals.of_point(element) : normals.of_face(element);
+    });
+    return true;
+  });
 }
 
 /// The same for whichever coder the array has.
@@ -160,7 +219,7 @@ void code_array(Rans& rans, const PatchElements& elements, const std::vector<uin
     for (uint32_t cell = 0; cell < elements.cells() && more(); ++cell) coder.code(cell);
     return;
   }
-  const ExpectedNormals normals(elements, face_of, array.domain, coding);
+  ExpectedNormals normals(elements, face_of, array.domain, coding);
   const size_t components = maps.maps.size();
   const auto run = [&](auto& coder) {
     code_elements<Rans, Code>(elements, face_of, array.domain, tuples, normals, rans, codes, components,
@@ -251,7 +310,7 @@ std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
     ArrayCoding coding;
     coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
     coding.normal->welded = welded;
-    const ExpectedNormals normals(elements, face_of, array.domain, coding);
+    ExpectedNormals normals(elements, face_of, array.domain, coding);
     NormalMeasure<Code> measured(array, maps, codes);
     RansEncoder unused(1);
     uint32_t most = trial_elements;
@@ -268,7 +327,7 @@ std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
   // One face has one normal, whatever its weight.
   const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
   for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
-  if (array.domain == Domain::point) measure(best.weight, true);
+  if (array.domain == Domain::point || !elements.twins.empty()) measure(best.weight, true);
   NormalCoding following = best;
   following.follows = true;
   return {best, following, {NormalCoding::own, unit}};

@@ -27,6 +27,8 @@ struct PatchElements {
   const std::vector<bool>* flipped = nullptr;
   /// Of the points as they were decoded, finite; empty while these are coded themselves.
   std::span<const Vector3> positions = {};
+  /// By corner: corners of a vertex with one number have the same tuple. Empty: nothing is known of them.
+  std::span<const uint32_t> twins = {};
 
   uint32_t cells() const { return surface->face_count + loose_cells; }
   uint32_t corners() const { return surface->half_edges.size() + loose_corners; }

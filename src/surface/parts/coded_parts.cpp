@@ -167,18 +167,19 @@ Result<> join(const ArrayToCode& positions, uint32_t points, Executor& executor,
 }  // namespace
 
 Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
-                                  const EncodeOptions& options) {
+                                  const EncodeOptions& options, std::span<const uint32_t> corner_twin) {
   EncodedParts encoded;
   Executor& executor = executor_of(options);
   const auto points = static_cast<uint32_t>(mesh.point_count());
   std::vector<uint32_t> part_of;
   const uint64_t most_cells = most_cells_per_part(options);
-  if (mesh.cell_count() > most_cells) {
+  if (corner_twin.empty() && mesh.cell_count() > most_cells) {
     const std::vector<float> positions = decoded_floats(arrays[0], executor);
     part_of = partition_cells(mesh, positions, most_cells, executor);
   }
   if (std::all_of(part_of.begin(), part_of.end(), [](uint32_t part) { return part == 0; })) {
-    encoded.patches.push_back(MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options)));
+    encoded.patches.push_back(
+        MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options, std::nullopt, corner_twin)));
     encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
     return encoded;
   }
@@ -216,7 +217,7 @@ Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& d
   const JoinedPoints joined = MAILLE_TRY(decode_joins(joins, sizes, shared, places));
   if (joined.count != description.points)
     return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
-  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), known_valid};
+  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), known_valid, {}, {}};
 }
 
 }  // namespace maille

@@ -28,9 +28,10 @@ struct EncodedParts {
   JoinedPoints joined;
 };
 
-/// The same for any executor. Errors: those of encode_patch().
+/// The same for any executor. `corner_twin`: of a WeldedMesh, which is not cut. Errors: those of
+/// encode_patch().
 Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
-                                  const EncodeOptions& options);
+                                  const EncodeOptions& options, std::span<const uint32_t> corner_twin = {});
 
 /// Inverse of what encode_parts() does to a mesh of several parts; `joins` are its bytes.
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
