@@ -11,7 +11,8 @@
 namespace maille {
 namespace {
 
-// Fewer twins than one point in so many save less than their numbers take.
+// With fewer twins than one point in so many a second encoding is not worth its time. Chosen, not measured:
+// of 35 files that had this many none had fewer than one in thirteen.
 constexpr uint64_t least_share = 64;
 
 std::span<const std::byte> tuple_of(const Array& array, uint32_t i) {
