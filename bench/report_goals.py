@@ -151,6 +151,8 @@ class Goals:
             row = json.loads(line)
             if row['bytes']:
                 rows.setdefault((row['folder'] + '/' + row['mesh'], row['setting']), {})[row['level']] = row['bytes']
+        if not rows:
+            return
         growth = {}
         for where, sizes in rows.items():
             for level in sizes:
