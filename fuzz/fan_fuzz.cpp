@@ -3,9 +3,9 @@
 
 #include "base/bytes.h"
 #include "fuzzing.h"
-#include "surface/fans/adaptive_positions.h"
 #include "surface/fans/fan_patch.h"
 #include "surface/fans/fan_positions.h"
+#include "surface/fans/positions.h"
 
 namespace maille::fuzzing {
 namespace {
@@ -24,15 +24,18 @@ void run(Bytes input) {
   const Bytes positions = in.get_bytes(in.remaining());
   auto decoder = FanPatchDecoder::begin(topology, points, corners);
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
-  if (first % 2 == 1) {
-    const auto decoded = decoder->decode_fans_first();
-    if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
-  }
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
-    const auto decoded = decoder->fans
-                             ? decode_fan_positions(*decoder->fans, positions, points, array)
-                             : decode_adaptive_positions(decoder->all_fans, positions, points, array);
+    const bool for_speed = first % 2 == 0;
+    std::vector<uint8_t> valences;
+    if (!for_speed && need_valences(positions)) {
+      auto fans = FanPatchDecoder::begin(topology, points, corners)->fans->finish();
+      if (!fans) return require_kind(fans.error(), {ErrorCode::corrupt});
+      fans->count_valences();
+      valences = std::move(fans->valences);
+    }
+    const auto decoded = for_speed ? decode_fan_positions(*decoder->fans, positions, points, array)
+                                   : decode_positions(*decoder->fans, valences, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }

@@ -11,9 +11,9 @@
 #include "random/random_file.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
-#include "surface/fans/adaptive_positions.h"
 #include "surface/fans/fan_patch.h"
 #include "surface/fans/fan_positions.h"
+#include "surface/fans/positions.h"
 #include "surface/patch_topology.h"
 
 namespace maille::fuzzing {
@@ -72,19 +72,19 @@ void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mes
 }
 
 void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
-  const bool adaptive = seed % 2 == 1;
+  const bool smaller = seed % 2 == 1;
   const auto patch = encode_fan_patch(mesh);
   if (!patch || !*patch) return;
   ByteWriter out;
-  put_shape(out, mesh, 2 * mesh.point_count() + adaptive);
+  put_shape(out, mesh, 2 * mesh.point_count() + smaller);
   out.put_count((*patch)->bytes.size());
   out.put_bytes((*patch)->bytes);
   const auto maps = choose_maps(mesh.points, {}, true);
   if (maps && fits_fan_positions(mesh.points, *maps)) {
     const FanSurface& fans = (*patch)->patch.fans;
     const std::vector<uint32_t>& sources = (*patch)->sources.points;
-    out.put_bytes(adaptive ? encode_adaptive_positions(fans, mesh.points, *maps, sources)
-                           : encode_fan_positions(fans, mesh.points, *maps, sources));
+    out.put_bytes(smaller ? encode_positions(fans, mesh.points, *maps, sources, {})
+                          : encode_fan_positions(fans, mesh.points, *maps, sources));
   }
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);

@@ -223,7 +223,7 @@ TEST(FormatDocument, TetrahedronIsWhatTheEncoderWrites) {
   const auto sink = memory_sink(file);
   const auto report = encode(mesh, *sink, {});
   ASSERT_TRUE(report) << report.error().message;
-  EXPECT_TRUE(file == example_of_document("adaptive tetrahedron"));
+  EXPECT_TRUE(file == example_of_document("default tetrahedron"));
 }
 
 TEST(FormatDocument, StatesTheLimitsOfModeSingle) {

@@ -397,31 +397,43 @@ uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bit
   return cost;
 }
 
-StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
-                         unsigned most_tables, RansEncoder& coder, uint64_t price) {
+std::vector<Histogram> merge_alike(std::span<const Histogram> counts, unsigned symbols, unsigned most_tables,
+                                   uint64_t price, std::vector<uint8_t>& table_of) {
   Clustering clustering(counts, symbols, price);
   clustering.run(most_tables);
+  return clustering.result(table_of);
+}
+
+StaticTables write_tables(std::span<const Histogram> counts, std::vector<uint8_t> table_of, unsigned symbols,
+                          unsigned bits, unsigned most_tables, RansEncoder& coder) {
   TableCoder coded;
-  const std::vector<Histogram> merged = clustering.result(coded.table_of);
-  coded.count = static_cast<uint32_t>(merged.size());
+  coded.table_of = std::move(table_of);
+  coded.count = static_cast<uint32_t>(counts.size());
   uint64_t best_cost = UINT64_MAX;
   TableCoder best;
   for (coded.resolution = 0; coded.resolution < 5; ++coded.resolution) {
     coded.levels.clear();
-    for (const Histogram& histogram : merged)
+    for (const Histogram& histogram : counts)
       coded.levels.push_back(levels_of(histogram, symbols, resolutions[coded.resolution]));
     RansEncoder trial;
     TableCoder written = coded;
     written.code(trial, symbols, most_tables);
     uint64_t cost = uint64_t{trial.finish().size()} << 19;
     const StaticTables tables = tables_of(written, symbols, bits);
-    for (size_t i = 0; i < merged.size(); ++i) cost += cost_of(merged[i], tables.tables[i], bits);
+    for (size_t i = 0; i < counts.size(); ++i) cost += cost_of(counts[i], tables.tables[i], bits);
     if (cost >= best_cost) continue;
     best_cost = cost;
     best = coded;
   }
   best.code(coder, symbols, most_tables);
   return tables_of(best, symbols, bits);
+}
+
+StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
+                         unsigned most_tables, RansEncoder& coder, uint64_t price) {
+  std::vector<uint8_t> table_of;
+  const auto merged = merge_alike(counts, symbols, most_tables, price, table_of);
+  return write_tables(merged, std::move(table_of), symbols, bits, most_tables, coder);
 }
 
 StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,

@@ -45,6 +45,11 @@ inline constexpr uint64_t price_of_table = 80;
 /// `coder`.
 StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
                          unsigned most_tables, RansEncoder& coder, uint64_t price = price_of_table);
+/// Its two steps: counts that share a table are summed up; then tables are chosen and written.
+std::vector<Histogram> merge_alike(std::span<const Histogram> counts, unsigned symbols, unsigned most_tables,
+                                   uint64_t price, std::vector<uint8_t>& table_of);
+StaticTables write_tables(std::span<const Histogram> counts, std::vector<uint8_t> table_of, unsigned symbols,
+                          unsigned bits, unsigned most_tables, RansEncoder& coder);
 /// Inverse. Any bytes give valid tables; the caller looks at coder.exhausted().
 StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,
                          RansDecoder& coder);

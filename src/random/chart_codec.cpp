@@ -11,7 +11,6 @@
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
-#include "surface/fans/adaptive_start.h"
 
 namespace maille {
 namespace {
@@ -244,11 +243,7 @@ std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, ui
 Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables) {
   ChartSet result{chart_description(file, set), set == 0, {}};
   if (tables.empty()) return result;
-  if (file.effort > fast_effort) {
-    result.tables.start = MAILLE_TRY(read_start(tables, file.positions.type));
-  } else {
-    result.tables = MAILLE_TRY(SharedFanTables::read(tables, file.positions.type));
-  }
+  result.tables = MAILLE_TRY(SharedFanTables::read(tables, file.positions.type));
   return result;
 }
 
@@ -281,7 +276,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
   const Bytes shared = set.finest ? in.get_bytes(in.get_count()) : Bytes();
   ChartStreams streams;
   MAILLE_CHECK(streams.read(in, description.arrays.size()));
-  const SharedFanTables* tables = set.tables.fans || set.tables.start ? &set.tables : nullptr;
+  const SharedFanTables* tables = set.tables.fans ? &set.tables : nullptr;
   // Not patch 0: arrays of the mesh as a whole are not in charts.
   DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 1, options, tables, buffers));
   DecodedChart chart;

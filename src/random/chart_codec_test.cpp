@@ -35,15 +35,10 @@ Chart chart_of(const Surface& shape, int effort) {
   std::iota(numbers.points.begin(), numbers.points.end(), 0u);
   std::iota(numbers.cells.begin(), numbers.cells.end(), 0u);
   numbers.first_corner = table_cells(chart.mesh).corner;
-  std::optional<SharedFanPatch> shared;
-  std::vector<std::byte> tables;
-  if (can_share_tables(arrays[0], effort)) {
-    SharedFanEncoder encoder(1, arrays[0], options);
-    EXPECT_TRUE(encoder.find(0, chart.mesh, numbers.points));
-    tables = encoder.finish(serial_executor());
-    shared = encoder.take(0);
-  }
-  chart.patch = *encode_patch(chart.mesh, &numbers, 1, arrays, options, std::move(shared));
+  SharedFanEncoder shared;
+  EXPECT_TRUE(shared.add(chart.mesh, numbers.points, chart.mesh.points));
+  const std::vector<std::byte> tables = shared.finish(arrays[0].maps, effort, range_of_codes(arrays[0]));
+  chart.patch = *encode_chart(chart.mesh, numbers, arrays, options, shared);
   chart.set = *chart_set(describe(chart.mesh, arrays, options), 0, tables);
   return chart;
 }

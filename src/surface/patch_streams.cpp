@@ -9,10 +9,9 @@
 #include "numbers/number_maps.h"
 #include "surface/arrays/surface_normals.h"
 #include "surface/arrays/twin_coder.h"
-#include "surface/fans/adaptive_positions.h"
-#include "surface/fans/adaptive_start.h"
 #include "surface/fans/fan_patch.h"
 #include "surface/fans/fan_positions.h"
+#include "surface/fans/positions.h"
 #include "surface/fans/shared_fans.h"
 #include "surface/front/mixed_array.h"
 #include "surface/left_out.h"
@@ -23,8 +22,8 @@ namespace {
 // The number of TOPO and POSI says how they are coded.
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
-constexpr uint32_t polygon_fan_coding = 2;         // of TOPO
-constexpr uint32_t adaptive_positions_coding = 2;  // of POSI, over fans with static tables
+constexpr uint32_t polygon_fan_coding = 2;  // of TOPO
+constexpr uint32_t position_coding = 2;     // of POSI: positions.h
 constexpr uint32_t shared_fan_coding = 3;
 constexpr uint32_t last_coding = shared_fan_coding;
 
@@ -166,8 +165,7 @@ class PatchEncoder {
   }
 
   Result<CodedStream> encode_positions(const ArrayToCode& positions) {
-    if (!cells_.fans || !cells_.fans->offsets.empty() ||
-        !fits_fan_positions(*positions.array, positions.maps)) {
+    if (!cells_.fans || !cells_.fans->offsets.empty() || !fits_positions(*positions.array, positions.maps)) {
       return encode_array(positions, positions_key(patch_, front_coding));
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
@@ -175,15 +173,14 @@ class PatchEncoder {
     StreamKey key = positions_key(patch_, cells_.coding());
     if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
-    if (options_.effort > fast_effort) {
-      key = positions_key(patch_, adaptive_positions_coding);
-      return CodedStream{key,
-                         encode_adaptive_positions(*cells_.fans, *positions.array, positions.maps, points)};
+    if (options_.effort > 1 || !fits_fan_positions(*positions.array, positions.maps)) {
+      key = positions_key(patch_, position_coding);
+      return CodedStream{key, maille::encode_positions(*cells_.fans, *positions.array, positions.maps, points,
+                                                       position_choices(options_.effort))};
     }
     ArrayMaps maps = positions.maps;
     if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, points);
-    return CodedStream{
-        key, encode_fan_positions(*cells_.fans, *positions.array, maps, points, options_.effort > 1)};
+    return CodedStream{key, encode_fan_positions(*cells_.fans, *positions.array, maps, points, false)};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
@@ -295,13 +292,12 @@ class PatchDecoder {
     const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(topology_key(patch_, coding)));
     if (coding != front_coding) {
-      FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
+      FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding, buffers_));
       if (positions_of.number != front_coding) {
-        const bool adaptive = positions_of.number == adaptive_positions_coding;
-        const bool fixed = positions_of.number == coding && coding != polygon_fan_coding;
-        if (!fixed && !(adaptive && coding == fan_coding)) return without_fans();
-        if (adaptive) MAILLE_CHECK(decoder.decode_fans_first());
-        positions = MAILLE_TRY(decode_positions(decoder, positions_of));
+        const bool alone = positions_of.number == position_coding && coding == fan_coding;
+        const bool same = positions_of.number == coding && coding != polygon_fan_coding;
+        if (!same && !alone) return without_fans();
+        positions = MAILLE_TRY(decode_positions(decoder, bytes, positions_of));
       }
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
@@ -319,34 +315,33 @@ class PatchDecoder {
     return {};
   }
 
-  Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
+  Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding, FanBuffers* buffers) const {
     if (coding == fan_coding) return FanPatchDecoder::begin(bytes, description_.points, description_.corners);
     if (coding == polygon_fan_coding) {
       if (charts_alone) return not_in_charts();
       return FanPatchDecoder::begin_polygons(bytes, description_.points, description_.corners);
     }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
-    if (tables_->start)
-      return begin_fan_patch(bytes, description_.points, description_.corners, *tables_->start);
     return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
-                                         buffers_);
+                                         buffers);
   }
 
-  Result<Array> decode_positions(FanPatchDecoder& decoder, const StreamKey& key) {
+  /// `topology`: that of the fans.
+  Result<Array> decode_positions(FanPatchDecoder& decoder, Bytes topology, const StreamKey& key) {
     Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
-    if (key.number == shared_fan_coding && tables_->start) {
-      MAILLE_CHECK(
-          decode_adaptive_positions(decoder.all_fans, bytes, description_.points, array, *tables_->start));
-    } else if (key.number == shared_fan_coding) {
-      MAILLE_CHECK(
-          decode_shared_positions(*decoder.fans, bytes, *tables_->positions, description_.points, array));
-    } else if (decoder.fans) {
-      MAILLE_CHECK(decode_fan_positions(*decoder.fans, bytes, description_.points, array));
+    FanDecoder& fans = *decoder.fans;
+    if (key.number == shared_fan_coding) {
+      const PositionTables& tables = *tables_->positions;
+      const auto valences = MAILLE_TRY(valences_of(topology, shared_fan_coding, need_valences(tables)));
+      MAILLE_CHECK(decode_shared_positions(fans, valences, bytes, tables, description_.points, array));
+    } else if (key.number == position_coding) {
+      const auto valences = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
+      MAILLE_CHECK(maille::decode_positions(fans, valences, bytes, description_.points, array));
     } else {
-      MAILLE_CHECK(decode_adaptive_positions(decoder.all_fans, bytes, description_.points, array));
+      MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
     }
     return array;
   }
@@ -358,6 +353,16 @@ class PatchDecoder {
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(twins_key(patch_)));
     twins_ = MAILLE_TRY(maille::decode_twins(topology_, positions_, bytes));
     return {};
+  }
+
+  /// Where weights follow valences, all fans are decoded beforehand: cheaper than keeping what is known about
+  /// each vertex.
+  Result<std::vector<uint8_t>> valences_of(Bytes topology, uint32_t coding, bool needed) const {
+    if (!needed) return std::vector<uint8_t>();
+    FanPatchDecoder decoder = MAILLE_TRY(begin_fans(topology, coding, nullptr));
+    FanSurface fans = MAILLE_TRY(decoder.fans->finish());
+    fans.count_valences();
+    return std::move(fans.valences);
   }
 
   Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {

@@ -39,8 +39,8 @@ struct SharedFanPatch {
 };
 struct SharedFanTables;
 
-/// Efforts up to this one are for decoding near memory speed; those between it and mixing have adaptive
-/// models.
+/// Efforts up to this one are for decoding near memory speed; those between it and mixing take more
+/// time for positions.
 inline constexpr int fast_effort = 3;
 
 struct EncodedPatch {

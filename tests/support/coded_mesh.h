@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -71,7 +72,10 @@ inline std::string difference(const Array& array, const ArrayMaps& maps, const s
     const std::byte* number = array.bytes.data() + (size_t{3} * sources[i / 3] + i % 3) * size;
     std::vector<std::byte> wanted(number, number + size);
     const NumberMap& map = maps.maps[i % 3];
-    if (!maps.lossless) map.store_number(array.type, map.code_of(array.type, number), wanted.data());
+    const uint64_t stored = uint64_t{3} * sources[i / 3] + i % 3;
+    const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored);
+    if (!maps.lossless && !exception)
+      map.store_number(array.type, map.code_of(array.type, number), wanted.data());
     if (std::memcmp(wanted.data(), decoded.bytes.data() + i * size, size) != 0)
       return "point " + std::to_string(i / 3) + " differs";
   }

@@ -91,13 +91,9 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   std::vector<uint32_t> corners;
   for (const uint32_t v : part.mesh.blocks[0].connectivity) corners.push_back(part.numbers.points[v]);
   coded.extent.box = box_in_space(corners, *piece.positions, chart.sphere.centre + rules.origin);
-  const Array& positions = *piece.arrays.front().array;
   const auto& [mesh, numbers] = part;
-  EncodedPatch patch = MAILLE_TRY(
-      rules.starts[set]
-          ? encode_patch_from_start(mesh, numbers, 1, piece.arrays, rules.of_chart, *rules.starts[set])
-          : encode_patch(mesh, &numbers, 1, piece.arrays, rules.of_chart,
-                         MAILLE_TRY(rules.tables[set].encode(mesh, numbers.points, positions))));
+  EncodedPatch patch =
+      MAILLE_TRY(encode_chart(mesh, numbers, piece.arrays, rules.of_chart, rules.tables[set]));
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);
@@ -279,11 +275,6 @@ std::vector<T> get_vector(ByteReader& in) {
   return numbers;
 }
 
-Result<> add_to_sample(uint32_t set, const MeshPart& part, const Array& positions, PieceRules& rules) {
-  return rules.adaptive ? rules.samples[set].add(part.mesh, part.numbers.points, positions)
-                        : rules.tables[set].add(part.mesh, part.numbers.points, positions);
-}
-
 /// So many triangles around one in the middle of the list: charts of them are shaped as in the whole.
 std::vector<uint32_t> ball_of_triangles(const Piece& piece, uint64_t most) {
   const std::span<const uint32_t> corners = piece.faces.corners;
@@ -331,25 +322,11 @@ CoarseChart unpack_chart(Bytes bytes) {
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules) {
   Piece piece = piece_of(window, rules);
   if (piece.type != CellType::triangle) return {};
-  if (rules.adaptive) {
-    rules.sampled.bytes.insert(rules.sampled.bytes.end(), window.mesh.points.bytes.begin(),
-                               window.mesh.points.bytes.end());
-  }
   const std::vector<uint32_t> corners = ball_of_triangles(piece, faces);
   piece.faces = {corners, {}};
-  // The outermost charts have rims that fans are not made for.
-  const size_t most = faces / rules.sizes.chart_faces / 2;
-  constexpr size_t probes_of_window = 2;
-  size_t done = 0;
   for (const Chart& chart : cut_into_charts(piece.faces, piece.vertices, rules.sizes)) {
     const MeshPart part = part_of(piece, piece.faces, chart.faces, {});
-    if (rules.adaptive && !MAILLE_TRY(encode_fan_patch(part.mesh, FanModels::adaptive))) continue;
-    if (done++ < most || !rules.adaptive) {
-      MAILLE_CHECK(add_to_sample(0, part, window.mesh.points, rules));
-      continue;
-    }
-    MAILLE_CHECK(rules.samples[0].add_probe(part.mesh, part.numbers.points, window.mesh.points));
-    if (done == most + probes_of_window) break;
+    MAILLE_CHECK(rules.tables[0].add(part.mesh, part.numbers.points, window.mesh.points));
   }
   return {};
 }
@@ -357,13 +334,7 @@ Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rul
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules) {
   const JoinedCharts joined = join({&chart, 1}, {}, rules);
   const MeshPart part = coarse_part(piece_of(joined, rules), joined.charts[0]);
-  return add_to_sample(1, part, joined.arrays[0], rules);
-}
-
-Result<> probe_chart(const CoarseChart& chart, PieceRules& rules) {
-  const JoinedCharts joined = join({&chart, 1}, {}, rules);
-  const MeshPart part = coarse_part(piece_of(joined, rules), joined.charts[0]);
-  return rules.samples[1].add_probe(part.mesh, part.numbers.points, joined.arrays[0]);
+  return rules.tables[1].add(part.mesh, part.numbers.points, joined.arrays[0]);
 }
 
 Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules, bool alone,

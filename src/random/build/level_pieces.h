@@ -10,7 +10,7 @@
 #include "random/build/level_builder.h"
 #include "random/build/mesh_windows.h"
 #include "random/chart_codec.h"
-#include "surface/fans/adaptive_start.h"
+#include "surface/fans/shared_fans.h"
 
 namespace maille {
 
@@ -58,20 +58,13 @@ struct PieceRules {
   std::vector<ArrayMaps> maps;  ///< of these
   size_t mesh_arrays = 0;       ///< of the mesh as a whole: no bytes in charts of level 0, but a size
   Vector3 origin;
-  std::array<SampledFanEncoder, chart_sets> tables;
-  bool adaptive = false;  ///< charts have a start instead of tables
-  std::array<StartSample, chart_sets> samples;
-  Array sampled;  ///< positions of the windows that the sample is of
-  std::array<std::shared_ptr<const AdaptiveStart>, chart_sets> starts;
+  std::array<SharedFanEncoder, chart_sets> tables;
 };
 
-/// A part of the sample that tables of level 0 are made of, or their start: charts of about so many faces, of
-/// half as many for a start.
+/// A part of the sample that tables of level 0 are made of: charts of about so many faces.
 Result<> sample_window(const WindowMesh& window, uint64_t faces, PieceRules& rules);
 /// Of those of all other levels.
 Result<> sample_chart(const CoarseChart& chart, PieceRules& rules);
-/// One that tells what the start saves.
-Result<> probe_chart(const CoarseChart& chart, PieceRules& rules);
 
 /// `alone`: the level has no other piece. One chart alone is not simplified.
 Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules, bool alone,

@@ -16,7 +16,7 @@
 #include "random/random_file.h"
 #include "random/read/join_charts.h"
 #include "surface/arrays/array_report.h"
-#include "surface/fans/adaptive_start.h"
+#include "surface/fans/shared_fans.h"
 #include "surface/mesh_description.h"
 #include "surface/parts/coded_parts.h"
 #include "surface/parts/mesh_parts.h"
@@ -150,46 +150,31 @@ class RandomEncoder {
       return {};
     };
     std::vector<MeshPart> parts(end - begin);
-    const bool share = can_share_tables(arrays_[0], options_.effort);
-    SharedFanEncoder shared(end - begin, arrays_[0], of_chart);
     MAILLE_CHECK(for_each([&](size_t i) -> Result<> {
       parts[i] = part_at(begin + i);
-      if (share) MAILLE_CHECK(shared.find(i, parts[i].mesh, parts[i].numbers.points));
       return {};
     }));
-    if (share) tables_[set] = shared.finish(executor_);
-    if (can_share_start(arrays_[0], options_.effort)) MAILLE_CHECK(make_start(set, parts));
+    const SharedFanEncoder shared = MAILLE_TRY(make_tables(set, parts));
     return for_each([&](size_t i) -> Result<> {
-      // Not patch 0: arrays of the mesh as a whole are not in charts.
       const auto& [part, numbers] = parts[i];
-      patches_[begin + i] =
-          MAILLE_TRY(starts_[set] ? encode_patch_from_start(part, numbers, 1, arrays, of_chart, *starts_[set])
-                                  : encode_patch(part, &numbers, 1, arrays, of_chart, shared.take(i)));
+      patches_[begin + i] = MAILLE_TRY(encode_chart(part, numbers, arrays, of_chart, shared));
       meshes_[begin + i] = std::move(parts[i].mesh);
       return {};
     });
   }
 
-  /// A few charts, evenly over all of them, and others between them.
-  Result<> make_start(uint32_t set, const std::vector<MeshPart>& parts) {
-    const size_t count = charts_in_start(parts.size());
-    StartSample sample;
+  /// From some charts, evenly over all of them.
+  Result<SharedFanEncoder> make_tables(uint32_t set, const std::vector<MeshPart>& parts) {
+    SharedFanEncoder shared;
+    if (!can_share_tables(arrays_[0])) return shared;
+    const size_t count = std::min(parts.size(), most_sampled_patches);
     for (size_t i = 0; i < count; ++i) {
       const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * count)];
-      MAILLE_CHECK(sample.add(part.mesh, part.numbers.points, *arrays_[0].array));
+      MAILLE_CHECK(shared.add(part.mesh, part.numbers.points, *arrays_[0].array));
     }
-    for (size_t i = 1; count != 0 && i <= probes_of_start; ++i) {
-      const MeshPart& part = parts[i * parts.size() / (probes_of_start + 1)];
-      MAILLE_CHECK(sample.add_probe(part.mesh, part.numbers.points, *arrays_[0].array));
-    }
-    uint64_t faces = 0;
-    for (const MeshPart& part : parts) faces += part.mesh.cell_count();
-    std::vector<std::byte> bytes =
-        MAILLE_TRY(sample.finish(arrays_[0].maps, {*arrays_[0].array, true}, faces, options_.effort));
-    if (bytes.empty()) return {};
-    tables_[set] = std::move(bytes);
-    starts_[set] = MAILLE_TRY(read_start(tables_[set], arrays_[0].array->type));
-    return {};
+    tables_[set] =
+        shared.finish(arrays_[0].maps, options_.effort, range_of_codes(arrays_[0]), arrays_[0].array);
+    return shared;
   }
 
   void make_charts() {
@@ -322,7 +307,6 @@ class RandomEncoder {
   std::vector<Mesh> meshes_;                   ///< by chart: its cells
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
   std::array<std::vector<std::byte>, chart_sets> tables_;
-  std::array<std::shared_ptr<const AdaptiveStart>, chart_sets> starts_;
   std::vector<uint64_t> mesh_array_bytes_;
   ChartDirectory directory_;
 };

@@ -23,7 +23,6 @@ namespace {
 constexpr size_t charts_in_sample = 128;
 constexpr uint32_t windows_in_sample = 8;
 /// And starts, for which the positions of all of these are held.
-constexpr size_t windows_in_start = 4;
 /// Memory that does not depend on the mesh, and of a piece for each of its faces, about.
 constexpr uint64_t fixed_memory = uint64_t{96} << 20;
 constexpr uint64_t memory_per_face = 200;
@@ -96,15 +95,12 @@ class SourceEncoder {
     rules_.arrays.insert(rules_.arrays.end(), description().arrays.begin(), description().arrays.end());
     rules_.mesh_arrays = description().mesh_arrays.size();
     rules_.origin = windows_->origin();
-    const Array positions = rules_.arrays[0];
-    rules_.sampled = positions;
-    rules_.adaptive = can_share_start({&positions, rules_.maps[0]}, options_.effort);
     return {};
   }
 
   bool can_share() const {
     const Array positions = rules_.arrays[0];
-    return can_share_tables({&positions, rules_.maps[0]}, options_.effort);
+    return can_share_tables({&positions, rules_.maps[0]});
   }
   /// Of the codes of all positions, so of any chart's.
   uint64_t range_of_codes() const {
@@ -120,42 +116,7 @@ class SourceEncoder {
     return widest < 4e9 ? static_cast<uint64_t>(widest) : UINT64_MAX;
   }
 
-  Result<> make_start_of_windows() {
-    const auto charts = static_cast<size_t>(description().cells / rules_.sizes.chart_faces);
-    const size_t count = charts_in_start(charts);
-    const size_t windows = std::min({count, windows_in_start, size_t{windows_->count()}});
-    for (size_t i = 0; i < windows; ++i) {
-      const auto window = static_cast<uint32_t>((2 * i + 1) * windows_->count() / (2 * windows));
-      MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))),
-                                 2 * (count / windows) * rules_.sizes.chart_faces, rules_));
-    }
-    return finish_start(0);
-  }
-  Result<> make_start_of_charts() {
-    const size_t count = charts_in_start(pending_.size());
-    for (size_t i = 0; i < count; ++i)
-      MAILLE_CHECK(
-          sample_chart(MAILLE_TRY(load(pending_[(2 * i + 1) * pending_.size() / (2 * count)])), rules_));
-    for (size_t i = 1; count != 0 && i <= probes_of_start; ++i)
-      MAILLE_CHECK(
-          probe_chart(MAILLE_TRY(load(pending_[i * pending_.size() / (probes_of_start + 1)])), rules_));
-    MAILLE_CHECK(finish_start(1));
-    rules_.sampled.bytes = {};
-    return {};
-  }
-  Result<> finish_start(uint32_t set) {
-    // Coarser levels have a third of the faces.
-    const uint64_t faces = description().cells / (set == 0 ? 1 : 3);
-    std::vector<std::byte> bytes = MAILLE_TRY(
-        rules_.samples[set].finish(rules_.maps[0], {rules_.sampled, false}, faces, options_.effort));
-    if (bytes.empty()) return {};
-    tables_[set] = std::move(bytes);
-    rules_.starts[set] = MAILLE_TRY(read_start(tables_[set], description().point_type));
-    return {};
-  }
-
   Result<> make_tables_of_windows() {
-    if (rules_.adaptive) return make_start_of_windows();
     if (!can_share()) return {};
     const uint32_t count = std::min(windows_->count(), windows_in_sample);
     const uint64_t faces = charts_in_sample / count * rules_.sizes.chart_faces;
@@ -163,16 +124,15 @@ class SourceEncoder {
       const auto window = static_cast<uint32_t>(uint64_t{i} * windows_->count() / count);
       MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))), faces, rules_));
     }
-    tables_[0] = rules_.tables[0].finish(rules_.maps[0], options_.effort, range_of_codes(), executor_);
+    tables_[0] = rules_.tables[0].finish(rules_.maps[0], options_.effort, range_of_codes());
     return {};
   }
   Result<> make_tables_of_charts() {
-    if (rules_.adaptive) return make_start_of_charts();
     if (!can_share()) return {};
     const size_t count = std::min(pending_.size(), charts_in_sample);
     for (size_t i = 0; i < count; ++i)
       MAILLE_CHECK(sample_chart(MAILLE_TRY(load(pending_[i * pending_.size() / count])), rules_));
-    tables_[1] = rules_.tables[1].finish(rules_.maps[0], options_.effort, range_of_codes(), executor_);
+    tables_[1] = rules_.tables[1].finish(rules_.maps[0], options_.effort, range_of_codes());
     return {};
   }
 

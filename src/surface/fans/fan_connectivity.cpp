@@ -8,8 +8,6 @@
 
 #include "base/bytes.h"
 #include "entropy/static_rans.h"
-#include "surface/fans/adaptive_fan_model.h"
-#include "surface/fans/adaptive_start.h"
 #include "surface/fans/fan_machine.h"
 #include "surface/fans/fan_tables.h"
 
@@ -483,24 +481,6 @@ std::vector<std::byte> write_operations(const Operations& operations, uint32_t v
   return out.take();
 }
 
-std::vector<std::byte> write_adaptive(const Operations& operations, uint32_t vertices,
-                                      const AdaptiveFanModel* start) {
-  RansEncoder encoder;
-  const auto model =
-      start == nullptr ? std::make_unique<AdaptiveFanModel>() : std::make_unique<AdaptiveFanModel>(*start);
-  for (const auto& [context, value] : operations) {
-    if (context < FanOperation::is_number) {
-      model->code_symbol(encoder, context, value);
-    } else {
-      model->code_number(encoder, static_cast<FanNumber>(context - FanOperation::is_number), value);
-    }
-  }
-  ByteWriter out;
-  out.put_count(vertices);
-  out.put_bytes(encoder.finish());
-  return out.take();
-}
-
 }  // namespace
 
 namespace {
@@ -577,11 +557,6 @@ void FanSurface::forget_vertices() {
 
 EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models) {
-  return encode_fans(surface, real_half_edges, point_count, models, nullptr);
-}
-
-EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                        FanModels models, const AdaptiveFanModel* start) {
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
   result.surface.count_valences();
@@ -589,10 +564,7 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
     result.operations = std::move(finder.operations());
     return result;
   }
-  const uint32_t vertices = result.surface.vertices;
-  result.bytes = models == FanModels::adaptive
-                     ? write_adaptive(finder.operations(), vertices, start)
-                     : write_operations(finder.operations(), vertices, !surface.all_triangles());
+  result.bytes = write_operations(finder.operations(), result.surface.vertices, !surface.all_triangles());
   return result;
 }
 

@@ -95,9 +95,8 @@ struct EncodedFans {
 inline constexpr unsigned fan_point_bits = 28;
 inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 
-/// Static tables are for decoding near memory speed, adaptive models for fewer bytes. Shared are static
-/// tables that stand elsewhere, made for many patches: see fan_tables.h.
-enum class FanModels : uint8_t { fixed, adaptive, shared };
+/// Shared tables stand elsewhere, made for many patches: see fan_tables.h.
+enum class FanModels : uint8_t { fixed, shared };
 class FanSlots;
 
 /// Codes the real faces of a closed surface, see gluing.h: the first `real_half_edges` half-edges belong to

@@ -7,7 +7,6 @@
 #include "base/result.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
-#include "surface/fans/adaptive_start.h"
 #include "surface/fans/fan_tables.h"
 #include "surface/gluing.h"
 
@@ -195,11 +194,6 @@ void append_copy(FanSurface& fans, uint32_t face) {
 }  // namespace
 
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models) {
-  return encode_fan_patch(mesh, models, nullptr);
-}
-
-Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models,
-                                                        const AdaptiveFanModel* start) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   const bool polygons = !faces.offsets.empty();
@@ -213,7 +207,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
     if (!unique.copies.empty()) glued = glue({unique.corners, unique.offsets, points});
   }
   const Faces glued_faces = unique.copies.empty() ? all : Faces{unique.corners, unique.offsets, points};
-  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models, start);
+  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;
@@ -341,12 +335,6 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
   decoder.fans = MAILLE_TRY(
       FanDecoder::begin(fans, slots, decoder.faces, static_cast<uint32_t>(vertices), copied, buffers));
   return decoder;
-}
-
-Result<> FanPatchDecoder::decode_fans_first() {
-  all_fans = MAILLE_TRY(decode_all(std::move(*fans)));
-  fans.reset();
-  return {};
 }
 
 Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t corners) {

@@ -36,8 +36,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
 
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {
-  std::optional<FanDecoder> fans;  ///< with static tables
-  FanSurface all_fans;             ///< instead of these: everything about them
+  std::optional<FanDecoder> fans;
+  FanSurface all_fans;  ///< instead of these, for polygons: everything about them
 
   /// `bytes` must stay. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
@@ -46,8 +46,6 @@ struct FanPatchDecoder {
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
                                               uint64_t corners, FanBuffers* buffers = nullptr);
-  /// Decodes all fans at once, with references, kinds and valences, for positions that need these beforehand.
-  Result<> decode_fans_first();
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

@@ -452,9 +452,7 @@ MAILLE_COLD Result<ClassTables> read_class_tables(RansDecoder& side, unsigned si
                      decltype(ClassTables::of_selector)(of_selector)};
 }
 
-}  // namespace
-
-struct PositionTables {
+struct HeadOfPositions {
   uint8_t flags;
   std::vector<NumberMap> maps;
   std::array<int32_t, 3> bias;
@@ -464,9 +462,7 @@ struct PositionTables {
   bool is_wide() const { return (flags & flag_wide) != 0; }
 };
 
-namespace {
-
-MAILLE_COLD Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteReader& in, Scalar type) {
+MAILLE_COLD Result<std::shared_ptr<const HeadOfPositions>> read_tables_of(ByteReader& in, Scalar type) {
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || flags > (flag_wide | flag_selectors | flag_late)) return corrupt("coded in an unknown way");
   if (size_of(type) > 4) return corrupt("the type is too wide");
@@ -483,13 +479,13 @@ MAILLE_COLD Result<std::shared_ptr<const PositionTables>> read_tables_of(ByteRea
   ClassTables classes = MAILLE_TRY(read_class_tables(side, wide ? wide_sizes : narrow_sizes, flags));
   auto rows = std::make_unique<Rows>(plain_rows());
   fitted.apply(*rows);
-  return std::make_shared<const PositionTables>(
-      PositionTables{flags, std::move(maps), bias, std::move(rows), std::move(classes)});
+  return std::make_shared<const HeadOfPositions>(
+      HeadOfPositions{flags, std::move(maps), bias, std::move(rows), std::move(classes)});
 }
 
 template <class Points>
-Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionTables& tables, Points& points,
-                     uint32_t count, Array& array) {
+Result<> decode_with(FanDecoder& fans, const Sections& sections, const HeadOfPositions& tables,
+                     Points& points, uint32_t count, Array& array) {
   const uint8_t flags = tables.flags;
   const Rows* const rows = tables.rows.get();
   const std::span<const NumberMap> maps = tables.maps;
@@ -540,7 +536,7 @@ Result<> decode_with(FanDecoder& fans, const Sections& sections, const PositionT
   return {};
 }
 
-Result<> decode_sections(FanDecoder& fans, const Sections& sections, const PositionTables& tables,
+Result<> decode_sections(FanDecoder& fans, const Sections& sections, const HeadOfPositions& tables,
                          const std::array<int32_t, 3>& bias, uint32_t points, Array& array) {
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
@@ -566,25 +562,6 @@ Result<> decode_fan_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Ar
   const auto tables = MAILLE_TRY(read_tables_of(in, array.type));
   const Sections sections = MAILLE_TRY(read_sections(in, points, false));
   return decode_sections(fans, sections, *tables, tables->bias, points, array);
-}
-
-Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type) {
-  ByteReader in(bytes);
-  auto tables = MAILLE_TRY(read_tables_of(in, type));
-  if (in.remaining() > 0) return corrupt("something behind the tables");
-  return tables;
-}
-
-Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
-                                 Array& array) {
-  ByteReader in(bytes);
-  std::array<int32_t, 3> bias = tables.bias;
-  for (unsigned k = 0; k < 3 && !tables.is_wide(); ++k) {
-    const auto step = static_cast<uint32_t>(in.get_count());
-    bias[k] = static_cast<int32_t>(static_cast<uint32_t>(bias[k]) + (step >> 1 ^ (0 - (step & 1))));
-  }
-  const Sections sections = MAILLE_TRY(read_sections(in, points, true));
-  return decode_sections(fans, sections, tables, bias, points, array);
 }
 
 }  // namespace maille

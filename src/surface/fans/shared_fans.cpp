@@ -1,108 +1,128 @@
 #include "surface/fans/shared_fans.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <string>
 
 #include "base/bytes.h"
 #include "base/result.h"
 #include "numbers/number_maps.h"
-#include "surface/fans/fan_tables.h"
+#include "numbers/refined_numbers.h"
+#include "surface/front/mixed_array.h"
 
 namespace maille {
 namespace {
 
-// Readers shall find the first charts in the first 64 KiB of a file.
-constexpr size_t most_map_bytes = 16 * 1024;
+/// Adds the vertices of a patch, which refer to themselves only.
+void append_vertices(FanSurface& sample, const FanSurface& fans) {
+  const uint32_t first = sample.vertices;
+  for (uint32_t v = 0; v < fans.vertices; ++v) {
+    VertexReferences references = fans.references[v];
+    for (uint32_t& at : references.at) at += first;
+    sample.references.push_back(references);
+    sample.kinds.push_back(fans.kinds[v]);
+    sample.valences.push_back(fans.valences[v]);
+  }
+  sample.vertices += fans.vertices;
+}
 
-size_t bytes_of(const std::vector<NumberMap>& maps) {
-  ByteWriter out;
-  for (const NumberMap& map : maps) write_map(out, map);
-  return out.size();
+/// Numbers that a lattice cannot hold.
+std::vector<uint64_t> exceptions_of(const Array& array, const ArrayMaps& maps) {
+  std::vector<uint64_t> exceptions;
+  if (maps.lossless || !is_float(array.type)) return exceptions;
+  const size_t size = size_of(array.type);
+  for (size_t i = 0; i < array.bytes.size() / size; ++i) {
+    if (!std::isfinite(number_as_double(array.type, array.bytes.data() + i * size))) exceptions.push_back(i);
+  }
+  return exceptions;
+}
+
+/// Have these doubles details, which each patch has for itself?
+bool are_refined(const Array& array, const ArrayMaps& maps) {
+  if (!maps.lossless || array.type != Scalar::f64) return false;
+  std::vector<uint32_t> source(array.count());
+  std::iota(source.begin(), source.end(), 0u);
+  return refine_maps(array, maps.maps, source).any();
+}
+
+// About a byte each, which a reader waits for before it has the first chart.
+constexpr size_t most_shared_numbers = 1 << 16;
+
+std::vector<NumberMap> with_tables_of(const Array& all, const std::vector<NumberMap>& maps) {
+  std::vector<uint32_t> source(all.count());
+  std::iota(source.begin(), source.end(), 0u);
+  std::vector<NumberMap> ranks = with_tables(all, maps, source);
+  size_t numbers = 0;
+  for (const NumberMap& map : ranks) numbers += map.table.size();
+  return numbers <= most_shared_numbers ? ranks : maps;
+}
+bool has_tables(const std::vector<NumberMap>& maps) {
+  return std::any_of(maps.begin(), maps.end(), [](const NumberMap& map) { return !map.table.empty(); });
+}
+
+uint64_t size_of_patch(const EncodedPatch& patch) {
+  uint64_t size = patch.topology.bytes.size();
+  for (const CodedStream& stream : patch.arrays) size += stream.bytes.size();
+  return size;
 }
 
 }  // namespace
 
-bool can_share_tables(const ArrayToCode& positions, int effort) {
-  return effort <= fast_effort && fits_fan_positions(*positions.array, positions.maps);
+bool can_share_tables(const ArrayToCode& positions) {
+  return fits_positions(*positions.array, positions.maps);
 }
 
-SharedFanEncoder::SharedFanEncoder(size_t patches, const ArrayToCode& positions, const EncodeOptions& options)
-    : positions_(positions), options_(options), patches_(patches), points_(patches) {}
-
-Result<> SharedFanEncoder::find(size_t patch, const Mesh& mesh,
-                                const std::vector<uint32_t>& points_in_whole) {
-  auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
+Result<> SharedFanEncoder::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
+  const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
   if (!coded) return {};
-  points_[patch] = coded->sources.points;
-  for (uint32_t& point : points_[patch]) point = points_in_whole[point];
-  patches_[patch] = SharedFanPatch{std::move(*coded), {}};
-  return {};
-}
-
-std::vector<std::byte> SharedFanEncoder::finish(Executor& executor) {
-  std::vector<PatchOfPositions> to_code;
-  std::vector<SharedFanPatch*> patches;
-  FanCounts counts;
-  std::vector<uint32_t> all_points;
-  for (size_t i = 0; i < patches_.size(); ++i) {
-    if (!patches_[i]) continue;
-    patches.push_back(&*patches_[i]);
-    to_code.push_back({&patches_[i]->coded.patch.fans, points_[i]});
-    counts.add(patches_[i]->coded.operations);
-  }
-  if (patches.empty()) return {};
-
-  ArrayMaps maps = positions_.maps;
-  if (maps.lossless) {
-    for (const auto& points : points_) all_points.insert(all_points.end(), points.begin(), points.end());
-    auto with = with_tables(*positions_.array, maps.maps, all_points);
-    if (bytes_of(with) <= most_map_bytes) maps.maps = std::move(with);
-  }
-  SharedPositionBytes positions =
-      encode_shared_positions(to_code, *positions_.array, maps, options_.effort > 1, executor);
-  RansEncoder side;
-  const FanTables tables = counts.make_tables(side);
-  executor.parallel_for(patches.size(), [&](size_t i) {
-    SharedFanPatch& patch = *patches[i];
-    patch.positions = std::move(positions.patches[i]);
-    patch.coded.bytes = write_shared_fan_patch(patch.coded, tables);
-    std::vector<FanOperation>().swap(patch.coded.operations);
-  });
-  ByteWriter out;
-  put_section(out, side.finish());
-  out.put_bytes(positions.tables);
-  return out.take();
-}
-
-Result<> SampledFanEncoder::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
-  auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
-  if (!coded) return {};
-  if (sample_.empty()) positions_ = make_array(array.name, array.domain, array.type, array.components);
+  if (sample_.vertices == 0) positions_ = make_array(array.name, array.domain, array.type, array.components);
   const size_t size = array.tuple_size();
-  std::vector<uint32_t>& sources = sources_.emplace_back();
-  for (const uint32_t point : coded->sources.points) {
-    sources.push_back(static_cast<uint32_t>(positions_.count()));
-    const std::byte* const tuple = array.bytes.data() + points[point] * size;
+  const FanSurface& fans = coded->patch.fans;
+  for (uint32_t v = 0; v < fans.vertices; ++v) {
+    const std::byte* const tuple = array.bytes.data() + points[coded->sources.points[v]] * size;
     positions_.bytes.insert(positions_.bytes.end(), tuple, tuple + size);
   }
-  sample_.push_back(std::move(*coded));
+  append_vertices(sample_, fans);
+  counts_.add(coded->operations);
   return {};
 }
 
-std::vector<std::byte> SampledFanEncoder::finish(const ArrayMaps& maps, int effort, uint64_t most_range,
-                                                 Executor& executor) {
-  if (sample_.empty()) return {};
-  FanCounts counts;
-  std::vector<PatchOfPositions> to_code;
-  for (size_t i = 0; i < sample_.size(); ++i) {
-    counts.add(sample_[i].operations);
-    to_code.push_back({&sample_[i].patch.fans, sources_[i]});
+uint64_t range_of_codes(const ArrayToCode& positions) {
+  const Array& array = *positions.array;
+  const size_t size = size_of(array.type);
+  uint64_t widest = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    int64_t low = INT64_MAX, high = INT64_MIN;
+    for (size_t i = k; i < 3 * array.count(); i += 3) {
+      if (std::binary_search(positions.maps.exceptions.begin(), positions.maps.exceptions.end(), i)) continue;
+      const int64_t code = positions.maps.maps[k].code_of(array.type, array.bytes.data() + i * size);
+      low = std::min(low, code);
+      high = std::max(high, code);
+    }
+    if (low <= high) widest = std::max(widest, static_cast<uint64_t>(high) - static_cast<uint64_t>(low));
   }
-  coder_ = sample_positions(to_code, positions_, maps, effort > 1, most_range, executor);
+  return widest;
+}
+
+std::vector<std::byte> SharedFanEncoder::finish(const ArrayMaps& maps, int effort, uint64_t most_range,
+                                                const Array* all) {
+  if (sample_.vertices == 0 || are_refined(positions_, maps)) return {};
+  ArrayMaps of_sample = maps;
+  of_sample.exceptions = exceptions_of(positions_, maps);
+  const PositionChoices choices = position_choices(effort);
+  coder_.emplace(sample_, positions_, of_sample, choices, most_range);
+  if (all != nullptr && maps.lossless) {
+    of_sample.maps = with_tables_of(*all, maps.maps);
+    if (has_tables(of_sample.maps)) {
+      SharedPositions ranks(sample_, positions_, of_sample, choices, UINT64_MAX);
+      if (ranks.size_of(all->count()) < coder_->size_of(all->count())) coder_ = std::move(ranks);
+    }
+  }
   RansEncoder side;
-  counts.spread();
-  tables_ = counts.make_tables(side);
-  sample_.clear();
-  sources_.clear();
+  counts_.spread();
+  tables_ = counts_.make_tables(side);
+  sample_ = {};
   positions_.bytes = {};
   ByteWriter out;
   put_section(out, side.finish());
@@ -110,20 +130,33 @@ std::vector<std::byte> SampledFanEncoder::finish(const ArrayMaps& maps, int effo
   return out.take();
 }
 
-Result<std::optional<SharedFanPatch>> SampledFanEncoder::encode(const Mesh& mesh,
-                                                                const std::vector<uint32_t>& points,
-                                                                const Array& array) const {
+Result<std::optional<SharedFanPatch>> SharedFanEncoder::encode(const Mesh& mesh,
+                                                               const std::vector<uint32_t>& points,
+                                                               const ArrayToCode& positions) const {
   using Found = std::optional<SharedFanPatch>;
   if (!coder_) return Found();
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
   if (!coded || !can_write_fans(coded->operations, tables_)) return Found();
   std::vector<uint32_t> source = coded->sources.points;
   for (uint32_t& point : source) point = points[point];
-  auto positions = coder_->encode({&coded->patch.fans, source}, array);
-  if (!positions) return Found();
+  auto bytes = coder_->encode(coded->patch.fans, *positions.array, positions.maps.exceptions, source);
+  if (!bytes) return Found();
   coded->bytes = write_shared_fan_patch(*coded, tables_);
   std::vector<FanOperation>().swap(coded->operations);
-  return Found(SharedFanPatch{std::move(*coded), *std::move(positions)});
+  return Found(SharedFanPatch{std::move(*coded), *std::move(bytes)});
+}
+
+Result<EncodedPatch> encode_chart(const Mesh& mesh, const PartNumbers& numbers,
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                                  const SharedFanEncoder& shared) {
+  // Not patch 0: arrays of the mesh as a whole are not in charts.
+  constexpr uint32_t patch = 1;
+  auto fans = MAILLE_TRY(shared.encode(mesh, numbers.points, arrays[0]));
+  const bool with_fans = fans.has_value();
+  EncodedPatch coded = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options, std::move(fans)));
+  if (!with_fans || options.effort < least_mixed_effort) return coded;
+  EncodedPatch mixed = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options));
+  return size_of_patch(mixed) < size_of_patch(coded) ? std::move(mixed) : std::move(coded);
 }
 
 Result<SharedFanTables> SharedFanTables::read(Bytes bytes, Scalar type) {

@@ -44,15 +44,23 @@ struct ValenceRows {
   std::array<std::array<Row, terms>, groups> rows;
 
   ValenceRows();
-  static unsigned group_of(unsigned kind) {
+  static constexpr unsigned group_of(unsigned kind) {
     return place_of_kind(kind) * 2 + static_cast<unsigned>(kind_has_late(kind));
   }
-  static bool is_closed(unsigned group) { return group / 2 < first_open_place; }
-  static unsigned parallelograms(unsigned group);
+  static constexpr bool is_closed(unsigned group) { return group / 2 < first_open_place; }
+  static constexpr bool has_closing(unsigned group) { return kind_is_last(group / 2 * 2 * valence_classes); }
+  static constexpr unsigned parallelograms(unsigned group) {
+    return group / 2 == start_place ? 0 : 1u + has_closing(group) + group % 2;
+  }
   /// The references that say something in this group, as a mask.
   static unsigned useful(unsigned group);
-  static bool is_useful(unsigned group, unsigned term) { return term != by_next || is_closed(group); }
+  static constexpr bool is_useful(unsigned group, unsigned term) {
+    return term != by_next || is_closed(group);
+  }
   static Row plain_row(unsigned group);
+
+  /// Only the first rows count then.
+  void forget_valences();
 
   template <class Coder>
   void code(Coder& coder);
@@ -61,7 +69,7 @@ struct ValenceRows {
 /// Rows for a surface, by least absolute errors, where they save more than they take. `values` by vertex;
 /// `units` are what a difference of one code is about.
 ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, 3>> values,
-                             const std::array<double, 3>& units);
+                             const std::array<double, 3>& units, bool with_valences);
 
 /// The rows as a predictor uses them: padded, in parts of 1.
 struct ValenceWeights {
@@ -69,6 +77,8 @@ struct ValenceWeights {
   std::array<std::array<Padded, ValenceRows::terms>, ValenceRows::groups> rows;
 
   explicit ValenceWeights(const ValenceRows& from);
+  /// The first row of a group.
+  void base(unsigned group, FloatLanes& low, FloatLanes& high) const { load(rows[group][0], low, high); }
   /// The sum of a group's rows for a vertex.
   [[gnu::always_inline]] void sum(unsigned group, const VertexReferences& references, uint32_t vertex,
                                   const uint8_t* valences, FloatLanes& low, FloatLanes& high) const {

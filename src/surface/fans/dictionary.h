@@ -1,0 +1,136 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "entropy/bit_model.h"
+#include "entropy/symbol_model.h"
+
+namespace maille {
+
+/// Codes that one coordinate has often, ascending: the planes of a voxel lattice, the levels of a machine
+/// part.
+class Dictionary {
+ public:
+  static constexpr uint32_t most = 0xfff0;
+  static constexpr unsigned most_length = 62;  ///< bits of a gap
+  static constexpr uint64_t most_range = uint64_t{1} << 62;
+
+  uint32_t size() const { return static_cast<uint32_t>(values_.size()); }
+  int64_t operator[](uint32_t i) const { return values_[i]; }
+  void set(std::vector<int64_t> values) {
+    values_ = std::move(values);
+    index();
+  }
+
+  /// The entry nearest to a code, the lower of two; the dictionary is not empty.
+  [[gnu::always_inline]] uint32_t nearest(int64_t code) const {
+    const uint64_t above =
+        code <= values_.front() ? 0 : static_cast<uint64_t>(code) - static_cast<uint64_t>(values_.front());
+    const uint64_t bucket = std::min<uint64_t>(above >> shift_, begin_.size() - 1);
+    uint32_t near = begin_[bucket];
+    // Most buckets have one change of entries at most.
+    near += code > last_of_[near];
+    while (code > last_of_[near]) [[unlikely]]++ near;
+    return near;
+  }
+  /// The entry that is this code, or size().
+  uint32_t find(int64_t code) const {
+    if (values_.empty()) return 0;
+    const uint32_t near = nearest(code);
+    return values_[near] == code ? near : size();
+  }
+  /// Where a code lies between the nearest entry and the next one on its side: 3 to 0 below, 4 to 7 above, in
+  /// eighths of the gap.
+  [[gnu::always_inline]] unsigned part(uint32_t near, int64_t code) const {
+    const bool above = code >= values_[near];
+    const uint64_t beyond = above ? static_cast<uint64_t>(code) - static_cast<uint64_t>(values_[near])
+                                  : static_cast<uint64_t>(values_[near]) - static_cast<uint64_t>(code);
+    const auto eighth = static_cast<uint32_t>(
+        std::min(3.0f, static_cast<float>(static_cast<int64_t>(beyond >> 1)) * eighths_[near + above]));
+    return above ? 4 + eighth : 3 - eighth;
+  }
+
+  /// False: the coded numbers are not ascending, or too many (of damaged bytes).
+  template <class Coder>
+  bool code(Coder& coder);
+
+ private:
+  void index() {
+    if (values_.empty()) return;
+    const size_t count = values_.size();
+    last_of_.resize(count);
+    // Beyond the ends nothing is nearer: four eighths and more.
+    eighths_.assign(count + 1, 1e30f);
+    for (size_t i = 0; i < count; ++i) {
+      if (i + 1 == count) {
+        last_of_[i] = INT64_MAX;
+        break;
+      }
+      const uint64_t gap = static_cast<uint64_t>(values_[i + 1]) - static_cast<uint64_t>(values_[i]);
+      last_of_[i] = static_cast<int64_t>(static_cast<uint64_t>(values_[i]) + gap / 2);
+      eighths_[i + 1] = 16.0f / static_cast<float>(static_cast<int64_t>(gap));
+    }
+    // Buckets of equal width: as narrow as the narrowest gap, if that does not take too many.
+    const uint64_t range = static_cast<uint64_t>(values_.back()) - static_cast<uint64_t>(values_.front());
+    shift_ = 0;
+    while (range >> shift_ > 8 * count) ++shift_;
+    begin_.resize((range >> shift_) + 1);
+    uint32_t near = 0;
+    for (size_t b = 0; b < begin_.size(); ++b) {
+      const auto first =
+          static_cast<int64_t>(static_cast<uint64_t>(values_.front()) + (uint64_t{b} << shift_));
+      while (first > last_of_[near]) ++near;
+      begin_[b] = near;
+    }
+  }
+
+  std::vector<int64_t> values_;
+  std::vector<int64_t> last_of_;  ///< by entry: the last code that it is nearest to
+  std::vector<float> eighths_;    ///< by entry: 16 / the gap below it
+  std::vector<uint32_t> begin_;   ///< by bucket: the entry nearest to its first code
+  unsigned shift_ = 0;
+};
+
+template <class Coder>
+bool Dictionary::code(Coder& coder) {
+  const uint32_t count = coder.code_raw(size(), 16);
+  if (count > most) return false;
+  const auto raw = [&coder](uint64_t value, unsigned bits) {
+    const unsigned low = bits < 32 ? bits : 32;
+    const uint64_t below = coder.code_raw(static_cast<uint32_t>(value & 0xffffffff), low);
+    return below | uint64_t{coder.code_raw(static_cast<uint32_t>(value >> low), bits - low)} << low;
+  };
+  std::array<SymbolModel, 16> length;
+  unsigned before = 0;
+  std::vector<int64_t> values;
+  for (uint32_t i = 0; i < count; ++i) {
+    const int64_t wanted = Coder::encoding ? values_[i] : 0;
+    if (i == 0) {
+      values.push_back(static_cast<int64_t>(raw(static_cast<uint64_t>(wanted), 64)));
+      continue;
+    }
+    uint64_t gap =
+        Coder::encoding ? static_cast<uint64_t>(wanted) - static_cast<uint64_t>(values_[i - 1]) - 1 : 0;
+    unsigned bits = bit_length(gap);
+    before = length[before].code(coder, bits < 15 ? bits : 15);
+    bits = before < 15 ? before : 15 + coder.code_raw(bits - 15, 6);
+    if (bits > most_length) return false;
+    if (bits > 0) {
+      const uint64_t top = uint64_t{1} << (bits - 1);
+      gap = top + raw(gap - top, bits - 1);
+    }
+    const uint64_t room = static_cast<uint64_t>(INT64_MAX) - static_cast<uint64_t>(values.back());
+    if (gap >= room || coder.exhausted()) return false;
+    values.push_back(static_cast<int64_t>(static_cast<uint64_t>(values.back()) + gap + 1));
+  }
+  if (!values.empty() &&
+      static_cast<uint64_t>(values.back()) - static_cast<uint64_t>(values.front()) > most_range)
+    return false;
+  if constexpr (!Coder::encoding) set(std::move(values));
+  return true;
+}
+
+}  // namespace maille

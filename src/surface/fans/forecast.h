@@ -1,0 +1,118 @@
+#pragma once
+
+// What the position of a vertex of fans should be: a sum of weights times references, and how far
+// parallelograms lie apart. docs/format.md, "POSI 2".
+
+#include <array>
+#include <cstdint>
+
+#include "surface/fans/valence_rows.h"
+
+namespace maille {
+
+/// The coordinates of a point as a processor adds them: x, y, z and nothing. Codes that span 20 bits are
+/// floats, others doubles; each operation is rounded by itself, in the order in which it stands here.
+struct FloatPoint {
+  using Real = float;
+  using Integer = int32_t;
+  FloatLanes v;
+
+  static FloatPoint of(float x) { return {FloatLanes{x, x, x, x}}; }
+  FloatPoint operator+(FloatPoint o) const { return {v + o.v}; }
+  FloatPoint operator-(FloatPoint o) const { return {v - o.v}; }
+  FloatPoint operator*(FloatPoint o) const { return {v * o.v}; }
+  FloatPoint smaller(FloatPoint o) const { return {v < o.v ? v : o.v}; }
+  FloatPoint larger(FloatPoint o) const { return {v > o.v ? v : o.v}; }
+  FloatPoint magnitude() const {
+    return {reinterpret_cast<FloatLanes>(reinterpret_cast<SignedLanes>(v) & 0x7fffffff)};
+  }
+};
+struct DoublePoint {
+  using Real = double;
+  using Integer = int64_t;
+  using Pair = double __attribute__((vector_size(16)));
+  using Bits = int64_t __attribute__((vector_size(16)));
+  Pair xy, z;
+
+  static DoublePoint of(double x) { return {Pair{x, x}, Pair{x, x}}; }
+  DoublePoint operator+(DoublePoint o) const { return {xy + o.xy, z + o.z}; }
+  DoublePoint operator-(DoublePoint o) const { return {xy - o.xy, z - o.z}; }
+  DoublePoint operator*(DoublePoint o) const { return {xy * o.xy, z * o.z}; }
+  DoublePoint smaller(DoublePoint o) const { return {xy < o.xy ? xy : o.xy, z < o.z ? z : o.z}; }
+  DoublePoint larger(DoublePoint o) const { return {xy > o.xy ? xy : o.xy, z > o.z ? z : o.z}; }
+  DoublePoint magnitude() const {
+    const auto positive = [](Pair p) {
+      return reinterpret_cast<Pair>(reinterpret_cast<Bits>(p) & 0x7fffffffffffffff);
+    };
+    return {positive(xy), positive(z)};
+  }
+};
+
+/// What the place of a vertex says about its forecast, for a group of ValenceRows: which parallelograms
+/// there are beside the one at its gate, and the share of each.
+struct GatesOfPlace {
+  float closing, late, share;
+};
+inline constexpr auto gates_of_group = [] {
+  std::array<GatesOfPlace, ValenceRows::groups> table{};
+  for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+    const unsigned n = ValenceRows::parallelograms(g);
+    // A half, or a quarter of each for all three: nearly the mean, in exact numbers.
+    table[g] = {ValenceRows::has_closing(g) ? 1.0f : 0.0f, g % 2 != 0 && n > 0 ? 1.0f : 0.0f,
+                n == 3 ? 0.25f : 0.5f};
+  }
+  return table;
+}();
+
+/// Weights of the references of a vertex, in the order of VertexReferences; their sum is 1.
+struct alignas(16) Weights : std::array<float, 8> {};
+
+template <class Point>
+struct Forecast {
+  Point fitted;         ///< by weights
+  Point gate;           ///< by the triangle before
+  Point closing, late;  ///< the same as `gate` where there is none
+  Point mean;           ///< of the parallelograms, nearly
+  Point spread;         ///< how far predictions lie apart
+};
+
+/// Points that are not decoded yet are zero.
+template <class Point>
+[[gnu::always_inline]] inline Forecast<Point> forecast(const Point* points,
+                                                       const VertexReferences& references,
+                                                       const Weights& weights, unsigned group) {
+  using R = VertexReferences;
+  using Real = typename Point::Real;
+  const auto at = [&](unsigned r) -> Point { return points[references.at[r]]; };
+  const auto weight = [&](unsigned r) { return static_cast<Real>(weights[r]); };
+  const Point focus = at(R::focus), next = at(R::next), beyond = at(R::next_opposite), late_0 = at(R::late),
+              late_1 = at(R::late + 1), late_2 = at(R::late + 2), before = at(R::before), last = at(R::last);
+  Forecast<Point> result;
+  // The newest one last, for which the processor waits.
+  Point sum = Point::of(weight(R::focus)) * focus;
+  sum = sum + Point::of(weight(R::next)) * next;
+  sum = sum + Point::of(weight(R::next_opposite)) * beyond;
+  sum = sum + Point::of(weight(R::late)) * late_0;
+  sum = sum + Point::of(weight(R::late + 1)) * late_1;
+  sum = sum + Point::of(weight(R::late + 2)) * late_2;
+  sum = sum + Point::of(weight(R::before)) * before;
+  Real of_last = weight(R::last);
+  if constexpr (sizeof(Real) == 8) {
+    // As a float it would not make the sum 1 exactly enough.
+    of_last = 1;
+    for (unsigned r = 0; r < R::last; ++r) of_last -= weight(r);
+  }
+  result.fitted = sum + Point::of(of_last) * last;
+  const GatesOfPlace& gates = gates_of_group[group];
+  result.gate = (focus - before) + last;
+  const Point to_closing = ((focus - beyond) + next - result.gate) * Point::of(gates.closing);
+  const Point to_late = ((late_0 - late_2) + late_1 - result.gate) * Point::of(gates.late);
+  result.closing = result.gate + to_closing;
+  result.late = result.gate + to_late;
+  result.mean = result.gate + (to_closing + to_late) * Point::of(gates.share);
+  const Point apart = (result.mean - result.fitted).magnitude();
+  result.spread = apart.larger(to_closing.magnitude().larger(to_late.magnitude()) * Point::of(Real{0.5}));
+  return result;
+}
+
+}  // namespace maille

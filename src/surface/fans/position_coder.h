@@ -1,0 +1,414 @@
+#pragma once
+
+// One loop for both directions: what is expected of a vertex, in which contexts, and what follows.
+
+#include "surface/fans/position_model.h"
+
+namespace maille::positions {
+
+/// Points while they are coded: codes less a bias, as floats.
+struct FloatPoints {
+  using Point = FloatPoint;
+  using Integer = int32_t;
+  using Three = std::array<int32_t, 4>;
+  static constexpr bool narrow = true;
+  // Sums of three are exact, and what weights give is far from the end of floats.
+  static constexpr float most = 1 << 20;
+
+  Unfilled<FloatPoint> points;
+
+  void grow(size_t end) {
+    const size_t begin = points.size();
+    if (end <= begin) return;
+    points.resize(end);
+    __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(FloatPoint));
+  }
+  /// The nearest integers, the even one of two.
+  [[gnu::always_inline]] static Three to_codes(FloatPoint p) {
+    p = p.smaller(FloatPoint::of(most)).larger(FloatPoint::of(-most));
+    const FloatPoint magic = FloatPoint::of(0x1.8p23f);
+    const auto codes = __builtin_convertvector((p + magic - magic).v, SignedLanes);
+    Three result;
+    __builtin_memcpy(result.data(), &codes, sizeof codes);
+    return result;
+  }
+  [[gnu::always_inline]] void set(uint32_t v, const Three& codes) {
+    SignedLanes lanes;
+    __builtin_memcpy(&lanes, codes.data(), sizeof lanes);
+    points[v].v = __builtin_convertvector(lanes, FloatLanes);
+  }
+  int32_t code(uint32_t v, unsigned k) const { return static_cast<int32_t>(points[v].v[k]); }
+  /// Octaves above 1/4, 0 for less.
+  [[gnu::always_inline]] static std::array<int32_t, 4> octaves(FloatPoint p, const Three&) {
+    const auto bits = (reinterpret_cast<SignedLanes>(p.v) >> 23) - 125;
+    std::array<int32_t, 4> result;
+    __builtin_memcpy(result.data(), &bits, sizeof bits);
+    return result;
+  }
+};
+
+/// Any codes, as doubles; those of curved maps by their numbers.
+struct DoublePoints {
+  using Point = DoublePoint;
+  using Integer = int64_t;
+  using Three = std::array<int64_t, 4>;
+  static constexpr bool narrow = false;
+  static constexpr double most = 0x1p62;
+
+  Unfilled<DoublePoint> points;
+  std::vector<std::array<int64_t, 3>> codes;
+  std::array<const NumberMap*, 3> curved{};  ///< maps whose codes are not proportional to numbers
+  Scalar type = Scalar::f64;
+  bool any_curved = false;
+
+  void grow(size_t end) {
+    const size_t begin = points.size();
+    if (end <= begin) return;
+    codes.resize(end);
+    points.resize(end);
+    __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(DoublePoint));
+  }
+  static double coordinate(const DoublePoint& p, unsigned k) { return k < 2 ? p.xy[k] : p.z[0]; }
+  [[gnu::always_inline]] Three to_codes(const DoublePoint& p) const {
+    Three result{};
+    for (unsigned k = 0; k < 3; ++k) result[k] = to_code(coordinate(p, k), k);
+    return result;
+  }
+  [[gnu::always_inline]] int64_t to_code(double x, unsigned k) const {
+    if (curved[k]) return curved[k]->nearest_code(type, x);
+    x = std::clamp(x, -most, most);
+    return static_cast<int64_t>(x + 0x1.8p52 - 0x1.8p52);
+  }
+  [[gnu::always_inline]] void set(uint32_t v, const Three& to) {
+    codes[v] = {to[0], to[1], to[2]};
+    DoublePoint& p = points[v];
+    p.xy = DoublePoint::Pair{value_of(to[0], 0), value_of(to[1], 1)};
+    p.z = DoublePoint::Pair{value_of(to[2], 2), 0};
+  }
+  double value_of(int64_t code, unsigned k) const {
+    // Infinities would make NaN, and numbers near the largest overflow.
+    return curved[k] ? std::clamp(curved[k]->value_of(type, code), -1e37, 1e37) : static_cast<double>(code);
+  }
+  int64_t code(uint32_t v, unsigned k) const { return codes[v][k]; }
+  /// Octaves above a quarter of the step that codes have at `codes`.
+  [[gnu::always_inline]] std::array<int32_t, 4> octaves(const DoublePoint& p, const Three& at) const {
+    std::array<int32_t, 4> result{};
+    for (unsigned k = 0; k < 3; ++k) result[k] = octave(coordinate(p, k)) - octave_of_step(at[k], k) + 2;
+    return result;
+  }
+  static int32_t octave(double x) {
+    uint64_t bits;
+    __builtin_memcpy(&bits, &x, sizeof bits);
+    return static_cast<int32_t>(bits >> 52 & 2047);
+  }
+  int32_t octave_of_step(int64_t code, unsigned k) const {
+    if (!curved[k]) return 1023;
+    const auto above = static_cast<int64_t>(static_cast<uint64_t>(code) + 1);
+    return octave(value_of(above, k) - value_of(code, k));
+  }
+};
+
+inline constexpr auto group_of_kind = [] {
+  std::array<uint8_t, vertex_kinds> table{};
+  for (unsigned kind = 0; kind < vertex_kinds; ++kind)
+    table[kind] = static_cast<uint8_t>(ValenceRows::group_of(kind));
+  return table;
+}();
+
+/// What later vertices want to know about the repeats of one.
+struct Repeat {
+  static constexpr uint16_t no_index = 0xffff;
+  std::array<uint16_t, 3> index{no_index, no_index, no_index};
+  std::array<uint8_t, 3> candidate{};
+  uint8_t pattern = 7;  ///< of vertices that are not decoded yet
+};
+
+inline constexpr unsigned first_pattern = residual_contexts, first_index = first_pattern + pattern_contexts,
+                          first_candidate = first_index + index_contexts,
+                          all_contexts = first_candidate + candidate_contexts;
+
+/// Codes one vertex after the other. `Coder`: a reader, or a writer that finds the codes in `wanted`.
+template <class Coder, class Points, bool repeating>
+class PositionCoder {
+ public:
+  using Point = typename Points::Point;
+  using Integer = typename Points::Integer;
+  using Three = typename Points::Three;
+
+  PositionCoder(Coder& coder, const Coding& coding, Points& points, size_t count)
+      : coder_(coder), coding_(coding), points_(points), size_class_(make_size_classes(coding.first_size)) {
+    sizes_.resize(count);
+    if (repeating) repeats_.resize(count);
+    for (unsigned k = 0; k < 3; ++k) fields_[k] = make_fields<Integer>(coding.base[k]);
+  }
+
+  /// Vertex v, once all before it are coded. `wanted`: its codes, for a writer.
+  [[gnu::always_inline]] void code(uint32_t v, const VertexReferences& references, unsigned kind,
+                                   const Weights& weights, const Three& wanted) {
+    const unsigned group = group_of_kind[kind];
+    const Forecast<Point> expected = forecast(points_.points.data(), references, weights, group);
+    const bool by_gate = coding_.centre == Centre::gate;
+    const Point target = by_gate ? expected.gate : expected.fitted;
+    const Point apart = (by_gate ? expected.fitted : expected.mean) - target;
+    const Three centre = points_.to_codes(target);
+    const uint32_t around = 2 * (sizes_[references.at[R::last]] + sizes_[references.at[R::focus]]) +
+                            sizes_[references.at[R::before]] + sizes_[references.at[R::next]];
+    std::array<uint32_t, 3> context;
+    const uint32_t gates = ValenceRows::parallelograms(group) * plane;
+    for (unsigned k = 0; k < 3; ++k)
+      context[k] = 4 * plane * k + gates + size_class_[around >> (8 * k) & 255];
+    if (coding_.with_spread) {
+      const auto octaves = points_.octaves(expected.spread, centre);
+      for (unsigned k = 0; k < 3; ++k)
+        context[k] += static_cast<uint32_t>(
+            std::clamp(octaves[k] - int{coding_.first_spread}, 0, int{spread_classes} - 1));
+    }
+    if constexpr (Coder::encoding) {
+      codes_ = wanted;
+      note(centre, points_.octaves(expected.spread, centre));
+    }
+    known_ = 0;
+    if constexpr (repeating) code_repeats(references, group, expected);
+    code_residuals(v, centre, signs(apart), context);
+    points_.set(v, codes_);
+    if constexpr (repeating) {
+      if (!Coder::encoding && coding_.repeats == Repeats::candidates) find_indices(own_);
+      repeats_[v] = own_;
+    }
+  }
+
+  /// A vertex that a writer leaves out.
+  void skip(uint32_t v, const Three& codes) {
+    points_.set(v, codes);
+    if constexpr (repeating) {
+      codes_ = codes;
+      own_ = {};
+      find_indices(own_);
+      set_pattern(own_);
+      repeats_[v] = own_;
+    }
+  }
+
+ private:
+  using R = VertexReferences;
+  using Unsigned = std::make_unsigned_t<Integer>;
+
+  [[gnu::always_inline]] static std::array<bool, 3> signs(const FloatPoint& p) {
+    return {p.v[0] < 0, p.v[1] < 0, p.v[2] < 0};
+  }
+  [[gnu::always_inline]] static std::array<bool, 3> signs(const DoublePoint& p) {
+    return {p.xy[0] < 0, p.xy[1] < 0, p.z[0] < 0};
+  }
+
+  void note(const Three& centre, const std::array<int32_t, 4>& octaves) {
+    for (unsigned k = 0; k < 3; ++k)
+      coder_.note(k,
+                  magnitude_of(static_cast<Integer>(static_cast<Unsigned>(codes_[k]) -
+                                                    static_cast<Unsigned>(centre[k]))),
+                  octaves[k]);
+  }
+
+  [[gnu::always_inline]] void code_residuals(uint32_t v, const Three& centre, std::array<bool, 3> negative,
+                                             const std::array<uint32_t, 3>& context) {
+    std::array<unsigned, 3> symbol;
+    symbol[0] = code_symbol<0>(centre[0], negative[0], context[0]);
+    symbol[1] = code_symbol<1>(centre[1], negative[1], context[1]);
+    symbol[2] = code_symbol<2>(centre[2], negative[2], context[2]);
+    uint32_t size = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      if (repeating && (known_ >> k & 1) != 0) {
+        size |= uint32_t{size_of_known(centre[k], k)} << (8 * k);
+        continue;
+      }
+      const ResidualField<Integer>& field = fields_[k][symbol[k]];
+      const auto mask =
+          static_cast<Unsigned>(((Unsigned{1} << (field.bits / 2)) << (field.bits - field.bits / 2)) - 1);
+      const bool flip = ((field.other != 0) ^ negative[k]) & field.is_signed;
+      Unsigned low = 0;
+      if constexpr (Coder::encoding) {
+        const auto residual =
+            static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre[k]));
+        const Unsigned magnitude =
+            flip ? Unsigned{0} - static_cast<Unsigned>(residual) : static_cast<Unsigned>(residual);
+        low = (magnitude - static_cast<Unsigned>(field.high)) & mask;
+      }
+      low = static_cast<Unsigned>(coder_.raw(low, field.bits)) & mask;
+      const auto magnitude = static_cast<Unsigned>(static_cast<Unsigned>(field.high) + low);
+      const auto sign = static_cast<Unsigned>(0 - Unsigned{flip});
+      const auto residual = static_cast<Unsigned>((magnitude ^ sign) - sign);
+      if constexpr (!Coder::encoding)
+        codes_[k] = static_cast<Integer>(static_cast<Unsigned>(centre[k]) + residual);
+      size |= uint32_t{field.size} << (8 * k);
+    }
+    if (symbol[0] == escape || symbol[1] == escape || symbol[2] == escape) [[unlikely]]
+      code_escapes(symbol, centre);
+    sizes_[v] = size;
+  }
+
+  template <unsigned k>
+  [[gnu::always_inline]] unsigned code_symbol(Integer centre, bool negative, uint32_t context) {
+    if (repeating && (known_ >> k & 1) != 0) return 0;
+    unsigned symbol = 0;
+    if constexpr (Coder::encoding) {
+      const auto residual =
+          static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre));
+      symbol = symbol_of(magnitude_of(residual), (residual < 0) != negative, coding_.base[k]);
+      if (!coder_.is_possible(context, symbol)) symbol = escape;
+    }
+    return coder_.template symbol<k>(context, symbol);
+  }
+  static uint64_t magnitude_of(Integer residual) {
+    return residual < 0 ? Unsigned{0} - static_cast<Unsigned>(residual) : static_cast<Unsigned>(residual);
+  }
+
+  /// All bits of a residual that has no symbol.
+  [[gnu::noinline]] void code_escapes(const std::array<unsigned, 3>& symbol, const Three& centre) {
+    for (unsigned k = 0; k < 3; ++k) {
+      if (symbol[k] != escape) continue;
+      const auto residual =
+          static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre[k]));
+      const uint64_t magnitude = magnitude_of(residual);
+      const auto length = static_cast<unsigned>(
+          std::min<uint64_t>(coder_.raw(Coder::encoding ? bit_length(magnitude) : 0, escape_length_bits),
+                             Points::narrow ? 21 : 64));
+      const bool negative = coder_.raw(Coder::encoding && residual < 0, 1) != 0;
+      const unsigned low = length / 2;
+      uint64_t bits = coder_.raw(magnitude & ((uint64_t{1} << low) - 1), low);
+      bits |= coder_.raw(magnitude >> low, length - low) << low;
+      if constexpr (!Coder::encoding)
+        codes_[k] = static_cast<Integer>(static_cast<Unsigned>(centre[k]) +
+                                         static_cast<Unsigned>(negative ? 0 - bits : bits));
+    }
+  }
+
+  // Repeats.
+
+  uint8_t size_of_known(Integer centre, unsigned k) const {
+    const auto residual =
+        static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre));
+    return fields_[k][symbol_of(magnitude_of(residual), false, coding_.base[k])].size;
+  }
+
+  [[gnu::always_inline]] void code_repeats(const VertexReferences& references, unsigned group,
+                                           const Forecast<Point>& expected) {
+    own_ = {};
+    own_.pattern = 0;
+    if constexpr (Coder::encoding) {
+      find_indices(own_);
+      set_pattern(own_);
+    }
+    third_ = ValenceRows::is_closed(group) ? R::next : R::before;
+    if (coding_.repeats == Repeats::levels) {
+      const auto pattern = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].pattern; };
+      const uint32_t context = (pattern(R::last) * 8 + pattern(R::focus)) * 8 + pattern(third_);
+      own_.pattern =
+          static_cast<uint8_t>(coder_.template symbol<3>(first_pattern + context, own_.pattern) & 7);
+      known_ = own_.pattern;
+    }
+    const Three fitted = points_.to_codes(expected.fitted);
+    if (coding_.repeats == Repeats::candidates) return code_candidates(references, group, expected, fitted);
+    if ((known_ & 1) != 0) code_index<0>(references, fitted[0]);
+    if ((known_ & 2) != 0) code_index<1>(references, fitted[1]);
+    if ((known_ & 4) != 0) code_index<2>(references, fitted[2]);
+  }
+
+  /// Later vertices want to know where in the dictionary all coordinates are.
+  void find_indices(Repeat& repeat) const {
+    for (unsigned k = 0; k < 3; ++k) {
+      const Dictionary& dictionary = coding_.dictionaries[k];
+      const uint32_t i = dictionary.find(codes_[k]);
+      repeat.index[k] = i < dictionary.size() ? static_cast<uint16_t>(i) : Repeat::no_index;
+    }
+  }
+
+  static void set_pattern(Repeat& repeat) {
+    unsigned pattern = 0;
+    for (unsigned k = 0; k < 3; ++k) pattern |= unsigned{repeat.index[k] != Repeat::no_index} << k;
+    repeat.pattern = static_cast<uint8_t>(pattern);
+  }
+
+  void code_candidates(const VertexReferences& references, unsigned group, const Forecast<Point>& expected,
+                       const Three& fitted) {
+    const Three gate = points_.to_codes(expected.gate), closing = points_.to_codes(expected.closing),
+                late = points_.to_codes(expected.late);
+    unsigned before = candidate_symbols;
+    code_candidate<0>(references, group, gate, closing, late, fitted, before);
+    code_candidate<1>(references, group, gate, closing, late, fitted, before);
+    code_candidate<2>(references, group, gate, closing, late, fitted, before);
+  }
+  template <unsigned k>
+  void code_candidate(const VertexReferences& references, unsigned group, const Three& gate,
+                      const Three& closing, const Three& late, const Three& fitted, unsigned& before) {
+    const auto code = [&](unsigned r) { return points_.code(references.at[r], k); };
+    const std::array<Integer, 7> values = {
+        gate[k],
+        code(R::last),
+        code(R::focus),
+        code(third_),
+        third_ == R::next ? code(R::before) : static_cast<Integer>(closing[k]),
+        static_cast<Integer>(closing[k]),
+        static_cast<Integer>(late[k])};
+    unsigned symbol = 0;
+    if constexpr (Coder::encoding) {
+      while (symbol < 7 && values[symbol] != codes_[k]) ++symbol;
+      symbol = symbol < 7 ? symbol + 1 : own_.index[k] != Repeat::no_index ? candidate_symbols - 1 : 0;
+    }
+    const uint32_t equal = uint32_t{values[0] == values[1]} | uint32_t{values[0] == values[2]} << 1;
+    const uint32_t of_last = repeats_[references.at[R::last]].candidate[k];
+    const uint32_t context =
+        (((k * 10 + before) * 10 + of_last) * 4 + equal) * 4 + ValenceRows::parallelograms(group);
+    symbol = coder_.template symbol<k>(first_candidate + context, symbol);
+    if (symbol == candidate_symbols - 1 && coding_.dictionaries[k].size() == 0) symbol = 0;
+    before = symbol;
+    own_.candidate[k] = static_cast<uint8_t>(symbol);
+    if (symbol == 0) return;
+    known_ |= 1u << k;
+    if (symbol == candidate_symbols - 1) return code_index<k>(references, fitted[k]);
+    codes_[k] = values[symbol - 1];
+  }
+
+  /// The index in the dictionary, less that of the value nearest to what is expected.
+  template <unsigned k>
+  [[gnu::always_inline]] void code_index(const VertexReferences& references, int64_t expected) {
+    const Dictionary& dictionary = coding_.dictionaries[k];
+    if (dictionary.size() == 0) {
+      codes_[k] = 0;
+      return;
+    }
+    const uint32_t near = dictionary.nearest(expected);
+    const auto relation = [&](unsigned r) -> uint32_t {
+      const auto offset = static_cast<int>(repeats_[references.at[r]].index[k]) - static_cast<int>(near);
+      return offset == 0 ? 0 : offset == 1 ? 1 : offset == -1 ? 2 : 3;
+    };
+    const uint32_t context =
+        ((dictionary.part(near, expected) * relations + relation(R::last)) * relations + relation(R::focus)) *
+            relations +
+        relation(third_);
+    int offset = 0;
+    if constexpr (Coder::encoding) offset = static_cast<int>(own_.index[k]) - static_cast<int>(near);
+    const unsigned wanted = offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : 15u;
+    const unsigned symbol = coder_.template symbol<k>(first_index + context, wanted);
+    uint32_t index = near + symbol - 7;
+    if (symbol == 15) [[unlikely]]
+      index = static_cast<uint32_t>(coder_.raw(own_.index[k], 16));
+    // Only damaged bytes lead beyond the end.
+    index = std::min(index, dictionary.size() - 1);
+    own_.index[k] = static_cast<uint16_t>(index);
+    codes_[k] = static_cast<Integer>(dictionary[index]);
+  }
+
+  Coder& coder_;
+  const Coding& coding_;
+  Points& points_;
+  std::array<ResidualFields<Integer>, 3> fields_;
+  std::array<uint8_t, 256> size_class_;
+  std::vector<uint32_t> sizes_;  ///< of residuals, eight bits for each coordinate
+  std::vector<Repeat> repeats_;
+  // Of the vertex at hand.
+  Three codes_{};
+  Repeat own_;
+  unsigned known_ = 0;  ///< coordinates, as bits
+  unsigned third_ = 0;
+};
+
+}  // namespace maille::positions

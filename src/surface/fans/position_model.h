@@ -1,0 +1,118 @@
+#pragma once
+
+// What encoder and decoder of positions of fans share. docs/format.md, "POSI 2".
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "entropy/clustered_tables.h"
+#include "numbers/number_map.h"
+#include "surface/fans/dictionary.h"
+#include "surface/fans/forecast.h"
+
+namespace maille::positions {
+
+/// A residual is one symbol and raw bits. Symbol 0: at most `base` bits long, with sign. Then for each length
+/// more: the sign relative to that of `apart`, and the bit below the highest. The last symbol stands for any
+/// number, which follows in raw bits.
+inline constexpr unsigned symbols = 64;
+inline constexpr unsigned escape = 63;
+inline constexpr unsigned longest = 16;  ///< bits beyond `base` that have symbols
+inline constexpr unsigned escape_length_bits = 7;
+inline constexpr unsigned most_narrow_base = 4;  // so that three fields are at most 57 bits
+inline constexpr unsigned most_wide_base = 40;
+
+/// Sizes of residuals are two to an octave beyond `base`; these are what the size of an escape counts as.
+inline constexpr unsigned escape_size = 2 * longest + 4;
+
+template <class Integer>
+struct ResidualField {
+  Integer high = 0;       ///< the magnitude without its raw bits
+  uint8_t bits = 0;       ///< raw
+  uint8_t other = 0;      ///< 1: the sign is not that of `apart`
+  uint8_t is_signed = 0;  ///< 0: `high` has the sign, and apart does not matter
+  uint8_t size = 0;       ///< in half octaves, as context of others
+};
+template <class Integer>
+using ResidualFields = std::array<ResidualField<Integer>, symbols>;
+
+template <class Integer>
+ResidualFields<Integer> make_fields(unsigned base) {
+  ResidualFields<Integer> fields;
+  if (base > 0)
+    fields[0] = {static_cast<Integer>(-(Integer{1} << base)), static_cast<uint8_t>(base + 1), 0, 0, 0};
+  for (uint8_t s = 1; s < escape; ++s) {
+    const unsigned i = s < 3 ? 1 : (s + 5) / 4;
+    const unsigned length = base + i;
+    const uint8_t other = s < 3 ? s == 2 : (s - 3) % 4 / 2;
+    if (i == 1) {
+      fields[s] = {Integer{1} << base, static_cast<uint8_t>(base), other, 1, 2};
+      continue;
+    }
+    const unsigned top = (s - 3) % 2;
+    fields[s] = {static_cast<Integer>(static_cast<Integer>(2 + top) << (length - 2)),
+                 static_cast<uint8_t>(length - 2), other, 1, static_cast<uint8_t>(2 * i + top)};
+  }
+  fields[escape] = {0, 0, 0, 0, escape_size};
+  return fields;
+}
+
+/// The symbol of a residual of so many bits; longer ones than any have the escape.
+inline unsigned symbol_of(uint64_t magnitude, bool other, unsigned base) {
+  const unsigned length = bit_length(magnitude);
+  if (length <= base) return 0;
+  const unsigned i = length - base;
+  if (i > longest) return escape;
+  if (i == 1) return 1 + other;
+  return 3 + 4 * (i - 2) + 2 * other + (magnitude >> (length - 2) & 1);
+}
+
+// Contexts of residuals: a plane for each coordinate and number of parallelograms, in it 16 classes of the
+// sizes of the neighbours' residuals times 16 of how far predictions lie apart.
+inline constexpr unsigned size_classes = 16, spread_classes = 16;
+inline constexpr unsigned plane = size_classes * spread_classes;
+inline constexpr unsigned planes = 3 * 4;
+inline constexpr unsigned residual_contexts = planes * plane;
+inline constexpr unsigned most_residual_tables = 24;
+
+// Repeats: which coordinates are in dictionaries, and where.
+inline constexpr unsigned pattern_contexts = 8 * 8 * 8, patterns = 8, most_pattern_tables = 16;
+inline constexpr unsigned relations = 4;
+inline constexpr unsigned index_contexts = 8 * relations * relations * relations, index_symbols = 16,
+                          most_index_tables = 24;
+inline constexpr unsigned candidate_contexts = 3 * 10 * 10 * 4 * 4, candidate_symbols = 9,
+                          most_candidate_tables = 16;
+
+enum class Centre : uint8_t { fitted, gate };
+enum class Repeats : uint8_t {
+  none,
+  levels,      ///< which coordinates are in a dictionary comes first, as a pattern
+  candidates,  ///< each coordinate may be that of a neighbour or of a parallelogram, or in a dictionary
+};
+
+/// How positions are coded, chosen by the encoder.
+struct Coding {
+  Centre centre = Centre::fitted;
+  Repeats repeats = Repeats::none;
+  bool with_spread = false;
+  bool with_valences = false;
+  std::array<uint8_t, 3> base{};
+  /// The lowest sizes and spreads that have a class of their own.
+  uint8_t first_size = 0, first_spread = 0;
+  ValenceRows rows;
+  std::array<Dictionary, 3> dictionaries;
+};
+
+/// By the sum of six sizes around: its class, as a part of the context.
+inline std::array<uint8_t, 256> make_size_classes(unsigned first) {
+  std::array<uint8_t, 256> table{};
+  for (int around = 0; around < 256; ++around)
+    table[static_cast<size_t>(around)] = static_cast<uint8_t>(
+        spread_classes * std::clamp((around + 3) / 6 - static_cast<int>(first), 0, int{size_classes} - 1));
+  return table;
+}
+
+}  // namespace maille::positions

@@ -1,0 +1,123 @@
+#pragma once
+
+// The parts of a stream of positions, as encoder and decoder need them.
+
+#include "base/bytes.h"
+#include "base/pages.h"
+#include "surface/fans/position_coder.h"
+
+namespace maille::positions {
+
+inline constexpr uint8_t flag_wide = 1, flag_gate = 2, flag_valences = 4, flag_spread = 8, flag_levels = 16,
+                         flag_candidates = 32, flag_refined = 64;
+
+inline uint8_t flags_of(const Coding& coding, bool wide) {
+  return static_cast<uint8_t>((wide ? flag_wide : 0) | (coding.centre == Centre::gate ? flag_gate : 0) |
+                              (coding.with_valences ? flag_valences : 0) |
+                              (coding.with_spread ? flag_spread : 0) |
+                              (coding.repeats == Repeats::levels       ? flag_levels
+                               : coding.repeats == Repeats::candidates ? flag_candidates
+                                                                       : 0));
+}
+inline bool read_flags(uint8_t flags, Coding& coding) {
+  if (flags > 127 || (flags & flag_levels && flags & flag_candidates)) return false;
+  coding.centre = (flags & flag_gate) != 0 ? Centre::gate : Centre::fitted;
+  coding.with_valences = (flags & flag_valences) != 0;
+  coding.with_spread = (flags & flag_spread) != 0;
+  coding.repeats = (flags & flag_levels) != 0       ? Repeats::levels
+                   : (flags & flag_candidates) != 0 ? Repeats::candidates
+                                                    : Repeats::none;
+  return true;
+}
+
+/// One for each coordinate, and one for patterns.
+inline unsigned lanes_of(const Coding& coding) {
+  return coding.repeats == Repeats::levels ? 4 : 3;
+}
+
+inline void put_signed(ByteWriter& out, int64_t value) {
+  out.put_count(static_cast<uint64_t>(value) << 1 ^ (value < 0 ? ~uint64_t{0} : 0));
+}
+inline int64_t get_signed(ByteReader& in) {
+  const uint64_t zigzag = in.get_count();
+  return static_cast<int64_t>(zigzag >> 1 ^ (0 - (zigzag & 1)));
+}
+
+/// The contexts of symbols of one kind.
+struct Alphabet {
+  unsigned first, contexts, symbols, columns, most_tables;
+};
+template <class Visit>
+void for_each_alphabet(const Coding& coding, Visit visit) {
+  visit(Alphabet{0, residual_contexts, symbols, spread_classes, most_residual_tables});
+  if (coding.repeats == Repeats::none) return;
+  if (coding.repeats == Repeats::levels)
+    visit(Alphabet{first_pattern, pattern_contexts, patterns, 8, most_pattern_tables});
+  visit(Alphabet{first_index, index_contexts, index_symbols, relations, most_index_tables});
+  if (coding.repeats == Repeats::candidates)
+    visit(Alphabet{first_candidate, candidate_contexts, candidate_symbols, 16, most_candidate_tables});
+}
+
+inline constexpr uint8_t loose_kind = start_place * valence_classes * 2;
+/// Points that are not vertices of fans are predicted by the one before.
+inline VertexReferences references_beside(uint32_t v) {
+  VertexReferences references;
+  references.at.fill(v == 0 ? 0 : v - 1);
+  return references;
+}
+
+/// Weights of a window of vertices, before their positions: with valences a row for each.
+class WindowWeights {
+ public:
+  /// `valences`: none for rows by place alone.
+  WindowWeights(const ValenceRows& rows, std::span<const uint8_t> valences)
+      : rows_(std::make_unique<ValenceWeights>(rows)), valences_(valences) {
+    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      FloatLanes low, high;
+      rows_->base(g, low, high);
+      finish(low, high, by_group_[g]);
+    }
+  }
+  void compute(const VertexReferences* references, const uint8_t* kinds, uint32_t begin, uint32_t end) {
+    at_.resize(end - begin);
+    for (uint32_t v = begin; v < end; ++v) {
+      const unsigned group = group_of_kind[kinds[v - begin]];
+      Weights& weights = at_[v - begin];
+      if (v >= valences_.size() || ValenceRows::useful(group) == 0) {
+        weights = by_group_[group];
+        continue;
+      }
+      FloatLanes low, high;
+      rows_->sum(group, references[v - begin], v, valences_.data(), low, high);
+      finish(low, high, weights);
+    }
+  }
+  const Weights& operator[](size_t i) const { return at_[i]; }
+
+ private:
+  [[gnu::always_inline]] static void finish(FloatLanes low, FloatLanes high, Weights& to) {
+    const FloatLanes four = low + high;
+    high[3] = 1 - ((four[0] + four[1]) + (four[2] + four[3]));
+    __builtin_memcpy(to.data(), &low, sizeof low);
+    __builtin_memcpy(to.data() + 4, &high, sizeof high);
+  }
+
+  std::unique_ptr<ValenceWeights> rows_;
+  std::span<const uint8_t> valences_;
+  std::array<Weights, ValenceRows::groups> by_group_;
+  std::vector<Weights> at_;
+};
+
+inline DoublePoints wide_points(std::span<const NumberMap> maps, Scalar type, size_t count) {
+  DoublePoints points;
+  points.type = type;
+  reserve_pages(points.points, count);
+  reserve_pages(points.codes, count);
+  for (unsigned k = 0; k < 3; ++k) {
+    points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
+    points.any_curved = points.any_curved || maps[k].is_curved();
+  }
+  return points;
+}
+
+}  // namespace maille::positions

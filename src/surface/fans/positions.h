@@ -1,0 +1,82 @@
+#pragma once
+
+#include <maille/error.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "numbers/number_map.h"
+#include "surface/fans/fan_connectivity.h"
+
+namespace maille {
+
+/// Positions of the vertices of fans: what is expected of each follows from rows of weights over its
+/// references, what is left is one symbol with a static table for each coordinate, and raw bits.
+/// docs/format.md, "POSI 2".
+
+/// What an encoder may use; what it uses depends on what pays.
+struct PositionChoices {
+  bool valences = true;  ///< weights that follow the valences around
+  bool spread = true;    ///< contexts of how far predictions lie apart
+  bool repeats = true;   ///< values that come again
+};
+
+/// Is this something that the coder takes: three codes for each point?
+bool fits_positions(const Array& array, const ArrayMaps& maps);
+
+/// Codes the positions of `source.size()` points: those of the fans by vertex, then others, each by its tuple
+/// in the array.
+std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
+                                        std::span<const uint32_t> source, const PositionChoices& choices);
+
+/// Do weights follow the valences, so that all connectivity must be known first?
+bool need_valences(Bytes bytes);
+/// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
+/// positions need them. `valences`: those of all vertices, if needed. Safe on any bytes.
+Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes, uint32_t points,
+                          Array& array);
+
+/// The choices of an effort, 1 to 9.
+PositionChoices position_choices(int effort);
+
+// The same for many patches that share maps, rows, dictionaries and tables: docs/format.md, "Tables of
+// charts".
+
+/// Made for a sample of the patches: `sample` are the vertices of some, `array` their positions in this
+/// order. Codes of patches to come lie within `most_range` of those of the sample.
+class SharedPositions {
+ public:
+  SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps,
+                  const PositionChoices& choices, uint64_t most_range);
+  SharedPositions(SharedPositions&&) noexcept;
+  SharedPositions& operator=(SharedPositions&&) noexcept;
+  ~SharedPositions();
+
+  const std::vector<std::byte>& tables() const { return tables_; }
+  /// About the bytes of so many points, with the tables.
+  double size_of(uint64_t points) const;
+  /// `exceptions`: those of `array`. None where codes lie too far away.
+  std::optional<std::vector<std::byte>> encode(const FanSurface& fans, const Array& array,
+                                               const std::vector<uint64_t>& exceptions,
+                                               std::span<const uint32_t> source) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+  std::vector<std::byte> tables_;
+};
+
+/// Ready for decoders; several may use it at once.
+struct PositionTables;
+/// `type`: of the positions. Safe on any bytes. Error: corrupt.
+Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type);
+bool need_valences(const PositionTables& tables);
+Result<> decode_shared_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes,
+                                 const PositionTables& tables, uint32_t points, Array& array);
+
+}  // namespace maille

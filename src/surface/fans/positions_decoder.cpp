@@ -1,0 +1,332 @@
+// The decoder of positions of fans; its encoder is in positions_encoder.cpp.
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/bytes.h"
+#include "base/pages.h"
+#include "base/result.h"
+#include "entropy/lane_rans.h"
+#include "entropy/rans.h"
+#include "numbers/number_maps.h"
+#include "numbers/refined_numbers.h"
+#include "surface/fans/position_coder.h"
+#include "surface/fans/position_streams.h"
+#include "surface/fans/positions.h"
+
+namespace maille {
+
+using namespace positions;
+
+namespace positions {
+/// The tables as the loop looks them up: by context.
+struct SymbolTables {
+  using Table = StaticDecoderTable<clustered_bits, symbols>;
+  Unfilled<Table> tables;
+  std::array<uint8_t, all_contexts> table_of{};
+
+  void add(const StaticTables& from, unsigned first) {
+    const size_t base = tables.size();
+    for (const Frequencies& table : from.tables) tables.emplace_back().fill(table);
+    for (size_t c = 0; c < from.table_of.size(); ++c)
+      table_of[first + c] = static_cast<uint8_t>(base + from.table_of[c]);
+  }
+};
+
+}  // namespace positions
+
+/// What stands before points.
+struct PositionTables {
+  Coding coding;
+  bool wide = false;
+  std::vector<NumberMap> maps;
+  std::array<int64_t, 3> bias{};
+  SymbolTables tables;
+};
+
+namespace {
+
+tl::unexpected<Error> corrupt(const char* what) {
+  return failure(ErrorCode::corrupt, std::string("positions: ") + what);
+}
+
+// What a window of vertices reads at most.
+constexpr size_t most_vertex_words = 7 * sizeof(uint16_t);  // a pattern, two symbols for each coordinate
+constexpr size_t most_vertex_raw = 3 * 20;  // a field or an escape of 72 bits, an index of 16, each
+constexpr uint32_t window = FanDecoder::window;
+
+/// Reads symbols and raw bits from copies with zeros behind them, so that only the end of each window is
+/// checked.
+class Reader {
+ public:
+  static constexpr bool encoding = false;
+
+  Reader(Bytes raw, Bytes words, unsigned lanes, const SymbolTables& tables)
+      : raw_(padded(raw, window * most_vertex_raw + 8)),
+        words_(padded(words, window * most_vertex_words)),
+        end_of_words_(words_.data() + words.size()),
+        end_of_raw_(8 * uint64_t{raw.size()}),
+        tables_(tables),
+        rans_(words_.data(), lanes) {}
+
+  template <unsigned lane>
+  [[gnu::always_inline]] unsigned symbol(uint32_t context, unsigned) {
+    return rans_.get<lane>(tables_.tables[tables_.table_of[context]]);
+  }
+  /// At most 57 bits.
+  [[gnu::always_inline]] uint64_t raw(uint64_t, unsigned count) {
+    const uint64_t bits = load<uint64_t>(raw_.data() + (at_ >> 3)) >> (at_ & 7);
+    at_ += count;
+    return bits & ((uint64_t{1} << count) - 1);
+  }
+  bool exhausted() const { return rans_.words > end_of_words_ || at_ > end_of_raw_; }
+
+ private:
+  static Unfilled<std::byte> padded(Bytes bytes, size_t more) {
+    Unfilled<std::byte> copy(bytes.size() + more);
+    std::copy(bytes.begin(), bytes.end(), copy.begin());
+    std::fill_n(copy.begin() + static_cast<ptrdiff_t>(bytes.size()), more, std::byte{0});
+    return copy;
+  }
+
+  Unfilled<std::byte> raw_, words_;
+  const std::byte* end_of_words_;
+  uint64_t end_of_raw_;
+  uint64_t at_ = 0;
+  const SymbolTables& tables_;
+  LaneRansDecoder rans_;
+};
+
+/// What stands in a patch itself.
+struct Beside {
+  std::optional<ReadDetails> details;
+  Bytes exceptions;
+};
+
+/// `beside`: of one patch alone; nullptr: tables of many.
+Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, Beside* beside) {
+  auto head = std::make_shared<PositionTables>();
+  const auto flags = in.get<uint8_t>();
+  if (!in.ok() || !read_flags(flags, head->coding)) return corrupt("coded in an unknown way");
+  head->wide = (flags & flag_wide) != 0;
+  for (unsigned k = 0; k < 3; ++k) head->maps.push_back(MAILLE_TRY(read_map(in, type)));
+  if ((flags & flag_refined) != 0) {
+    if (type != Scalar::f64 || beside == nullptr) return corrupt("coded in an impossible way");
+    beside->details = MAILLE_TRY(read_details(in, head->maps));
+  }
+  if (beside != nullptr) beside->exceptions = in.get_bytes(in.get_count());
+  for (unsigned k = 0; k < 3 && !head->wide; ++k) head->bias[k] = get_signed(in);
+  Coding& coding = head->coding;
+  for (uint8_t& base : coding.base) base = in.get<uint8_t>();
+  coding.first_size = in.get<uint8_t>();
+  coding.first_spread = in.get<uint8_t>();
+  const unsigned most = head->wide ? most_wide_base : most_narrow_base;
+  if (!in.ok() || *std::max_element(coding.base.begin(), coding.base.end()) > most)
+    return corrupt("coded in an impossible way");
+  const Bytes side_bytes = in.get_bytes(in.get_count());
+  if (!in.ok()) return corrupt("the stream is too short");
+  RansDecoder side(side_bytes);
+  coding.rows.code(side);
+  if (!coding.with_valences) coding.rows.forget_valences();
+  for (unsigned k = 0; k < 3 && coding.repeats != Repeats::none; ++k) {
+    if (!coding.dictionaries[k].code(side)) return corrupt("the dictionaries are damaged");
+  }
+  for_each_alphabet(coding, [&](const Alphabet& alphabet) {
+    const StaticTables tables = read_clustered_tables(alphabet.contexts, alphabet.symbols, alphabet.columns,
+                                                      alphabet.most_tables, side);
+    head->tables.add(tables, alphabet.first);
+  });
+  if (side.exhausted()) return corrupt("the tables end early");
+  return head;
+}
+
+/// The window of vertices that are decoded together, and the points behind the vertices.
+class Windows {
+ public:
+  Windows(FanDecoder& fans, std::span<const uint8_t> valences, const Coding& coding)
+      : fans_(fans), weights_(coding.rows, coding.with_valences ? valences : std::span<const uint8_t>{}) {}
+
+  Result<> decode(uint32_t begin, uint32_t end) {
+    const uint32_t fan_end = std::max(begin, std::min(end, fans_.vertices()));
+    references_ = beside_.data();
+    kinds_ = no_kinds_.data();
+    if (fan_end > begin) {
+      MAILLE_CHECK(fans_.decode_until(fan_end));
+      references_ = fans_.references(begin);
+      kinds_ = fans_.kinds(begin);
+    }
+    if (fan_end < end) add_points_beside(begin, fan_end, end);
+    weights_.compute(references_, kinds_, begin, end);
+    return {};
+  }
+  const VertexReferences* references() const { return references_; }
+  const uint8_t* kinds() const { return kinds_; }
+  const WindowWeights& weights() const { return weights_; }
+  void release(uint32_t begin, uint32_t end) {
+    const uint32_t fan_end = std::min(end, fans_.vertices());
+    if (fan_end > begin) fans_.release(fan_end);
+  }
+
+ private:
+  void add_points_beside(uint32_t begin, uint32_t fan_end, uint32_t end) {
+    beside_.resize(end - begin);
+    no_kinds_.assign(end - begin, loose_kind);
+    std::copy_n(references_, fan_end - begin, beside_.begin());
+    std::copy_n(kinds_, fan_end - begin, no_kinds_.begin());
+    for (uint32_t v = fan_end; v < end; ++v) beside_[v - begin] = references_beside(v);
+    references_ = beside_.data();
+    kinds_ = no_kinds_.data();
+  }
+
+  FanDecoder& fans_;
+  WindowWeights weights_;
+  std::vector<VertexReferences> beside_;
+  std::vector<uint8_t> no_kinds_;
+  const VertexReferences* references_ = nullptr;
+  const uint8_t* kinds_ = nullptr;
+};
+
+int64_t code_of(const FloatPoints& points, const PositionTables& head, uint32_t v, unsigned k) {
+  return head.bias[k] + points.code(v, k);
+}
+int64_t code_of(const DoublePoints& points, const PositionTables&, uint32_t v, unsigned k) {
+  return points.code(v, k);
+}
+template <class Code, class Points>
+void store_codes(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
+                 Array& array) {
+  std::array<Code, size_t{3} * window> codes;
+  for (uint32_t v = begin; v < end; ++v) {
+    for (unsigned k = 0; k < 3; ++k)
+      codes[size_t{3} * (v - begin) + k] = static_cast<Code>(code_of(points, head, v, k));
+  }
+  const size_t size = size_of(array.type);
+  for (unsigned k = 0; k < 3; ++k)
+    head.maps[k].store_numbers(array.type, reinterpret_cast<const std::byte*>(codes.data() + k),
+                               array.bytes.data() + (size_t{3} * begin + k) * size, 3, end - begin);
+}
+template <class Points>
+void store_window(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
+                  Array& array) {
+  if (size_of(array.type) == 8) return store_codes<int64_t>(points, head, begin, end, array);
+  store_codes<int32_t>(points, head, begin, end, array);
+}
+
+/// Numbers that have no code, by their places.
+Result<> read_exceptions(Bytes bytes, Array& array) {
+  const size_t size = size_of(array.type);
+  ByteReader in(bytes);
+  uint64_t place = 0;
+  const uint64_t count = in.get_count();
+  for (uint64_t i = 0; i < count && in.ok(); ++i) {
+    const uint64_t gap = in.get_count();
+    const Bytes number = in.get_bytes(size);
+    if (!in.ok() || (i > 0 && gap == 0) || gap >= array.bytes.size() / size - place)
+      return corrupt("a damaged list of exceptions");
+    place += gap;
+    std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place * size));
+  }
+  if (!in.ok() || in.remaining() > 0) return corrupt("a damaged list of exceptions");
+  return {};
+}
+
+/// The numbers of refined components, which are known when all codes are.
+template <class Points>
+Result<> store_details(const Points& points, const PositionTables& head, const ReadDetails& details,
+                       uint32_t count, Array& array) {
+  std::vector<int64_t> codes(size_t{3} * count);
+  for (uint32_t v = 0; v < count; ++v) {
+    for (unsigned k = 0; k < 3; ++k) codes[size_t{3} * v + k] = code_of(points, head, v, k);
+  }
+  MAILLE_CHECK(store_refined(details, codes));
+  for (size_t i = 0; i < codes.size(); ++i) {
+    if (details.maps.refined[i % 3]) maille::store(array.bytes.data() + 8 * i, codes[i]);
+  }
+  return {};
+}
+
+template <bool repeating, class Points>
+Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& head, const Beside& beside,
+                       Points points, uint32_t count, Array& array) {
+  PositionCoder<Reader, Points, repeating> coder(reader, head.coding, points, count + FanDecoder::most_ahead);
+  for (uint32_t begin = 0; begin < count; begin += window) {
+    const uint32_t end = std::min(count, begin + window);
+    points.grow(size_t{end} + FanDecoder::most_ahead);
+    MAILLE_CHECK(windows.decode(begin, end));
+    const VertexReferences* const references = windows.references();
+    const uint8_t* const kinds = windows.kinds();
+    for (uint32_t v = begin; v < end; ++v)
+      coder.code(v, references[v - begin], kinds[v - begin], windows.weights()[v - begin], {});
+    if (reader.exhausted()) return corrupt("the stream ends early");
+    array.bytes.resize(end * array.tuple_size());
+    store_window(points, head, begin, end, array);
+    windows.release(begin, end);
+  }
+  if (beside.details) MAILLE_CHECK(store_details(points, head, *beside.details, count, array));
+  return read_exceptions(beside.exceptions, array);
+}
+
+Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteReader& in,
+                     const PositionTables& head, const Beside& beside, uint32_t points, Array& array) {
+  const size_t size = in.remaining();
+  const Bytes raw = in.get_bytes(in.get_count());
+  const Bytes words = in.get_bytes(in.remaining());
+  const unsigned lanes = lanes_of(head.coding);
+  if (!in.ok() || words.size() < lane_state_bytes * lanes) return corrupt("the stream is too short");
+  // A symbol has 1/1024 bit at least, unless its table has no other.
+  if (points / 16384 > size + 16) return corrupt("there are more than the stream can hold");
+  if (points < fans.vertices()) return corrupt("there are fewer than vertices");
+  if (head.coding.with_valences && valences.size() < fans.vertices()) return corrupt("valences are missing");
+  Reader reader(raw, words, lanes, head.tables);
+  Windows windows(fans, valences, head.coding);
+  reserve_pages(array.bytes, size_t{points} * array.tuple_size());
+  const auto decode = [&](auto there) {
+    if (head.coding.repeats == Repeats::none)
+      return decode_points<false>(windows, reader, head, beside, std::move(there), points, array);
+    return decode_points<true>(windows, reader, head, beside, std::move(there), points, array);
+  };
+  const size_t room = size_t{points} + FanDecoder::most_ahead;
+  if (head.wide) return decode(wide_points(head.maps, array.type, room));
+  FloatPoints narrow;
+  reserve_pages(narrow.points, room);
+  return decode(std::move(narrow));
+}
+
+}  // namespace
+
+bool fits_positions(const Array& array, const ArrayMaps& maps) {
+  return maps.maps.size() == 3 && !maps.octahedral && array.domain == Domain::point;
+}
+
+bool need_valences(Bytes bytes) {
+  return !bytes.empty() && (static_cast<uint8_t>(bytes[0]) & flag_valences) != 0;
+}
+bool need_valences(const PositionTables& tables) {
+  return tables.coding.with_valences;
+}
+
+Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes, uint32_t points,
+                          Array& array) {
+  ByteReader in(bytes);
+  Beside beside;
+  const auto head = MAILLE_TRY(read_head(in, array.type, &beside));
+  return decode_with(fans, valences, in, *head, beside, points, array);
+}
+
+Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type) {
+  ByteReader in(bytes);
+  auto head = MAILLE_TRY(read_head(in, type, nullptr));
+  if (in.remaining() > 0) return corrupt("something behind the tables");
+  return std::shared_ptr<const PositionTables>(std::move(head));
+}
+
+Result<> decode_shared_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes,
+                                 const PositionTables& tables, uint32_t points, Array& array) {
+  ByteReader in(bytes);
+  Beside beside;
+  beside.exceptions = in.get_bytes(in.get_count());
+  return decode_with(fans, valences, in, tables, beside, points, array);
+}
+
+}  // namespace maille

@@ -1,0 +1,592 @@
+// The encoder of positions of fans; its decoder is in positions_decoder.cpp.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "base/bytes.h"
+#include "entropy/lane_rans.h"
+#include "entropy/rans.h"
+#include "numbers/number_maps.h"
+#include "numbers/refined_numbers.h"
+#include "surface/fans/position_coder.h"
+#include "surface/fans/position_streams.h"
+#include "surface/fans/positions.h"
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+using namespace positions;
+
+namespace {
+
+using Codes = std::vector<std::array<int64_t, 3>>;
+
+/// Of residuals.
+struct Statistics {
+  std::array<std::array<uint32_t, 66>, 3> lengths{};  ///< by coordinate
+  std::array<uint32_t, 128> octaves{};                ///< of how far predictions lie apart
+};
+
+/// Remembers symbols and raw bits: tables are made when all are known.
+class Writer {
+ public:
+  static constexpr bool encoding = true;
+
+  /// `tables`: none yet: all symbols are possible.
+  explicit Writer(const std::vector<StaticTables>* tables = nullptr, Statistics* statistics = nullptr)
+      : tables_(tables), statistics_(statistics) {}
+
+  struct Event {
+    uint16_t context;
+    uint8_t symbol, lane;
+  };
+
+  template <unsigned lane>
+  unsigned symbol(uint32_t context, unsigned symbol) {
+    events.push_back({static_cast<uint16_t>(context), static_cast<uint8_t>(symbol), lane});
+    return symbol;
+  }
+  uint64_t raw(uint64_t value, unsigned count) {
+    raw_bits += count;
+    waiting_ |= value << waiting_bits_;
+    const unsigned room = 64 - waiting_bits_;
+    if (count < room) {
+      waiting_bits_ += count;
+      return value;
+    }
+    bytes_.put(waiting_);
+    waiting_ = room < 64 ? value >> room : 0;
+    waiting_bits_ = count - room;
+    return value;
+  }
+  bool is_possible(uint32_t context, unsigned symbol) const {
+    return tables_ == nullptr || (*tables_)[0].of(context).frequency[symbol] != 0;
+  }
+
+  void note(unsigned k, uint64_t magnitude, int octave) {
+    if (statistics_ == nullptr) return;
+    ++statistics_->lengths[k][bit_length(magnitude)];
+    ++statistics_->octaves[static_cast<size_t>(std::clamp(octave, 0, 127))];
+  }
+
+  std::vector<std::byte> take_raw() {
+    for (; waiting_bits_ > 0; waiting_bits_ -= std::min(waiting_bits_, 8u), waiting_ >>= 8)
+      bytes_.put(static_cast<uint8_t>(waiting_));
+    return bytes_.take();
+  }
+  std::vector<Event> events;
+  uint64_t raw_bits = 0;
+
+ private:
+  const std::vector<StaticTables>* tables_;
+  Statistics* statistics_;
+  ByteWriter bytes_;
+  uint64_t waiting_ = 0;
+  unsigned waiting_bits_ = 0;
+};
+
+/// One patch while its positions are coded.
+struct Patch {
+  const FanSurface* fans;
+  Codes codes;
+};
+
+constexpr uint32_t window = FanDecoder::window;
+
+/// Windows of vertices: all, or some that stand for all.
+struct Sample {
+  uint32_t count;  ///< of all vertices
+  uint32_t most;
+  static constexpr uint32_t run = 4;  ///< windows in a row, as each begins without residuals around
+  bool has(uint32_t w) const {
+    if (most >= count) return true;
+    const uint32_t runs = (windows_of(count) + run - 1) / run, taken = std::max(most / (run * window), 1u);
+    // Evenly spread: the i-th of those taken is run i * runs / taken.
+    const uint64_t i = (uint64_t{w / run} * taken + runs - 1) / runs;
+    return runs <= taken || i * runs / taken == w / run;
+  }
+  uint32_t vertices() const {
+    uint32_t sum = 0;
+    for (uint32_t w = 0; w < windows_of(count); ++w) sum += has(w) ? std::min(count - w * window, window) : 0;
+    return sum;
+  }
+  static uint32_t windows_of(uint32_t count) { return (count + window - 1) / window; }
+};
+
+/// Codes the points of a patch that are in the sample.
+template <class Points, bool repeating>
+void code_points(const Patch& patch, const Coding& coding, const std::array<int64_t, 3>& bias, Points points,
+                 const Sample& sample, Writer& writer) {
+  const auto count = static_cast<uint32_t>(patch.codes.size());
+  const FanSurface& fans = *patch.fans;
+  points.grow(size_t{count} + FanDecoder::most_ahead);
+  PositionCoder<Writer, Points, repeating> coder(writer, coding, points,
+                                                 size_t{count} + FanDecoder::most_ahead);
+  WindowWeights weights(coding.rows, coding.with_valences ? std::span<const uint8_t>(fans.valences)
+                                                          : std::span<const uint8_t>{});
+  const auto codes = [&](uint32_t v) {
+    typename Points::Three wanted{};
+    for (unsigned k = 0; k < 3; ++k)
+      wanted[k] = static_cast<typename Points::Integer>(patch.codes[v][k] - bias[k]);
+    return wanted;
+  };
+  std::vector<VertexReferences> beside;
+  std::vector<uint8_t> loose(window, loose_kind);
+  for (uint32_t begin = 0; begin < count; begin += window) {
+    const uint32_t end = std::min(count, begin + window),
+                   fan_end = std::max(begin, std::min(end, fans.vertices));
+    if (!sample.has(begin / window)) {
+      for (uint32_t v = begin; v < end; ++v) coder.skip(v, codes(v));
+      continue;
+    }
+    const auto code = [&](const VertexReferences* references, const uint8_t* kinds, uint32_t from,
+                          uint32_t to) {
+      if (from == to) return;
+      weights.compute(references, kinds, from, to);
+      for (uint32_t v = from; v < to; ++v)
+        coder.code(v, references[v - from], kinds[v - from], weights[v - from], codes(v));
+    };
+    code(fans.references.data() + begin, fans.kinds.data() + begin, begin, fan_end);
+    beside.clear();
+    for (uint32_t v = fan_end; v < end; ++v) beside.push_back(references_beside(v));
+    code(beside.data(), loose.data(), fan_end, end);
+  }
+}
+
+/// Chooses how a patch is coded, and codes it.
+class PositionEncoder {
+ public:
+  /// `more_range`: how far codes of other patches may lie from those of this one.
+  PositionEncoder(Patch patch, Scalar type, std::vector<NumberMap> maps, const PositionChoices& choices,
+                  uint64_t more_range = 0)
+      : patch_(std::move(patch)), type_(type), maps_(std::move(maps)), choices_(choices) {
+    find_range(more_range);
+    choose();
+  }
+
+  /// In bytes, as far as trials tell.
+  double size() const {
+    ByteWriter maps;
+    for (const NumberMap& map : maps_) write_map(maps, map);
+    return size_ + static_cast<double>(maps.size());
+  }
+
+  /// `beside`: what stands behind the maps.
+  std::vector<std::byte> write(uint8_t flags, Bytes beside) {
+    Writer writer;
+    code(patch_, coding_, all_of(patch_), writer);
+    ByteWriter out;
+    const std::vector<StaticTables> tables = write_head(flags, beside, writer.events, false, out);
+    write_points(writer, tables, out);
+    return out.take();
+  }
+
+  /// What stands before points, for many patches of which this one is a sample.
+  std::vector<std::byte> write_shared() {
+    Writer writer;
+    code(patch_, coding_, all_of(patch_), writer);
+    ByteWriter out;
+    shared_ = write_head(0, {}, writer.events, true, out);
+    const size_t symbols = write_symbols(coding_, writer.events, shared_).size();
+    bytes_of_point_ = (static_cast<double>(writer.raw_bits) / 8 + static_cast<double>(symbols)) / all();
+    patch_.codes = {};
+    return out.take();
+  }
+  /// Another patch, after that. Its codes span no more than those of the sample were said to.
+  void write_with_shared(const Patch& patch, ByteWriter& out) const {
+    Writer writer(&shared_);
+    code(patch, coding_, all_of(patch), writer);
+    write_points(writer, shared_, out);
+  }
+  bool takes(const Codes& codes) const {
+    if (wide_) return true;
+    for (const auto& code : codes) {
+      for (unsigned k = 0; k < 3; ++k) {
+        const auto number =
+            static_cast<int64_t>(static_cast<uint64_t>(code[k]) - static_cast<uint64_t>(bias_[k]));
+        if (number <= -most_narrow || number >= most_narrow) return false;
+      }
+    }
+    return true;
+  }
+  const std::vector<NumberMap>& maps() const { return maps_; }
+  /// Symbols and raw bits of one, as far as trials tell.
+  double bytes_of_point() const { return bytes_of_point_; }
+
+ private:
+  static Sample all_of(const Patch& patch) {
+    const auto count = static_cast<uint32_t>(patch.codes.size());
+    return {count, count};
+  }
+  uint32_t all() const { return static_cast<uint32_t>(patch_.codes.size()); }
+
+  std::vector<StaticTables> write_head(uint8_t flags, Bytes beside, const std::vector<Writer::Event>& events,
+                                       bool shared, ByteWriter& out) const {
+    out.put(static_cast<uint8_t>(flags | flags_of(coding_, wide_)));
+    for (const NumberMap& map : maps_) write_map(out, map);
+    out.put_bytes(beside);
+    for (unsigned k = 0; k < 3 && !wide_; ++k) put_signed(out, bias_[k]);
+    for (const uint8_t base : coding_.base) out.put(base);
+    out.put(coding_.first_size);
+    out.put(coding_.first_spread);
+    RansEncoder side;
+    std::vector<StaticTables> tables = write_side(coding_, events, shared, side);
+    put_section(out, side.finish());
+    return tables;
+  }
+  void write_points(Writer& writer, const std::vector<StaticTables>& tables, ByteWriter& out) const {
+    put_section(out, writer.take_raw());
+    out.put_bytes(write_symbols(coding_, writer.events, tables));
+  }
+  static constexpr uint32_t trial_vertices = 1 << 14, small_trial_vertices = 1 << 12;
+
+  void find_range(uint64_t more) {
+    std::array<int64_t, 3> low{}, high{};
+    if (!patch_.codes.empty()) low = high = patch_.codes[0];
+    for (const auto& code : patch_.codes) {
+      for (unsigned k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], code[k]);
+        high[k] = std::max(high[k], code[k]);
+      }
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+      const uint64_t range = static_cast<uint64_t>(high[k]) - static_cast<uint64_t>(low[k]);
+      wide_ = wide_ || range >= 2 * most_narrow - 1 || more >= uint64_t{most_narrow} || maps_[k].is_curved();
+      bias_[k] = static_cast<int64_t>(static_cast<uint64_t>(low[k]) + (range + 1) / 2);
+    }
+    if (wide_) bias_ = {};
+  }
+  static constexpr int64_t most_narrow = 1 << 19;
+
+  void code(const Patch& patch, const Coding& coding, const Sample& sample, Writer& writer) const {
+    writer.events.reserve(std::min(sample.count, sample.most) *
+                          size_t{coding.repeats == Repeats::none ? 3u : 6u});
+    const auto run = [&](auto points) {
+      using Points = decltype(points);
+      if (coding.repeats == Repeats::none) {
+        code_points<Points, false>(patch, coding, bias_, std::move(points), sample, writer);
+      } else {
+        code_points<Points, true>(patch, coding, bias_, std::move(points), sample, writer);
+      }
+    };
+    if (wide_) return run(wide_points(maps_, type_, patch.codes.size() + FanDecoder::most_ahead));
+    run(FloatPoints());
+  }
+
+  static std::vector<Histogram> count_events(const Alphabet& alphabet,
+                                             const std::vector<Writer::Event>& events) {
+    std::vector<Histogram> counts(alphabet.contexts);
+    for (const Writer::Event& event : events) {
+      const uint32_t context = event.context - alphabet.first;
+      if (context < alphabet.contexts) ++counts[context][event.symbol];
+    }
+    return counts;
+  }
+  static std::vector<StaticTables> write_side(Coding coding, const std::vector<Writer::Event>& events,
+                                              bool shared, RansEncoder& side) {
+    coding.rows.code(side);
+    for (unsigned k = 0; k < 3 && coding.repeats != Repeats::none; ++k) coding.dictionaries[k].code(side);
+    std::vector<StaticTables> tables;
+    for_each_alphabet(coding, [&](const Alphabet& alphabet) {
+      tables.push_back(make_clustered_tables(count_events(alphabet, events), alphabet.symbols,
+                                             alphabet.columns, alphabet.most_tables, shared, side));
+    });
+    return tables;
+  }
+  static std::vector<std::byte> write_symbols(const Coding& coding, const std::vector<Writer::Event>& events,
+                                              const std::vector<StaticTables>& tables) {
+    LaneRansEncoder encoder;
+    std::vector<Alphabet> alphabets;
+    for_each_alphabet(coding, [&](const Alphabet& alphabet) { alphabets.push_back(alphabet); });
+    for (const Writer::Event& event : events) {
+      size_t a = 0;
+      while (event.context - alphabets[a].first >= alphabets[a].contexts) ++a;
+      encoder.put(tables[a].of(event.context - alphabets[a].first), event.symbol, event.lane);
+    }
+    return encoder.finish(lanes_of(coding));
+  }
+
+  // Choices.
+
+  void choose() {
+    Coding coding;
+    coding.with_spread = choices_.spread;
+    coding_ = with_rows(coding, false);
+    size_ = trial(coding_, trial_vertices);
+    if (choices_.valences) consider(with_rows(coding, true), 1);
+    by_gate_ = by_fitted_ = coding_;
+    by_gate_.centre = Centre::gate;
+    by_gate_ = with_classes(by_gate_);
+    consider(by_gate_, 1);
+    // Few vertices pay too much for more tables.
+    coding = coding_;
+    coding.with_spread = false;
+    if (choices_.spread) consider(coding, 1);
+    if (choices_.repeats) choose_repeats();
+  }
+  Coding with_rows(Coding coding, bool valences) const {
+    coding.with_valences = valences;
+    coding.rows = fit(valences);
+    return with_classes(coding);
+  }
+  /// Takes a coding that needs less than this part of what the best one so far does.
+  void consider(const Coding& coding, double part) {
+    const double size = trial(coding, trial_vertices);
+    if (size > part * size_) return;
+    size_ = size;
+    coding_ = coding;
+  }
+  void choose_repeats() {
+    small_size_ = trial(coding_, small_trial_vertices);
+    consider_repeats(Repeats::candidates, Centre::gate, {});
+    const auto counts = count_values();
+    size_t before = 0;
+    for (const Often& often : {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}}) {
+      std::array<Dictionary, 3> dictionaries;
+      double share = 0;
+      for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], often, dictionaries[k]);
+      const size_t entries = size_t{dictionaries[0].size()} + dictionaries[1].size() + dictionaries[2].size();
+      if (share < 0.1 || entries == std::exchange(before, entries)) continue;
+      consider_repeats(Repeats::levels, Centre::fitted, dictionaries);
+      consider_repeats(Repeats::levels, Centre::gate, dictionaries);
+      consider_repeats(Repeats::candidates, Centre::gate, dictionaries);
+    }
+  }
+  void consider_repeats(Repeats repeats, Centre centre, const std::array<Dictionary, 3>& dictionaries) {
+    Coding coding = centre == Centre::gate ? by_gate_ : by_fitted_;
+    coding.repeats = repeats;
+    coding.dictionaries = dictionaries;
+    // What a few vertices say is enough for those that are far from it: a small sample pays too much for
+    // tables.
+    if (all() > trial_vertices && trial(coding, small_trial_vertices) > 1.3 * small_size_) return;
+    // They take longer to decode, so they must save something.
+    consider(coding, 0.98);
+  }
+
+  ValenceRows fit(bool valences) const {
+    std::vector<std::array<double, 3>> values(all());
+    std::array<double, 3> largest{}, units{1, 1, 1};
+    const DoublePoints points = wide_points(maps_, type_, 0);
+    for (size_t v = 0; v < values.size(); ++v) {
+      for (unsigned k = 0; k < 3; ++k) {
+        values[v][k] = points.value_of(patch_.codes[v][k] - bias_[k], k);
+        largest[k] = std::max(largest[k], std::fabs(values[v][k]));
+      }
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+      if (points.curved[k]) units[k] = largest_step(*points.curved[k], std::max(largest[k], 1e-30));
+    }
+    return fit_valence_rows(*patch_.fans, values, units, valences);
+  }
+  /// Between the largest numbers; a float has steps of 2^-24 of it at least.
+  double largest_step(const NumberMap& map, double largest) const {
+    const int64_t code = map.nearest_code(type_, largest);
+    const double below = map.value_of(type_, code - 1);
+    return std::max(largest - below, largest * (size_of(type_) == 8 ? 0x1p-53 : 0x1p-24));
+  }
+
+  /// Bases, so that the lengths of nearly all residuals have symbols, and the first class of sizes and
+  /// spreads.
+  Coding with_classes(Coding coding) const {
+    Statistics found;
+    Writer writer(nullptr, &found);
+    code(patch_, coding, {all(), small_trial_vertices}, writer);
+    unsigned least = 255;
+    for (unsigned k = 0; k < 3; ++k) {
+      // One length in 4096 has no symbol.
+      const unsigned most = quantile(found.lengths[k], 4095, 4096);
+      coding.base[k] = static_cast<uint8_t>(
+          std::min(most > longest ? most - longest : 0u, wide_ ? most_wide_base : most_narrow_base));
+      const unsigned low = quantile(found.lengths[k], 1, 16);
+      least = std::min(least, low > coding.base[k] ? 2 * (low - coding.base[k]) : 0u);
+    }
+    coding.first_size = static_cast<uint8_t>(least);
+    coding.first_spread = static_cast<uint8_t>(quantile(found.octaves, 1, 32));
+    return coding;
+  }
+  template <size_t n>
+  static unsigned quantile(const std::array<uint32_t, n>& counts, uint64_t part, uint64_t of) {
+    uint64_t sum = 0, below = 0;
+    for (const uint32_t count : counts) sum += count;
+    unsigned i = 0;
+    while (i + 1 < n && (below += counts[i]) * of < sum * part) ++i;
+    return i;
+  }
+
+  using Counts = std::vector<std::pair<int64_t, uint32_t>>;
+  std::array<Counts, 3> count_values() const {
+    std::array<Counts, 3> result;
+    std::vector<int64_t> sorted(all());
+    for (unsigned k = 0; k < 3; ++k) {
+      for (size_t v = 0; v < sorted.size(); ++v) sorted[v] = patch_.codes[v][k] - bias_[k];
+      std::sort(sorted.begin(), sorted.end());
+      for (size_t i = 0; i < sorted.size();) {
+        size_t end = i;
+        while (end < sorted.size() && sorted[end] == sorted[i]) ++end;
+        result[k].push_back({sorted[i], static_cast<uint32_t>(end - i)});
+        i = end;
+      }
+    }
+    return result;
+  }
+  /// How often values are in a dictionary at least, and how many times as often as those near them. On a
+  /// coarse lattice all values come again, in a mesh of many points more often than any number says; those of
+  /// a voxel lattice are seen among them.
+  struct Often {
+    uint64_t least;
+    uint64_t times;
+  };
+  /// Those that are there so often; returns the share of all numbers that they are.
+  double fill(const Counts& counts, const Often& often, Dictionary& dictionary) const {
+    constexpr size_t near = 16;
+    std::vector<uint64_t> below{0};
+    for (const auto& [value, count] : counts) below.push_back(below.back() + count);
+    std::vector<int64_t> values;
+    uint64_t covered = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+      const auto& [value, count] = counts[i];
+      const size_t first = i - std::min(i, near), end = std::min(i + near + 1, counts.size());
+      const bool stands_out = count * (end - first) >= often.times * (below[end] - below[first]);
+      if (count < often.least || !stands_out || values.size() == Dictionary::most) continue;
+      values.push_back(value);
+      covered += count;
+    }
+    // Farther apart than a dictionary goes are only numbers without any order.
+    if (!values.empty() &&
+        static_cast<uint64_t>(values.back()) - static_cast<uint64_t>(values.front()) > Dictionary::most_range)
+      return 0;
+    dictionary.set(std::move(values));
+    return static_cast<double>(covered) / (3.0 * static_cast<double>(all() + 1));
+  }
+
+  /// About the size of all, from so many vertices.
+  double trial(const Coding& coding, uint32_t most) const {
+    const Sample sample{all(), most};
+    Writer writer;
+    code(patch_, coding, sample, writer);
+    RansEncoder side;
+    const auto tables = write_side(coding, writer.events, false, side);
+    const double side_bytes = static_cast<double>(side.finish().size());
+    const auto symbols = static_cast<double>(write_symbols(coding, writer.events, tables).size());
+    return side_bytes +
+           (symbols + static_cast<double>(writer.raw_bits) / 8) * all() / std::max(sample.vertices(), 1u);
+  }
+
+  Patch patch_;
+  Scalar type_;
+  std::vector<NumberMap> maps_;
+  PositionChoices choices_;
+  std::vector<StaticTables> shared_;
+  double bytes_of_point_ = 0;
+  bool wide_ = false;
+  std::array<int64_t, 3> bias_{};
+  Coding coding_;  ///< the best one so far
+  double size_ = 0, small_size_ = 0;
+  Coding by_gate_, by_fitted_;
+};
+
+/// Places of numbers in an array, rising: 3 * tuple + component.
+using Places = std::vector<uint64_t>;
+bool has(const Places& places, uint64_t stored) {
+  return std::binary_search(places.begin(), places.end(), stored);
+}
+
+/// Exceptions count as the number before: they have no code.
+Codes codes_of(const Array& array, const Places& exceptions, std::span<const NumberMap> maps,
+               std::span<const uint32_t> source) {
+  const size_t size = size_of(array.type);
+  Codes codes(source.size());
+  for (size_t v = 0; v < codes.size(); ++v) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const uint64_t stored = uint64_t{source[v]} * 3 + k;
+      if (!exceptions.empty() && has(exceptions, stored)) {
+        codes[v][k] = v > 0 ? codes[v - 1][k] : 0;
+      } else {
+        codes[v][k] = maps[k].code_of(array.type, array.bytes.data() + stored * size);
+      }
+    }
+  }
+  return codes;
+}
+
+std::vector<std::byte> write_exceptions(const Array& array, const Places& exceptions,
+                                        std::span<const uint32_t> source) {
+  ByteWriter numbers;
+  uint64_t count = 0, before = 0;
+  for (uint64_t place = 0; place < 3 * source.size() && !exceptions.empty(); ++place) {
+    const uint64_t stored = uint64_t{source[place / 3]} * 3 + place % 3;
+    if (!has(exceptions, stored)) continue;
+    numbers.put_count(place - before);
+    numbers.put_bytes(Bytes(array.bytes).subspan(stored * size_of(array.type), size_of(array.type)));
+    before = place;
+    ++count;
+  }
+  ByteWriter out;
+  out.put_count(count);
+  out.put_bytes(numbers.bytes());
+  return out.take();
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
+                                        std::span<const uint32_t> source, const PositionChoices& choices) {
+  ByteWriter exceptions;
+  put_section(exceptions, write_exceptions(array, maps.exceptions, source));
+  PositionEncoder plain({&fans, codes_of(array, maps.exceptions, maps.maps, source)}, array.type, maps.maps,
+                        choices);
+  if (maps.lossless) {
+    const RefinedMaps refined = refine_maps(array, maps.maps, source);
+    const auto has_table = [](const NumberMap& map) { return !map.table.empty(); };
+    if (refined.any() || std::any_of(refined.coarse.begin(), refined.coarse.end(), has_table)) {
+      PositionEncoder coarse({&fans, codes_of(array, maps.exceptions, refined.coarse, source)}, array.type,
+                             refined.coarse, choices);
+      ByteWriter beside;
+      if (refined.any()) write_details(beside, refined, array, source);
+      beside.put_bytes(exceptions.bytes());
+      if (coarse.size() + static_cast<double>(beside.size()) < plain.size())
+        return coarse.write(refined.any() ? flag_refined : 0, beside.bytes());
+    }
+  }
+  return plain.write(0, exceptions.bytes());
+}
+
+PositionChoices position_choices(int effort) {
+  return {effort > 1, effort > 3, effort > 3};
+}
+
+struct SharedPositions::State {
+  PositionEncoder encoder;
+};
+
+SharedPositions::SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps,
+                                 const PositionChoices& choices, uint64_t most_range) {
+  std::vector<uint32_t> source(sample.vertices);
+  std::iota(source.begin(), source.end(), 0u);
+  PositionEncoder encoder({&sample, codes_of(array, maps.exceptions, maps.maps, source)}, array.type,
+                          maps.maps, choices, most_range);
+  state_ = std::make_unique<State>(State{std::move(encoder)});
+  tables_ = state_->encoder.write_shared();
+}
+SharedPositions::SharedPositions(SharedPositions&&) noexcept = default;
+SharedPositions& SharedPositions::operator=(SharedPositions&&) noexcept = default;
+SharedPositions::~SharedPositions() = default;
+
+double SharedPositions::size_of(uint64_t points) const {
+  return static_cast<double>(tables_.size()) + state_->encoder.bytes_of_point() * static_cast<double>(points);
+}
+
+std::optional<std::vector<std::byte>> SharedPositions::encode(const FanSurface& fans, const Array& array,
+                                                              const std::vector<uint64_t>& exceptions,
+                                                              std::span<const uint32_t> source) const {
+  const Patch patch{&fans, codes_of(array, exceptions, state_->encoder.maps(), source)};
+  if (!state_->encoder.takes(patch.codes)) return std::nullopt;
+  ByteWriter out;
+  put_section(out, write_exceptions(array, exceptions, source));
+  state_->encoder.write_with_shared(patch, out);
+  return out.take();
+}
+
+}  // namespace maille
