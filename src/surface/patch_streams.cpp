@@ -165,7 +165,7 @@ class PatchEncoder {
   }
 
   Result<CodedStream> encode_positions(const ArrayToCode& positions) {
-    if (!cells_.fans || !cells_.fans->offsets.empty() || !fits_positions(*positions.array, positions.maps)) {
+    if (!cells_.fans || !fits_positions(*positions.array, positions.maps)) {
       return encode_array(positions, positions_key(patch_, front_coding));
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
@@ -173,7 +173,8 @@ class PatchEncoder {
     StreamKey key = positions_key(patch_, cells_.coding());
     if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
-    if (options_.effort > 1 || !fits_fan_positions(*positions.array, positions.maps)) {
+    if (options_.effort > 1 || cells_.coding() == polygon_fan_coding ||
+        !fits_fan_positions(*positions.array, positions.maps)) {
       key = positions_key(patch_, position_coding);
       return CodedStream{key, maille::encode_positions(*cells_.fans, *positions.array, positions.maps, points,
                                                        position_choices(options_.effort))};
@@ -294,7 +295,7 @@ class PatchDecoder {
     if (coding != front_coding) {
       FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding, buffers_));
       if (positions_of.number != front_coding) {
-        const bool alone = positions_of.number == position_coding && coding == fan_coding;
+        const bool alone = positions_of.number == position_coding && coding != shared_fan_coding;
         const bool same = positions_of.number == coding && coding != polygon_fan_coding;
         if (!same && !alone) return without_fans();
         positions = MAILLE_TRY(decode_positions(decoder, bytes, positions_of));
@@ -338,7 +339,8 @@ class PatchDecoder {
       const auto valences = MAILLE_TRY(valences_of(topology, shared_fan_coding, need_valences(tables)));
       MAILLE_CHECK(decode_shared_positions(fans, valences, bytes, tables, description_.points, array));
     } else if (key.number == position_coding) {
-      const auto valences = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
+      std::vector<uint8_t> valences = fans.known_valences();
+      if (valences.empty()) valences = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
       MAILLE_CHECK(maille::decode_positions(fans, valences, bytes, description_.points, array));
     } else {
       MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));

@@ -560,6 +560,7 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
   FanFinder finder(surface, real_half_edges, point_count);
   EncodedFans result = finder.run();
   result.surface.count_valences();
+  if (!surface.all_triangles()) result.surface.find_polygon_references();
   if (models == FanModels::shared) {
     result.operations = std::move(finder.operations());
     return result;

@@ -32,9 +32,19 @@ struct VertexReferences {
 };
 
 /// Where in its fan a vertex stands, the valence of the focus, and whether there is a late triple.
-inline constexpr unsigned fan_places = 14;
+inline constexpr unsigned fan_places = 21;
 inline constexpr unsigned first_open_place = 10;
 inline constexpr unsigned start_place = 13;
+// In meshes of polygons, by the face in which a vertex comes up: see find_polygon_references(). All have a
+// gate focus + last - before; late triples are straight lines that go on, last + last - x.
+inline constexpr unsigned quad_place = 14;          ///< the corner behind is known
+inline constexpr unsigned quad_last_place = 15;     ///< the last of its four corners
+inline constexpr unsigned straight_place = 16;      ///< nothing but the straight line
+inline constexpr unsigned pentagon_place = 17;      ///< all other corners are known
+inline constexpr unsigned hexagon_place = 18;       ///< likewise
+inline constexpr unsigned pentagon_row_place = 19;  ///< three corners before it are known
+inline constexpr unsigned row_place = 20;           ///< the same in faces of six and more
+inline constexpr unsigned first_polygon_place = quad_place;
 inline constexpr unsigned valence_classes = 6;
 inline constexpr unsigned vertex_kinds = fan_places * valence_classes * 2;
 inline constexpr unsigned place_of_kind(unsigned kind) {
@@ -72,6 +82,8 @@ struct FanSurface {
     return std::span(corners).subspan(first_corner(i), first_corner(i + 1) - first_corner(i));
   }
   void count_valences();
+  /// References and kinds of meshes of polygons.
+  void find_polygon_references();
   /// Lets go of what positions are predicted by.
   void forget_vertices();
 };
@@ -119,6 +131,8 @@ class FanDecoder {
   /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay. There is room for up to
   /// as many `more` of them behind the triangles.
   static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more = 0);
+  /// One that knows everything.
+  static FanDecoder over(FanSurface surface);
   /// Operations alone: what write_fans() gives. `slots` must stay, too; and `buffers`, if given.
   static Result<FanDecoder> begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
                                   uint32_t vertices, uint64_t more, FanBuffers* buffers);
@@ -136,6 +150,10 @@ class FanDecoder {
   static constexpr uint32_t most_ahead = 1 << 10;
   /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
   Result<> decode_until(uint32_t end);
+  /// Those of polygons are known beforehand; else none.
+  std::vector<uint8_t> known_valences() const {
+    return complete_ ? complete_->valences : std::vector<uint8_t>();
+  }
   const VertexReferences* references(uint32_t vertex) const;
   const uint8_t* kinds(uint32_t vertex) const;
   /// Forgets the vertices below `end`.
@@ -148,6 +166,7 @@ class FanDecoder {
   struct State;
   explicit FanDecoder(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
+  std::unique_ptr<FanSurface> complete_;  ///< instead
 };
 
 /// What `decoder` decodes, all at once, with references, kinds and valences.

@@ -186,6 +186,17 @@ TEST(Fans, ClaimedTrianglesThatNoBytesHoldAreAnError) {
   EXPECT_FALSE(decode_fans(coded.fans.bytes, 0x10000000, 0x08000000));
 }
 
+/// Empty when each vertex refers to earlier ones.
+std::string references_differ(const FanSurface& fans) {
+  for (uint32_t v = 0; v < fans.vertices; ++v) {
+    if (fans.kinds[v] >= vertex_kinds) return "a kind that is not there";
+    for (const uint32_t r : fans.references[v].at) {
+      if (r >= std::max(v, 1u)) return "vertex " + std::to_string(v) + " refers to " + std::to_string(r);
+    }
+  }
+  return {};
+}
+
 /// The same for faces of any degree.
 struct CodedPolygons {
   GluedSurface glued;
@@ -209,6 +220,11 @@ std::string difference(const CodedPolygons& coded, const FanSurface& decoded) {
   if (decoded.corners != before.corners || decoded.offsets != before.offsets ||
       decoded.across != before.across)
     return "other faces than the encoder saw";
+  if (decoded.kinds != before.kinds || decoded.valences != before.valences) return "other kinds or valences";
+  for (uint32_t v = 0; v < decoded.vertices; ++v) {
+    if (decoded.references[v].at != before.references[v].at) return "other references";
+  }
+  if (const std::string wrong = references_differ(decoded); !wrong.empty()) return wrong;
   if (decoded.faces() != coded.faces() || decoded.vertices != coded.fans.points.size())
     return "another number";
   std::vector<bool> seen(coded.corners());
@@ -314,6 +330,7 @@ TEST(PolygonFans, DamageEndsInErrorsOrFacesOverVerticesThatAreThere) {
     EXPECT_LE(decoded->vertices, coded.list.points);
     for (const uint32_t v : decoded->corners) ASSERT_LT(v, decoded->vertices);
     for (uint32_t f = 0; f < decoded->faces(); ++f) ASSERT_GE(decoded->face(f).size(), 3u);
+    ASSERT_EQ(references_differ(*decoded), "");
   }
 }
 

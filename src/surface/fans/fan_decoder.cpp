@@ -643,15 +643,27 @@ Result<FanDecoder> FanDecoder::begin(Bytes operations, const FanSlots& slots, ui
   return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more, buffers));
 }
 
+FanDecoder FanDecoder::over(FanSurface surface) {
+  FanDecoder decoder(nullptr);
+  decoder.complete_ = std::make_unique<FanSurface>(std::move(surface));
+  return decoder;
+}
+
 void FanDecoder::leave_late_out() {
+  if (complete_) {
+    for (uint8_t& kind : complete_->kinds) kind &= 0xfe;
+    return;
+  }
   state_->surface.with_late = false;
 }
 
 uint32_t FanDecoder::vertices() const {
+  if (complete_) return complete_->vertices;
   return state_->vertex_count;
 }
 
 Result<> FanDecoder::decode_until(uint32_t end) {
+  if (complete_) return {};
   // The newest vertex may still get a late triple.
   while (state_->machine.vertices <= end && !state_->machine.done()) MAILLE_CHECK(state_->step());
   if (state_->machine.vertices < end) return corrupt("the fans have another number of vertices");
@@ -659,13 +671,16 @@ Result<> FanDecoder::decode_until(uint32_t end) {
 }
 
 const VertexReferences* FanDecoder::references(uint32_t vertex) const {
+  if (complete_) return complete_->references.data() + vertex;
   return state_->surface.references.data() + (vertex - state_->surface.first);
 }
 const uint8_t* FanDecoder::kinds(uint32_t vertex) const {
+  if (complete_) return complete_->kinds.data() + vertex;
   return state_->surface.kinds.data() + (vertex - state_->surface.first);
 }
 
 void FanDecoder::release(uint32_t end) {
+  if (complete_) return;
   FanSurface& surface = state_->surface;
   const uint32_t left = state_->machine.vertices - end;
   std::copy_n(references(end), left, surface.references.data());
@@ -674,6 +689,10 @@ void FanDecoder::release(uint32_t end) {
 }
 
 Result<FanSurface> FanDecoder::finish() {
+  if (complete_) {
+    complete_->forget_vertices();
+    return std::move(*complete_);
+  }
   const uint32_t count = vertices();
   while (!state_->machine.done()) {
     MAILLE_CHECK(decode_until(std::min(count, state_->surface.first + window)));
@@ -727,8 +746,8 @@ Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t 
   }
   if (!machine.complete()) return corrupt("the fans have another number of vertices or faces");
   surface.vertices = static_cast<uint32_t>(vertices);
-  surface.first = surface.vertices;
   surface.count_valences();
+  surface.find_polygon_references();
   return surface;
 }
 

@@ -308,8 +308,8 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_polygons(Bytes bytes, uint32_t po
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, polygons, corners));
   if (corners_of_fans > corners) return corrupt("more corners than the mesh has");
-  decoder.all_fans =
-      MAILLE_TRY(decode_polygon_fans(fans, decoder.faces, static_cast<uint32_t>(corners_of_fans), points));
+  decoder.fans = FanDecoder::over(
+      MAILLE_TRY(decode_polygon_fans(fans, decoder.faces, static_cast<uint32_t>(corners_of_fans), points)));
   return decoder;
 }
 
@@ -363,12 +363,7 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   FanPatch patch;
   PatchTopology& topology = patch.topology;
   topology.points = points;
-  if (fans) {
-    patch.fans = MAILLE_TRY(fans->finish());
-  } else {
-    patch.fans = std::move(all_fans);
-    patch.fans.forget_vertices();
-  }
+  patch.fans = MAILLE_TRY(fans->finish());
   if (patch.fans.corners.size() > corners) return corrupt("more corners than the mesh has");
   MAILLE_CHECK(decode_runs(copies, faces, [&](uint32_t begin, uint32_t end, uint32_t copy) {
     const uint64_t more = patch.fans.first_corner(end) - patch.fans.first_corner(begin);

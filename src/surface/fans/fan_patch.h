@@ -37,7 +37,6 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
 /// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
 struct FanPatchDecoder {
   std::optional<FanDecoder> fans;
-  FanSurface all_fans;  ///< instead of these, for polygons: everything about them
 
   /// `bytes` must stay. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);

@@ -332,7 +332,7 @@ class PositionEncoder {
     }
   }
   void solve(const std::vector<Normals>& by_kind) {
-    for (unsigned p = 0; p < fan_places * 2; ++p) {
+    for (unsigned p = 0; p < first_polygon_place * 2; ++p) {
       Normals all;
       for (unsigned valence = 0; valence < valence_classes; ++valence) {
         const Normals& one = by_kind[FittedRows::kind(p, valence)];
@@ -377,7 +377,7 @@ class PositionEncoder {
       }
     }
     constexpr uint64_t row_cost = uint64_t{48} << 16;
-    for (unsigned p = 0; p < fan_places * 2; ++p) {
+    for (unsigned p = 0; p < first_polygon_place * 2; ++p) {
       uint64_t without = 0, with = row_cost;
       for (unsigned valence = 0; valence < valence_classes; ++valence) {
         const unsigned kind = FittedRows::kind(p, valence);

@@ -125,8 +125,8 @@ inline unsigned useful_references(unsigned kind) {
 /// Fitted rows: for a place in the fan, and where it pays for single valences too.
 struct FittedRows {
   // By place and late, and by kind.
-  std::array<bool, fan_places * 2> has_place{};
-  std::array<Row, fan_places * 2> of_place{};
+  std::array<bool, first_polygon_place * 2> has_place{};
+  std::array<Row, first_polygon_place * 2> of_place{};
   std::array<bool, vertex_kinds> has_kind{};
   std::array<Row, vertex_kinds> of_kind{};
 
@@ -139,7 +139,7 @@ struct FittedRows {
   void code(Coder& coder) {
     std::array<BitModel, 2> there;
     std::array<OffsetModel, 2> step;
-    for (unsigned p = 0; p < fan_places * 2; ++p) {
+    for (unsigned p = 0; p < first_polygon_place * 2; ++p) {
       if (place_of_kind(kind(p, 0)) == start_place) continue;
       has_place[p] = there[0].code(coder, has_place[p]);
       if (!has_place[p]) continue;

@@ -60,6 +60,8 @@ inline constexpr auto gates_of_group = [] {
     // A half, or a quarter of each for all three: nearly the mean, in exact numbers.
     table[g] = {ValenceRows::has_closing(g) ? 1.0f : 0.0f, g % 2 != 0 && n > 0 ? 1.0f : 0.0f,
                 n == 3 ? 0.25f : 0.5f};
+    // The straight line says how far to trust the gate, no more.
+    if (g / 2 >= first_polygon_place) table[g].share = 0;
   }
   return table;
 }();

@@ -9,10 +9,11 @@
 namespace maille::positions {
 
 inline constexpr uint8_t flag_wide = 1, flag_gate = 2, flag_valences = 4, flag_spread = 8, flag_levels = 16,
-                         flag_candidates = 32, flag_refined = 64;
+                         flag_candidates = 32, flag_refined = 64, flag_polygons = 128;
 
 inline uint8_t flags_of(const Coding& coding, bool wide) {
   return static_cast<uint8_t>((wide ? flag_wide : 0) | (coding.centre == Centre::gate ? flag_gate : 0) |
+                              (coding.rows.polygons ? flag_polygons : 0) |
                               (coding.with_valences ? flag_valences : 0) |
                               (coding.with_spread ? flag_spread : 0) |
                               (coding.repeats == Repeats::levels       ? flag_levels
@@ -20,7 +21,8 @@ inline uint8_t flags_of(const Coding& coding, bool wide) {
                                                                        : 0));
 }
 inline bool read_flags(uint8_t flags, Coding& coding) {
-  if (flags > 127 || (flags & flag_levels && flags & flag_candidates)) return false;
+  if ((flags & flag_levels) != 0 && (flags & flag_candidates) != 0) return false;
+  coding.rows.polygons = (flags & flag_polygons) != 0;
   coding.centre = (flags & flag_gate) != 0 ? Centre::gate : Centre::fitted;
   coding.with_valences = (flags & flag_valences) != 0;
   coding.with_spread = (flags & flag_spread) != 0;

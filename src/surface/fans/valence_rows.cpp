@@ -80,6 +80,7 @@ class Fitter {
       }
     }
     drop_useless();
+    rows_.polygons = !fans_.offsets.empty();
     return rows_;
   }
 
@@ -285,12 +286,44 @@ class Fitter {
 unsigned ValenceRows::useful(unsigned group) {
   if (group / 2 == start_place) return 0;
   unsigned mask = 1u << R::focus | 1u << R::before;
+  const unsigned place = group / 2;
+  if (place >= first_polygon_place) {
+    if (place == pentagon_place || place == hexagon_place) mask |= 1u << R::next_opposite;
+    if (place == hexagon_place) mask |= 1u << R::next;
+    return group % 2 != 0 ? mask | 1u << (R::late + 2) : mask;
+  }
   if (is_closed(group)) mask |= 1u << R::next | 1u << R::next_opposite;
   if (group % 2 != 0) mask |= 7u << R::late;
   return mask;
 }
 
+namespace {
+
+/// In 128ths. Exact for faces that are affine images of regular ones: alternating sums of all other corners,
+/// or by the three before with 1 + 2 cos(360 degrees / degree), which is 1.618 for pentagons and 2 for
+/// hexagons.
+ValenceRows::Row plain_row_of_polygons(unsigned place) {
+  ValenceRows::Row row{};
+  row[R::focus] = ValenceRows::base_unit;
+  row[R::before] = -ValenceRows::base_unit;
+  if (place == pentagon_place) {
+    row[R::focus] = 104;
+    row[R::next_opposite] = row[R::before] = -40;
+  } else if (place == hexagon_place) {
+    row[R::next_opposite] = -ValenceRows::base_unit;
+    row[R::next] = ValenceRows::base_unit;
+  } else if (place == pentagon_row_place) {
+    row[R::before] = -207;
+  } else if (place == row_place) {
+    row[R::before] = -2 * ValenceRows::base_unit;
+  }
+  return row;
+}
+
+}  // namespace
+
 ValenceRows::Row ValenceRows::plain_row(unsigned group) {
+  if (group / 2 >= first_polygon_place) return plain_row_of_polygons(group / 2);
   Row row{};
   const unsigned count = parallelograms(group);
   if (count == 0) return row;

@@ -42,6 +42,7 @@ struct ValenceRows {
   /// How much of a group is stored: nothing (the mean of parallelograms), the first row, all rows.
   std::array<uint8_t, groups> level{};
   std::array<std::array<Row, terms>, groups> rows;
+  bool polygons = false;  ///< the groups of their places are stored as well
 
   ValenceRows();
   static constexpr unsigned group_of(unsigned kind) {
@@ -111,7 +112,7 @@ template <class Coder>
 void ValenceRows::code(Coder& coder) {
   std::array<BitModel, 2> stored;
   std::array<SymbolModel, 2> length;
-  for (unsigned g = 0; g < groups; ++g) {
+  for (unsigned g = 0; g < (polygons ? unsigned{groups} : 2 * first_polygon_place); ++g) {
     if (useful(g) == 0) continue;
     for (unsigned l = 0; l < 2 && level[g] >= l; ++l) {
       const bool more = stored[l].code(coder, level[g] > l);
