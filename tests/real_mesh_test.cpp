@@ -86,7 +86,7 @@ TEST_P(RealMeshes, KeepTheBoundAndRepeatTheirBytes) {
     ASSERT_TRUE(decoded) << decoded.error().message;
     const auto twice = encode_bytes(*decoded, options);
     ASSERT_TRUE(twice) << twice.error().message;
-    EXPECT_TRUE(once->bytes == twice->bytes || is_glued_by_choice(mesh));
+    EXPECT_TRUE(once->bytes == twice->bytes || is_glued_by_choice(mesh) || has_twins(*decoded));
   });
 }
 

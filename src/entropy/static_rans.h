@@ -35,6 +35,17 @@ struct StaticTables {
   const Frequencies& of(unsigned context) const { return tables[table_of[context]]; }
 };
 
+/// A decoder refuses streams that promise more than 16384 things a byte (and 16 bytes for nothing), so that
+/// what it reserves is bounded by what it reads. Symbols that are alone in their tables take no bits: where
+/// all are, a writer fills up with zeros, which nothing reads.
+inline constexpr uint64_t most_things_per_byte = 16384;
+inline constexpr bool can_hold(uint64_t bytes, uint64_t things) {
+  return things / most_things_per_byte <= bytes + 16;
+}
+inline void fill_up(std::vector<std::byte>& bytes, uint64_t things) {
+  while (!can_hold(bytes.size(), things)) bytes.push_back(std::byte{0});
+}
+
 /// Counts of a sample, for tables that others use as well: what occurs in one context may occur in all that
 /// there are. `rising`: symbols are sizes, where those between, and the next one, may occur, too.
 void spread_symbols(std::span<Histogram> counts, unsigned symbols, bool rising);

@@ -341,7 +341,7 @@ struct Streams {
 /// What a file gives of its levels.
 std::map<uint32_t, Mesh> levels_of(File& file) {
   std::map<uint32_t, Mesh> meshes;
-  for (uint32_t level = 0; level < file.levels(); level += every(1)) {
+  for (uint32_t level = 0; level < file.levels(); level += static_cast<uint32_t>(every(1))) {
     Detail detail;
     detail.level = level;
     meshes[level] = file.extract(file.select({}, detail).value()).value();
@@ -371,7 +371,7 @@ TEST(RandomDamage, OfTheIndexIsMendedFromThePages) {
     File mended = File::open(*source).value();
     ASSERT_EQ(mended.levels(), intact.levels());
     const std::map<uint32_t, Mesh> mended_levels = levels_of(mended);
-    for (uint32_t level = 0; level < intact.levels(); level += every(1)) {
+    for (uint32_t level = 0; level < intact.levels(); level += static_cast<uint32_t>(every(1))) {
       EXPECT_EQ(mended.faces(level), intact.faces(level));
       EXPECT_EQ(mended.charts(level), intact.charts(level));
       EXPECT_EQ(differences_between(mended_levels.at(level), levels.at(level)), "");

@@ -4,6 +4,7 @@
 #include "support/random_mesh.h"
 #include "surface/patch_topology.h"
 
+#include <set>
 #include <sstream>
 
 namespace maille::testing {
@@ -50,6 +51,14 @@ std::string differences_between(const Mesh& a, const Mesh& b, bool same_order) {
 bool is_glued_by_choice(const Mesh& mesh) {
   const SimpleFaces faces = collect_faces(mesh);
   return glue(faces.view(static_cast<uint32_t>(mesh.point_count()))).chosen;
+}
+
+bool has_twins(const Mesh& decoded) {
+  const size_t size = decoded.points.tuple_size();
+  std::set<std::string> places;
+  for (uint64_t i = 0; i < decoded.point_count(); ++i)
+    places.emplace(reinterpret_cast<const char*>(decoded.points.bytes.data()) + i * size, size);
+  return places.size() < decoded.point_count();
 }
 
 std::string describe(const Mesh& mesh) {

@@ -29,6 +29,9 @@ std::string differences_between(const Mesh& a, const Mesh& b, bool same_order = 
 /// Does some edge have more than two faces, or two that cannot agree which way round they are? Which of them
 /// fans glue depends on the order of the faces, so that encoding the decoded mesh may give another file.
 bool is_glued_by_choice(const Mesh& mesh);
+/// Do points lie at one place? Mode single may code them as one (format.md, 10.21), and whether that is
+/// smaller depends on their order, too, so that encoding the decoded mesh may give another file.
+bool has_twins(const Mesh& decoded);
 
 /// A small mesh as text for a failed test: points, blocks, faces, arrays; sizes only when it is large.
 std::string describe(const Mesh& mesh);

@@ -467,17 +467,18 @@ struct NumberSymbol {
   uint32_t bits = 0;
 };
 
-std::vector<std::byte> write_operations(const Operations& operations, uint32_t vertices, bool polygons) {
+std::vector<std::byte> write_operations(const Operations& operations, const FanSurface& surface,
+                                        bool polygons) {
   FanCounts counts(polygons);
   counts.add(operations);
   RansEncoder side;
   const FanTables made = counts.make_tables(side);
   ByteWriter out;
-  out.put_count(vertices);
+  out.put_count(surface.vertices);
   const auto tables = side.finish();
   out.put_count(tables.size());
   out.put_bytes(tables);
-  out.put_bytes(write_fans(operations, made));
+  out.put_bytes(write_fans(operations, made, surface.triangles()));
   return out.take();
 }
 
@@ -518,7 +519,8 @@ FanTables FanCounts::make_tables(RansEncoder& side) const {
           maille::make_tables(numbers_, number_symbols, fan_slot_bits, number_contexts, side)};
 }
 
-std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
+std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables,
+                                  uint32_t triangles) {
   StaticRansEncoder encoder;
   for (const auto& [context, value] : operations) {
     if (context < FanOperation::is_number) {
@@ -531,7 +533,9 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
     encoder.put_raw(number.bits & ((1u << low) - 1), low);
     if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
   }
-  return encoder.finish();
+  std::vector<std::byte> bytes = encoder.finish();
+  fill_up(bytes, triangles);
+  return bytes;
 }
 
 bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
@@ -565,7 +569,7 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
     result.operations = std::move(finder.operations());
     return result;
   }
-  result.bytes = write_operations(finder.operations(), result.surface.vertices, !surface.all_triangles());
+  result.bytes = write_operations(finder.operations(), result.surface, !surface.all_triangles());
   return result;
 }
 

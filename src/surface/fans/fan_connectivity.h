@@ -77,6 +77,8 @@ struct FanSurface {
   uint32_t faces() const {
     return static_cast<uint32_t>(offsets.empty() ? corners.size() / 3 : offsets.size() - 1);
   }
+  /// Of which faces are made: a face of d corners takes d - 2.
+  uint32_t triangles() const { return static_cast<uint32_t>(corners.size()) - 2 * faces(); }
   uint32_t first_corner(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
   std::span<const uint32_t> face(uint32_t i) const {
     return std::span(corners).subspan(first_corner(i), first_corner(i + 1) - first_corner(i));

@@ -508,9 +508,8 @@ tl::unexpected<Error> corrupt(const char* what) {
 }
 
 Result<> check_counts(Bytes bytes, uint32_t triangles, uint64_t vertices) {
-  // A symbol that is not alone in its table has 1/512 bit at least.
   if (vertices > most_fan_points || vertices > 3 * uint64_t{triangles} ||
-      triangles / 16384 > bytes.size() + 16) {
+      !can_hold(bytes.size(), triangles)) {
     return corrupt("the fans are more than their bytes can hold");
   }
   return {};

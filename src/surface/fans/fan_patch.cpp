@@ -285,7 +285,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables) {
   ByteWriter out;
   put_section(out, coded.bytes);
-  out.put_bytes(write_fans(coded.operations, tables));
+  out.put_bytes(write_fans(coded.operations, tables, coded.patch.fans.triangles()));
   return out.take();
 }
 

@@ -226,7 +226,9 @@ class PositionEncoder {
     }
     out.put_count(raw.size() - apart);
     out.put_bytes(Bytes(raw).first(raw.size() - apart));
-    out.put_bytes(encoder.finish(Bytes(raw).last(apart)));
+    std::vector<std::byte> classes = encoder.finish(Bytes(raw).last(apart));
+    fill_up(classes, patch.classes.size());
+    out.put_bytes(classes);
   }
 
  private:

@@ -435,8 +435,7 @@ MAILLE_COLD Result<Sections> read_sections(ByteReader& in, uint32_t points, bool
   sections.classes = in.get_bytes(in.remaining());
   // The states also keep a reader of raw bits from reading past the end.
   if (!in.ok() || sections.classes.size() < 8 * group_lanes) return corrupt("the stream is too short");
-  // A symbol has 1/1024 bit at least, unless its table has no other.
-  if (points / 16384 > size + 16) return corrupt("there are more than the stream can hold");
+  if (!can_hold(size, points)) return corrupt("there are more than the stream can hold");
   return sections;
 }
 

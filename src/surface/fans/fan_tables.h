@@ -36,7 +36,8 @@ class FanCounts {
 FanTables read_fan_tables(RansDecoder& side, bool polygons = false);
 
 /// The operations alone. `tables` have been made with all of them.
-std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables);
+std::vector<std::byte> write_fans(std::span<const FanOperation> operations, const FanTables& tables,
+                                  uint32_t triangles);
 
 /// Do the tables have all that the operations need? Those made with other operations may not.
 bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables);

@@ -274,8 +274,7 @@ Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteRe
   const Bytes words = in.get_bytes(in.remaining());
   const unsigned lanes = lanes_of(head.coding);
   if (!in.ok() || words.size() < lane_state_bytes * lanes) return corrupt("the stream is too short");
-  // A symbol has 1/1024 bit at least, unless its table has no other.
-  if (points / 16384 > size + 16) return corrupt("there are more than the stream can hold");
+  if (!can_hold(size, points)) return corrupt("there are more than the stream can hold");
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   if (head.coding.with_valences && valences.size() < fans.vertices()) return corrupt("valences are missing");
   Reader reader(raw, words, lanes, head.tables);

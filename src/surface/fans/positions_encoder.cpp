@@ -179,7 +179,7 @@ class PositionEncoder {
     code(patch_, coding_, all_of(patch_), writer);
     ByteWriter out;
     const std::vector<StaticTables> tables = write_head(flags, beside, writer.events, false, out);
-    write_points(writer, tables, out);
+    write_points(writer, tables, all(), out);
     return out.take();
   }
 
@@ -198,7 +198,7 @@ class PositionEncoder {
   void write_with_shared(const Patch& patch, ByteWriter& out) const {
     Writer writer(&shared_);
     code(patch, coding_, all_of(patch), writer);
-    write_points(writer, shared_, out);
+    write_points(writer, shared_, patch.codes.size(), out);
   }
   bool takes(const Codes& codes) const {
     if (wide_) return true;
@@ -236,9 +236,12 @@ class PositionEncoder {
     put_section(out, side.finish());
     return tables;
   }
-  void write_points(Writer& writer, const std::vector<StaticTables>& tables, ByteWriter& out) const {
+  void write_points(Writer& writer, const std::vector<StaticTables>& tables, uint64_t points,
+                    ByteWriter& out) const {
+    std::vector<std::byte> symbols = write_symbols(coding_, writer.events, tables);
+    fill_up(symbols, points);
     put_section(out, writer.take_raw());
-    out.put_bytes(write_symbols(coding_, writer.events, tables));
+    out.put_bytes(symbols);
   }
   static constexpr uint32_t trial_vertices = 1 << 14, small_trial_vertices = 1 << 12;
 
