@@ -1,6 +1,19 @@
 # An address stands wherever a .maille file is read; of a part, little more than that part is fetched.
 export no_proxy=127.0.0.1
-maille subdivide -q --levels 7 tetra.off fine.ply
+# No coordinate comes again: a table of them would stand before the first picture.
+python3 -c '
+w, h = 257, 129
+print("ply\nformat ascii 1.0\nelement vertex %d" % (w * h))
+print("property float x\nproperty float y\nproperty float z\nelement face %d" % (2 * (w - 1) * (h - 1)))
+print("property list uchar int vertex_indices\nend_header")
+noise = lambda i: (i * 2654435761 % 4294967296) / 4294967296 / 400
+for i in range(w * h):
+    print("%.6f %.6f %.6f" % (i % w / 256 + noise(3 * i), i // w / 128 + noise(3 * i + 1), 1 + noise(3 * i + 2)))
+for y in range(h - 1):
+    for x in range(w - 1):
+        a = y * w + x
+        print("3 %d %d %d\n3 %d %d %d" % (a, a + 1, a + w, a + 1, a + w + 1, a + w))
+' > fine.ply
 maille compress -q --mode random fine.ply
 maille compress -q -2 fine.ply plain.maille
 maille serve -q --port 0 . > address &

@@ -152,7 +152,7 @@ struct FittedRows {
     }
   }
   void apply(Rows& rows) const {
-    for (unsigned k = 0; k < vertex_kinds; ++k) {
+    for (unsigned k = 0; k < triangle_kinds; ++k) {
       if (!has_place[place(k)]) continue;
       rows[k * selectors + fitted_selector] = has_kind[k] ? of_kind[k] : of_place[place(k)];
     }
