@@ -557,7 +557,7 @@ std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& arr
 }
 
 PositionChoices position_choices(int effort) {
-  return {effort > 1, effort > 3, effort > 3};
+  return {effort > 1, effort > 3, effort > 1};
 }
 
 struct SharedPositions::State {

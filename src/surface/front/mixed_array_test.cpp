@@ -232,7 +232,7 @@ TEST(MixedArray, ImagesThatAreNoneComeBack) {
         const double value = static_cast<double>(from[i]);
         if (type == Scalar::f64) array.values<double>()[i] = value;
         if (type == Scalar::i16) array.values<int16_t>()[i] = static_cast<int16_t>(value * 1024);
-        if (type == Scalar::i64) array.values<int64_t>()[i] = static_cast<int64_t>(value * 1e15) * 4096;
+        if (type == Scalar::i64) array.values<int64_t>()[i] = static_cast<int64_t>(value * 1e15) * 512;
       }
       ASSERT_EQ(round_trip(patch, array), "") << irregular << ", " << name_of(type);
     }
