@@ -51,56 +51,14 @@ class SymbolModel {
     return symbol;
   }
 
-  /// A symbol that two models expect: in the mean of their distributions. Both learn from it.
-  template <class Coder>
-  [[gnu::always_inline]] static unsigned code_in_mean(Coder& coder, SymbolModel& a, SymbolModel& b,
-                                                      unsigned symbol, unsigned lane = 0) {
-    SymbolModel mean(a, b);
-    if constexpr (Coder::encoding) {
-      coder.put(mean.start(symbol), mean.frequency(symbol), 15, lane);
-    } else {
-      symbol = mean.find(static_cast<int16_t>(coder.peek(15, lane)));
-      coder.advance(mean.start(symbol), mean.frequency(symbol), 15, lane);
-    }
-    a.adapt(symbol);
-    b.adapt(symbol);
-    return symbol;
-  }
-
-  // What it has learnt, to be written down.
-  uint32_t frequency(unsigned symbol) const {
-    const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
-    return static_cast<uint32_t>(end - cumulative_[symbol]);
-  }
-  unsigned visits() const { return visits_; }
-  static constexpr unsigned most_visits = symbol_rates.size() - 1;
-  /// Each frequency is 1 at least; together they are 2^15.
-  void set(const std::array<uint32_t, 16>& frequencies, unsigned visits) {
-    uint32_t sum = 0;
-    for (unsigned i = 0; i < 16; ++i) {
-      cumulative_[i] = static_cast<int16_t>(sum);
-      sum += frequencies[i];
-    }
-    visits_ = static_cast<uint16_t>(visits);
-  }
-
  private:
   static constexpr int highest = 32768;
 
-  /// Means rounded up: they rise from symbol to symbol as both distributions do.
-  [[gnu::always_inline]] SymbolModel(const SymbolModel& a, const SymbolModel& b) {
-#ifdef __SSE2__
-    for (unsigned i = 0; i < 2; ++i)
-      _mm_store_si128(reinterpret_cast<__m128i*>(cumulative_.data()) + i,
-                      _mm_avg_epu16(a.half(i), b.half(i)));
-#else
-    for (unsigned i = 0; i < 16; ++i)
-      cumulative_[i] = static_cast<int16_t>((a.cumulative_[i] + b.cumulative_[i] + 1) >> 1);
-#endif
-  }
+  uint32_t start(unsigned symbol) const { return static_cast<uint32_t>(cumulative_[symbol]); }
 
-  uint32_t start(unsigned symbol) const {
-    return static_cast<uint32_t>(cumulative_[symbol]);
+  uint32_t frequency(unsigned symbol) const {
+    const int end = symbol == 15 ? highest : cumulative_[symbol + 1];
+    return static_cast<uint32_t>(end - cumulative_[symbol]);
   }
 
 #ifdef __SSE2__

@@ -165,35 +165,5 @@ TEST(SymbolModel, LearnsWhatComesOften) {
   EXPECT_LT(bits_per_symbol(3), 0.05);      // changes once
 }
 
-TEST(SymbolModel, TwoModelsExpectTheMeanOfTheirDistributions) {
-  Random random(7);
-  std::vector<unsigned> symbols(5000);
-  for (unsigned& symbol : symbols) symbol = std::min(random.below(16), random.below(16));
-  const auto code_all = [&](auto& coder, const auto& visit) {
-    std::vector<SymbolModel> a(3), b(5);
-    PlainModel plain_a[3], plain_b[5];
-    for (size_t i = 0; i < symbols.size(); ++i) {
-      const unsigned symbol = SymbolModel::code_in_mean(coder, a[i % 3], b[i % 5], symbols[i]);
-      visit(plain_a[i % 3], plain_b[i % 5], symbol);
-      ASSERT_EQ(symbol, symbols[i]);
-      plain_a[i % 3].adapt(symbol);
-      plain_b[i % 5].adapt(symbol);
-    }
-  };
-  Recorder recorder;
-  code_all(recorder, [&](const PlainModel& a, const PlainModel& b, unsigned symbol) {
-    const int start = (a.start(symbol) + b.start(symbol) + 1) >> 1;
-    const int end = symbol == 15 ? 32768 : (a.end(symbol) + b.end(symbol) + 1) >> 1;
-    ASSERT_EQ(recorder.start, static_cast<uint32_t>(start));
-    ASSERT_EQ(recorder.frequency, static_cast<uint32_t>(end - start));
-  });
-  RansEncoder encoder;
-  code_all(encoder, [](const PlainModel&, const PlainModel&, unsigned) {});
-  const auto bytes = encoder.finish();
-  RansDecoder decoder(bytes);
-  code_all(decoder, [](const PlainModel&, const PlainModel&, unsigned) {});
-  EXPECT_FALSE(decoder.exhausted());
-}
-
 }  // namespace
 }  // namespace maille

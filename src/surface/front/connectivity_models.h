@@ -23,7 +23,8 @@ struct FrontView {
   Node q, p, r, s, w;
 };
 
-/// Models of the fast and default levels: one adaptive model for each decision, in a small context.
+/// One adaptive model for each decision, in a small context: below level 7, where fans do not take a patch
+/// because it has more than most_fan_points points.
 struct PlainConnectivityModels {
   static constexpr unsigned degree_contexts = 12 * 4;
   static constexpr unsigned valence_contexts = 15 * 3 * 4;
