@@ -6,9 +6,13 @@
 
 namespace maille::testing {
 
-std::string format_document() {
-  std::ifstream file(MAILLE_TESTS_DIR "/../docs/format.md");
+std::string document(const std::string& name) {
+  std::ifstream file(MAILLE_TESTS_DIR "/../docs/" + name);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string format_document() {
+  return document("format.md");
 }
 
 std::string block_of_document(const std::string& kind) {

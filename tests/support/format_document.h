@@ -8,6 +8,8 @@
 namespace maille::testing {
 
 std::string format_document();
+/// A page of docs/ by its name.
+std::string document(const std::string& name);
 /// The lines between ```KIND and ```; none where there is no such block.
 std::string block_of_document(const std::string& kind);
 /// Pairs of hex digits up to the first two spaces of each line; the rest is explanation.
