@@ -10,8 +10,9 @@
 
 namespace maille {
 
-/// The coordinates of a point as a processor adds them: x, y, z and nothing. Codes that span 20 bits are
-/// floats, others doubles; each operation is rounded by itself, in the order in which it stands here.
+/// The components of a tuple as a processor adds them, up to four: the x, y, z of a position and nothing.
+/// Codes that span 20 bits are floats, others doubles; each operation is rounded by itself, in the order in
+/// which it stands here.
 struct FloatPoint {
   using Real = float;
   using Integer = int32_t;
@@ -32,19 +33,19 @@ struct DoublePoint {
   using Integer = int64_t;
   using Pair = double __attribute__((vector_size(16)));
   using Bits = int64_t __attribute__((vector_size(16)));
-  Pair xy, z;
+  Pair xy, zw;
 
   static DoublePoint of(double x) { return {Pair{x, x}, Pair{x, x}}; }
-  DoublePoint operator+(DoublePoint o) const { return {xy + o.xy, z + o.z}; }
-  DoublePoint operator-(DoublePoint o) const { return {xy - o.xy, z - o.z}; }
-  DoublePoint operator*(DoublePoint o) const { return {xy * o.xy, z * o.z}; }
-  DoublePoint smaller(DoublePoint o) const { return {xy < o.xy ? xy : o.xy, z < o.z ? z : o.z}; }
-  DoublePoint larger(DoublePoint o) const { return {xy > o.xy ? xy : o.xy, z > o.z ? z : o.z}; }
+  DoublePoint operator+(DoublePoint o) const { return {xy + o.xy, zw + o.zw}; }
+  DoublePoint operator-(DoublePoint o) const { return {xy - o.xy, zw - o.zw}; }
+  DoublePoint operator*(DoublePoint o) const { return {xy * o.xy, zw * o.zw}; }
+  DoublePoint smaller(DoublePoint o) const { return {xy < o.xy ? xy : o.xy, zw < o.zw ? zw : o.zw}; }
+  DoublePoint larger(DoublePoint o) const { return {xy > o.xy ? xy : o.xy, zw > o.zw ? zw : o.zw}; }
   DoublePoint magnitude() const {
     const auto positive = [](Pair p) {
       return reinterpret_cast<Pair>(reinterpret_cast<Bits>(p) & 0x7fffffffffffffff);
     };
-    return {positive(xy), positive(z)};
+    return {positive(xy), positive(zw)};
   }
 };
 

@@ -6,11 +6,14 @@
 
 namespace maille::positions {
 
-/// Points while they are coded: codes less a bias, as floats.
+/// Points while they are coded: codes less a bias, as floats. Components beyond those that an array has are
+/// 0.
+template <unsigned n>
 struct FloatPoints {
   using Point = FloatPoint;
   using Integer = int32_t;
-  using Three = std::array<int32_t, 4>;
+  using Tuple = std::array<int32_t, most_components>;
+  static constexpr unsigned components = n;
   static constexpr bool narrow = true;
   // Sums of three are exact, and what weights give is far from the end of floats.
   static constexpr float most = 1 << 20;
@@ -24,22 +27,22 @@ struct FloatPoints {
     __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(FloatPoint));
   }
   /// The nearest integers, the even one of two.
-  [[gnu::always_inline]] static Three to_codes(FloatPoint p) {
+  [[gnu::always_inline]] static Tuple to_codes(FloatPoint p) {
     p = p.smaller(FloatPoint::of(most)).larger(FloatPoint::of(-most));
     const FloatPoint magic = FloatPoint::of(0x1.8p23f);
     const auto codes = __builtin_convertvector((p + magic - magic).v, SignedLanes);
-    Three result;
+    Tuple result;
     __builtin_memcpy(result.data(), &codes, sizeof codes);
     return result;
   }
-  [[gnu::always_inline]] void set(uint32_t v, const Three& codes) {
+  [[gnu::always_inline]] void set(uint32_t v, const Tuple& codes) {
     SignedLanes lanes;
     __builtin_memcpy(&lanes, codes.data(), sizeof lanes);
     points[v].v = __builtin_convertvector(lanes, FloatLanes);
   }
   int32_t code(uint32_t v, unsigned k) const { return static_cast<int32_t>(points[v].v[k]); }
   /// Octaves above 1/4, 0 for less.
-  [[gnu::always_inline]] static std::array<int32_t, 4> octaves(FloatPoint p, const Three&) {
+  [[gnu::always_inline]] static std::array<int32_t, 4> octaves(FloatPoint p, const Tuple&) {
     const auto bits = (reinterpret_cast<SignedLanes>(p.v) >> 23) - 125;
     std::array<int32_t, 4> result;
     __builtin_memcpy(result.data(), &bits, sizeof bits);
@@ -48,16 +51,18 @@ struct FloatPoints {
 };
 
 /// Any codes, as doubles; those of curved maps by their numbers.
+template <unsigned n>
 struct DoublePoints {
   using Point = DoublePoint;
   using Integer = int64_t;
-  using Three = std::array<int64_t, 4>;
+  using Tuple = std::array<int64_t, most_components>;
+  static constexpr unsigned components = n;
   static constexpr bool narrow = false;
   static constexpr double most = 0x1p62;
 
   Unfilled<DoublePoint> points;
-  std::vector<std::array<int64_t, 3>> codes;
-  std::array<const NumberMap*, 3> curved{};  ///< maps whose codes are not proportional to numbers
+  std::vector<std::array<int64_t, n>> codes;
+  std::array<const NumberMap*, n> curved{};  ///< maps whose codes are not proportional to numbers
   Scalar type = Scalar::f64;
   bool any_curved = false;
 
@@ -68,10 +73,10 @@ struct DoublePoints {
     points.resize(end);
     __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(DoublePoint));
   }
-  static double coordinate(const DoublePoint& p, unsigned k) { return k < 2 ? p.xy[k] : p.z[0]; }
-  [[gnu::always_inline]] Three to_codes(const DoublePoint& p) const {
-    Three result{};
-    for (unsigned k = 0; k < 3; ++k) result[k] = to_code(coordinate(p, k), k);
+  static double coordinate(const DoublePoint& p, unsigned k) { return k < 2 ? p.xy[k] : p.zw[k - 2]; }
+  [[gnu::always_inline]] Tuple to_codes(const DoublePoint& p) const {
+    Tuple result{};
+    for (unsigned k = 0; k < n; ++k) result[k] = to_code(coordinate(p, k), k);
     return result;
   }
   [[gnu::always_inline]] int64_t to_code(double x, unsigned k) const {
@@ -79,11 +84,13 @@ struct DoublePoints {
     x = std::clamp(x, -most, most);
     return static_cast<int64_t>(x + 0x1.8p52 - 0x1.8p52);
   }
-  [[gnu::always_inline]] void set(uint32_t v, const Three& to) {
-    codes[v] = {to[0], to[1], to[2]};
-    DoublePoint& p = points[v];
-    p.xy = DoublePoint::Pair{value_of(to[0], 0), value_of(to[1], 1)};
-    p.z = DoublePoint::Pair{value_of(to[2], 2), 0};
+  [[gnu::always_inline]] void set(uint32_t v, const Tuple& to) {
+    std::array<double, most_components> values{};
+    for (unsigned k = 0; k < n; ++k) {
+      codes[v][k] = to[k];
+      values[k] = value_of(to[k], k);
+    }
+    points[v] = {DoublePoint::Pair{values[0], values[1]}, DoublePoint::Pair{values[2], values[3]}};
   }
   double value_of(int64_t code, unsigned k) const {
     // Infinities would make NaN, and numbers near the largest overflow.
@@ -91,9 +98,9 @@ struct DoublePoints {
   }
   int64_t code(uint32_t v, unsigned k) const { return codes[v][k]; }
   /// Octaves above a quarter of the step that codes have at `codes`.
-  [[gnu::always_inline]] std::array<int32_t, 4> octaves(const DoublePoint& p, const Three& at) const {
+  [[gnu::always_inline]] std::array<int32_t, 4> octaves(const DoublePoint& p, const Tuple& at) const {
     std::array<int32_t, 4> result{};
-    for (unsigned k = 0; k < 3; ++k) result[k] = octave(coordinate(p, k)) - octave_of_step(at[k], k) + 2;
+    for (unsigned k = 0; k < n; ++k) result[k] = octave(coordinate(p, k)) - octave_of_step(at[k], k) + 2;
     return result;
   }
   static int32_t octave(double x) {
@@ -108,6 +115,15 @@ struct DoublePoints {
   }
 };
 
+/// Calls `with` with each component as a constant.
+template <unsigned n, class Function>
+[[gnu::always_inline]] inline void for_each_component(Function with) {
+  [&]<unsigned... k>(std::integer_sequence<unsigned, k...>) {
+    (with(std::integral_constant<unsigned, k>{}), ...);
+  }
+  (std::make_integer_sequence<unsigned, n>{});
+}
+
 inline constexpr auto group_of_kind = [] {
   std::array<uint8_t, vertex_kinds> table{};
   for (unsigned kind = 0; kind < vertex_kinds; ++kind)
@@ -116,16 +132,21 @@ inline constexpr auto group_of_kind = [] {
 }();
 
 /// What later vertices want to know about the repeats of one.
+template <unsigned n>
 struct Repeat {
   static constexpr uint16_t no_index = 0xffff;
-  std::array<uint16_t, 3> index{no_index, no_index, no_index};
-  std::array<uint8_t, 3> candidate{};
-  uint8_t pattern = 7;  ///< of vertices that are not decoded yet
+  std::array<uint16_t, n> index;
+  std::array<uint8_t, n> candidate{};
+  uint8_t pattern = (1 << n) - 1;  ///< of vertices that are not decoded yet
+
+  Repeat() { index.fill(no_index); }
 };
 
-inline constexpr unsigned first_pattern = residual_contexts, first_index = first_pattern + pattern_contexts,
+// Contexts of all alphabets, one behind the other, with room for any number of components.
+inline constexpr unsigned first_pattern = residual_contexts_of(most_components),
+                          first_index = first_pattern + pattern_contexts_of(most_components),
                           first_candidate = first_index + index_contexts,
-                          all_contexts = first_candidate + candidate_contexts;
+                          all_contexts = first_candidate + candidate_contexts_of(most_components);
 
 /// Codes one vertex after the other. `Coder`: a reader, or a writer that finds the codes in `wanted`.
 template <class Coder, class Points, bool repeating>
@@ -133,33 +154,36 @@ class PositionCoder {
  public:
   using Point = typename Points::Point;
   using Integer = typename Points::Integer;
-  using Three = typename Points::Three;
+  using Tuple = typename Points::Tuple;
+  using Own = Repeat<Points::components>;
+  static constexpr unsigned components = Points::components;
+  static constexpr unsigned pattern_lane = positions::pattern_lane(components);
 
   PositionCoder(Coder& coder, const Coding& coding, Points& points, size_t count)
       : coder_(coder), coding_(coding), points_(points), size_class_(make_size_classes(coding.first_size)) {
     sizes_.resize(count);
     if (repeating) repeats_.resize(count);
-    for (unsigned k = 0; k < 3; ++k) fields_[k] = make_fields<Integer>(coding.base[k]);
+    for (unsigned k = 0; k < components; ++k) fields_[k] = make_fields<Integer>(coding.base[k]);
   }
 
   /// Vertex v, once all before it are coded. `wanted`: its codes, for a writer.
   [[gnu::always_inline]] void code(uint32_t v, const VertexReferences& references, unsigned kind,
-                                   const Weights& weights, const Three& wanted) {
+                                   const Weights& weights, const Tuple& wanted) {
     const unsigned group = group_of_kind[kind];
     const Forecast<Point> expected = forecast(points_.points.data(), references, weights, group);
     const bool by_gate = coding_.centre == Centre::gate;
     const Point target = by_gate ? expected.gate : expected.fitted;
     const Point apart = (by_gate ? expected.fitted : expected.mean) - target;
-    const Three centre = points_.to_codes(target);
+    const Tuple centre = points_.to_codes(target);
     const uint32_t around = 2 * (sizes_[references.at[R::last]] + sizes_[references.at[R::focus]]) +
                             sizes_[references.at[R::before]] + sizes_[references.at[R::next]];
-    std::array<uint32_t, 3> context;
+    std::array<uint32_t, components> context;
     const uint32_t gates = ValenceRows::parallelograms(group) * plane;
-    for (unsigned k = 0; k < 3; ++k)
+    for (unsigned k = 0; k < components; ++k)
       context[k] = 4 * plane * k + gates + size_class_[around >> (8 * k) & 255];
     if (coding_.with_spread) {
       const auto octaves = points_.octaves(expected.spread, centre);
-      for (unsigned k = 0; k < 3; ++k)
+      for (unsigned k = 0; k < components; ++k)
         context[k] += static_cast<uint32_t>(
             std::clamp(octaves[k] - int{coding_.first_spread}, 0, int{spread_classes} - 1));
     }
@@ -178,7 +202,7 @@ class PositionCoder {
   }
 
   /// A vertex that a writer leaves out.
-  void skip(uint32_t v, const Three& codes) {
+  void skip(uint32_t v, const Tuple& codes) {
     points_.set(v, codes);
     if constexpr (repeating) {
       codes_ = codes;
@@ -193,29 +217,31 @@ class PositionCoder {
   using R = VertexReferences;
   using Unsigned = std::make_unsigned_t<Integer>;
 
-  [[gnu::always_inline]] static std::array<bool, 3> signs(const FloatPoint& p) {
-    return {p.v[0] < 0, p.v[1] < 0, p.v[2] < 0};
+  using Signs = std::array<bool, most_components>;
+  [[gnu::always_inline]] static Signs signs(const FloatPoint& p) {
+    return {p.v[0] < 0, p.v[1] < 0, p.v[2] < 0, p.v[3] < 0};
   }
-  [[gnu::always_inline]] static std::array<bool, 3> signs(const DoublePoint& p) {
-    return {p.xy[0] < 0, p.xy[1] < 0, p.z[0] < 0};
+  [[gnu::always_inline]] static Signs signs(const DoublePoint& p) {
+    return {p.xy[0] < 0, p.xy[1] < 0, p.zw[0] < 0, p.zw[1] < 0};
   }
 
-  void note(const Three& centre, const std::array<int32_t, 4>& octaves) {
-    for (unsigned k = 0; k < 3; ++k)
+  void note(const Tuple& centre, const std::array<int32_t, 4>& octaves) {
+    for (unsigned k = 0; k < components; ++k)
       coder_.note(k,
                   magnitude_of(static_cast<Integer>(static_cast<Unsigned>(codes_[k]) -
                                                     static_cast<Unsigned>(centre[k]))),
                   octaves[k]);
   }
 
-  [[gnu::always_inline]] void code_residuals(uint32_t v, const Three& centre, std::array<bool, 3> negative,
-                                             const std::array<uint32_t, 3>& context) {
-    std::array<unsigned, 3> symbol;
-    symbol[0] = code_symbol<0>(centre[0], negative[0], context[0]);
-    symbol[1] = code_symbol<1>(centre[1], negative[1], context[1]);
-    symbol[2] = code_symbol<2>(centre[2], negative[2], context[2]);
+  [[gnu::always_inline]] void code_residuals(uint32_t v, const Tuple& centre, const Signs& negative,
+                                             const std::array<uint32_t, components>& context) {
+    std::array<unsigned, components> symbol;
+    for_each_component<components>(
+        [&](auto k) { symbol[k] = code_symbol<k>(centre[k], negative[k], context[k]); });
     uint32_t size = 0;
-    for (unsigned k = 0; k < 3; ++k) {
+    bool escaped = false;
+    for (unsigned k = 0; k < components; ++k) {
+      escaped |= symbol[k] == escape;
       if (repeating && (known_ >> k & 1) != 0) {
         size |= uint32_t{size_of_known(centre[k], k)} << (8 * k);
         continue;
@@ -240,7 +266,7 @@ class PositionCoder {
         codes_[k] = static_cast<Integer>(static_cast<Unsigned>(centre[k]) + residual);
       size |= uint32_t{field.size} << (8 * k);
     }
-    if (symbol[0] == escape || symbol[1] == escape || symbol[2] == escape) [[unlikely]]
+    if (escaped) [[unlikely]]
       code_escapes(symbol, centre);
     sizes_[v] = size;
   }
@@ -262,8 +288,8 @@ class PositionCoder {
   }
 
   /// All bits of a residual that has no symbol.
-  [[gnu::noinline]] void code_escapes(const std::array<unsigned, 3>& symbol, const Three& centre) {
-    for (unsigned k = 0; k < 3; ++k) {
+  [[gnu::noinline]] void code_escapes(const std::array<unsigned, components>& symbol, const Tuple& centre) {
+    for (unsigned k = 0; k < components; ++k) {
       if (symbol[k] != escape) continue;
       const auto residual =
           static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre[k]));
@@ -300,45 +326,45 @@ class PositionCoder {
     third_ = ValenceRows::is_closed(group) ? R::next : R::before;
     if (coding_.repeats == Repeats::levels) {
       const auto pattern = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].pattern; };
-      const uint32_t context = (pattern(R::last) * 8 + pattern(R::focus)) * 8 + pattern(third_);
-      own_.pattern =
-          static_cast<uint8_t>(coder_.template symbol<3>(first_pattern + context, own_.pattern) & 7);
+      constexpr uint32_t patterns = patterns_of(components);
+      const uint32_t context = (pattern(R::last) * patterns + pattern(R::focus)) * patterns + pattern(third_);
+      own_.pattern = static_cast<uint8_t>(
+          coder_.template symbol<pattern_lane>(first_pattern + context, own_.pattern) & (patterns - 1));
       known_ = own_.pattern;
     }
-    const Three fitted = points_.to_codes(expected.fitted);
+    const Tuple fitted = points_.to_codes(expected.fitted);
     if (coding_.repeats == Repeats::candidates) return code_candidates(references, group, expected, fitted);
-    if ((known_ & 1) != 0) code_index<0>(references, fitted[0]);
-    if ((known_ & 2) != 0) code_index<1>(references, fitted[1]);
-    if ((known_ & 4) != 0) code_index<2>(references, fitted[2]);
+    for_each_component<components>([&](auto k) {
+      if ((known_ >> k & 1) != 0) code_index<k>(references, fitted[k]);
+    });
   }
 
   /// Later vertices want to know where in the dictionary all coordinates are.
-  void find_indices(Repeat& repeat) const {
-    for (unsigned k = 0; k < 3; ++k) {
+  void find_indices(Own& repeat) const {
+    for (unsigned k = 0; k < components; ++k) {
       const Dictionary& dictionary = coding_.dictionaries[k];
       const uint32_t i = dictionary.find(codes_[k]);
-      repeat.index[k] = i < dictionary.size() ? static_cast<uint16_t>(i) : Repeat::no_index;
+      repeat.index[k] = i < dictionary.size() ? static_cast<uint16_t>(i) : Own::no_index;
     }
   }
 
-  static void set_pattern(Repeat& repeat) {
+  static void set_pattern(Own& repeat) {
     unsigned pattern = 0;
-    for (unsigned k = 0; k < 3; ++k) pattern |= unsigned{repeat.index[k] != Repeat::no_index} << k;
+    for (unsigned k = 0; k < components; ++k) pattern |= unsigned{repeat.index[k] != Own::no_index} << k;
     repeat.pattern = static_cast<uint8_t>(pattern);
   }
 
   void code_candidates(const VertexReferences& references, unsigned group, const Forecast<Point>& expected,
-                       const Three& fitted) {
-    const Three gate = points_.to_codes(expected.gate), closing = points_.to_codes(expected.closing),
+                       const Tuple& fitted) {
+    const Tuple gate = points_.to_codes(expected.gate), closing = points_.to_codes(expected.closing),
                 late = points_.to_codes(expected.late);
     unsigned before = candidate_symbols;
-    code_candidate<0>(references, group, gate, closing, late, fitted, before);
-    code_candidate<1>(references, group, gate, closing, late, fitted, before);
-    code_candidate<2>(references, group, gate, closing, late, fitted, before);
+    for_each_component<components>(
+        [&](auto k) { code_candidate<k>(references, group, gate, closing, late, fitted, before); });
   }
   template <unsigned k>
-  void code_candidate(const VertexReferences& references, unsigned group, const Three& gate,
-                      const Three& closing, const Three& late, const Three& fitted, unsigned& before) {
+  void code_candidate(const VertexReferences& references, unsigned group, const Tuple& gate,
+                      const Tuple& closing, const Tuple& late, const Tuple& fitted, unsigned& before) {
     const auto code = [&](unsigned r) { return points_.code(references.at[r], k); };
     const std::array<Integer, 7> values = {
         gate[k],
@@ -351,7 +377,7 @@ class PositionCoder {
     unsigned symbol = 0;
     if constexpr (Coder::encoding) {
       while (symbol < 7 && values[symbol] != codes_[k]) ++symbol;
-      symbol = symbol < 7 ? symbol + 1 : own_.index[k] != Repeat::no_index ? candidate_symbols - 1 : 0;
+      symbol = symbol < 7 ? symbol + 1 : own_.index[k] != Own::no_index ? candidate_symbols - 1 : 0;
     }
     const uint32_t equal = uint32_t{values[0] == values[1]} | uint32_t{values[0] == values[2]} << 1;
     const uint32_t of_last = repeats_[references.at[R::last]].candidate[k];
@@ -400,14 +426,14 @@ class PositionCoder {
   Coder& coder_;
   const Coding& coding_;
   Points& points_;
-  std::array<ResidualFields<Integer>, 3> fields_;
+  std::array<ResidualFields<Integer>, components> fields_;
   std::array<uint8_t, 256> size_class_;
-  std::vector<uint32_t> sizes_;  ///< of residuals, eight bits for each coordinate
-  std::vector<Repeat> repeats_;
+  std::vector<uint32_t> sizes_;  ///< of residuals, eight bits for each component
+  std::vector<Own> repeats_;
   // Of the vertex at hand.
-  Three codes_{};
-  Repeat own_;
-  unsigned known_ = 0;  ///< coordinates, as bits
+  Tuple codes_{};
+  Own own_;
+  unsigned known_ = 0;  ///< components, as bits
   unsigned third_ = 0;
 };
 

@@ -9,11 +9,16 @@
 #include <vector>
 
 #include "entropy/clustered_tables.h"
+#include "entropy/lane_rans.h"
 #include "numbers/number_map.h"
 #include "surface/fans/dictionary.h"
 #include "surface/fans/forecast.h"
+#include "surface/left_out.h"
 
 namespace maille::positions {
+
+/// Of the tuples that the coder takes; positions have three.
+inline constexpr unsigned most_components = 4;
 
 /// A residual is one symbol and raw bits. Symbol 0: at most `base` bits long, with sign. Then for each length
 /// more: the sign relative to that of `apart`, and the bit below the highest. The last symbol stands for any
@@ -70,40 +75,72 @@ inline unsigned symbol_of(uint64_t magnitude, bool other, unsigned base) {
   return 3 + 4 * (i - 2) + 2 * other + (magnitude >> (length - 2) & 1);
 }
 
-// Contexts of residuals: a plane for each coordinate and number of parallelograms, in it 16 classes of the
+// Contexts of residuals: a plane for each component and number of parallelograms, in it 16 classes of the
 // sizes of the neighbours' residuals times 16 of how far predictions lie apart.
 inline constexpr unsigned size_classes = 16, spread_classes = 16;
 inline constexpr unsigned plane = size_classes * spread_classes;
-inline constexpr unsigned planes = 3 * 4;
-inline constexpr unsigned residual_contexts = planes * plane;
+inline constexpr unsigned residual_contexts_of(unsigned components) {
+  return components * 4 * plane;
+}
 inline constexpr unsigned most_residual_tables = 24;
 
-// Repeats: which coordinates are in dictionaries, and where.
-inline constexpr unsigned pattern_contexts = 8 * 8 * 8, patterns = 8, most_pattern_tables = 16;
+// Repeats: which components are in dictionaries, and where.
+inline constexpr unsigned patterns_of(unsigned components) {
+  return 1u << components;
+}
+inline constexpr unsigned pattern_contexts_of(unsigned components) {
+  return 1u << 3 * components;
+}
+inline constexpr unsigned most_pattern_tables = 16;
+/// Behind those of the components; the last one of four.
+inline constexpr unsigned pattern_lane(unsigned components) {
+  return components < symbol_lanes ? components : symbol_lanes - 1;
+}
 inline constexpr unsigned relations = 4;
 inline constexpr unsigned index_contexts = 8 * relations * relations * relations, index_symbols = 16,
                           most_index_tables = 24;
-inline constexpr unsigned candidate_contexts = 3 * 10 * 10 * 4 * 4, candidate_symbols = 9,
-                          most_candidate_tables = 16;
+inline constexpr unsigned candidate_contexts_of(unsigned components) {
+  return components * 10 * 10 * 4 * 4;
+}
+inline constexpr unsigned candidate_symbols = 9, most_candidate_tables = 16;
+
+/// Calls `with` with a number of components as a constant, 1 to 4.
+template <class Function>
+auto with_components(unsigned components, Function with) {
+  if constexpr (charts_alone) return with(std::integral_constant<unsigned, 3>{});
+  switch (components) {
+    case 1:
+      return with(std::integral_constant<unsigned, 1>{});
+    case 2:
+      return with(std::integral_constant<unsigned, 2>{});
+    case 3:
+      return with(std::integral_constant<unsigned, 3>{});
+    default:
+      return with(std::integral_constant<unsigned, 4>{});
+  }
+}
 
 enum class Centre : uint8_t { fitted, gate };
 enum class Repeats : uint8_t {
   none,
-  levels,      ///< which coordinates are in a dictionary comes first, as a pattern
-  candidates,  ///< each coordinate may be that of a neighbour or of a parallelogram, or in a dictionary
+  levels,      ///< which components are in a dictionary comes first, as a pattern
+  candidates,  ///< each component may be that of a neighbour or of a parallelogram, or in a dictionary
 };
 
-/// How positions are coded, chosen by the encoder.
+using Dictionaries = std::array<Dictionary, most_components>;
+
+/// How tuples are coded, chosen by the encoder.
 struct Coding {
+  unsigned components = 3;
   Centre centre = Centre::fitted;
   Repeats repeats = Repeats::none;
   bool with_spread = false;
   bool with_valences = false;
-  std::array<uint8_t, 3> base{};
+  std::array<uint8_t, most_components> base{};
   /// The lowest sizes and spreads that have a class of their own.
   uint8_t first_size = 0, first_spread = 0;
   ValenceRows rows;
-  std::array<Dictionary, 3> dictionaries;
+  Dictionaries dictionaries;
 };
 
 /// By the sum of six sizes around: its class, as a part of the context.

@@ -32,9 +32,11 @@ inline bool read_flags(uint8_t flags, Coding& coding) {
   return true;
 }
 
-/// One for each coordinate, and one for patterns.
+/// One for each component, and one for patterns, if there are that many.
 inline unsigned lanes_of(const Coding& coding) {
-  return coding.repeats == Repeats::levels ? 4 : 3;
+  const unsigned last =
+      coding.repeats == Repeats::levels ? pattern_lane(coding.components) : coding.components - 1;
+  return last + 1;
 }
 
 inline void put_signed(ByteWriter& out, int64_t value) {
@@ -51,13 +53,15 @@ struct Alphabet {
 };
 template <class Visit>
 void for_each_alphabet(const Coding& coding, Visit visit) {
-  visit(Alphabet{0, residual_contexts, symbols, spread_classes, most_residual_tables});
+  const unsigned n = coding.components;
+  visit(Alphabet{0, residual_contexts_of(n), symbols, spread_classes, most_residual_tables});
   if (coding.repeats == Repeats::none) return;
   if (coding.repeats == Repeats::levels)
-    visit(Alphabet{first_pattern, pattern_contexts, patterns, 8, most_pattern_tables});
+    visit(
+        Alphabet{first_pattern, pattern_contexts_of(n), patterns_of(n), patterns_of(n), most_pattern_tables});
   visit(Alphabet{first_index, index_contexts, index_symbols, relations, most_index_tables});
   if (coding.repeats == Repeats::candidates)
-    visit(Alphabet{first_candidate, candidate_contexts, candidate_symbols, 16, most_candidate_tables});
+    visit(Alphabet{first_candidate, candidate_contexts_of(n), candidate_symbols, 16, most_candidate_tables});
 }
 
 inline constexpr uint8_t loose_kind = start_place * valence_classes * 2;
@@ -110,12 +114,13 @@ class WindowWeights {
   std::vector<Weights> at_;
 };
 
-inline DoublePoints wide_points(std::span<const NumberMap> maps, Scalar type, size_t count) {
-  DoublePoints points;
+template <unsigned n>
+DoublePoints<n> wide_points(std::span<const NumberMap> maps, Scalar type, size_t count) {
+  DoublePoints<n> points;
   points.type = type;
   reserve_pages(points.points, count);
   reserve_pages(points.codes, count);
-  for (unsigned k = 0; k < 3; ++k) {
+  for (unsigned k = 0; k < n; ++k) {
     points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
     points.any_curved = points.any_curved || maps[k].is_curved();
   }

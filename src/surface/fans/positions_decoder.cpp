@@ -41,7 +41,7 @@ struct PositionTables {
   Coding coding;
   bool wide = false;
   std::vector<NumberMap> maps;
-  std::array<int64_t, 3> bias{};
+  std::array<int64_t, most_components> bias{};
   SymbolTables tables;
 };
 
@@ -52,8 +52,9 @@ tl::unexpected<Error> corrupt(const char* what) {
 }
 
 // What a window of vertices reads at most.
-constexpr size_t most_vertex_words = 7 * sizeof(uint16_t);  // a pattern, two symbols for each coordinate
-constexpr size_t most_vertex_raw = 3 * 20;  // a field or an escape of 72 bits, an index of 16, each
+constexpr size_t most_vertex_words = 9 * sizeof(uint16_t);  // a pattern, two symbols for each component
+constexpr size_t most_vertex_raw =
+    most_components * 20;  // a field or an escape of 72 bits, an index of 16, each
 constexpr uint32_t window = FanDecoder::window;
 
 /// Reads symbols and raw bits from copies with zeros behind them, so that only the end of each window is
@@ -105,20 +106,22 @@ struct Beside {
 };
 
 /// `beside`: of one patch alone; nullptr: tables of many.
-Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, Beside* beside) {
+Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, unsigned components,
+                                                  Beside* beside) {
   auto head = std::make_shared<PositionTables>();
+  head->coding.components = components;
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || !read_flags(flags, head->coding)) return corrupt("coded in an unknown way");
   head->wide = (flags & flag_wide) != 0;
-  for (unsigned k = 0; k < 3; ++k) head->maps.push_back(MAILLE_TRY(read_map(in, type)));
+  for (unsigned k = 0; k < components; ++k) head->maps.push_back(MAILLE_TRY(read_map(in, type)));
   if ((flags & flag_refined) != 0) {
     if (type != Scalar::f64 || beside == nullptr) return corrupt("coded in an impossible way");
     beside->details = MAILLE_TRY(read_details(in, head->maps));
   }
   if (beside != nullptr) beside->exceptions = in.get_bytes(in.get_count());
-  for (unsigned k = 0; k < 3 && !head->wide; ++k) head->bias[k] = get_signed(in);
+  for (unsigned k = 0; k < components && !head->wide; ++k) head->bias[k] = get_signed(in);
   Coding& coding = head->coding;
-  for (uint8_t& base : coding.base) base = in.get<uint8_t>();
+  for (unsigned k = 0; k < components; ++k) coding.base[k] = in.get<uint8_t>();
   coding.first_size = in.get<uint8_t>();
   coding.first_spread = in.get<uint8_t>();
   const unsigned most = head->wide ? most_wide_base : most_narrow_base;
@@ -129,7 +132,7 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, B
   RansDecoder side(side_bytes);
   coding.rows.code(side);
   if (!coding.with_valences) coding.rows.forget_valences();
-  for (unsigned k = 0; k < 3 && coding.repeats != Repeats::none; ++k) {
+  for (unsigned k = 0; k < components && coding.repeats != Repeats::none; ++k) {
     if (!coding.dictionaries[k].code(side)) return corrupt("the dictionaries are damaged");
   }
   for_each_alphabet(coding, [&](const Alphabet& alphabet) {
@@ -187,24 +190,27 @@ class Windows {
   const uint8_t* kinds_ = nullptr;
 };
 
-int64_t code_of(const FloatPoints& points, const PositionTables& head, uint32_t v, unsigned k) {
+template <unsigned n>
+int64_t code_of(const FloatPoints<n>& points, const PositionTables& head, uint32_t v, unsigned k) {
   return head.bias[k] + points.code(v, k);
 }
-int64_t code_of(const DoublePoints& points, const PositionTables&, uint32_t v, unsigned k) {
+template <unsigned n>
+int64_t code_of(const DoublePoints<n>& points, const PositionTables&, uint32_t v, unsigned k) {
   return points.code(v, k);
 }
 template <class Code, class Points>
 void store_codes(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
                  Array& array) {
-  std::array<Code, size_t{3} * window> codes;
+  constexpr size_t n = Points::components;
+  std::array<Code, n * window> codes;
   for (uint32_t v = begin; v < end; ++v) {
-    for (unsigned k = 0; k < 3; ++k)
-      codes[size_t{3} * (v - begin) + k] = static_cast<Code>(code_of(points, head, v, k));
+    for (unsigned k = 0; k < n; ++k)
+      codes[n * (v - begin) + k] = static_cast<Code>(code_of(points, head, v, k));
   }
   const size_t size = size_of(array.type);
-  for (unsigned k = 0; k < 3; ++k)
+  for (unsigned k = 0; k < n; ++k)
     head.maps[k].store_numbers(array.type, reinterpret_cast<const std::byte*>(codes.data() + k),
-                               array.bytes.data() + (size_t{3} * begin + k) * size, 3, end - begin);
+                               array.bytes.data() + (n * begin + k) * size, n, end - begin);
 }
 template <class Points>
 void store_window(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
@@ -235,13 +241,14 @@ Result<> read_exceptions(Bytes bytes, Array& array) {
 template <class Points>
 Result<> store_details(const Points& points, const PositionTables& head, const ReadDetails& details,
                        uint32_t count, Array& array) {
-  std::vector<int64_t> codes(size_t{3} * count);
+  constexpr size_t n = Points::components;
+  std::vector<int64_t> codes(n * count);
   for (uint32_t v = 0; v < count; ++v) {
-    for (unsigned k = 0; k < 3; ++k) codes[size_t{3} * v + k] = code_of(points, head, v, k);
+    for (unsigned k = 0; k < n; ++k) codes[n * v + k] = code_of(points, head, v, k);
   }
   MAILLE_CHECK(store_refined(details, codes));
   for (size_t i = 0; i < codes.size(); ++i) {
-    if (details.maps.refined[i % 3]) maille::store(array.bytes.data() + 8 * i, codes[i]);
+    if (details.maps.refined[i % n]) maille::store(array.bytes.data() + 8 * i, codes[i]);
   }
   return {};
 }
@@ -286,16 +293,19 @@ Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteRe
     return decode_points<true>(windows, reader, head, beside, std::move(there), points, array);
   };
   const size_t room = size_t{points} + FanDecoder::most_ahead;
-  if (head.wide) return decode(wide_points(head.maps, array.type, room));
-  FloatPoints narrow;
-  reserve_pages(narrow.points, room);
-  return decode(std::move(narrow));
+  return with_components(head.coding.components, [&](auto n) {
+    if (head.wide) return decode(wide_points<n>(head.maps, array.type, room));
+    FloatPoints<n> narrow;
+    reserve_pages(narrow.points, room);
+    return decode(std::move(narrow));
+  });
 }
 
 }  // namespace
 
 bool fits_positions(const Array& array, const ArrayMaps& maps) {
-  return maps.maps.size() == 3 && !maps.octahedral && array.domain == Domain::point;
+  return !maps.maps.empty() && maps.maps.size() <= most_components && !maps.octahedral &&
+         array.domain == Domain::point;
 }
 
 bool need_valences(Bytes bytes) {
@@ -309,13 +319,13 @@ Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, B
                           Array& array) {
   ByteReader in(bytes);
   Beside beside;
-  const auto head = MAILLE_TRY(read_head(in, array.type, &beside));
+  const auto head = MAILLE_TRY(read_head(in, array.type, array.components, &beside));
   return decode_with(fans, valences, in, *head, beside, points, array);
 }
 
 Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type) {
   ByteReader in(bytes);
-  auto head = MAILLE_TRY(read_head(in, type, nullptr));
+  auto head = MAILLE_TRY(read_head(in, type, 3, nullptr));
   if (in.remaining() > 0) return corrupt("something behind the tables");
   return std::shared_ptr<const PositionTables>(std::move(head));
 }

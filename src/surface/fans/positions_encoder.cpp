@@ -21,12 +21,23 @@ using namespace positions;
 
 namespace {
 
-using Codes = std::vector<std::array<int64_t, 3>>;
+/// Tuples of codes, one behind the other.
+struct Codes {
+  unsigned components = 3;
+  std::vector<int64_t> numbers;
+
+  Codes() = default;
+  Codes(unsigned n, size_t tuples) : components(n), numbers(n * tuples) {}
+  size_t size() const { return numbers.size() / components; }
+  int64_t* operator[](size_t tuple) { return numbers.data() + tuple * components; }
+  const int64_t* operator[](size_t tuple) const { return numbers.data() + tuple * components; }
+};
+using Bias = std::array<int64_t, most_components>;
 
 /// Of residuals.
 struct Statistics {
-  std::array<std::array<uint32_t, 66>, 3> lengths{};  ///< by coordinate
-  std::array<uint32_t, 128> octaves{};                ///< of how far predictions lie apart
+  std::array<std::array<uint32_t, 66>, most_components> lengths{};  ///< by component
+  std::array<uint32_t, 128> octaves{};                              ///< of how far predictions lie apart
 };
 
 /// Remembers symbols and raw bits: tables are made when all are known.
@@ -117,7 +128,7 @@ struct Sample {
 
 /// Codes the points of a patch that are in the sample.
 template <class Points, bool repeating>
-void code_points(const Patch& patch, const Coding& coding, const std::array<int64_t, 3>& bias, Points points,
+void code_points(const Patch& patch, const Coding& coding, const Bias& bias, Points points,
                  const Sample& sample, Writer& writer) {
   const auto count = static_cast<uint32_t>(patch.codes.size());
   const FanSurface& fans = *patch.fans;
@@ -127,8 +138,8 @@ void code_points(const Patch& patch, const Coding& coding, const std::array<int6
   WindowWeights weights(coding.rows, coding.with_valences ? std::span<const uint8_t>(fans.valences)
                                                           : std::span<const uint8_t>{});
   const auto codes = [&](uint32_t v) {
-    typename Points::Three wanted{};
-    for (unsigned k = 0; k < 3; ++k)
+    typename Points::Tuple wanted{};
+    for (unsigned k = 0; k < Points::components; ++k)
       wanted[k] = static_cast<typename Points::Integer>(patch.codes[v][k] - bias[k]);
     return wanted;
   };
@@ -202,8 +213,9 @@ class PositionEncoder {
   }
   bool takes(const Codes& codes) const {
     if (wide_) return true;
-    for (const auto& code : codes) {
-      for (unsigned k = 0; k < 3; ++k) {
+    for (size_t v = 0; v < codes.size(); ++v) {
+      const int64_t* const code = codes[v];
+      for (unsigned k = 0; k < codes.components; ++k) {
         const auto number =
             static_cast<int64_t>(static_cast<uint64_t>(code[k]) - static_cast<uint64_t>(bias_[k]));
         if (number <= -most_narrow || number >= most_narrow) return false;
@@ -221,14 +233,15 @@ class PositionEncoder {
     return {count, count};
   }
   uint32_t all() const { return static_cast<uint32_t>(patch_.codes.size()); }
+  unsigned components() const { return patch_.codes.components; }
 
   std::vector<StaticTables> write_head(uint8_t flags, Bytes beside, const std::vector<Writer::Event>& events,
                                        bool shared, ByteWriter& out) const {
     out.put(static_cast<uint8_t>(flags | flags_of(coding_, wide_)));
     for (const NumberMap& map : maps_) write_map(out, map);
     out.put_bytes(beside);
-    for (unsigned k = 0; k < 3 && !wide_; ++k) put_signed(out, bias_[k]);
-    for (const uint8_t base : coding_.base) out.put(base);
+    for (unsigned k = 0; k < components() && !wide_; ++k) put_signed(out, bias_[k]);
+    for (unsigned k = 0; k < components(); ++k) out.put(coding_.base[k]);
     out.put(coding_.first_size);
     out.put(coding_.first_spread);
     RansEncoder side;
@@ -246,15 +259,15 @@ class PositionEncoder {
   static constexpr uint32_t trial_vertices = 1 << 14, small_trial_vertices = 1 << 12;
 
   void find_range(uint64_t more) {
-    std::array<int64_t, 3> low{}, high{};
-    if (!patch_.codes.empty()) low = high = patch_.codes[0];
-    for (const auto& code : patch_.codes) {
-      for (unsigned k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], code[k]);
-        high[k] = std::max(high[k], code[k]);
+    Bias low{}, high{};
+    for (size_t v = 0; v < all(); ++v) {
+      const int64_t* const code = patch_.codes[v];
+      for (unsigned k = 0; k < components(); ++k) {
+        low[k] = v > 0 ? std::min(low[k], code[k]) : code[k];
+        high[k] = v > 0 ? std::max(high[k], code[k]) : code[k];
       }
     }
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < components(); ++k) {
       const uint64_t range = static_cast<uint64_t>(high[k]) - static_cast<uint64_t>(low[k]);
       wide_ = wide_ || range >= 2 * most_narrow - 1 || more >= uint64_t{most_narrow} || maps_[k].is_curved();
       bias_[k] = static_cast<int64_t>(static_cast<uint64_t>(low[k]) + (range + 1) / 2);
@@ -265,7 +278,7 @@ class PositionEncoder {
 
   void code(const Patch& patch, const Coding& coding, const Sample& sample, Writer& writer) const {
     writer.events.reserve(std::min(sample.count, sample.most) *
-                          size_t{coding.repeats == Repeats::none ? 3u : 6u});
+                          size_t{components() * (coding.repeats == Repeats::none ? 1 : 2)});
     const auto run = [&](auto points) {
       using Points = decltype(points);
       if (coding.repeats == Repeats::none) {
@@ -274,8 +287,10 @@ class PositionEncoder {
         code_points<Points, true>(patch, coding, bias_, std::move(points), sample, writer);
       }
     };
-    if (wide_) return run(wide_points(maps_, type_, patch.codes.size() + FanDecoder::most_ahead));
-    run(FloatPoints());
+    with_components(components(), [&](auto n) {
+      if (wide_) return run(wide_points<n>(maps_, type_, patch.codes.size() + FanDecoder::most_ahead));
+      run(FloatPoints<n>());
+    });
   }
 
   static std::vector<Histogram> count_events(const Alphabet& alphabet,
@@ -290,7 +305,8 @@ class PositionEncoder {
   static std::vector<StaticTables> write_side(Coding coding, const std::vector<Writer::Event>& events,
                                               bool shared, RansEncoder& side) {
     coding.rows.code(side);
-    for (unsigned k = 0; k < 3 && coding.repeats != Repeats::none; ++k) coding.dictionaries[k].code(side);
+    for (unsigned k = 0; k < coding.components && coding.repeats != Repeats::none; ++k)
+      coding.dictionaries[k].code(side);
     std::vector<StaticTables> tables;
     for_each_alphabet(coding, [&](const Alphabet& alphabet) {
       tables.push_back(make_clustered_tables(count_events(alphabet, events), alphabet.symbols,
@@ -315,6 +331,7 @@ class PositionEncoder {
 
   void choose() {
     Coding coding;
+    coding.components = components();
     coding.with_spread = choices_.spread;
     coding_ = with_rows(coding, false);
     size_ = trial(coding_, trial_vertices);
@@ -347,17 +364,20 @@ class PositionEncoder {
     const auto counts = count_values();
     size_t before = 0;
     for (const Often& often : {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}}) {
-      std::array<Dictionary, 3> dictionaries;
+      Dictionaries dictionaries;
       double share = 0;
-      for (unsigned k = 0; k < 3; ++k) share += fill(counts[k], often, dictionaries[k]);
-      const size_t entries = size_t{dictionaries[0].size()} + dictionaries[1].size() + dictionaries[2].size();
+      size_t entries = 0;
+      for (unsigned k = 0; k < components(); ++k) {
+        share += fill(counts[k], often, dictionaries[k]) / components();
+        entries += dictionaries[k].size();
+      }
       if (share < 0.1 || entries == std::exchange(before, entries)) continue;
       consider_repeats(Repeats::levels, Centre::fitted, dictionaries);
       consider_repeats(Repeats::levels, Centre::gate, dictionaries);
       consider_repeats(Repeats::candidates, Centre::gate, dictionaries);
     }
   }
-  void consider_repeats(Repeats repeats, Centre centre, const std::array<Dictionary, 3>& dictionaries) {
+  void consider_repeats(Repeats repeats, Centre centre, const Dictionaries& dictionaries) {
     Coding coding = centre == Centre::gate ? by_gate_ : by_fitted_;
     coding.repeats = repeats;
     coding.dictionaries = dictionaries;
@@ -369,19 +389,22 @@ class PositionEncoder {
   }
 
   ValenceRows fit(bool valences) const {
-    std::vector<std::array<double, 3>> values(all());
-    std::array<double, 3> largest{}, units{1, 1, 1};
-    const DoublePoints points = wide_points(maps_, type_, 0);
+    return with_components(components(), [&](auto n) { return fit<n>(valences); });
+  }
+  template <unsigned n>
+  ValenceRows fit(bool valences) const {
+    std::vector<std::array<double, n>> values(all());
+    std::array<double, n> largest{}, units;
+    const DoublePoints<n> points = wide_points<n>(maps_, type_, 0);
     for (size_t v = 0; v < values.size(); ++v) {
-      for (unsigned k = 0; k < 3; ++k) {
+      for (unsigned k = 0; k < n; ++k) {
         values[v][k] = points.value_of(patch_.codes[v][k] - bias_[k], k);
         largest[k] = std::max(largest[k], std::fabs(values[v][k]));
       }
     }
-    for (unsigned k = 0; k < 3; ++k) {
-      if (points.curved[k]) units[k] = largest_step(*points.curved[k], std::max(largest[k], 1e-30));
-    }
-    return fit_valence_rows(*patch_.fans, values, units, valences);
+    for (unsigned k = 0; k < n; ++k)
+      units[k] = points.curved[k] ? largest_step(*points.curved[k], std::max(largest[k], 1e-30)) : 1;
+    return fit_valence_rows<n>(*patch_.fans, values, units, valences);
   }
   /// Between the largest numbers; a float has steps of 2^-24 of it at least.
   double largest_step(const NumberMap& map, double largest) const {
@@ -397,7 +420,7 @@ class PositionEncoder {
     Writer writer(nullptr, &found);
     code(patch_, coding, {all(), small_trial_vertices}, writer);
     unsigned least = 255;
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < components(); ++k) {
       // One length in 4096 has no symbol.
       const unsigned most = quantile(found.lengths[k], 4095, 4096);
       coding.base[k] = static_cast<uint8_t>(
@@ -419,10 +442,10 @@ class PositionEncoder {
   }
 
   using Counts = std::vector<std::pair<int64_t, uint32_t>>;
-  std::array<Counts, 3> count_values() const {
-    std::array<Counts, 3> result;
+  std::array<Counts, most_components> count_values() const {
+    std::array<Counts, most_components> result;
     std::vector<int64_t> sorted(all());
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < components(); ++k) {
       for (size_t v = 0; v < sorted.size(); ++v) sorted[v] = patch_.codes[v][k] - bias_[k];
       std::sort(sorted.begin(), sorted.end());
       for (size_t i = 0; i < sorted.size();) {
@@ -461,7 +484,7 @@ class PositionEncoder {
         static_cast<uint64_t>(values.back()) - static_cast<uint64_t>(values.front()) > Dictionary::most_range)
       return 0;
     dictionary.set(std::move(values));
-    return static_cast<double>(covered) / (3.0 * static_cast<double>(all() + 1));
+    return static_cast<double>(covered) / static_cast<double>(all() + 1);
   }
 
   /// About the size of all, from so many vertices.
@@ -484,13 +507,13 @@ class PositionEncoder {
   std::vector<StaticTables> shared_;
   double bytes_of_point_ = 0;
   bool wide_ = false;
-  std::array<int64_t, 3> bias_{};
+  Bias bias_{};
   Coding coding_;  ///< the best one so far
   double size_ = 0, small_size_ = 0;
   Coding by_gate_, by_fitted_;
 };
 
-/// Places of numbers in an array, rising: 3 * tuple + component.
+/// Places of numbers in an array, rising: components * tuple + component.
 using Places = std::vector<uint64_t>;
 bool has(const Places& places, uint64_t stored) {
   return std::binary_search(places.begin(), places.end(), stored);
@@ -500,10 +523,11 @@ bool has(const Places& places, uint64_t stored) {
 Codes codes_of(const Array& array, const Places& exceptions, std::span<const NumberMap> maps,
                std::span<const uint32_t> source) {
   const size_t size = size_of(array.type);
-  Codes codes(source.size());
-  for (size_t v = 0; v < codes.size(); ++v) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const uint64_t stored = uint64_t{source[v]} * 3 + k;
+  const unsigned n = array.components;
+  Codes codes(n, source.size());
+  for (size_t v = 0; v < source.size(); ++v) {
+    for (unsigned k = 0; k < n; ++k) {
+      const uint64_t stored = uint64_t{source[v]} * n + k;
       if (!exceptions.empty() && has(exceptions, stored)) {
         codes[v][k] = v > 0 ? codes[v - 1][k] : 0;
       } else {
@@ -518,8 +542,9 @@ std::vector<std::byte> write_exceptions(const Array& array, const Places& except
                                         std::span<const uint32_t> source) {
   ByteWriter numbers;
   uint64_t count = 0, before = 0;
-  for (uint64_t place = 0; place < 3 * source.size() && !exceptions.empty(); ++place) {
-    const uint64_t stored = uint64_t{source[place / 3]} * 3 + place % 3;
+  const unsigned n = array.components;
+  for (uint64_t place = 0; place < n * source.size() && !exceptions.empty(); ++place) {
+    const uint64_t stored = uint64_t{source[place / n]} * n + place % n;
     if (!has(exceptions, stored)) continue;
     numbers.put_count(place - before);
     numbers.put_bytes(Bytes(array.bytes).subspan(stored * size_of(array.type), size_of(array.type)));

@@ -38,18 +38,21 @@ struct Useful {
   }
 };
 
+template <unsigned components>
 struct Sample {
-  std::array<std::array<double, 3>, references> x;  ///< relative to the last reference
-  std::array<double, 3> target;
-  std::array<double, 3> last;
+  std::array<std::array<double, components>, references> x;  ///< relative to the last reference
+  std::array<double, components> target;
+  std::array<double, components> last;
   std::array<double, terms> factors;
   unsigned group;
 };
 
+template <unsigned components>
 class Fitter {
+  using Tuple = std::array<double, components>;
+
  public:
-  Fitter(const FanSurface& fans, std::span<const std::array<double, 3>> values,
-         const std::array<double, 3>& units, bool with_valences)
+  Fitter(const FanSurface& fans, std::span<const Tuple> values, const Tuple& units, bool with_valences)
       : fans_(fans),
         values_(values),
         units_(units),
@@ -69,7 +72,9 @@ class Fitter {
     }
     for (int round = 0; round < 3; ++round) {
       std::vector<Normals> normals(ValenceRows::groups);
-      visit([&](const Sample& sample) { add(sample, (*predicted)[sample.group], normals[sample.group]); });
+      visit([&](const Sample<components>& sample) {
+        add(sample, (*predicted)[sample.group], normals[sample.group]);
+      });
       for (unsigned g = 0; g < ValenceRows::groups; ++g) {
         // With the first row alone in the last round, for groups that more rows do not pay for.
         if (normals[g].samples < fewest_samples) continue;
@@ -90,19 +95,19 @@ class Fitter {
     // Rows of neighbours: what they refer to is near in memory.
     for (uint32_t v = 1; v < fans_.vertices;
          v += v % samples_in_a_row != 0 ? 1 : 1 + (step_ - 1) * samples_in_a_row) {
-      Sample sample;
+      Sample<components> sample;
       sample.group = ValenceRows::group_of(fans_.kinds[v]);
       const unsigned useful = ValenceRows::useful(sample.group);
       if (useful == 0) continue;
       const auto& at = fans_.references[v].at;
-      const auto value = [&](uint32_t r) { return r < v ? values_[r] : std::array<double, 3>{}; };
+      const auto value = [&](uint32_t r) { return r < v ? values_[r] : Tuple{}; };
       sample.last = value(at[R::last]);
       for (unsigned r = 0; r < references; ++r) {
         sample.x[r] = {};
         if ((useful >> r & 1) == 0) continue;
-        for (unsigned k = 0; k < 3; ++k) sample.x[r][k] = value(at[r])[k] - sample.last[k];
+        for (unsigned k = 0; k < components; ++k) sample.x[r][k] = value(at[r])[k] - sample.last[k];
       }
-      for (unsigned k = 0; k < 3; ++k) sample.target[k] = values_[v][k] - sample.last[k];
+      for (unsigned k = 0; k < components; ++k) sample.target[k] = values_[v][k] - sample.last[k];
       const auto deviation = [&](uint32_t r) { return double{valence_deviations[fans_.valences[r]]}; };
       sample.factors = {1,
                         deviation(at[R::focus]),
@@ -116,24 +121,25 @@ class Fitter {
     }
   }
 
-  std::array<double, 3> predict(const Sample& sample, const std::array<double, Normals::size>& rows) const {
-    std::array<double, 3> sum{};
+  Tuple predict(const Sample<components>& sample, const std::array<double, Normals::size>& rows) const {
+    Tuple sum{};
     const Useful& useful = useful_[sample.group];
     for (unsigned i = 0; i < useful.count; ++i) {
       const unsigned r = useful.at[i];
       double weight = 0;
       for (unsigned t = 0; t < terms; ++t) weight += sample.factors[t] * rows[t * references + r];
-      for (unsigned k = 0; k < 3; ++k) sum[k] += weight * sample.x[r][k];
+      for (unsigned k = 0; k < components; ++k) sum[k] += weight * sample.x[r][k];
     }
     return sum;
   }
 
-  void add(const Sample& sample, const std::array<double, Normals::size>& rows, Normals& normals) const {
-    const std::array<double, 3> predicted = predict(sample, rows);
+  void add(const Sample<components>& sample, const std::array<double, Normals::size>& rows,
+           Normals& normals) const {
+    const Tuple predicted = predict(sample, rows);
     const Useful& useful = useful_[sample.group];
     std::array<double, references * references> matrix{};
     std::array<double, references> right{};
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < components; ++k) {
       const double weight = 1 / (std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5);
       const double scale = weight / (units_[k] * units_[k]);
       for (unsigned i = 0; i < useful.count; ++i) {
@@ -220,10 +226,10 @@ class Fitter {
     return result;
   }
   /// About log2 of what is left, in 1/65536 bits.
-  uint64_t cost(const Sample& sample, const std::array<double, Normals::size>& rows) const {
-    const std::array<double, 3> predicted = predict(sample, rows);
+  uint64_t cost(const Sample<components>& sample, const std::array<double, Normals::size>& rows) const {
+    const Tuple predicted = predict(sample, rows);
     uint64_t sum = 0;
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < components; ++k) {
       const double left = std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5;
       sum += log2_fixed(static_cast<uint32_t>(left < 4e9 ? left : 4e9) + 1);
     }
@@ -252,7 +258,7 @@ class Fitter {
       (*rows[1])[g] = from_rows(alone_[g]);
       (*rows[2])[g] = from_rows(rows_.rows[g]);
     }
-    visit([&](const Sample& sample) {
+    visit([&](const Sample<components>& sample) {
       if (rows_.level[sample.group] == 0) return;
       for (unsigned l = 0; l < 3; ++l)
         costs[l][sample.group] += step_ * cost(sample, (*rows[l])[sample.group]);
@@ -272,8 +278,8 @@ class Fitter {
   }
 
   const FanSurface& fans_;
-  std::span<const std::array<double, 3>> values_;
-  std::array<double, 3> units_;
+  std::span<const Tuple> values_;
+  Tuple units_;
   uint32_t step_;
   unsigned used_terms_;
   std::vector<Useful> useful_;
@@ -351,10 +357,19 @@ void ValenceRows::forget_valences() {
   for (auto& group : rows) std::fill(group.begin() + 1, group.end(), Row{});
 }
 
-ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, 3>> values,
-                             const std::array<double, 3>& units, bool with_valences) {
-  return Fitter(fans, values, units, with_valences).run();
+template <unsigned components>
+ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
+                             const std::array<double, components>& units, bool with_valences) {
+  return Fitter<components>(fans, values, units, with_valences).run();
 }
+template ValenceRows fit_valence_rows<1>(const FanSurface&, std::span<const std::array<double, 1>>,
+                                         const std::array<double, 1>&, bool);
+template ValenceRows fit_valence_rows<2>(const FanSurface&, std::span<const std::array<double, 2>>,
+                                         const std::array<double, 2>&, bool);
+template ValenceRows fit_valence_rows<3>(const FanSurface&, std::span<const std::array<double, 3>>,
+                                         const std::array<double, 3>&, bool);
+template ValenceRows fit_valence_rows<4>(const FanSurface&, std::span<const std::array<double, 4>>,
+                                         const std::array<double, 4>&, bool);
 
 ValenceWeights::ValenceWeights(const ValenceRows& from) {
   for (unsigned g = 0; g < ValenceRows::groups; ++g) {

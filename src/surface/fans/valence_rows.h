@@ -69,8 +69,10 @@ struct ValenceRows {
 
 /// Rows for a surface, by least absolute errors, where they save more than they take. `values` by vertex;
 /// `units` are what a difference of one code is about.
-ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, 3>> values,
-                             const std::array<double, 3>& units, bool with_valences);
+/// 1 to 4 components.
+template <unsigned components>
+ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
+                             const std::array<double, components>& units, bool with_valences);
 
 /// The rows as a predictor uses them: padded, in parts of 1.
 struct ValenceWeights {
