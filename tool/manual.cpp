@@ -175,6 +175,8 @@ std::string markdown_manual(const CommandEntry& command) {
       for (std::string* cell : {&left, &help}) {
         for (size_t bar = 0; (bar = cell->find('|', bar)) != std::string::npos; bar += 2)
           cell->insert(bar, "\\");
+        for (size_t end = 0; (end = cell->find('\n', end)) != std::string::npos;)
+          cell->replace(end, 1, "<br>");
       }
       text += fmt::format("| {} | {} |\n", left, help);
     }
@@ -204,13 +206,19 @@ std::string roff(const std::string& text) {
   return escaped;
 }
 
+// Lines of their own.
+std::string in_lines(std::string text) {
+  for (size_t end = 0; (end = text.find('\n', end)) != std::string::npos; end += 5) text.insert(end, "\n.br");
+  return text;
+}
+
 std::string man_verb(const VerbEntry& verb) {
   std::string text = fmt::format(".SS {}\n{}\n{}\n.PP\n.B {}\n", roff(verb.name), roff(verb.summary()),
                                  roff(details_of(verb)), roff(usage_of(verb)));
   for (const OptionEntry& option : verb.options) {
     std::string left = option.positional;
     if (!option.names.empty()) left += (left.empty() ? "" : ", ") + names_of(option);
-    text += fmt::format(".TP\n.B {}\n{}\n", roff(left), roff(option.help));
+    text += fmt::format(".TP\n.B {}\n{}\n", roff(left), in_lines(roff(option.help)));
   }
   if (!verb.examples.empty()) text += fmt::format(".PP\n.EX\n{}\n.EE\n", roff(verb.examples));
   return text;

@@ -1,7 +1,23 @@
 // Verbs from file to file, and what they hold: compress, decompress, append, info, verify, diff, convert.
+#include <fmt/format.h>
+#include <maille/encode.h>
+
 #include "parser_names.h"
 
 namespace maille::tool {
+namespace {
+
+// Which efforts differ is said by the library's own table.
+std::string effort_help() {
+  std::string text = fmt::format("Effort, from fast to small (default -{}):", EncodeOptions{}.effort);
+  for (const EffortRange& range : effort_ranges()) {
+    const auto others = range.last == range.first ? "" : fmt::format(" to -{}", range.last);
+    text += fmt::format("\n-{}{}: {}", range.first, others, range.summary);
+  }
+  return text;
+}
+
+}  // namespace
 
 void Parser::add_compress() {
   CLI::App* c =
@@ -63,8 +79,7 @@ void Parser::add_compress() {
                        "Kind of file (default: stream for meshes with volume cells, else single)"),
          {"single", "stream", "random"})
       ->group(speed_group);
-  c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort,
-              "Effort: -1 is fast, -9 makes the smallest file (default -5)")
+  c->add_flag("-1{1},-2{2},-3{3},-4{4},-5{5},-6{6},-7{7},-8{8},-9{9}", raw.effort, effort_help())
       ->group(speed_group);
   add_work(c, compress.common);
 }

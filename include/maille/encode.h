@@ -34,7 +34,7 @@ enum class Order : uint8_t {
 
 struct EncodeOptions {
   Mode mode = Mode::single;
-  int effort = 5;  ///< 1 (fast) to 9 (small)
+  int effort = 5;  ///< 1 (fast) to 9 (small); see effort_ranges()
   Order order = Order::canonical;
   Tolerance positions;
   /// By array name; an array not named here is lossless. A name no array has is an error (usage).
@@ -48,6 +48,14 @@ struct EncodeOptions {
   /// Recorded in the file for `info`; empty for files that must be equal byte for byte.
   std::string provenance;
 };
+
+/// Efforts that write the same, and what sets them apart from those before.
+struct EffortRange {
+  int first = 0, last = 0;
+  std::string summary;  ///< for users
+};
+/// All efforts, from 1 to 9.
+std::vector<EffortRange> effort_ranges();
 
 /// What became of one array, or of the connectivity.
 struct ArrayReport {

@@ -2,6 +2,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "code/efforts.h"
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "mesh/none.h"
@@ -9,8 +10,6 @@
 namespace maille {
 namespace {
 
-// The fast levels write short descriptions as they are: decoding one takes as long as hundreds of triangles.
-constexpr int fast_effort = 3;
 constexpr size_t short_bytes = 96;
 
 /// Arrays by twin stand behind the domains.
@@ -187,8 +186,8 @@ Result<std::vector<std::byte>> encode_description(const Description& description
   const Bytes plain = writer.out().bytes();
   const std::vector<std::byte> coded = encode_bytes(plain);
   // Coded to as many bytes it could not be told from a plain one.
-  const bool as_it_is =
-      coded.size() == plain.size() || (description.effort <= fast_effort && plain.size() <= short_bytes);
+  const bool as_it_is = coded.size() == plain.size() ||
+                        (effort_of(description.effort).plain_description && plain.size() <= short_bytes);
   ByteWriter out;
   out.put_count(plain.size());
   out.put_bytes(as_it_is ? plain : Bytes(coded));

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "code/efforts.h"
 #include "description/element_order.h"
 #include "numbers/number_maps.h"
 #include "surface/arrays/surface_normals.h"
@@ -13,7 +14,6 @@
 #include "surface/fans/fan_positions.h"
 #include "surface/fans/positions.h"
 #include "surface/fans/shared_fans.h"
-#include "surface/front/mixed_array.h"
 #include "surface/left_out.h"
 
 namespace maille {
@@ -41,10 +41,6 @@ StreamKey twins_key(uint32_t patch) {
 }
 using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
 
-uint32_t pivot_window(int effort) {
-  return effort >= 7 ? 24 : 4;
-}
-
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
 struct CodedCells {
   EncodedTopology encoded;
@@ -62,8 +58,7 @@ struct CodedCells {
   }
 };
 
-Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options,
-                                std::optional<SharedFanPatch> shared) {
+Result<CodedCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<SharedFanPatch> shared) {
   CodedCells cells;
   if (shared) {
     cells.models = FanModels::shared;
@@ -71,15 +66,14 @@ Result<CodedCells> encode_cells(const Mesh& mesh, const EncodeOptions& options,
     cells.set(std::move(shared->coded));
     return cells;
   }
-  if (options.effort < least_mixed_effort) {
+  if (!mixed) {
     auto patch = MAILLE_TRY(encode_fan_patch(mesh));
     if (patch) {
       cells.set(std::move(*patch));
       return cells;
     }
   }
-  cells.encoded =
-      MAILLE_TRY(encode_topology(mesh, pivot_window(options.effort), options.effort >= least_mixed_effort));
+  cells.encoded = MAILLE_TRY(encode_topology(mesh, mixed ? 24 : 4, mixed));
   return cells;
 }
 
@@ -129,8 +123,8 @@ std::span<const uint32_t> sources_of(const PatchSources& sources, const Array& a
 /// The streams of a patch while they are made.
 class PatchEncoder {
  public:
-  PatchEncoder(CodedCells cells, uint32_t patch, const EncodeOptions& options)
-      : cells_(std::move(cells)), patch_(patch), options_(options) {}
+  PatchEncoder(CodedCells cells, uint32_t patch, const EncodeOptions& options, bool mixed)
+      : cells_(std::move(cells)), patch_(patch), options_(options), mixed_(mixed) {}
 
   /// `corner_twin`: of a welded mesh, else empty.
   Result<> find_sources(const Mesh& mesh, const PartNumbers* numbers, std::span<const ArrayToCode> arrays,
@@ -173,7 +167,7 @@ class PatchEncoder {
     StreamKey key = positions_key(patch_, cells_.coding());
     if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
     const std::vector<uint32_t>& points = cells_.encoded.sources.points;
-    if (options_.effort > 1 || cells_.coding() == polygon_fan_coding ||
+    if (effort_of(options_.effort).valence_rows || cells_.coding() == polygon_fan_coding ||
         !fits_fan_positions(*positions.array, positions.maps)) {
       key = positions_key(patch_, position_coding);
       return CodedStream{key, maille::encode_positions(*cells_.fans, *positions.array, positions.maps, points,
@@ -194,11 +188,11 @@ class PatchEncoder {
         coded.by_twin ? twin_of_ : sources_of(cells_.encoded.sources, array, all);
     // Mixing is made for places in space.
     const bool positions = key.type == std::string_view("POSI");
-    const int effort = positions ? options_.effort : std::min(options_.effort, least_mixed_effort - 1);
     PatchElements elements = cells_.encoded.topology.elements();
     elements.positions = positions_;
     if (coded.by_twin) elements.twins = twins_;
-    CodedStream stream{key, maille::encode_array(elements, array, coded.maps, sources, effort, &pace)};
+    CodedStream stream{
+        key, maille::encode_array(elements, array, coded.maps, sources, positions && mixed_, &pace)};
     if (pace.stopped()) return cancelled();
     return stream;
   }
@@ -226,6 +220,7 @@ class PatchEncoder {
   CodedCells cells_;
   uint32_t patch_;
   const EncodeOptions& options_;
+  bool mixed_;
   std::vector<Vector3> positions_;
   std::vector<uint32_t> twin_of_;  ///< by corner as in PatchElements: the point it had before welding
   std::vector<uint32_t> twins_;    ///< the same as the decoder numbers them
@@ -239,9 +234,9 @@ struct BegunPatch {
 };
 
 Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                               std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                               std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
                                std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
-  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, options, std::move(shared))), patch, options);
+  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
   CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
   return BegunPatch{std::move(encoder), std::move(positions)};
@@ -428,7 +423,7 @@ class PatchDecoder {
     return failure(ErrorCode::corrupt, "positions of fans without these fans");
   }
   tl::unexpected<Error> not_in_charts() const {
-    return description_.effort >= least_mixed_effort ? left_out() : left_out_of_charts();
+    return effort_of(description_.effort).mixed_surface ? left_out() : left_out_of_charts();
   }
 
   const StreamSource& streams_;
@@ -452,14 +447,13 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::optional<SharedFanPatch> shared,
                                   std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
+  const bool mixed = effort_of(options.effort).mixed_surface;
   BegunPatch first =
-      MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, std::move(shared), corner_twin));
+      MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, mixed, std::move(shared), corner_twin));
   // A level is never larger than a lower one.
-  EncodeOptions lower = options;
-  lower.effort = least_mixed_effort - 1;
   std::optional<BegunPatch> other;
-  if (options.effort >= least_mixed_effort && options.mode == Mode::single)
-    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, lower, {}, corner_twin)));
+  if (mixed && options.mode == Mode::single)
+    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, false, {}, corner_twin)));
   auto& [encoder, positions] = other && other->size() < first.size() ? *other : first;
   std::vector<CodedStream> streams;
   streams.push_back(std::move(positions));
@@ -480,12 +474,11 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
   return encoded;
 }
 
-std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort) {
+std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded) {
   const PatchTopology nowhere;
   std::vector<uint32_t> all;
   const auto sources = sources_of({}, *coded.array, all);
-  return encode_array(nowhere.elements(), *coded.array, coded.maps, sources,
-                      std::min(effort, least_mixed_effort - 1));
+  return encode_array(nowhere.elements(), *coded.array, coded.maps, sources, false);
 }
 
 Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array) {

@@ -39,10 +39,6 @@ struct SharedFanPatch {
 };
 struct SharedFanTables;
 
-/// Efforts up to this one are for decoding near memory speed; those between it and mixing take more
-/// time for positions.
-inline constexpr int fast_effort = 3;
-
 struct EncodedPatch {
   CodedStream topology;
   std::vector<CodedStream> arrays;  ///< as given; without those of the mesh as a whole but in patch 0
@@ -61,7 +57,7 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::span<const uint32_t> corner_twin = {});
 
 /// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
-std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded, int effort);
+std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded);
 Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array);
 
 struct DecodedPatch {

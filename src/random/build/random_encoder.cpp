@@ -252,7 +252,7 @@ class RandomEncoder {
     std::vector<std::pair<uint32_t, std::vector<std::byte>>> coded;
     for (uint32_t i = 1; i < arrays_.size(); ++i) {
       if (arrays_[i].array->domain != Domain::mesh) continue;
-      coded.emplace_back(i - 1, encode_mesh_array(arrays_[i], options_.effort));
+      coded.emplace_back(i - 1, encode_mesh_array(arrays_[i]));
       mesh_array_bytes_.resize(arrays_.size());
       mesh_array_bytes_[i] = coded.back().second.size();
     }

@@ -382,8 +382,7 @@ class SourceEncoder {
       mesh_maps_.push_back(MAILLE_TRY(
           choose_maps(array, found == options_.arrays.end() ? Tolerance{} : found->second, false)));
       const auto number = static_cast<uint32_t>(description().arrays.size() + contents.mesh_arrays.size());
-      contents.mesh_arrays.emplace_back(number,
-                                        encode_mesh_array({&array, mesh_maps_.back()}, options_.effort));
+      contents.mesh_arrays.emplace_back(number, encode_mesh_array({&array, mesh_maps_.back()}));
     }
     contents.description = describe_source();
     contents.tables = tables_;

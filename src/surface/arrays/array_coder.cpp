@@ -688,8 +688,8 @@ uint32_t PatchElements::count(Domain domain) const {
 }
 
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                    std::span<const uint32_t> source, int effort, Pace* pace) {
-  const bool mixed = effort >= least_mixed_effort && is_mixable(array, maps);
+                                    std::span<const uint32_t> source, bool mixed, Pace* pace) {
+  mixed = mixed && is_mixable(array, maps);
   ArrayMaps used = maps;
   // Normals that the surface tells need no table, which would cost more than they do.
   RefinedMaps refined;

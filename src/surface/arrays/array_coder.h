@@ -36,10 +36,10 @@ struct PatchElements {
 };
 
 /// Codes an array whose tuples are numbered as in PatchElements: `source` gives for each of them its tuple in
-/// the array, none for gaps. Tries several codings on a part of the array and keeps the best. From effort 7
-/// on, arrays that are like positions are mixed (MixedPositionCoder).
+/// the array, none for gaps. Tries several codings on a part of the array and keeps the best.
+/// `mixed`: arrays that are like positions are mixed (MixedPositionCoder).
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                    std::span<const uint32_t> source, int effort, Pace* pace = nullptr);
+                                    std::span<const uint32_t> source, bool mixed, Pace* pace = nullptr);
 
 /// Inverse: appends nothing, fills `array.bytes` with tuples numbered as in PatchElements (gaps are zero).
 /// The array's description (domain, type, components) is known; for Domain::mesh so is its count. Safe on any

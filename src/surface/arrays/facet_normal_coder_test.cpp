@@ -72,7 +72,7 @@ Coded code(const CodedMesh& patch, const Array& array) {
   const auto maps = choose_maps(array, {}, false);
   EXPECT_TRUE(maps);
   const auto sources = patch.sources(array);
-  Coded coded{encode_array(patch.elements(), array, *maps, sources, 5)};
+  Coded coded{encode_array(patch.elements(), array, *maps, sources, false)};
   coded.bits = 8.0 * static_cast<double>(coded.bytes.size()) / static_cast<double>(array.count());
   Array decoded = make_array(array.name, array.domain, array.type, array.components, array.role);
   const auto done = decode_array(patch.elements(), coded.bytes, array.count(), decoded);

@@ -57,7 +57,7 @@ double bits(const CodedMesh& patch, const Array& array, const Tolerance& toleran
   const auto maps = choose_maps(array, tolerance, false);
   EXPECT_TRUE(maps);
   const auto& sources = patch.sources(array);
-  const auto bytes = encode_array(patch.elements(), array, *maps, sources, 5);
+  const auto bytes = encode_array(patch.elements(), array, *maps, sources, false);
   Array decoded = make_array(array.name, array.domain, array.type, array.components, array.role);
   const auto done = decode_array(patch.elements(), bytes, array.count(), decoded);
   EXPECT_TRUE(done) << (done ? "" : done.error().message);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/bytes.h"
+#include "code/efforts.h"
 #include "entropy/lane_rans.h"
 #include "entropy/rans.h"
 #include "numbers/number_maps.h"
@@ -582,7 +583,8 @@ std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& arr
 }
 
 PositionChoices position_choices(int effort) {
-  return {effort > 1, effort > 3, effort > 1};
+  const Effort& row = effort_of(effort);
+  return {row.valence_rows, row.spread, row.valence_rows};
 }
 
 struct SharedPositions::State {

@@ -7,9 +7,9 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "code/efforts.h"
 #include "numbers/number_maps.h"
 #include "numbers/refined_numbers.h"
-#include "surface/front/mixed_array.h"
 
 namespace maille {
 namespace {
@@ -154,7 +154,7 @@ Result<EncodedPatch> encode_chart(const Mesh& mesh, const PartNumbers& numbers,
   auto fans = MAILLE_TRY(shared.encode(mesh, numbers.points, arrays[0]));
   const bool with_fans = fans.has_value();
   EncodedPatch coded = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options, std::move(fans)));
-  if (!with_fans || options.effort < least_mixed_effort) return coded;
+  if (!with_fans || !effort_of(options.effort).mixed_surface) return coded;
   EncodedPatch mixed = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options));
   return size_of_patch(mixed) < size_of_patch(coded) ? std::move(mixed) : std::move(coded);
 }

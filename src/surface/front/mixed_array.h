@@ -14,7 +14,6 @@ namespace maille {
 
 /// Stands where other arrays have their predictor.
 inline constexpr uint8_t mixed_coding = 16;
-inline constexpr int least_mixed_effort = 7;
 
 /// Are the steps of all maps of a size with which geometry can be done?
 template <class Code>

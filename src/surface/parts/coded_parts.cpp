@@ -8,7 +8,7 @@
 
 #include "base/chunks.h"
 #include "base/result.h"
-#include "surface/front/mixed_array.h"
+#include "code/efforts.h"
 #include "surface/parts/merge_parts.h"
 #include "surface/parts/mesh_parts.h"
 #include "surface/parts/partition.h"
@@ -45,11 +45,8 @@ Place place_of(const std::byte* position, Scalar type) {
 }  // namespace
 
 uint64_t most_cells_per_part(const EncodeOptions& options) {
-  // Parts let threads work at once, but each new start of mixed models costs 3 to 4 % of the file. So these
-  // get all that fits one patch in triangles or quads.
-  constexpr uint64_t for_threads = 400'000;
-  constexpr uint64_t for_models = most_patch_corners / 4;
-  return options.most_cells_per_part.value_or(options.effort < least_mixed_effort ? for_threads : for_models);
+  static_assert(efforts.back().cells_per_part <= most_patch_corners / 4);
+  return options.most_cells_per_part.value_or(effort_of(options.effort).cells_per_part);
 }
 
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {

@@ -16,8 +16,8 @@ struct ArrayMapsList {
   std::vector<std::byte> order_apart;
   /// Not empty: cells come at gates, and these are the faces where no later cell is (gate_order.h).
   std::vector<uint8_t> borders;
-  /// Better models of values take no long time here, as far as that is known (mixes_values()).
-  bool mixing_pays = false;
+  /// Mixed models of values take no long time here, as far as that is known.
+  bool mixing_is_fast = false;
 };
 
 /// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:

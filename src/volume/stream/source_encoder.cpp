@@ -249,7 +249,7 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
-  maps.mixing_pays = mixing_pays(count_numbers(mesh.description()), mesh.description().cells, false);
+  maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
   PointsWithCellsAhead points(mesh, space.memory / 4);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

@@ -201,7 +201,8 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
   const uint64_t cells = mesh.cell_count();
   if (cells >= no_cell || !all_have_shapes(mesh)) return given;
   Trial natural(mesh, given, true);
-  if (effort == 1 && all_alike(mesh)) {
+  const bool plain_order = effort_of(effort).plain_order;
+  if (plain_order && all_alike(mesh)) {
     natural.run(fewest);
     if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh);
   }
@@ -212,7 +213,7 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
     natural.run(sample);
     if (natural.bytes() <= scattered * natural.cells()) return given;
   }
-  if (effort == 1) return at_gates_apart(mesh);
+  if (plain_order) return at_gates_apart(mesh);
   std::optional<Ordering> front;
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
@@ -234,7 +235,7 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
   const Mixing mixing = mixing_at(effort);
   Ordering given = as_they_are(mesh);
   Trial natural(mesh, given, false, mixing);
-  if (uses_gates(effort) && all_have_shapes(mesh)) {
+  if (effort_of(effort).gates_untried && all_have_shapes(mesh)) {
     natural.run(fewest);
     if (4 * natural.bytes() <= natural.cells()) natural.run(sample);
     return 4 * natural.bytes() <= natural.cells() ? std::move(given) : in_coded_order(mesh);
@@ -463,7 +464,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   Executor& executor = options.executor ? *options.executor : serial_executor();
   const Ordering ordering = options.order == Order::keep ? keep_order(mesh, options.effort, executor)
                                                          : choose_orders(mesh, options.effort);
-  maps.mixing_pays = mixing_pays(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
+  maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
   maps.borders = ordering.borders;
   if (ordering.apart) {
     stream_options.any_order = true;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "code/efforts.h"
 #include "volume/cells/decisions.h"
 #include "volume/values/tuple_values.h"
 #include "volume/values/value_range.h"
@@ -97,24 +98,17 @@ Result<std::vector<std::byte>> encode_step(const StepHeader& header);
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
 
 inline constexpr uint32_t cells_per_block = 4096;
-/// Mixing makes the slow path a fifth smaller and half as fast.
 inline Mixing mixing_at(int effort) {
-  return effort >= 4 ? Mixing::mixed : Mixing::none;
+  return effort_of(effort).mixed_cells ? Mixing::mixed : Mixing::none;
 }
-/// Whether cells in no good order come at gates without a trial of the order of the front: that takes as long
-/// as coding them.
-inline bool uses_gates(int effort) {
-  return effort <= 3;
-}
-/// Mixing makes values 2 to 8 percent smaller, and their coding ten times slower, 1 us a number: at the best
-/// levels always, at those that mix at all where it pays.
-inline bool mixes_values(int effort, bool pays) {
-  return effort >= 7 || (effort >= 4 && pays);
+inline bool mixes_values(int effort, bool fast) {
+  const Effort::Mixed values = effort_of(effort).mixed_values;
+  return values == Effort::Mixed::always || (values == Effort::Mixed::where_fast && fast);
 }
 /// Where mixing of values takes a tenth of a second. Where cells do not come in the order of a sweep
 /// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as
 /// tetrahedra have.
-inline bool mixing_pays(uint64_t numbers, uint64_t cells, bool scattered) {
+inline bool mixing_is_fast(uint64_t numbers, uint64_t cells, bool scattered) {
   constexpr uint64_t few = uint64_t{1} << 17;
   return numbers <= few || (scattered && (numbers <= 2 * few || numbers <= 3 * cells));
 }

@@ -694,7 +694,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
   header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
                         options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
   header.mixing = mixing_at(options.effort);
-  header.mixed_values = mixes_values(options.effort, maps.mixing_pays);
+  header.mixed_values = mixes_values(options.effort, maps.mixing_is_fast);
   header.gated = !maps.borders.empty();
   header.maps = maps.maps;
   header.bounds = maps.bounds;
