@@ -199,7 +199,7 @@ std::string print(const Mesh& mesh) {
 }
 
 TEST(FormatDocument, TetrahedronIsTheMeshListed) {
-  const std::vector<std::byte> file = example_of_document("tetrahedron");
+  const std::vector<std::byte> file = example_of_document("default tetrahedron");
   const auto source = memory_source(file);
   const auto mesh = decode(*source);
   ASSERT_TRUE(mesh) << mesh.error().message;
