@@ -1,4 +1,4 @@
-// docs/format.md, section 12: its example is decoded and written, its limits are those of the code.
+// docs/format.md, section 16: its example is decoded and written, its limits are those of the code.
 #include <maille/decode.h>
 #include <maille/encode.h>
 

@@ -7,7 +7,7 @@
 namespace maille {
 
 // Static tables (static_rans.h) for contexts that are too many to compare each with each: contexts that
-// behave alike are grouped first, and a map tells which table a context uses. docs/format.md, 11.1.
+// behave alike are grouped first, and a map tells which table a context uses. docs/format.md, 10.3.
 
 inline constexpr unsigned clustered_bits = 10;
 

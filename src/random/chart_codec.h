@@ -16,7 +16,7 @@
 namespace maille {
 
 /// A chart as bytes: its sizes, which of its points other charts of level 0 have as well, and the streams of
-/// a patch, as in mode `single`. docs/format.md, 13.3.
+/// a patch, as in mode `single`. docs/format.md, 17.3.
 
 /// A point that several charts have. Those of one position are told apart by the number of the copy, nearly
 /// always 0.

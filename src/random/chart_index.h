@@ -15,7 +15,7 @@ namespace maille {
 /// What is known of charts without decoding them: one group is one page of a file, the charts that appear
 /// together when it is refined. Group 0 is the root: its charts are the coarsest ones, and it is always
 /// refined. A group's number is lower than those of the groups that refine its charts, so there are no loops.
-/// docs/format.md, 13.2.
+/// docs/format.md, 17.2.
 
 struct IndexedChart {
   Sphere sphere;

@@ -1,6 +1,6 @@
 // Files of mode `random` as they are: tests/golden/random. Written anew by
 //   UPDATE=1 build/release/tests/test_hierarchy --gtest_filter='RandomGolden.*'
-// See tests/golden_test.cpp for when. And the examples of docs/format.md, 13.
+// See tests/golden_test.cpp for when. And the examples of docs/format.md, 17.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <maille/random_access.h>

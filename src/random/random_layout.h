@@ -10,7 +10,7 @@
 
 namespace maille {
 
-// What files of mode `random` have beside the description: docs/format.md, 13.
+// What files of mode `random` have beside the description: docs/format.md, 17.
 
 inline constexpr StreamKey random_description_key{"DESC"};
 inline constexpr StreamKey directory_key{"CDIR"};

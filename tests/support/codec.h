@@ -29,7 +29,7 @@ std::string differences_between(const Mesh& a, const Mesh& b, bool same_order = 
 /// Does some edge have more than two faces, or two that cannot agree which way round they are? Which of them
 /// fans glue depends on the order of the faces, so that encoding the decoded mesh may give another file.
 bool is_glued_by_choice(const Mesh& mesh);
-/// Do points lie at one place? Mode single may code them as one (format.md, 10.21), and whether that is
+/// Do points lie at one place? Mode single may code them as one (format.md, 13.7), and whether that is
 /// smaller depends on their order, too, so that encoding the decoded mesh may give another file.
 bool has_twins(const Mesh& decoded);
 
