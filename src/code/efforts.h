@@ -29,8 +29,8 @@ struct Effort {
   /// must then be decoded before the positions: 3.5 % smaller in the median, 8.5 % in the mean (the same
   /// meshes), decoded at a third of the speed.
   bool valence_rows;
-  /// Tables of positions depend on how far predictions lie apart: 0.2 % smaller in the median, 0.5 % in the mean
-  /// (the same meshes), for a tenth of the encoder's time.
+  /// Tables of positions depend on how far predictions lie apart: 0.2 % smaller in the median, 0.5 % in the
+  /// mean (the same meshes), for a tenth of the encoder's time.
   bool spread;
 
   // Volumes.
@@ -41,8 +41,8 @@ struct Effort {
   /// Cells in no good order come at gates without a trial of the order of the front, which takes as long as
   /// coding them.
   bool gates_untried;
-  /// Decisions about cells like none before are mixed: a third to more than a half smaller where cells come in
-  /// a good order, a tenth to a fifth elsewhere, at 0.7 of the speed (docs/streaming.md).
+  /// Decisions about cells like none before are mixed: a third to more than a half smaller where cells come
+  /// in a good order, a tenth to a fifth elsewhere, at 0.7 of the speed (docs/streaming.md).
   bool mixed_cells;
   /// Mixing makes values 2 to 8 % smaller, and their coding ten times slower, 1 us a number: `where_fast` it
   /// takes no long time (mixing_is_fast()).

@@ -164,23 +164,5 @@ TEST(BucketTable, FindsWhatItGaveUntilOthersTakeItsPlace) {
   EXPECT_GT(kept, 180u);
 }
 
-TEST(Mixer, TrustsTheModelThatIsRight) {
-  Random random(5);
-  Mixer<8> mixer(1, 1, 1, {65536 / 4, 65536 / 4, 65536 / 4});
-  double right = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const bool bit = random.chance(50);
-    const bool wrong = random.chance(10);
-    Mixer<8>::Inputs inputs = {};
-    inputs[0][0] = bit != wrong ? 300 : -300;
-    inputs[0][1] = random.chance(50) ? 2000 : -2000;
-    inputs[1][2] = random.chance(50) ? 500 : -500;
-    const uint32_t probability = mixer.predict(inputs, 0, 0, 0);
-    mixer.update(bit);
-    if (i >= 10000) right += (bit ? probability : 65536 - probability) / 65536.0 / 10000;
-  }
-  EXPECT_GT(right, 0.78);  // 0.82 is what can be had
-}
-
 }  // namespace
 }  // namespace maille

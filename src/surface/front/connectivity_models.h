@@ -6,8 +6,8 @@
 
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
+#include "entropy/mixer.h"
 #include "entropy/mixing.h"
-#include "entropy/short_mixer.h"
 
 namespace maille {
 
@@ -102,7 +102,7 @@ class MixedConnectivityModels : public PlainConnectivityModels {
     }
 #pragma GCC unroll 16
     for (unsigned i = 0; i < contexts; ++i) logits[i] = cells[i]->logit();
-    ShortMixer<16>::Inputs inputs;
+    Mixer<16>::Inputs inputs;
     inputs[0] = shortened(SignedLanes{logits[0], logits[1], logits[2], logits[3]},
                           SignedLanes{logits[4], logits[5], logits[6], logits[7]});
     inputs[1] = shortened(SignedLanes{logits[8], logits[9], 77, 0}, SignedLanes{});
@@ -125,7 +125,7 @@ class MixedConnectivityModels : public PlainConnectivityModels {
 
   static std::array<int32_t, 16> initial_weights();
 
-  ShortMixer<16> mixer_;
+  Mixer<16> mixer_;
   std::array<std::vector<Group>, contexts> tables_;
   std::array<Group*, contexts> groups_ = {};
   std::array<uint32_t, contexts> hashes_ = {};

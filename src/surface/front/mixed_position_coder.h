@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "entropy/integer_model.h"
+#include "entropy/mixer.h"
 #include "entropy/mixing.h"
-#include "entropy/short_mixer.h"
 #include "numbers/number_map.h"
 #include "surface/fans/value_dictionary.h"
 #include "surface/front/mirror_images.h"
@@ -484,7 +484,7 @@ class MixedPositionCoder {
     const SignedLanes below = between - low_;
     const SignedLanes by_experts =
         logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
-    typename ShortMixer<inputs>::Inputs logits;
+    typename Mixer<inputs>::Inputs logits;
     if (!hashed_too) slot = 0;
     std::array<WideCell*, 2> wide = {few_base_[0] + few, few_base_[1] + few};
     std::array<NarrowCell*, most_contexts> narrow;
@@ -633,7 +633,7 @@ class MixedPositionCoder {
   std::array<Wide, 3> high_end_;
   std::array<double, 3> step_;
   std::array<double, 3> inverse_step_;
-  ShortMixer<inputs> mixer_;
+  Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
   BucketTable table_;
   std::conditional_t<with_repeats, RepeatCandidates<Wide>, char> repeats_;

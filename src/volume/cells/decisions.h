@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "entropy/bit_model.h"
-#include "entropy/mixing.h"
+#include "entropy/mixer.h"
 
 namespace maille {
 
@@ -96,13 +96,14 @@ class Decisions {
   [[gnu::always_inline]] bool mix(Coder& coder, bool bit, unsigned question, unsigned row,
                                   const std::array<uint32_t, contexts>& places) {
     std::array<WideCell*, contexts> cell;
-    Mixer<contexts>::Inputs inputs{};
+    SignedLanes logits;
     unsigned met = 0;
     for (unsigned i = 0; i < contexts; ++i) {
       cell[i] = &cell_at(places[i]);
-      inputs[i / 4][i % 4] = cell[i]->logit();
+      logits[i] = cell[i]->logit();
       met += cell[i]->visits > 2;
     }
+    const Mixer<8>::Inputs inputs = {shortened(logits, SignedLanes{})};
     bit = coder.code(bit, mixer_.predict(inputs, question * 8 + (met == 0 ? 0 : met - 1), row, question));
     mixer_.update(bit);
     for (WideCell* each : cell) {
@@ -135,7 +136,7 @@ class Decisions {
   unsigned bits_ = small_table_bits;
   uint64_t claims_ = 0;  ///< updates of cells that were met once at most
   std::vector<WideCell> cells_;
-  Mixer<contexts> mixer_;
+  Mixer<8> mixer_;  ///< half of its inputs are 0
 };
 
 /// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with

@@ -360,7 +360,7 @@ bool MixedValueCoder<Coder, Bits>::ask(Coder& coder, Wide at_least, Wide& low, W
   const std::array<WideCell*, 2> cell = {few_base_[0] + few, few_base_[1] + few};
   SignedLanes others = {77, 0, 0, 0};
   if (few != 0) others = SignedLanes{77, cell[0]->logit(), cell[1]->logit(), 0};
-  typename ShortMixer<inputs>::Inputs logits = {};
+  typename Mixer<inputs>::Inputs logits = {};
   logits[0] = shortened(by_experts, others);
   const bool repeated = repeats_.any();
   if (repeated) {

@@ -9,8 +9,8 @@
 
 #include "code/online_least_squares.h"
 #include "entropy/bit_model.h"
+#include "entropy/mixer.h"
 #include "entropy/rans.h"
-#include "entropy/short_mixer.h"
 #include "surface/front/repeat_candidates.h"
 #include "volume/values/point_stencil.h"
 #include "volume/values/tuple_values.h"
@@ -121,7 +121,7 @@ class MixedValueCoder {
   std::vector<Value> values_;  ///< by slot and component
   std::vector<Value> last_;    ///< the tuple before
   std::vector<std::unique_ptr<Situations>> situations_;
-  ShortMixer<inputs> mixer_;
+  Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
   std::array<std::array<float, scale_bins * kinds>, experts> ratios_;
   std::array<WideCell, scale_bins * 8> exact_;

@@ -9,17 +9,19 @@
 
 namespace maille {
 
-/// A Mixer whose weights are numbers of 16 bits, so that a processor does eight at once: the faster one from
-/// eight inputs on. Weights are in 1/16384, and stay within -2 and 2.
+/// Adds the logits of N models with two sets of weights, each chosen by a small context, each learning from
+/// its own error; their mean goes through a map of what such predictions turned out to be (PAQ's APM).
+/// Weights are numbers of 16 bits, so that a processor does eight at once, in 1/16384; they stay within -2
+/// and 2.
 template <unsigned N>
-class ShortMixer {
+class Mixer {
  public:
   static_assert(N % 8 == 0 && N <= 32, "for the processor's vectors; sums of products stay below 2^31");
   static constexpr unsigned blocks = N / 8;
   using Inputs = std::array<ShortLanes, blocks>;
 
   /// `initial` weights are in 1/65536.
-  ShortMixer(unsigned first_rows, unsigned second_rows, unsigned maps, const std::array<int32_t, N>& initial)
+  Mixer(unsigned first_rows, unsigned second_rows, unsigned maps, const std::array<int32_t, N>& initial)
       : rows_{std::vector<Weights>(first_rows, weights_of(initial)),
               std::vector<Weights>(second_rows, weights_of(initial))},
         maps_(maps, initial_map()) {}

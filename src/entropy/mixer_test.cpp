@@ -1,4 +1,4 @@
-#include "entropy/short_mixer.h"
+#include "entropy/mixer.h"
 
 #include <gtest/gtest.h>
 
@@ -34,14 +34,14 @@ TEST(ShortLanes, DoWhatTheLoopsSay) {
   }
 }
 
-TEST(ShortMixer, TrustsTheModelThatIsRight) {
+TEST(Mixer, TrustsTheModelThatIsRight) {
   Random random(5);
-  ShortMixer<8> mixer(1, 1, 1, {65536 / 4, 65536 / 4, 65536 / 4});
+  Mixer<8> mixer(1, 1, 1, {65536 / 4, 65536 / 4, 65536 / 4});
   double right = 0;
   for (int i = 0; i < 20000; ++i) {
     const bool bit = random.chance(50);
     const bool wrong = random.chance(10);
-    ShortMixer<8>::Inputs inputs = {};
+    Mixer<8>::Inputs inputs = {};
     inputs[0][0] = static_cast<int16_t>(bit != wrong ? 300 : -300);
     inputs[0][1] = static_cast<int16_t>(random.chance(50) ? 2000 : -2000);
     inputs[0][6] = static_cast<int16_t>(random.chance(50) ? 500 : -500);
@@ -52,13 +52,13 @@ TEST(ShortMixer, TrustsTheModelThatIsRight) {
   EXPECT_GT(right, 0.78);  // 0.82 is what can be had
 }
 
-TEST(ShortMixer, InputsThatAreLeftOutAreAsIfTheyWereNone) {
+TEST(Mixer, InputsThatAreLeftOutAreAsIfTheyWereNone) {
   Random random(7);
   std::array<int32_t, 24> weights;
   weights.fill(65536 / 5);
-  ShortMixer<24> all(1, 1, 1, weights), some(1, 1, 1, weights);
+  Mixer<24> all(1, 1, 1, weights), some(1, 1, 1, weights);
   for (int i = 0; i < 2000; ++i) {
-    ShortMixer<24>::Inputs inputs = {};
+    Mixer<24>::Inputs inputs = {};
     for (int k = 0; k < 16; ++k)
       inputs[static_cast<size_t>(k) / 8][k % 8] =
           static_cast<int16_t>(static_cast<int>(random.below(4000)) - 2000);
