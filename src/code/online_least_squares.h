@@ -1,15 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "base/lanes.h"
+#include "code/symmetric_solver.h"
 
 namespace maille {
 
 /// Weights that would have predicted the numbers of the past best from N features each: normal equations
-/// whose samples fade away, solved again now and then. Doubles and floats with + - * / and square roots in a
+/// whose samples fade away, solved again now and then. Doubles and floats with + - * / in a
 /// fixed order, so both sides have the same weights. What is out of all range is not learnt, so that damaged
 /// data cannot bring infinities in.
 ///
@@ -68,34 +68,19 @@ class OnlineLeastSquares {
     gain_ *= 1.0F / 1024.0F;
   }
 
-  /// Cholesky's factorisation, with a little added to the diagonal.
+  /// With a little added to the diagonal. Without solution the weights stay.
   void solve() {
-    std::array<std::array<double, N>, N> lower;
-    std::array<double, N> inverse;
+    std::array<double, N * N> rows;
     std::array<double, N> x;
     for (unsigned i = 0; i < N; ++i) {
-      for (unsigned j = 0; j <= i; ++j) {
-        double sum = products_[i][j / 4][j % 4];
-        if (i == j) sum += 1e-4 * sum + 1e-3 * static_cast<double>(gain_) * static_cast<double>(gain_);
-        for (unsigned k = 0; k < j; ++k) sum -= lower[i][k] * lower[j][k];
-        if (i > j) {
-          lower[i][j] = sum * inverse[j];
-        } else {
-          if (!(sum > 1e-12)) return;
-          inverse[i] = 1 / std::sqrt(sum);
-        }
-      }
+      for (unsigned j = 0; j <= i; ++j) rows[i * N + j] = products_[i][j / 4][j % 4];
+      double& diagonal = rows[i * N + i];
+      diagonal += 1e-4 * diagonal + 1e-3 * static_cast<double>(gain_) * static_cast<double>(gain_);
+      x[i] = targets_[i / 4][i % 4];
     }
-    for (unsigned i = 0; i < N; ++i) {
-      double sum = targets_[i / 4][i % 4];
-      for (unsigned k = 0; k < i; ++k) sum -= lower[i][k] * x[k];
-      x[i] = sum * inverse[i];
-    }
-    for (unsigned i = N; i-- > 0;) {
-      double sum = x[i];
-      for (unsigned k = i + 1; k < N; ++k) sum -= lower[k][i] * x[k];
-      x[i] = sum * inverse[i];
-    }
+    bool solved = false;
+    solve_symmetric(rows.data(), N, x.data(), 1e-12, solved);
+    if (!solved) return;
     for (unsigned i = 0; i < N; ++i) {
       if (!(x[i] < 1e4 && x[i] > -1e4)) return;
     }

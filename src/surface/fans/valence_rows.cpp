@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "code/symmetric_solver.h"
 #include "entropy/static_rans.h"
 
 namespace maille {
@@ -163,38 +164,26 @@ class Fitter {
     ++normals.samples;
   }
 
-  /// By Cholesky, with a little added to the diagonal; false when there is nothing to solve.
+  /// With a little added to the diagonal; false when there is nothing to solve.
   bool solve(const Normals& normals, unsigned group, unsigned used_terms,
              std::array<double, Normals::size>& solution) const {
     const Useful& useful = useful_[group];
     const unsigned m = useful.count, n = used_terms * m;
-    std::vector<double> l(size_t{n} * n), y(n);
-    const auto entry = [&](unsigned i, unsigned j) {
-      const unsigned p = std::max(i % m, j % m), q = std::min(i % m, j % m);
-      return normals.matrix[i / m * terms + j / m][p * references + q];
-    };
+    std::vector<double> rows(size_t{n} * n), x(n);
     for (unsigned i = 0; i < n; ++i) {
       for (unsigned j = 0; j <= i; ++j) {
-        double sum = entry(i, j);
-        if (i == j) sum = sum > 0 ? sum * (i < m ? 1 + 1e-6 : 1 + 1e-3) : 1;
-        for (unsigned k = 0; k < j; ++k) sum -= l[i * n + k] * l[j * n + k];
-        if (i == j) {
-          if (!(sum > 0)) return false;
-          l[i * n + i] = std::sqrt(sum);
-        } else {
-          l[i * n + j] = sum / l[j * n + j];
-        }
+        const unsigned p = std::max(i % m, j % m), q = std::min(i % m, j % m);
+        rows[i * n + j] = normals.matrix[i / m * terms + j / m][p * references + q];
       }
-      double sum = normals.right[i / m * references + i % m];
-      for (unsigned k = 0; k < i; ++k) sum -= l[i * n + k] * y[k];
-      y[i] = sum / l[i * n + i];
+      double& diagonal = rows[i * n + i];
+      diagonal = diagonal > 0 ? diagonal * (i < m ? 1 + 1e-6 : 1 + 1e-3) : 1;
+      x[i] = normals.right[i / m * references + i % m];
     }
-    for (unsigned i = n; i-- > 0;) {
-      for (unsigned k = i + 1; k < n; ++k) y[i] -= l[k * n + i] * y[k];
-      y[i] /= l[i * n + i];
-    }
+    bool solved = false;
+    solve_symmetric(rows.data(), n, x.data(), 0, solved);
+    if (!solved) return false;
     solution = {};
-    for (unsigned i = 0; i < n; ++i) solution[i / m * references + useful.at[i % m]] = y[i];
+    for (unsigned i = 0; i < n; ++i) solution[i / m * references + useful.at[i % m]] = x[i];
     return true;
   }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "code/symmetric_solver.h"
 #include "volume/values/value_lanes.h"
 
 namespace maille {
@@ -57,35 +58,19 @@ class LaneLeastSquares {
     gain_ *= 1.0F / 1024.0F;
   }
 
-  /// L D L^T, with a little added to the diagonal. Lanes without solution keep their weights.
+  /// With a little added to the diagonal. Lanes without solution keep their weights.
   void solve() {
-    std::array<std::array<Doubles, N>, N> lower, scaled;
-    std::array<Doubles, N> inverse, x;
+    std::array<Doubles, N * N> rows;
+    std::array<Doubles, N> x;
     const double floor = 1e-3 * static_cast<double>(gain_) * static_cast<double>(gain_);
-    Longs good = Longs{} == Longs{};
     for (unsigned i = 0, at = 0; i < N; ++i) {
-      for (unsigned j = 0; j <= i; ++j) {
-        Doubles sum = __builtin_convertvector(products_[at++], Doubles);
-        if (i == j) sum += 1e-4 * sum + floor;
-        for (unsigned k = 0; k < j; ++k) sum -= scaled[i][k] * lower[j][k];
-        if (i > j) {
-          scaled[i][j] = sum;
-          lower[i][j] = sum * inverse[j];
-        } else {
-          good &= sum > 1e-12;
-          inverse[i] = 1.0 / sum;
-        }
-      }
-    }
-    for (unsigned i = 0; i < N; ++i) {
+      for (unsigned j = 0; j <= i; ++j) rows[i * N + j] = __builtin_convertvector(products_[at++], Doubles);
+      rows[i * N + i] += 1e-4 * rows[i * N + i] + floor;
       x[i] = __builtin_convertvector(targets_[i], Doubles);
-      for (unsigned k = 0; k < i; ++k) x[i] -= lower[i][k] * x[k];
     }
-    for (unsigned i = N; i-- > 0;) {
-      x[i] *= inverse[i];
-      for (unsigned k = i + 1; k < N; ++k) x[i] -= lower[k][i] * x[k];
-      good &= (x[i] < 1e4) & (x[i] > -1e4);
-    }
+    Longs good;
+    solve_symmetric(rows.data(), N, x.data(), 1e-12, good);
+    for (const Doubles& weight : x) good &= (weight < 1e4) & (weight > -1e4);
     const Ints keep = __builtin_convertvector(good, Ints);
     for (unsigned i = 0; i < N; ++i) {
       const Floats weight = __builtin_convertvector(x[i], Floats);
