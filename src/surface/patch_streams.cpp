@@ -8,6 +8,7 @@
 #include "code/efforts.h"
 #include "description/element_order.h"
 #include "numbers/number_maps.h"
+#include "surface/arrays/array_around.h"
 #include "surface/arrays/surface_normals.h"
 #include "surface/arrays/twin_coder.h"
 #include "surface/fans/fan_patch.h"
@@ -182,7 +183,9 @@ class PatchEncoder {
     const Array& array = *coded.array;
     Pace pace(options_.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
-    MAILLE_CHECK(build());
+    const bool fans_alone =
+        cells_.fans && array.domain != Domain::corner && array.role != Role::normal && !coded.by_twin;
+    if (!fans_alone) MAILLE_CHECK(build());
     std::vector<uint32_t> all;
     const std::span<const uint32_t> sources =
         coded.by_twin ? twin_of_ : sources_of(cells_.encoded.sources, array, all);
@@ -191,6 +194,11 @@ class PatchEncoder {
     PatchElements elements = cells_.encoded.topology.elements();
     elements.positions = positions_;
     if (coded.by_twin) elements.twins = twins_;
+    if (cells_.fans) elements.fans = &*cells_.fans;
+    if (!positions) {
+      if (!around_) around_.emplace(elements);
+      elements.around = &*around_;
+    }
     CodedStream stream{
         key, maille::encode_array(elements, array, coded.maps, sources, positions && mixed_, &pace)};
     if (pace.stopped()) return cancelled();
@@ -222,8 +230,9 @@ class PatchEncoder {
   const EncodeOptions& options_;
   bool mixed_;
   std::vector<Vector3> positions_;
-  std::vector<uint32_t> twin_of_;  ///< by corner as in PatchElements: the point it had before welding
-  std::vector<uint32_t> twins_;    ///< the same as the decoder numbers them
+  std::optional<ArrayAround> around_;  ///< begins with the first array, when this is not moved any more
+  std::vector<uint32_t> twin_of_;      ///< by corner as in PatchElements: the point it had before welding
+  std::vector<uint32_t> twins_;        ///< the same as the decoder numbers them
 };
 
 /// A patch with its cells and positions.
@@ -259,10 +268,9 @@ bool needs_places(const Description& description, const DecodeOptions& options) 
                      });
 }
 
-/// Is an array wanted that needs the list of faces: one with places, or normals of points?
-bool needs_faces(const Description& description, const DecodeOptions& options) {
-  return needs_places(description, options) ||
-         std::any_of(description.arrays.begin(), description.arrays.end(),
+/// Is an array wanted that may need half-edges?
+bool wants_normals(const Description& description, const DecodeOptions& options) {
+  return std::any_of(description.arrays.begin(), description.arrays.end(),
                      [&](const ArrayDescription& array) {
                        return array.role == Role::normal && is_wanted(options, array.name);
                      });
@@ -280,7 +288,8 @@ class PatchDecoder {
         tables_(tables),
         buffers_(buffers),
         shapes_(description.shapes()),
-        with_places_(needs_places(description, options)) {}
+        with_places_(needs_places(description, options)),
+        with_normals_(wants_normals(description, options)) {}
 
   /// Cells, and positions, which are decoded along with fans.
   Result<> decode_cells(Array& positions) {
@@ -300,8 +309,8 @@ class PatchDecoder {
       fans_ = std::move(patch.fans);
     } else {
       if (charts_alone) return not_in_charts();
-      topology_ = MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners,
-                                             needs_faces(description_, options_)));
+      topology_ =
+          MAILLE_TRY(decode_topology(bytes, shapes_, description_.points, description_.corners, true));
     }
     if (positions_of.number == front_coding) {
       positions = MAILLE_TRY(decode_one(description_.positions, positions_of));
@@ -334,8 +343,10 @@ class PatchDecoder {
       const auto valences = MAILLE_TRY(valences_of(topology, shared_fan_coding, need_valences(tables)));
       MAILLE_CHECK(decode_shared_positions(fans, valences, bytes, tables, description_.points, array));
     } else if (key.number == position_coding) {
-      std::vector<uint8_t> valences = fans.known_valences();
-      if (valences.empty()) valences = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
+      std::span<const uint8_t> valences = fans.known_valences();
+      std::vector<uint8_t> counted;
+      if (valences.empty())
+        valences = counted = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
       MAILLE_CHECK(maille::decode_positions(fans, valences, bytes, description_.points, array));
     } else {
       MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
@@ -366,12 +377,15 @@ class PatchDecoder {
     if (charts_alone) return not_in_charts();
     Pace pace(options_.progress, described.name.c_str(), description_.tuples(described));
     if (!pace.report()) return cancelled();
-    if (fans_) MAILLE_CHECK(build_surface(*fans_, topology_));
     Array array = array_of(described);
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(key));
+    if (fans_ && with_normals_) MAILLE_CHECK(build_surface(*fans_, topology_));
     PatchElements elements = topology_.elements();
     elements.positions = positions_;
     if (described.by_twin) elements.twins = twins_;
+    if (fans_) elements.fans = &*fans_;
+    if (!around_) around_.emplace(elements);
+    elements.around = &*around_;
     MAILLE_CHECK(decode_array(elements, bytes, described.mesh_tuples, array, &pace));
     return array;
   }
@@ -390,8 +404,8 @@ class PatchDecoder {
   Result<> assemble(DecodedPatch& decoded) {
     Mesh& mesh = decoded.mesh;
     AssembledCells cells;
-    if (fans_ && !with_places_) {
-      cells.blocks = assemble_fans(std::move(*fans_), topology_, shapes_);
+    if (fans_ && topology_.surface.half_edges.size() == 0) {
+      cells = assemble_fans(std::move(*fans_), topology_, shapes_, with_places_);
     } else {
       if (charts_alone) return not_in_charts();
       cells = assemble_cells(std::move(topology_), shapes_, with_places_);
@@ -402,12 +416,14 @@ class PatchDecoder {
       return failure(ErrorCode::corrupt, "the cells are not those of the description");
     }
     for (Array& array : mesh.arrays) {
+      if (fans_ && cells.cell_place.empty()) break;
       if (array.domain == Domain::cell) move_tuples(array, cells.cell_place, mesh.cell_count());
       if (array.domain == Domain::corner) move_tuples(array, cells.corner_place, mesh.corner_count());
     }
     if (!twins_.empty()) decoded.twins.resize(mesh.corner_count());
     for (size_t i = 0; i < twins_.size(); ++i) {
-      if (cells.corner_place[i] != none) decoded.twins[cells.corner_place[i]] = twins_[i];
+      const uint32_t place = cells.corner_place.empty() ? static_cast<uint32_t>(i) : cells.corner_place[i];
+      if (place != none) decoded.twins[place] = twins_[i];
     }
     return {};
   }
@@ -433,9 +449,10 @@ class PatchDecoder {
   const SharedFanTables* tables_;
   FanBuffers* buffers_;
   std::vector<BlockShape> shapes_;
-  bool with_places_;
+  bool with_places_, with_normals_;
   PatchTopology topology_;
   std::optional<FanSurface> fans_;
+  std::optional<ArrayAround> around_;
   std::vector<Vector3> positions_;
   std::vector<uint32_t> twins_;
 };

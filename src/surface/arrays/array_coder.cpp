@@ -1,6 +1,7 @@
 #include "surface/arrays/array_coder.h"
 
 #include <algorithm>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,667 +12,396 @@
 #include "entropy/rans.h"
 #include "numbers/number_maps.h"
 #include "numbers/refined_numbers.h"
-#include "surface/arrays/facet_candidates.h"
-#include "surface/arrays/facet_normal_coder.h"
-#include "surface/arrays/normal_coder.h"
-#include "surface/arrays/tuple_coder.h"
-#include "surface/front/element_walk.h"
+#include "surface/arrays/array_around.h"
+#include "surface/arrays/joints.h"
+#include "surface/arrays/normal_arrays.h"
+#include "surface/fans/positions.h"
 #include "surface/front/mixed_array.h"
 
 namespace maille {
 namespace {
 
-// Elements a coding is tried on: enough to fill the models, few enough to try several.
-constexpr uint32_t trial_elements = 1 << 15;
-// Stand where tuples have their predictor.
-constexpr uint8_t normal_coding = 8;
-constexpr uint8_t facet_coding = 9;
-// Behind the maps stand details (RefinedMaps).
-constexpr uint8_t refined_flag = 32;
+// The first byte of a stream of numbers by what is around their elements.
+constexpr uint8_t around_coding = 17;
+constexpr uint8_t octahedral_flag = 1;
+constexpr uint32_t most_components = 4;  // of one coder; arrays of more are coded in parts
 
-unsigned lanes_for(size_t components) {
-  return components == 3 ? 3 : 1;
+tl::unexpected<Error> corrupt(const Array& array, const char* what) {
+  return failure(ErrorCode::corrupt, "array \"" + array.name + "\"" + what);
 }
 
-/// Calls `with` with the number of components as a constant where that pays, else with 0.
-template <class Function>
-void with_components(size_t components, Function with) {
-  if (components == 3) return with(std::integral_constant<unsigned, 3>{});
-  return with(std::integral_constant<unsigned, 0>{});
-}
+/// The elements of an array: what is around them, and where they are.
+struct Elements {
+  const FanSurface* around = nullptr;
+  std::vector<uint32_t> point_of;  ///< by element of a corner array
+  uint32_t count = 0;
+  std::span<const Vector3> positions;
 
-/// Room for the codes of so many tuples, with the one more that TupleCoder wants.
-size_t codes_of(size_t tuples, const ArrayMaps& maps) {
-  return tuples * maps.maps.size() + 1;
-}
-
-/// How an array is coded: as tuples, or as normals of the surface or of its faces.
-struct ArrayCoding {
-  TupleCoding tuple;
-  std::optional<NormalCoding> normal;
-  std::optional<FacetCoding> facet;
-
-  bool as_tuples() const { return !normal && !facet; }
+  ElementPlaces places() const { return {positions, point_of}; }
 };
 
-/// Which normals are expected, where the array has some.
-class ExpectedNormals {
- public:
-  ExpectedNormals(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
-                  const ArrayCoding& coding) {
-    if (!coding.normal || coding.normal->weight == NormalCoding::own) return;
-    surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
-    faces_ = elements.surface->face_count;
-    if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
-    if (domain != Domain::corner || !coding.normal->welded || elements.twins.empty()) return;
-    points_ = surface_->of_points(false);
-    latest_.assign(points_.size(), none);
-  }
-  ExpectedNormal of_point(uint32_t point) const {
-    return point < points_.size() ? points_[point] : ExpectedNormal{};
-  }
-  ExpectedNormal of_face(uint32_t face) const {
-    return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
-  }
-  ExpectedNormal of(const Wedge& wedge, const PatchSurface& surface) {
-    if (!surface_ || wedge.corners.empty()) return {};
-    if (latest_.empty()) return surface_->of_wedge(wedge.corners);
-    const uint32_t point = surface.point(surface.half_edges.origin[wedge.corners.front()]);
-    ExpectedNormal expected = points_[point];
-    expected.twin = std::exchange(latest_[point], wedge.corners.front());
-    return expected;
-  }
-  /// How sharp the edge between two corners is, 0 to 5.
-  unsigned sharpness(const CornerPair& pair) const {
-    if (!surface_) return 0;
-    const double turn = 1 - surface_->cosine(pair.corner, pair.next);
-    return 1u + (turn > 1e-6) + (turn > 0.01) + (turn > 0.1) + (turn > 0.5);
-  }
+/// Corner arrays have an element for each set of joined corners, by their first corner.
+struct CornerElements {
+  std::vector<uint32_t> of_corner;
+  std::vector<uint32_t> first;  ///< corner, by element
 
- private:
-  std::optional<SurfaceNormals> surface_;
-  std::vector<ExpectedNormal> points_;
-  std::vector<uint32_t> latest_;  ///< of welded points: the corner that was coded last
-  uint32_t faces_ = 0;
-};
-
-/// Tuples of points on the corners of a welded mesh: those of one twin are one.
-class KnownTwins {
- public:
-  explicit KnownTwins(std::span<const uint32_t> twins)
-      : twins_(twins),
-        first_(twins.empty() ? 0 : *std::max_element(twins.begin(), twins.end()) + size_t{1}, none) {}
-
-  bool are_one(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
-  /// The corner with which the twin of this one came up; none before that.
-  uint32_t known(uint32_t corner) const { return twins_.empty() ? none : first_[twins_[corner]]; }
-  /// The same for the first of these of which it is known.
-  uint32_t first_known(std::span<const uint32_t> corners) const {
-    for (const uint32_t corner : corners) {
-      if (known(corner) != none) return known(corner);
-    }
-    return none;
-  }
-  void know(uint32_t corner) {
-    if (known(corner) == none && !twins_.empty()) first_[twins_[corner]] = corner;
-  }
-
- private:
-  std::span<const uint32_t> twins_;
-  std::vector<uint32_t> first_;  ///< by twin
-};
-
-/// Codes which corners of a vertex hold the same tuple.
-template <class Coder, class Code>
-class CornerJoints {
- public:
-  CornerJoints(Coder& coder, const KnownTwins& twins, std::span<const Code> codes, size_t components)
-      : coder_(coder), twins_(twins), codes_(codes), components_(components) {}
-
-  bool same(uint32_t a, uint32_t b) const {
-    const auto of = [&](uint32_t corner) {
-      return codes_.begin() + static_cast<ptrdiff_t>(corner * components_);
-    };
-    return std::equal(of(a), of(a) + static_cast<ptrdiff_t>(components_), of(b));
-  }
-  bool code(const CornerPair& pair, unsigned sharpness) {
-    if (twins_.are_one(pair.corner, pair.next)) return true;
-    const uint32_t a = twins_.known(pair.corner), b = twins_.known(pair.next);
-    if (a != none && b != none) return same(a, b);
-    const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
-    bool joined = false;
-    if constexpr (Coder::encoding) joined = same(pair.corner, pair.next);
-    joined = joined_[far][sharpness][history_].code(coder_, joined);
-    history_ = (history_ << 1 | static_cast<unsigned>(joined)) & 3;
-    return joined;
-  }
-
- private:
-  Coder& coder_;
-  const KnownTwins& twins_;
-  std::span<const Code> codes_;
-  size_t components_;
-  BitModel joined_[3][6][4];
-  unsigned history_ = 0;
-};
-
-/// `expected` is asked only for normals.
-template <class ElementCoder, class Expected>
-void code_element(ElementCoder& coder, uint32_t element, const GateStencil& stencil, Expected expected) {
-  if constexpr (std::is_invocable_v<decltype(&ElementCoder::code), ElementCoder&, uint32_t,
-                                    const GateStencil&, const ExpectedNormal&>) {
-    coder.code(element, stencil, expected());
-  } else {
-    coder.code(element, stencil);
-  }
-}
-
-/// Arrays of corners: wedge by wedge, which have one tuple each; twins that came up have theirs already.
-template <class Rans, class Code, class ElementCoder, class More>
-void code_wedges(const PatchElements& elements, ElementWalk& walk, ExpectedNormals& normals, Rans& rans,
-                 std::span<const Code> codes, size_t components, ElementCoder& coder, More more) {
-  KnownTwins twins(elements.twins);
-  CornerJoints<Rans, Code> joints(rans, twins, codes, components);
-  walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
-                  [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
-                  [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
-                    if (!more()) return false;
-                    const std::span<const uint32_t> corners =
-                        wedge.corners.empty() ? std::span(&element, 1) : std::span(wedge.corners);
-                    uint32_t source = twins.first_known(corners);
-                    if (source == none) {
-                      source = element;
-                      code_element(coder, element, stencil,
-                                   [&] { return normals.of(wedge, *elements.surface); });
-                    }
-                    for (const uint32_t corner : corners) {
-                      if (corner != source) coder.copy(corner, source);
-                      twins.know(corner);
-                    }
-                    return true;
-                  });
-}
-
-/// Codes all elements of an array with `coder`, a TupleCoder or NormalCoder. `more` returns false to stop.
-template <class Rans, class Code, class ElementCoder, class More>
-void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
-                   uint64_t tuples, ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
-                   size_t components, ElementCoder& coder, More more) {
-  ElementWalk walk(elements, face_of, !elements.positions.empty());
-  if (domain == Domain::corner)
-    return code_wedges(elements, walk, normals, rans, codes, components, coder, more);
-  walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
-    if (!more()) return false;
-    code_element(coder, element, stencil, [&] {
-      return domain == Domain::point ? normals.of_point(element) : normals.of_face(element);
-    });
-    return true;
-  });
-}
-
-/// The same for whichever coder the array has.
-template <class Rans, class Code, class More>
-void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
-                std::span<Code> codes, More more) {
-  if (coding.facet) {
-    FacetNormalCoder<Rans, Code> coder(rans, *coding.facet, array.type, maps, elements, face_of, codes);
-    for (uint32_t cell = 0; cell < elements.cells() && more(); ++cell) coder.code(cell);
-    return;
-  }
-  ExpectedNormals normals(elements, face_of, array.domain, coding);
-  const size_t components = maps.maps.size();
-  const auto run = [&](auto& coder) {
-    code_elements<Rans, Code>(elements, face_of, array.domain, tuples, normals, rans, codes, components,
-                              coder, more);
-  };
-  if (coding.normal) {
-    NormalCoder<Rans, Code> coder(rans, *coding.normal, array.type, maps, codes);
-    return run(coder);
-  }
-  with_components(components, [&](auto fixed) {
-    const GatePlacement places(elements, array.domain);
-    TupleCoder<Rans, Code, fixed> coder(rans, coding.tuple, array.type, maps.maps, codes, &places);
-    run(coder);
-  });
-}
-
-template <class Code>
-std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                                    const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
-                                    std::span<Code> codes, uint32_t most, Pace* pace) {
-  RansEncoder encoder(coding.as_tuples() ? lanes_for(maps.maps.size()) : 1);
-  code_array<RansEncoder, Code>(encoder, elements, face_of, array, array.count(), maps, coding, codes,
-                                [&] { return most-- > 0 && (!pace || pace->step()); });
-  return encoder.finish();
-}
-
-/// Normals that a surface may predict.
-bool is_normal(const PatchElements& elements, const Array& array) {
-  return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
-         is_float(array.type) && array.domain != Domain::mesh;
-}
-
-/// Three numbers for each face, whose corners' positions tell more of them than neighbours do.
-bool is_facet_normal(const PatchElements& elements, const Array& array, const ArrayMaps& maps) {
-  return is_normal(elements, array) && array.domain == Domain::cell && !maps.octahedral;
-}
-
-/// Elements with positions, whose gates are placed by them.
-bool can_place(const PatchElements& elements, const Array& array) {
-  return !elements.positions.empty() && (array.domain == Domain::point || array.domain == Domain::corner);
-}
-
-/// Stands where normals are coded, and measures how far they are from those expected.
-template <class Code>
-class NormalMeasure {
- public:
-  NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
-      : array_(array), maps_(maps), codes_(codes) {}
-
-  void code(uint32_t element, const GateStencil&, const ExpectedNormal& expected) {
-    const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
-    const Vector3 unit = unit_vector(expected.vector);
-    ++normals_;
-    units_ += std::fabs(dot(value, value) - 1) < 0.02;
-    for (const bool summed : {false, true}) {
-      for (const bool inward : {false, true}) {
-        const Vector3 towards = (summed ? expected.vector : unit) * (inward ? -1.0 : 1.0);
-        double error = 1e-9;
-        for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value[k] - towards[k]));
-        errors_[summed][inward] += half_octaves_of(std::min(error, 1e30));
+  explicit CornerElements(std::vector<uint32_t> first_of_corner) : of_corner(std::move(first_of_corner)) {
+    for (uint32_t c = 0; c < of_corner.size(); ++c) {
+      uint32_t& element = of_corner[c];
+      if (element != c) {
+        element = of_corner[element];
+        continue;
       }
+      element = static_cast<uint32_t>(first.size());
+      first.push_back(c);
     }
   }
-  void copy(uint32_t, uint32_t) {}
+};
 
-  /// Are nearly all normals of unit length?
-  bool unit() const { return units_ * 64 >= normals_ * 63; }
-  int64_t error(bool summed, bool inward) const { return errors_[summed][inward]; }
+std::vector<uint32_t> twins_of_corners(const PatchElements& elements, const CornerFaces& faces) {
+  std::vector<uint32_t> twins(elements.twins.empty() ? 0 : faces.corners());
+  for (uint32_t c = 0; c < twins.size(); ++c) twins[c] = elements.twins[faces.number_of(c)];
+  return twins;
+}
+
+/// Do two tuples come back as the same?
+class SameTuples {
+ public:
+  SameTuples(const Array& array, const ArrayMaps& maps) : array_(array), maps_(maps) {}
+  bool operator()(uint64_t a, uint64_t b) const {
+    if (a == b) return true;
+    const size_t size = array_.tuple_size();
+    const std::byte *x = array_.bytes.data() + a * size, *y = array_.bytes.data() + b * size;
+    if (std::memcmp(x, y, size) == 0) return true;
+    if (maps_.lossless || is_exception(a) || is_exception(b)) return false;
+    if (maps_.octahedral) return codes_of(x) == codes_of(y);
+    for (uint32_t k = 0; k < array_.components; ++k) {
+      const size_t at = k * size_of(array_.type);
+      if (maps_.maps[k].code_of(array_.type, x + at) != maps_.maps[k].code_of(array_.type, y + at))
+        return false;
+    }
+    return true;
+  }
 
  private:
+  bool is_exception(uint64_t tuple) const {
+    const auto at =
+        std::lower_bound(maps_.exceptions.begin(), maps_.exceptions.end(), tuple * array_.components);
+    return at != maps_.exceptions.end() && *at < (tuple + 1) * array_.components;
+  }
+  std::array<int32_t, 2> codes_of(const std::byte* tuple) const {
+    std::array<double, 3> vector;
+    for (size_t k = 0; k < 3; ++k)
+      vector[k] = number_as_double(array_.type, tuple + k * size_of(array_.type));
+    return maps_.octahedral->codes_of(vector);
+  }
+
   const Array& array_;
   const ArrayMaps& maps_;
-  std::span<const Code> codes_;
-  int64_t errors_[2][2] = {};
-  uint64_t normals_ = 0;
-  uint64_t units_ = 0;
 };
 
-/// What fits an array's normals best, before anything is tried.
-template <class Code>
-std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
-                                            const std::vector<uint32_t>& face_of, const Array& array,
-                                            const ArrayMaps& maps, std::span<const Code> codes) {
-  NormalCoding best;
-  int64_t smallest = INT64_MAX;
-  bool unit = true;
-  const auto measure = [&](unsigned weight, bool welded) {
-    ArrayCoding coding;
-    coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
-    coding.normal->welded = welded;
-    ExpectedNormals normals(elements, face_of, array.domain, coding);
-    NormalMeasure<Code> measured(array, maps, codes);
-    RansEncoder unused(1);
-    uint32_t most = trial_elements;
-    code_elements<RansEncoder, Code>(elements, face_of, array.domain, array.count(), normals, unused, codes,
-                                     maps.maps.size(), measured, [&] { return most-- > 0; });
-    unit = maps.octahedral || measured.unit();
-    for (const bool inward : {false, true}) {
-      if (measured.error(!unit, inward) >= smallest) continue;
-      smallest = measured.error(!unit, inward);
-      best = {static_cast<uint8_t>(weight), unit, !unit, inward};
-      best.welded = welded;
-    }
-  };
-  // One face has one normal, whatever its weight.
-  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
-  for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
-  if (array.domain == Domain::point || !elements.twins.empty()) measure(best.weight, true);
-  NormalCoding following = best;
-  following.follows = true;
-  return {best, following, {NormalCoding::own, unit}};
-}
+// Unit vectors: two whole numbers each.
 
-/// The coding whose trial is smallest.
-template <class Code>
-ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                          const Array& array, const ArrayMaps& maps, std::span<Code> codes) {
-  ArrayCoding best;
-  size_t smallest = SIZE_MAX;
-  const auto consider = [&](const ArrayCoding& coding) {
-    size_t size =
-        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
-    // Whole values take time to decode; they must be worth it.
-    if (coding.as_tuples() && coding.tuple.whole_values) size += size / 200;
-    if (size >= smallest) return;
-    smallest = size;
-    best = coding;
-  };
-  if (is_facet_normal(elements, array, maps)) {
-    for (const FacetCoding& coding :
-         FacetSample<Code>(elements, face_of, array.type, maps, codes).candidates())
-      consider({{}, {}, coding});
-    // With less than 32 bits a face they are normals of these faces, and nothing else is worth a trial.
-    if (smallest < size_t{4} * std::min(elements.cells(), trial_elements)) return best;
+Array pairs_of_vectors(const Array& array, const ArrayMaps& maps) {
+  Array pairs = make_array(array.name, array.domain, Scalar::i32, 2, Role::none);
+  pairs.bytes.resize(array.count() * pairs.tuple_size());
+  for (uint64_t i = 0; i < array.count(); ++i) {
+    // Vectors that are none (exceptions) have no codes: any will do.
+    if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * i)) continue;
+    std::array<double, 3> vector;
+    for (size_t k = 0; k < 3; ++k)
+      vector[k] =
+          number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
+    const auto codes = maps.octahedral->codes_of(vector);
+    std::memcpy(pairs.bytes.data() + i * sizeof codes, codes.data(), sizeof codes);
   }
-  for (unsigned p = 0; p < predictor_count; ++p) {
-    const auto predictor = static_cast<Predictor>(p);
-    if (predictor >= Predictor::nearest_gate && array.domain == Domain::mesh) continue;
-    for (const bool whole_values : {false, true}) {
-      consider(
-          {{predictor, whole_values, array.domain == Domain::cell || array.domain == Domain::mesh}, {}, {}});
-    }
-  }
-  ArrayCoding other = best;
-  other.tuple.repeats = !best.tuple.repeats;
-  consider(other);
-  if (can_place(elements, array) && best.tuple.predictor >= Predictor::nearest_gate) {
-    const TupleCoding unplaced = best.tuple;
-    for (const auto predictor : {Predictor::nearest_gate, Predictor::two_gates, Predictor::all_gates}) {
-      for (const auto placement : {Placement::hinge, Placement::similar, Placement::both}) {
-        if (placement != Placement::hinge && maps.maps.size() != 2) continue;
-        ArrayCoding placed{unplaced, {}, {}};
-        placed.tuple.predictor = predictor;
-        placed.tuple.placement = placement;
-        consider(placed);
+  return pairs;
+}
+void store_vectors(const Array& pairs, const OctahedralMap& map, Array& array) {
+  array.bytes.resize(pairs.count() * array.tuple_size());
+  for (uint64_t i = 0; i < pairs.count(); ++i) {
+    std::array<int32_t, 2> codes;
+    std::memcpy(codes.data(), pairs.bytes.data() + i * sizeof codes, sizeof codes);
+    const auto vector = map.vector_of(codes);
+    for (size_t k = 0; k < 3; ++k) {
+      std::byte* const out = array.bytes.data() + i * array.tuple_size() + k * size_of(array.type);
+      if (array.type == Scalar::f32) {
+        store(out, static_cast<float>(vector[k]));
+      } else {
+        store(out, vector[k]);
       }
     }
   }
-  if (!is_normal(elements, array) || is_facet_normal(elements, array, maps)) return best;
-  for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
-    consider({{}, coding, {}});
-  if (!best.normal) return best;
-  other = best;
-  other.normal->repeats = !best.normal->repeats;
-  consider(other);
-  return best;
 }
 
-Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {
-  ArrayMaps maps;
-  if (!octahedral) {
-    for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(MAILLE_TRY(read_map(in, array.type)));
-    return maps;
+// Arrays of more components than one coder takes: some after the other.
+
+Array some_components(const Array& array, uint32_t first, uint32_t count) {
+  Array part = make_array(array.name, array.domain, array.type, count, array.role);
+  const size_t from = first * size_of(array.type), size = part.tuple_size();
+  part.bytes.resize(array.count() * size);
+  for (uint64_t i = 0; i < array.count(); ++i)
+    std::memcpy(part.bytes.data() + i * size, array.bytes.data() + i * array.tuple_size() + from, size);
+  return part;
+}
+ArrayMaps some_maps(const ArrayMaps& maps, uint32_t components, uint32_t first, uint32_t count) {
+  ArrayMaps part;
+  part.lossless = maps.lossless;
+  part.maps.assign(maps.maps.begin() + first, maps.maps.begin() + first + count);
+  for (const uint64_t place : maps.exceptions) {
+    const uint64_t k = place % components;
+    if (k >= first && k < first + count) part.exceptions.push_back(place / components * count + k - first);
   }
-  const uint64_t steps = in.get_count();
-  if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
-      !is_float(array.type)) {
-    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has an impossible map of unit vectors");
-  }
-  maps.maps.resize(2);
-  maps.octahedral = OctahedralMap{static_cast<int32_t>(steps)};
-  return maps;
+  return part;
+}
+void put_components(const Array& part, uint32_t first, Array& array) {
+  const size_t from = first * size_of(array.type), size = part.tuple_size();
+  array.bytes.resize(part.count() * array.tuple_size());
+  for (uint64_t i = 0; i < part.count(); ++i)
+    std::memcpy(array.bytes.data() + i * array.tuple_size() + from, part.bytes.data() + i * size, size);
 }
 
-/// The place of a number in coded order, which is the only one that both sides share for every domain.
-struct NumberPlace {
-  uint64_t coded;
-  uint64_t stored;  ///< tuple * components + component in the array
-};
-
-/// Numbers a lattice cannot hold, bit for bit, by their places in coded order. `tuple_of` gives the tuple of
-/// each element.
-template <class TupleOf>
-void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps, ElementWalk walk,
-                      TupleOf tuple_of) {
-  std::vector<NumberPlace> places;
-  uint64_t coded = 0;
-  const auto find = [&](uint32_t element, const GateStencil&) {
-    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
-      const uint64_t stored = tuple_of(element) * array.components + k;
-      if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
-        places.push_back({coded, stored});
-    }
-    return true;
+void write_numbers(ByteWriter& out, const Elements& elements, const Array& array, const ArrayMaps& maps,
+                   std::span<const uint32_t> source) {
+  const auto write = [&](const Array& of, const ArrayMaps& with) {
+    return encode_numbers(*elements.around, of, with, source, elements.places());
   };
-  if (!maps.exceptions.empty()) walk.run(array.domain, array.count(), find);
-  out.put_count(places.size());
-  uint64_t before = 0;
-  for (const NumberPlace& place : places) {
-    out.put_count(place.coded - before);
-    out.put_bytes(Bytes(array.bytes).subspan(place.stored * size_of(array.type), size_of(array.type)));
-    before = place.coded;
+  if (array.components <= most_components) return out.put_bytes(write(array, maps));
+  for (uint32_t k = 0; k < array.components; k += most_components) {
+    const uint32_t count = std::min(array.components - k, most_components);
+    const auto bytes = write(some_components(array, k, count), some_maps(maps, array.components, k, count));
+    out.put_count(bytes.size());
+    out.put_bytes(bytes);
   }
 }
-
-Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& array) {
-  const size_t number_bytes = size_of(array.type);
-  ByteReader in(bytes);
-  uint64_t left = in.get_count();
-  uint64_t next = left > 0 ? in.get_count() : 0;
-  uint64_t coded = 0;
-  const auto take = [&](uint32_t element, const GateStencil&) {
-    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
-      if (left == 0 || coded != next) continue;
-      const Bytes number = in.get_bytes(number_bytes);
-      const size_t place = (size_t{element} * array.components + k) * number_bytes;
-      std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place));
-      if (--left > 0) next += in.get_count();
-    }
-    return left > 0 && in.ok();
-  };
-  if (left > 0 && in.ok()) walk.run(array.domain, tuples, take);
-  if (left > 0 || !in.ok() || in.remaining() > 0) {
-    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has a damaged list of special numbers");
+Result<> read_numbers(ByteReader& in, FanDecoder& around, const ElementPlaces& places, uint32_t count,
+                      Array& array) {
+  if (array.components <= most_components)
+    return decode_numbers(around, in.get_bytes(in.remaining()), places, count, array);
+  for (uint32_t k = 0; k < array.components; k += most_components) {
+    Array part = make_array(array.name, array.domain, array.type,
+                            std::min(array.components - k, most_components), array.role);
+    const Bytes bytes = in.get_bytes(in.get_count());
+    if (!in.ok()) return corrupt(array, ": its stream is too short");
+    MAILLE_CHECK(decode_numbers(around, bytes, places, count, part));
+    put_components(part, k, array);
   }
+  if (in.remaining() > 0) return corrupt(array, " has something behind its numbers");
   return {};
 }
 
-/// The codes of one tuple.
-template <class Code>
-void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code* codes) {
-  const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
-  const size_t number_bytes = size_of(array.type);
-  if (maps.octahedral) {
-    std::array<double, 3> vector;
-    for (size_t k = 0; k < 3; ++k) vector[k] = number_as_double(array.type, numbers + k * number_bytes);
-    // Vectors that are none (exceptions) have no codes: any will do.
-    const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * tuple);
-    const auto pair = exception ? std::array<int32_t, 2>{} : maps.octahedral->codes_of(vector);
-    codes[0] = pair[0];
-    codes[1] = pair[1];
-    return;
-  }
-  for (size_t k = 0; k < maps.maps.size(); ++k) {
-    codes[k] = static_cast<Code>(maps.maps[k].code_of(array.type, numbers + k * number_bytes));
-  }
+/// The numbers of an array, of whatever map.
+void write_tuples(ByteWriter& out, const Elements& elements, const Array& array, const ArrayMaps& maps,
+                  std::span<const uint32_t> source) {
+  if (!maps.octahedral) return write_numbers(out, elements, array, maps, source);
+  out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
+  const std::vector<std::byte> exceptions = write_exceptions(array, maps.exceptions, source);
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions);
+  ArrayMaps of_pairs;
+  of_pairs.maps.resize(2);
+  write_numbers(out, elements, pairs_of_vectors(array, maps), of_pairs, source);
+}
+Result<> read_tuples(ByteReader& in, FanDecoder& around, const ElementPlaces& places, uint32_t count,
+                     bool octahedral, Array& array) {
+  if (!octahedral) return read_numbers(in, around, places, count, array);
+  const uint64_t steps = in.get_count();
+  const Bytes exceptions = in.get_bytes(in.get_count());
+  if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
+      !is_float(array.type))
+    return corrupt(array, " has an impossible map of unit vectors");
+  Array pairs = make_array(array.name, array.domain, Scalar::i32, 2, Role::none);
+  MAILLE_CHECK(read_numbers(in, around, places, count, pairs));
+  store_vectors(pairs, OctahedralMap{static_cast<int32_t>(steps)}, array);
+  return read_exceptions(exceptions, array);
 }
 
-/// `refined`: none, if the maps are exact.
-void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
-                    const Array& array, const ArrayMaps& maps, const RefinedMaps* refined,
-                    std::span<const uint32_t> source) {
-  if (refined) write_details(out, *refined, array, source);
-  ByteWriter exceptions;
-  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
-                   [&](uint32_t element) { return uint64_t{source[element]}; });
-  out.put_count(exceptions.size());
-  out.put_bytes(exceptions.bytes());
+/// Elements beyond those that have something around them: points of loose cells, these cells, their corners.
+std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround& around, const Array& array,
+                                     const ArrayMaps& maps, std::span<const uint32_t> source) {
+  ByteWriter out;
+  out.put(around_coding);
+  out.put(maps.octahedral ? octahedral_flag : uint8_t{0});
+  Elements of;
+  of.positions = elements.positions;
+  if (array.domain == Domain::point) {
+    const FanDecoder& points = around.points();
+    of.around = &points.complete();
+    write_tuples(out, of, array, maps, source);
+    return out.take();
+  }
+  of.positions = {};
+  FanSurface references;
+  of.around = &references;
+  if (array.domain == Domain::cell) references = face_references(around.faces());
+  if (array.domain != Domain::corner) {
+    write_tuples(out, of, array, maps, source);
+    return out.take();
+  }
+  const CornerFaces& faces = around.numbered_faces();
+  const std::vector<uint32_t> twins = twins_of_corners(elements, faces);
+  const SameTuples same(array, maps);
+  const auto tuple = [&](uint32_t corner) { return source[faces.number_of(corner)]; };
+  RansEncoder coder(1);
+  CornerElements corners(JointCoder<RansEncoder>(coder, faces, around.points().complete(), twins)
+                             .code([&](uint32_t a, uint32_t b) { return same(tuple(a), tuple(b)); }));
+  const std::vector<std::byte> joints = coder.finish();
+  out.put_count(joints.size());
+  out.put_bytes(joints);
+  std::vector<uint32_t> tuples;
+  for (const uint32_t corner : corners.first) {
+    tuples.push_back(tuple(corner));
+    of.point_of.push_back(faces.points[corner]);
+  }
+  references = element_references(faces, corners.of_corner, static_cast<uint32_t>(tuples.size()));
+  tuples.insert(tuples.end(), source.end() - elements.loose_corners, source.end());
+  of.point_of.resize(tuples.size());
+  of.positions = elements.positions;
+  write_tuples(out, of, array, maps, tuples);
+  return out.take();
+}
+
+/// From elements to corners.
+void spread_tuples(const PatchElements& elements, const CornerFaces& faces, const CornerElements& corners,
+                   Array& array) {
+  const size_t size = array.tuple_size();
+  Unfilled<std::byte> spread(elements.corners() * size);
+  std::memset(spread.data(), 0, spread.size());
+  for (uint32_t c = 0; c < faces.corners(); ++c)
+    std::memcpy(spread.data() + faces.number_of(c) * size, array.bytes.data() + corners.of_corner[c] * size,
+                size);
+  std::copy_n(array.bytes.end() - static_cast<ptrdiff_t>(elements.loose_corners * size),
+              elements.loose_corners * size,
+              spread.begin() + static_cast<ptrdiff_t>(spread.size() - elements.loose_corners * size));
+  array.bytes.assign(spread.begin(), spread.end());
+}
+
+Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteReader& in,
+                       uint64_t mesh_tuples, Array& array) {
+  const auto flags = in.get<uint8_t>();
+  if (!in.ok() || flags > octahedral_flag) return corrupt(array, " is coded in an unknown way");
+  const bool octahedral = flags == octahedral_flag;
+  if (array.domain == Domain::point)
+    return read_tuples(in, around.points(), {elements.positions, {}}, elements.points, octahedral, array);
+  if (array.domain != Domain::corner) {
+    const bool cells = array.domain == Domain::cell;
+    FanDecoder none_around = FanDecoder::over(cells ? face_references(around.faces()) : FanSurface());
+    if (!cells && mesh_tuples > UINT32_MAX) return corrupt(array, " has too many tuples");
+    return read_tuples(in, none_around, {}, cells ? elements.cells() : static_cast<uint32_t>(mesh_tuples),
+                       octahedral, array);
+  }
+  const CornerFaces& faces = around.numbered_faces();
+  const std::vector<uint32_t> twins = twins_of_corners(elements, faces);
+  const Bytes joints = in.get_bytes(in.get_count());
+  if (!in.ok()) return corrupt(array, ": its stream is too short");
+  RansDecoder coder(joints, 1);
+  const CornerElements corners(
+      JointCoder<RansDecoder>(coder, faces, around.points().complete(), twins).code([](uint32_t, uint32_t) {
+        return false;
+      }));
+  if (coder.exhausted()) return corrupt(array, ": its joints end early");
+  std::vector<uint32_t> point_of;
+  for (const uint32_t corner : corners.first) point_of.push_back(faces.points[corner]);
+  const auto count = static_cast<uint32_t>(point_of.size());
+  FanDecoder references = FanDecoder::over(element_references(faces, corners.of_corner, count));
+  point_of.resize(size_t{count} + elements.loose_corners);
+  MAILLE_CHECK(read_tuples(in, references, {elements.positions, point_of}, count + elements.loose_corners,
+                           octahedral, array));
+  spread_tuples(elements, faces, corners, array);
+  return {};
 }
 
 /// Three numbers for each point are predicted as a place in space.
 bool is_mixable(const Array& array, const ArrayMaps& maps) {
-  return array.domain == Domain::point && maps.maps.size() == 3;
+  return array.domain == Domain::point && maps.maps.size() == 3 && !maps.octahedral;
 }
 
-void write_facet_coding(ByteWriter& out, const FacetCoding& coding) {
-  out.put(coding.formula.bits);
-  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.rounding.step) | unsigned{coding.learns} << 2 |
-                               unsigned{coding.unit} << 3 | unsigned{coding.signed_zeros} << 4));
-  out.put(coding.rounding.scale);
-}
+// Behind the maps stand details (RefinedMaps).
+constexpr uint8_t refined_flag = 32;
 
-/// No value for one that is unknown.
-std::optional<FacetCoding> read_facet_coding(ByteReader& in) {
-  FacetCoding coding;
-  coding.formula.bits = in.get<uint8_t>();
-  const auto flags = in.get<uint8_t>();
-  const unsigned step = flags & 3;
-  coding.rounding = {static_cast<Rounding::Step>(step), in.get<int16_t>()};
-  coding.learns = (flags & 4) != 0;
-  coding.unit = (flags & 8) != 0;
-  coding.signed_zeros = (flags & 16) != 0;
-  if (coding.formula.bits >= FacetFormula::count || step >= Rounding::step_count || flags > 31 ||
-      std::abs(coding.rounding.scale) > Rounding::most_scale)
-    return std::nullopt;
-  return coding;
-}
-
+/// Nothing where the steps of the maps are not for geometry.
 template <class Code>
-std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
-                                 const RefinedMaps* refined, std::span<const uint32_t> source, bool mixed,
-                                 Pace* pace) {
-  std::vector<Code> codes(codes_of(source.size(), maps));
-  for (size_t i = 0; i < source.size(); ++i) {
-    if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
-  }
-  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  if (mixed && can_mix<Code>(array.type, maps.maps, std::span(codes).first(codes.size() - 1))) {
-    ByteWriter out;
-    out.put(mixed_coding);
-    out.put(refined ? refined_flag : uint8_t{0});
-    for (const NumberMap& map : maps.maps) write_map(out, map);
-    put_exceptions(out, elements, face_of, array, maps, refined, source);
-    out.put_bytes(
-        encode_mixed<Code>(elements, array.type, maps.maps, std::span(codes).first(codes.size() - 1), pace));
-    return out.take();
-  }
-  const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
+std::optional<std::vector<std::byte>> encode_with_mixing(const PatchElements& elements, const Array& array,
+                                                         const ArrayMaps& maps,
+                                                         std::span<const uint32_t> source, Pace* pace) {
+  RefinedMaps refined;
+  refined.coarse = maps.maps;
+  if (maps.lossless) refined = refine_maps(array, maps.maps, source);
+  const size_t size = size_of(array.type);
+  std::vector<Code> codes(source.size() * 3);
+  for (size_t i = 0; i < codes.size(); ++i)
+    codes[i] = static_cast<Code>(refined.coarse[i % 3].code_of(
+        array.type, array.bytes.data() + (size_t{source[i / 3]} * 3 + i % 3) * size));
+  if (!can_mix<Code>(array.type, refined.coarse, codes)) return std::nullopt;
   ByteWriter out;
-  if (coding.facet) {
-    out.put(facet_coding);
-    out.put(uint8_t{0});
-    write_facet_coding(out, *coding.facet);
-  } else if (coding.normal) {
-    out.put(normal_coding);
-    out.put(static_cast<uint8_t>(maps.octahedral.has_value() << 2));
-    out.put(coding.normal->weight);
-    out.put(coding.normal->flags());
-  } else {
-    out.put(coding.tuple.predictor);
-    out.put(static_cast<uint8_t>(unsigned{coding.tuple.whole_values} | unsigned{coding.tuple.repeats} << 1 |
-                                 unsigned{maps.octahedral.has_value()} << 2 |
-                                 static_cast<unsigned>(coding.tuple.placement) << 3 |
-                                 (refined ? refined_flag : 0u)));
-  }
-  if (maps.octahedral) {
-    out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
-  } else {
-    for (const NumberMap& map : maps.maps) write_map(out, map);
-  }
-  put_exceptions(out, elements, face_of, array, maps, refined, source);
-  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
+  out.put(mixed_coding);
+  out.put(refined.any() ? refined_flag : uint8_t{0});
+  for (const NumberMap& map : refined.coarse) write_map(out, map);
+  if (refined.any()) write_details(out, refined, array, source);
+  const std::vector<std::byte> exceptions = write_exceptions(array, maps.exceptions, source);
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions);
+  out.put_bytes(encode_mixed<Code>(elements, array.type, refined.coarse, codes, pace));
   return out.take();
 }
 
-/// Turns codes into numbers, in place where both have the same size.
 template <class Code>
-Result<> store_numbers(Array& array, std::span<const NumberMap> maps, const ReadDetails* details,
-                       std::vector<std::byte>&& codes) {
-  const size_t number_bytes = size_of(array.type);
-  const size_t count = codes.size() / sizeof(Code);
-  std::vector<std::byte> separate;
-  if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
-  std::byte* const out = separate.empty() ? codes.data() : separate.data();
+Result<> decode_with_mixing(const PatchElements& elements, std::span<const NumberMap> maps,
+                            const ReadDetails* details, Bytes bytes, Array& array, Pace* pace) {
+  // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
+  if (elements.points / 16384 > bytes.size() + 16)
+    return corrupt(array, " has more tuples than its stream can hold");
+  std::vector<std::byte> storage;
+  const size_t count = size_t{3} * elements.points;
+  reserve_pages(storage, count * sizeof(Code));
+  storage.resize(count * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), count);
+  MAILLE_CHECK(decode_mixed<Code>(elements, array.type, maps, bytes, codes, pace));
   if constexpr (sizeof(Code) == 8) {
-    if (details)
-      MAILLE_CHECK(store_refined(*details, std::span(reinterpret_cast<int64_t*>(codes.data()), count)));
+    if (details) MAILLE_CHECK(store_refined(*details, codes));
   }
-  for (size_t k = 0; k < maps.size(); ++k) {
+  const size_t size = size_of(array.type);
+  std::vector<std::byte> separate(size == sizeof(Code) ? 0 : count * size);
+  std::byte* const out = separate.empty() ? storage.data() : separate.data();
+  for (size_t k = 0; k < 3; ++k) {
     if (details && details->maps.refined[k]) continue;
-    maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
-                          count / maps.size());
+    maps[k].store_numbers(array.type, storage.data() + k * sizeof(Code), out + k * size, 3, elements.points);
   }
-  array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
+  array.bytes = separate.empty() ? std::move(storage) : std::move(separate);
   return {};
 }
 
-/// The same for unit vectors, two codes each.
-template <class Code>
-void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
-  array.bytes.resize(codes.size() / 2 * array.tuple_size());
-  for (size_t i = 0; i < codes.size() / 2; ++i) {
-    const auto vector =
-        map.vector_of({static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])});
-    std::byte* out = array.bytes.data() + i * array.tuple_size();
-    for (size_t k = 0; k < 3; ++k) {
-      if (array.type == Scalar::f32) {
-        store(out + 4 * k, static_cast<float>(vector[k]));
-      } else {
-        store(out + 8 * k, vector[k]);
-      }
-    }
-  }
-}
-
-template <class Code>
-Result<> decode_as(const PatchElements& elements, bool mixed, const ArrayCoding& coding,
-                   const ArrayMaps& maps, const ReadDetails* details, Bytes bytes, Bytes exceptions,
-                   uint64_t tuples, Array& array, Pace* pace) {
-  // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
-  if (tuples / 16384 > bytes.size() + 16) {
-    return failure(ErrorCode::corrupt,
-                   "array \"" + array.name + "\" has more tuples than its stream can hold");
-  }
-  std::vector<std::byte> storage;
-  reserve_pages(storage, codes_of(tuples, maps) * sizeof(Code));
-  storage.resize(codes_of(tuples, maps) * sizeof(Code));
-  const std::span codes(reinterpret_cast<Code*>(storage.data()), codes_of(tuples, maps));
-  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
-  if (mixed) {
+Result<> decode_mixed_array(const PatchElements& elements, ByteReader& in, Array& array, Pace* pace) {
+  const auto flags = in.get<uint8_t>();
+  if (!in.ok() || array.domain != Domain::point || array.components != 3 ||
+      (flags != 0 && (flags != refined_flag || array.type != Scalar::f64)))
+    return corrupt(array, " is coded in an unknown way");
+  std::vector<NumberMap> maps;
+  for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+  std::optional<ReadDetails> details;
+  if (flags == refined_flag) details = MAILLE_TRY(read_details(in, maps));
+  const Bytes exceptions = in.get_bytes(in.get_count());
+  const Bytes coded = in.get_bytes(in.remaining());
+  if (!in.ok()) return corrupt(array, ": its stream is too short");
+  if (size_of(array.type) == 8) {
     MAILLE_CHECK(
-        decode_mixed<Code>(elements, array.type, maps.maps, bytes, codes.first(codes.size() - 1), pace));
-    storage.resize(storage.size() - sizeof(Code));
-    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
-    return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
-  }
-  RansDecoder decoder(bytes, coding.as_tuples() ? lanes_for(maps.maps.size()) : 1);
-  code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
-                                codes.first(codes.size()),
-                                [&] { return !decoder.exhausted() && (!pace || pace->step()); });
-  if (pace && pace->stopped()) return cancelled();
-  if (decoder.exhausted())
-    return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
-  if (maps.octahedral) {
-    store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
+        decode_with_mixing<int64_t>(elements, maps, details ? &*details : nullptr, coded, array, pace));
   } else {
-    storage.resize(tuples * maps.maps.size() * sizeof(Code));
-    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, details, std::move(storage)));
+    MAILLE_CHECK(decode_with_mixing<int32_t>(elements, maps, nullptr, coded, array, pace));
   }
-  return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+  return read_exceptions(exceptions, array);
 }
 
-/// No value for one that is unknown, or that the array cannot have.
-std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elements, const Array& array,
-                                       uint8_t kind, uint8_t flags) {
-  ArrayCoding coding;
-  if (kind == normal_coding) {
-    const auto weight = in.get<uint8_t>();
-    const auto how = in.get<uint8_t>();
-    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & ~4u) != 0 ||
-        !is_normal(elements, array)) {
-      return std::nullopt;
-    }
-    coding.normal = NormalCoding::from(weight, how);
-    return coding;
-  }
-  if (kind == facet_coding) {
-    coding.facet = read_facet_coding(in);
-    if (!coding.facet || flags != 0 || !is_normal(elements, array) || array.domain != Domain::cell)
-      return std::nullopt;
-    return coding;
-  }
-  if (kind >= predictor_count) return std::nullopt;
-  coding.tuple = {static_cast<Predictor>(kind), (flags & 1) != 0, (flags & 2) != 0,
-                  static_cast<Placement>(flags >> 3 & 3)};
-  const bool placed = coding.tuple.placement != Placement::parallelogram;
-  if (placed && (coding.tuple.predictor < Predictor::nearest_gate || !can_place(elements, array)))
-    return std::nullopt;
-  return coding;
-}
+/// Normals that take more bits each are not those of the surface: other ways are tried.
+constexpr size_t most_bits_of_normals = 16;
 
 }  // namespace
+
+uint32_t PatchElements::corners() const {
+  const uint32_t of_faces = surface->half_edges.size();
+  return (of_faces == 0 && fans != nullptr ? static_cast<uint32_t>(fans->corners.size()) : of_faces) +
+         loose_corners;
+}
 
 uint32_t PatchElements::count(Domain domain) const {
   switch (domain) {
@@ -687,51 +417,52 @@ uint32_t PatchElements::count(Domain domain) const {
   return 0;
 }
 
+const CornerFaces& ArrayAround::faces() {
+  if (!faces_)
+    faces_ = elements_.fans != nullptr ? corner_faces(*elements_.fans) : corner_faces(*elements_.surface);
+  return *faces_;
+}
+
+const CornerFaces& ArrayAround::numbered_faces() {
+  faces();
+  const bool flipped = elements_.flipped != nullptr && !elements_.flipped->empty();
+  if (flipped && faces_->number.empty()) faces_->flip(*elements_.flipped);
+  return *faces_;
+}
+
+FanDecoder& ArrayAround::points() {
+  if (!points_) points_ = FanDecoder::over(element_references(faces(), faces().points, faces().point_count));
+  return *points_;
+}
+
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, bool mixed, Pace* pace) {
-  mixed = mixed && is_mixable(array, maps);
-  ArrayMaps used = maps;
-  // Normals that the surface tells need no table, which would cost more than they do.
-  RefinedMaps refined;
-  if (maps.lossless && array.role != Role::normal) {
-    refined = refine_maps(array, maps.maps, source);
-    used.maps = refined.coarse;
+  if (mixed && is_mixable(array, maps)) {
+    auto bytes = size_of(array.type) == 8 ? encode_with_mixing<int64_t>(elements, array, maps, source, pace)
+                                          : encode_with_mixing<int32_t>(elements, array, maps, source, pace);
+    if (bytes) return std::move(*bytes);
   }
-  const RefinedMaps* details = refined.any() ? &refined : nullptr;
-  if (size_of(array.type) == 8)
-    return encode_as<int64_t>(elements, array, used, details, source, mixed, pace);
-  return encode_as<int32_t>(elements, array, used, nullptr, source, mixed, pace);
+  std::vector<std::byte> best;
+  if (is_normal(elements, array)) {
+    best = encode_normals(elements, array, maps, source, pace);
+    if (8 * best.size() < most_bits_of_normals * source.size()) return best;
+  }
+  ArrayAround alone(elements);
+  std::vector<std::byte> numbers =
+      encode_around(elements, elements.around != nullptr ? *elements.around : alone, array, maps, source);
+  return best.empty() || numbers.size() < best.size() ? numbers : best;
 }
 
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
                       Pace* pace) {
   ByteReader in(bytes);
   const auto kind = in.get<uint8_t>();
-  auto flags = in.get<uint8_t>();
-  const bool refined = (flags & refined_flag) != 0 && array.type == Scalar::f64 && kind != normal_coding &&
-                       kind != facet_coding;
-  if (refined) flags = static_cast<uint8_t>(flags & ~refined_flag);
-  const bool mixed = kind == mixed_coding && array.domain == Domain::point && array.components == 3;
-  const auto coding = read_coding(in, elements, array, mixed ? uint8_t{0} : kind, flags);
-  if (!in.ok() || !coding || flags > (mixed ? 0 : 31)) {
-    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
-  }
-  const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
-  std::optional<ReadDetails> details;
-  if (refined) {
-    if (maps.octahedral)
-      return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
-    details = MAILLE_TRY(read_details(in, maps.maps));
-  }
-  const Bytes exceptions = in.get_bytes(in.get_count());
-  const Bytes coded = in.get_bytes(in.remaining());
-  if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
-  const uint64_t tuples = array.domain == Domain::mesh ? mesh_tuples : elements.count(array.domain);
-  if (size_of(array.type) == 8) {
-    return decode_as<int64_t>(elements, mixed, *coding, maps, details ? &*details : nullptr, coded,
-                              exceptions, tuples, array, pace);
-  }
-  return decode_as<int32_t>(elements, mixed, *coding, maps, nullptr, coded, exceptions, tuples, array, pace);
+  if (kind == normal_coding || kind == facet_coding) return decode_normals(elements, bytes, array, pace);
+  if (kind == mixed_coding) return decode_mixed_array(elements, in, array, pace);
+  if (!in.ok() || kind != around_coding) return corrupt(array, " is coded in an unknown way");
+  ArrayAround alone(elements);
+  return decode_around(elements, elements.around != nullptr ? *elements.around : alone, in, mesh_tuples,
+                       array);
 }
 
 }  // namespace maille

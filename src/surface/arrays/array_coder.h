@@ -13,6 +13,9 @@
 
 namespace maille {
 
+struct FanSurface;
+class ArrayAround;
+
 /// The elements of a patch that arrays belong to, in coded order: first those of the surface, then the
 /// others.
 ///   points:  those of the surface, then points that only loose cells use, or none
@@ -29,15 +32,19 @@ struct PatchElements {
   std::span<const Vector3> positions = {};
   /// By corner: corners of a vertex with one number have the same tuple. Empty: nothing is known of them.
   std::span<const uint32_t> twins = {};
+  /// The faces where they were coded as fans; what half-edges say is not asked then, but for normals.
+  const FanSurface* fans = nullptr;
+  /// What arrays of one patch need again and again.
+  ArrayAround* around = nullptr;
 
   uint32_t cells() const { return surface->face_count + loose_cells; }
-  uint32_t corners() const { return surface->half_edges.size() + loose_corners; }
+  uint32_t corners() const;
   uint32_t count(Domain domain) const;
 };
 
 /// Codes an array whose tuples are numbered as in PatchElements: `source` gives for each of them its tuple in
-/// the array, none for gaps. Tries several codings on a part of the array and keeps the best.
-/// `mixed`: arrays that are like positions are mixed (MixedPositionCoder).
+/// the array, none for gaps. Normals are coded by the surface where that is smaller. `mixed`: arrays that are
+/// like positions are mixed (MixedPositionCoder).
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, bool mixed, Pace* pace = nullptr);
 

@@ -154,7 +154,7 @@ TEST(ArrayCoder, NumbersBesideALatticeComeBackBitForBit) {
   }
 }
 
-/// An array of the mesh as it is stored, with this list of exceptions: integers, previous, nothing else.
+/// An array of the mesh as it is stored, with this list of exceptions: integers.
 ErrorCode error_with_exceptions(std::initializer_list<unsigned> exceptions) {
   const CodedMesh patch{Mesh{}};
   Array array = make_array("values", Domain::mesh, Scalar::u8, 1);
@@ -162,7 +162,7 @@ ErrorCode error_with_exceptions(std::initializer_list<unsigned> exceptions) {
   const auto bytes = encode(patch, array, maps_of(array));
   ByteReader in(bytes);
   ByteWriter out;
-  out.put_bytes(in.get_bytes(3));  // predictor, flags, map
+  out.put_bytes(in.get_bytes(5));  // coding, flags, placement, flags of numbers, map
   EXPECT_EQ(in.get_count(), 1u);
   EXPECT_EQ(in.get<uint8_t>(), 0);
   out.put_count(exceptions.size());

@@ -99,17 +99,4 @@ void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStenci
   } while (h != corner);
 }
 
-Gate find_point_edge(const PatchSurface& surface, uint32_t vertex) {
-  const HalfEdges& edges = surface.half_edges;
-  const uint32_t corner = surface.vertices.corner[vertex];
-  uint32_t h = corner;
-  do {
-    const uint32_t a = known_point(surface, edges.next(h), vertex);
-    const uint32_t b = known_point(surface, edges.previous(h), vertex);
-    if (a != none && b != none) return {a, b, none};
-    h = edges.turn(h);
-  } while (h != corner);
-  return {none, none, none};
-}
-
 }  // namespace maille

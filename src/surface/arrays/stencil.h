@@ -21,16 +21,10 @@ struct GateStencil {
   std::array<Gate, most_gates + 1> gates;  ///< one to spare, for a search that writes before it knows
   unsigned gate_count = 0;
   uint32_t neighbour = none;  ///< some known element next to it
-  /// Without gates: the two known elements beside it in a face, `across` none; a is none where no face has
-  /// them.
-  Gate edge = {none, none, none};
 };
 
 /// The stencil of a vertex among the points of vertices before it. Inside a face of four or more corners the
 /// face's own three other known corners make a gate; across an edge, the neighbouring face does.
 void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil);
-
-/// The edge of a vertex without gates.
-Gate find_point_edge(const PatchSurface& surface, uint32_t vertex);
 
 }  // namespace maille

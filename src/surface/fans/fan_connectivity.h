@@ -153,10 +153,11 @@ class FanDecoder {
   static constexpr uint32_t most_ahead = 1 << 10;
   /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
   Result<> decode_until(uint32_t end);
-  /// Those of polygons are known beforehand; else none.
-  std::vector<uint8_t> known_valences() const {
-    return complete_ ? complete_->valences : std::vector<uint8_t>();
+  /// Of one that knows everything; else none.
+  std::span<const uint8_t> known_valences() const {
+    return complete_ ? complete_->valences : std::span<const uint8_t>();
   }
+  const FanSurface& complete() const { return *complete_; }
   const VertexReferences* references(uint32_t vertex) const;
   const uint8_t* kinds(uint32_t vertex) const;
   /// Forgets the vertices below `end`.

@@ -427,17 +427,40 @@ Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
   return {};
 }
 
-std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topology,
-                                     std::span<const BlockShape> blocks) {
+namespace {
+
+/// The places of cells and their corners, block by block.
+void find_places(const FanSurface& fans, const PatchTopology& topology, AssembledCells& cells) {
+  std::vector<uint32_t> cell(cells.blocks.size() + 1), corner(cells.blocks.size() + 1);
+  for (size_t b = 0; b < cells.blocks.size(); ++b) {
+    cell[b + 1] = cell[b] + static_cast<uint32_t>(cells.blocks[b].size());
+    corner[b + 1] = corner[b] + static_cast<uint32_t>(cells.blocks[b].connectivity.size());
+  }
+  const auto add = [&](uint32_t block, uint32_t corners) {
+    cells.cell_place.push_back(cell[block]++);
+    for (uint32_t k = 0; k < corners; ++k) cells.corner_place.push_back(corner[block]++);
+  };
+  for (uint32_t face = 0; face < topology.surface.face_count; ++face)
+    add(topology.block_of_face(face), fans.first_corner(face + 1) - fans.first_corner(face));
   const LooseCells& loose = topology.loose;
-  std::vector<CellBlock> result(blocks.size());
+  for (uint32_t i = 0; i < loose.size(); ++i) add(loose.block[i], loose.offsets[i + 1] - loose.offsets[i]);
+}
+
+}  // namespace
+
+AssembledCells assemble_fans(FanSurface fans, const PatchTopology& topology,
+                             std::span<const BlockShape> blocks, bool with_places) {
+  const LooseCells& loose = topology.loose;
+  AssembledCells cells;
+  std::vector<CellBlock>& result = cells.blocks;
+  result.resize(blocks.size());
   for (size_t b = 0; b < blocks.size(); ++b) {
     result[b].type = blocks[b].type;
     if (nodes_of(blocks[b].type) == 0 && blocks[b].cells > 0) result[b].offsets.push_back(0);
   }
   if (blocks.size() == 1 && nodes_of(blocks[0].type) != 0 && loose.size() == 0) {
     result[0].connectivity = std::move(fans.corners);
-    return result;
+    return cells;
   }
   const auto end_cell = [](CellBlock& block) {
     if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
@@ -455,7 +478,8 @@ std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topol
                               loose.nodes.begin() + loose.offsets[i + 1]);
     end_cell(block);
   }
-  return result;
+  if (with_places && blocks.size() > 1) find_places(fans, topology, cells);
+  return cells;
 }
 
 }  // namespace maille

@@ -63,8 +63,9 @@ struct FanPatchDecoder {
 /// both sides. Error: corrupt, for triangles with a vertex twice (decoded from damaged bytes).
 Result<> build_surface(const FanSurface& fans, PatchTopology& topology);
 
-/// Blocks of cells without names, faces of each block in coded order, then its loose cells.
-std::vector<CellBlock> assemble_fans(FanSurface fans, const PatchTopology& topology,
-                                     std::span<const BlockShape> blocks);
+/// As assemble_cells(), where half-edges were not built. Places stay empty where they are the same: with one
+/// block.
+AssembledCells assemble_fans(FanSurface fans, const PatchTopology& topology,
+                             std::span<const BlockShape> blocks, bool with_places);
 
 }  // namespace maille

@@ -24,6 +24,13 @@ struct FloatPoint {
   FloatPoint operator*(FloatPoint o) const { return {v * o.v}; }
   FloatPoint smaller(FloatPoint o) const { return {v < o.v ? v : o.v}; }
   FloatPoint larger(FloatPoint o) const { return {v > o.v ? v : o.v}; }
+  /// The first two components turned by a right angle.
+  FloatPoint turned(double ratio) const {
+    return {FloatLanes{v[1] * static_cast<float>(ratio), -v[0] / static_cast<float>(ratio), 0, 0}};
+  }
+  /// Their area with another edge is negative.
+  bool turns_right(FloatPoint o) const { return v[0] * o.v[1] - v[1] * o.v[0] < 0; }
+  bool turns_left(FloatPoint o) const { return v[0] * o.v[1] - v[1] * o.v[0] > 0; }
   FloatPoint magnitude() const {
     return {reinterpret_cast<FloatLanes>(reinterpret_cast<SignedLanes>(v) & 0x7fffffff)};
   }
@@ -41,6 +48,9 @@ struct DoublePoint {
   DoublePoint operator*(DoublePoint o) const { return {xy * o.xy, zw * o.zw}; }
   DoublePoint smaller(DoublePoint o) const { return {xy < o.xy ? xy : o.xy, zw < o.zw ? zw : o.zw}; }
   DoublePoint larger(DoublePoint o) const { return {xy > o.xy ? xy : o.xy, zw > o.zw ? zw : o.zw}; }
+  DoublePoint turned(double ratio) const { return {Pair{xy[1] * ratio, -xy[0] / ratio}, Pair{}}; }
+  bool turns_right(DoublePoint o) const { return xy[0] * o.xy[1] - xy[1] * o.xy[0] < 0; }
+  bool turns_left(DoublePoint o) const { return xy[0] * o.xy[1] - xy[1] * o.xy[0] > 0; }
   DoublePoint magnitude() const {
     const auto positive = [](Pair p) {
       return reinterpret_cast<Pair>(reinterpret_cast<Bits>(p) & 0x7fffffffffffffff);
@@ -77,6 +87,15 @@ struct Forecast {
   Point closing, late;  ///< the same as `gate` where there is none
   Point mean;           ///< of the parallelograms, nearly
   Point spread;         ///< how far predictions lie apart
+
+  void find_spread() {
+    const Point apart = (closing - gate).magnitude().larger((late - gate).magnitude());
+    spread = (mean - fitted).magnitude().larger(apart * Point::of(typename Point::Real{0.5}));
+  }
+  void turn(Point by) {
+    fitted = fitted + by;
+    find_spread();
+  }
 };
 
 /// Points that are not decoded yet are zero.
@@ -116,6 +135,28 @@ template <class Point>
   const Point apart = (result.mean - result.fitted).magnitude();
   result.spread = apart.larger(to_closing.magnitude().larger(to_late.magnitude()) * Point::of(Real{0.5}));
   return result;
+}
+
+/// What the turned references add to a forecast of two components. `mirrored`: the side of the face coded
+/// last, for those that only know an edge. `ratio`: of the components' steps.
+template <class Point>
+[[gnu::always_inline]] inline Point turned_part(const Point* points, const VertexReferences& references,
+                                                const Weights& weights, double ratio, bool swapped,
+                                                bool& mirrored) {
+  using R = VertexReferences;
+  using Real = typename Point::Real;
+  const auto at = [&](unsigned r) -> Point { return points[references.at[r]]; };
+  const auto part = [&](unsigned r) -> Point { return Point::of(static_cast<Real>(weights[r])) * at(r); };
+  const Point edge = at(R::last) - at(R::focus), across = at(R::before) - at(R::focus);
+  if (edge.turns_right(across)) mirrored = !swapped;
+  if (edge.turns_left(across)) mirrored = swapped;
+  // The weights' sum is nothing, which floats only nearly give.
+  const Real others = -(((static_cast<Real>(weights[R::focus]) + static_cast<Real>(weights[R::next])) +
+                         static_cast<Real>(weights[R::late])) +
+                        static_cast<Real>(weights[R::late + 1]));
+  const Point sum = (((part(R::focus) + part(R::next)) + part(R::late)) + part(R::late + 1)) +
+                    Point::of(others) * at(R::last);
+  return mirrored == swapped ? sum.turned(ratio) : Point::of(0) - sum.turned(ratio);
 }
 
 }  // namespace maille

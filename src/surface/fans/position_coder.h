@@ -168,9 +168,12 @@ class PositionCoder {
 
   /// Vertex v, once all before it are coded. `wanted`: its codes, for a writer.
   [[gnu::always_inline]] void code(uint32_t v, const VertexReferences& references, unsigned kind,
-                                   const Weights& weights, const Tuple& wanted) {
+                                   const Weights& weights, const Weights& turned, const Tuple& wanted) {
     const unsigned group = group_of_kind[kind];
-    const Forecast<Point> expected = forecast(points_.points.data(), references, weights, group);
+    Forecast<Point> expected = forecast(points_.points.data(), references, weights, group);
+    if (components == 2 && coding_.placement > Placement::hinge)
+      expected.turn(turned_part(points_.points.data(), references, turned, coding_.turn_ratio,
+                                kind_is_swapped(kind), mirrored_));
     const bool by_gate = coding_.centre == Centre::gate;
     const Point target = by_gate ? expected.gate : expected.fitted;
     const Point apart = (by_gate ? expected.fitted : expected.mean) - target;
@@ -435,6 +438,7 @@ class PositionCoder {
   Own own_;
   unsigned known_ = 0;  ///< components, as bits
   unsigned third_ = 0;
+  bool mirrored_ = false;
 };
 
 }  // namespace maille::positions

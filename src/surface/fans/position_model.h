@@ -12,7 +12,7 @@
 #include "entropy/lane_rans.h"
 #include "numbers/number_map.h"
 #include "surface/fans/dictionary.h"
-#include "surface/fans/forecast.h"
+#include "surface/fans/placed_weights.h"
 #include "surface/left_out.h"
 
 namespace maille::positions {
@@ -134,6 +134,8 @@ struct Coding {
   unsigned components = 3;
   Centre centre = Centre::fitted;
   Repeats repeats = Repeats::none;
+  Placement placement = Placement::none;
+  double turn_ratio = 1;  ///< of placements that turn
   bool with_spread = false;
   bool with_valences = false;
   std::array<uint8_t, most_components> base{};

@@ -64,6 +64,16 @@ void for_each_alphabet(const Coding& coding, Visit visit) {
     visit(Alphabet{first_candidate, candidate_contexts_of(n), candidate_symbols, 16, most_candidate_tables});
 }
 
+/// The step of the second of two components in steps of the first, by which edges are turned; 0 where that is
+/// none.
+inline double turn_ratio(std::span<const NumberMap> maps, Scalar type) {
+  const auto step = [&](const NumberMap& map) {
+    return map.is_curved() ? 1 : map.value_of(type, 1) - map.value_of(type, 0);
+  };
+  const double ratio = step(maps[1]) / step(maps[0]);
+  return ratio > 1e-30 && ratio < 1e30 ? ratio : 0;
+}
+
 inline constexpr uint8_t loose_kind = start_place * valence_classes * 2;
 /// Points that are not vertices of fans are predicted by the one before.
 inline VertexReferences references_beside(uint32_t v) {
@@ -76,8 +86,11 @@ inline VertexReferences references_beside(uint32_t v) {
 class WindowWeights {
  public:
   /// `valences`: none for rows by place alone.
-  WindowWeights(const ValenceRows& rows, std::span<const uint8_t> valences)
-      : rows_(std::make_unique<ValenceWeights>(rows)), valences_(valences) {
+  WindowWeights(const Coding& coding, std::span<const uint8_t> valences, const ElementPlaces& places)
+      : rows_(std::make_unique<ValenceWeights>(coding.rows)),
+        valences_(coding.with_valences ? valences : std::span<const uint8_t>{}),
+        placement_(coding.placement),
+        placer_(places, coding.placement) {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       FloatLanes low, high;
       rows_->base(g, low, high);
@@ -86,6 +99,7 @@ class WindowWeights {
   }
   void compute(const VertexReferences* references, const uint8_t* kinds, uint32_t begin, uint32_t end) {
     at_.resize(end - begin);
+    if (placement_ != Placement::none) return place(references, kinds, begin, end);
     for (uint32_t v = begin; v < end; ++v) {
       const unsigned group = group_of_kind[kinds[v - begin]];
       Weights& weights = at_[v - begin];
@@ -99,6 +113,7 @@ class WindowWeights {
     }
   }
   const Weights& operator[](size_t i) const { return at_[i]; }
+  const Weights& turned(size_t i) const { return turned_.empty() ? at_[i] : turned_[i]; }
 
  private:
   [[gnu::always_inline]] static void finish(FloatLanes low, FloatLanes high, Weights& to) {
@@ -108,10 +123,21 @@ class WindowWeights {
     __builtin_memcpy(to.data() + 4, &high, sizeof high);
   }
 
+  void place(const VertexReferences* references, const uint8_t* kinds, uint32_t begin, uint32_t end) {
+    turned_.resize(end - begin);
+    for (uint32_t v = begin; v < end; ++v) {
+      const PlacedWeights placed = placer_.place(v, references[v - begin], kinds[v - begin]);
+      at_[v - begin] = placed.straight;
+      turned_[v - begin] = placed.turned;
+    }
+  }
+
   std::unique_ptr<ValenceWeights> rows_;
   std::span<const uint8_t> valences_;
   std::array<Weights, ValenceRows::groups> by_group_;
-  std::vector<Weights> at_;
+  std::vector<Weights> at_, turned_;
+  Placement placement_;
+  GatePlacer placer_;
 };
 
 template <unsigned n>

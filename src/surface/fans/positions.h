@@ -12,6 +12,7 @@
 
 #include "numbers/number_map.h"
 #include "surface/fans/fan_connectivity.h"
+#include "surface/fans/placed_weights.h"
 
 namespace maille {
 
@@ -40,6 +41,21 @@ bool need_valences(Bytes bytes);
 /// positions need them. `valences`: those of all vertices, if needed. Safe on any bytes.
 Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes, uint32_t points,
                           Array& array);
+
+/// The same for an array of 1 to 4 components whose elements are not fans' vertices: `around` says what is
+/// around them. `places`: where they are, if that is known. Whatever pays is used, as all connectivity is
+/// known.
+std::vector<std::byte> encode_numbers(const FanSurface& around, const Array& array, const ArrayMaps& maps,
+                                      std::span<const uint32_t> source, const ElementPlaces& places);
+Result<> decode_numbers(FanDecoder& around, Bytes bytes, const ElementPlaces& places, uint32_t elements,
+                        Array& array);
+
+/// Numbers that have no code, by their places: components * element + component. `exceptions`: the same in
+/// the array.
+std::vector<std::byte> write_exceptions(const Array& array, const std::vector<uint64_t>& exceptions,
+                                        std::span<const uint32_t> source);
+/// Inverse, once the others are there. Safe on any bytes.
+Result<> read_exceptions(Bytes bytes, Array& array);
 
 /// The choices of an effort, 1 to 9.
 PositionChoices position_choices(int effort);

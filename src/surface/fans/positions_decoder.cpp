@@ -107,9 +107,12 @@ struct Beside {
 
 /// `beside`: of one patch alone; nullptr: tables of many.
 Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, unsigned components,
-                                                  Beside* beside) {
+                                                  Beside* beside, bool placed = false) {
   auto head = std::make_shared<PositionTables>();
   head->coding.components = components;
+  const auto placement = placed ? in.get<uint8_t>() : uint8_t{0};
+  if (placement >= placement_count) return corrupt("coded in an unknown way");
+  head->coding.placement = static_cast<Placement>(placement);
   const auto flags = in.get<uint8_t>();
   if (!in.ok() || !read_flags(flags, head->coding)) return corrupt("coded in an unknown way");
   head->wide = (flags & flag_wide) != 0;
@@ -147,8 +150,9 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
 /// The window of vertices that are decoded together, and the points behind the vertices.
 class Windows {
  public:
-  Windows(FanDecoder& fans, std::span<const uint8_t> valences, const Coding& coding)
-      : fans_(fans), weights_(coding.rows, coding.with_valences ? valences : std::span<const uint8_t>{}) {}
+  Windows(FanDecoder& fans, std::span<const uint8_t> valences, const Coding& coding,
+          const ElementPlaces& places)
+      : fans_(fans), weights_(coding, valences, places) {}
 
   Result<> decode(uint32_t begin, uint32_t end) {
     const uint32_t fan_end = std::max(begin, std::min(end, fans_.vertices()));
@@ -219,24 +223,6 @@ void store_window(const Points& points, const PositionTables& head, uint32_t beg
   store_codes<int32_t>(points, head, begin, end, array);
 }
 
-/// Numbers that have no code, by their places.
-Result<> read_exceptions(Bytes bytes, Array& array) {
-  const size_t size = size_of(array.type);
-  ByteReader in(bytes);
-  uint64_t place = 0;
-  const uint64_t count = in.get_count();
-  for (uint64_t i = 0; i < count && in.ok(); ++i) {
-    const uint64_t gap = in.get_count();
-    const Bytes number = in.get_bytes(size);
-    if (!in.ok() || (i > 0 && gap == 0) || gap >= array.bytes.size() / size - place)
-      return corrupt("a damaged list of exceptions");
-    place += gap;
-    std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place * size));
-  }
-  if (!in.ok() || in.remaining() > 0) return corrupt("a damaged list of exceptions");
-  return {};
-}
-
 /// The numbers of refined components, which are known when all codes are.
 template <class Points>
 Result<> store_details(const Points& points, const PositionTables& head, const ReadDetails& details,
@@ -264,7 +250,8 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
     const VertexReferences* const references = windows.references();
     const uint8_t* const kinds = windows.kinds();
     for (uint32_t v = begin; v < end; ++v)
-      coder.code(v, references[v - begin], kinds[v - begin], windows.weights()[v - begin], {});
+      coder.code(v, references[v - begin], kinds[v - begin], windows.weights()[v - begin],
+                 windows.weights().turned(v - begin), {});
     if (reader.exhausted()) return corrupt("the stream ends early");
     array.bytes.resize(end * array.tuple_size());
     store_window(points, head, begin, end, array);
@@ -275,7 +262,8 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
 }
 
 Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteReader& in,
-                     const PositionTables& head, const Beside& beside, uint32_t points, Array& array) {
+                     const PositionTables& head, const Beside& beside, const ElementPlaces& places,
+                     uint32_t points, Array& array) {
   const size_t size = in.remaining();
   const Bytes raw = in.get_bytes(in.get_count());
   const Bytes words = in.get_bytes(in.remaining());
@@ -285,7 +273,7 @@ Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteRe
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   if (head.coding.with_valences && valences.size() < fans.vertices()) return corrupt("valences are missing");
   Reader reader(raw, words, lanes, head.tables);
-  Windows windows(fans, valences, head.coding);
+  Windows windows(fans, valences, head.coding, places);
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   const auto decode = [&](auto there) {
     if (head.coding.repeats == Repeats::none)
@@ -302,6 +290,23 @@ Result<> decode_with(FanDecoder& fans, std::span<const uint8_t> valences, ByteRe
 }
 
 }  // namespace
+
+Result<> read_exceptions(Bytes bytes, Array& array) {
+  const size_t size = size_of(array.type);
+  ByteReader in(bytes);
+  uint64_t place = 0;
+  const uint64_t count = in.get_count();
+  for (uint64_t i = 0; i < count && in.ok(); ++i) {
+    const uint64_t gap = in.get_count();
+    const Bytes number = in.get_bytes(size);
+    if (!in.ok() || (i > 0 && gap == 0) || gap >= array.bytes.size() / size - place)
+      return corrupt("a damaged list of exceptions");
+    place += gap;
+    std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place * size));
+  }
+  if (!in.ok() || in.remaining() > 0) return corrupt("a damaged list of exceptions");
+  return {};
+}
 
 bool fits_positions(const Array& array, const ArrayMaps& maps) {
   return !maps.maps.empty() && maps.maps.size() <= most_components && !maps.octahedral &&
@@ -320,7 +325,21 @@ Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, B
   ByteReader in(bytes);
   Beside beside;
   const auto head = MAILLE_TRY(read_head(in, array.type, array.components, &beside));
-  return decode_with(fans, valences, in, *head, beside, points, array);
+  return decode_with(fans, valences, in, *head, beside, {}, points, array);
+}
+
+Result<> decode_numbers(FanDecoder& around, Bytes bytes, const ElementPlaces& places, uint32_t elements,
+                        Array& array) {
+  ByteReader in(bytes);
+  Beside beside;
+  const auto head = MAILLE_TRY(read_head(in, array.type, array.components, &beside, true));
+  const Placement placement = head->coding.placement;
+  if (placement != Placement::none && places.positions.empty()) return corrupt("there are no places");
+  if (placement > Placement::hinge) {
+    if (array.components == 2) head->coding.turn_ratio = turn_ratio(head->maps, array.type);
+    if (array.components != 2 || head->coding.turn_ratio == 0) return corrupt("coded in an impossible way");
+  }
+  return decode_with(around, around.known_valences(), in, *head, beside, places, elements, array);
 }
 
 Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type) {
@@ -335,7 +354,7 @@ Result<> decode_shared_positions(FanDecoder& fans, std::span<const uint8_t> vale
   ByteReader in(bytes);
   Beside beside;
   beside.exceptions = in.get_bytes(in.get_count());
-  return decode_with(fans, valences, in, tables, beside, points, array);
+  return decode_with(fans, valences, in, tables, beside, {}, points, array);
 }
 
 }  // namespace maille

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/bytes.h"
@@ -103,6 +104,7 @@ class Writer {
 struct Patch {
   const FanSurface* fans;
   Codes codes;
+  std::optional<ElementPlaces> places = {};  ///< not of positions
 };
 
 constexpr uint32_t window = FanDecoder::window;
@@ -136,8 +138,7 @@ void code_points(const Patch& patch, const Coding& coding, const Bias& bias, Poi
   points.grow(size_t{count} + FanDecoder::most_ahead);
   PositionCoder<Writer, Points, repeating> coder(writer, coding, points,
                                                  size_t{count} + FanDecoder::most_ahead);
-  WindowWeights weights(coding.rows, coding.with_valences ? std::span<const uint8_t>(fans.valences)
-                                                          : std::span<const uint8_t>{});
+  WindowWeights weights(coding, fans.valences, patch.places.value_or(ElementPlaces{}));
   const auto codes = [&](uint32_t v) {
     typename Points::Tuple wanted{};
     for (unsigned k = 0; k < Points::components; ++k)
@@ -158,7 +159,8 @@ void code_points(const Patch& patch, const Coding& coding, const Bias& bias, Poi
       if (from == to) return;
       weights.compute(references, kinds, from, to);
       for (uint32_t v = from; v < to; ++v)
-        coder.code(v, references[v - from], kinds[v - from], weights[v - from], codes(v));
+        coder.code(v, references[v - from], kinds[v - from], weights[v - from], weights.turned(v - from),
+                   codes(v));
     };
     code(fans.references.data() + begin, fans.kinds.data() + begin, begin, fan_end);
     beside.clear();
@@ -238,6 +240,7 @@ class PositionEncoder {
 
   std::vector<StaticTables> write_head(uint8_t flags, Bytes beside, const std::vector<Writer::Event>& events,
                                        bool shared, ByteWriter& out) const {
+    if (patch_.places) out.put(static_cast<uint8_t>(coding_.placement));
     out.put(static_cast<uint8_t>(flags | flags_of(coding_, wide_)));
     for (const NumberMap& map : maps_) write_map(out, map);
     out.put_bytes(beside);
@@ -345,8 +348,24 @@ class PositionEncoder {
     coding = coding_;
     coding.with_spread = false;
     if (choices_.spread) consider(coding, 1);
+    if (patch_.places && !patch_.places->positions.empty()) choose_placement();
     if (choices_.repeats) choose_repeats();
   }
+  void choose_placement() {
+    for (const Placement placement : {Placement::hinge, Placement::similar, Placement::both}) {
+      if (placement > Placement::hinge && !can_turn()) continue;
+      for (const bool spread : {false, true}) {
+        if (spread && !choices_.spread) continue;
+        Coding coding;
+        coding.components = components();
+        coding.with_spread = spread;
+        coding.placement = placement;
+        if (placement > Placement::hinge) coding.turn_ratio = turn_ratio(maps_, type_);
+        consider(with_classes(coding), 1);
+      }
+    }
+  }
+  bool can_turn() const { return components() == 2 && turn_ratio(maps_, type_) > 0; }
   Coding with_rows(Coding coding, bool valences) const {
     coding.with_valences = valences;
     coding.rows = fit(valences);
@@ -539,7 +558,9 @@ Codes codes_of(const Array& array, const Places& exceptions, std::span<const Num
   return codes;
 }
 
-std::vector<std::byte> write_exceptions(const Array& array, const Places& exceptions,
+}  // namespace
+
+std::vector<std::byte> write_exceptions(const Array& array, const std::vector<uint64_t>& exceptions,
                                         std::span<const uint32_t> source) {
   ByteWriter numbers;
   uint64_t count = 0, before = 0;
@@ -558,20 +579,21 @@ std::vector<std::byte> write_exceptions(const Array& array, const Places& except
   return out.take();
 }
 
-}  // namespace
+namespace {
 
-std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                        std::span<const uint32_t> source, const PositionChoices& choices) {
+std::vector<std::byte> encode_with(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
+                                   std::span<const uint32_t> source, const PositionChoices& choices,
+                                   const std::optional<ElementPlaces>& places) {
   ByteWriter exceptions;
   put_section(exceptions, write_exceptions(array, maps.exceptions, source));
-  PositionEncoder plain({&fans, codes_of(array, maps.exceptions, maps.maps, source)}, array.type, maps.maps,
-                        choices);
+  PositionEncoder plain({&fans, codes_of(array, maps.exceptions, maps.maps, source), places}, array.type,
+                        maps.maps, choices);
   if (maps.lossless) {
     const RefinedMaps refined = refine_maps(array, maps.maps, source);
     const auto has_table = [](const NumberMap& map) { return !map.table.empty(); };
     if (refined.any() || std::any_of(refined.coarse.begin(), refined.coarse.end(), has_table)) {
-      PositionEncoder coarse({&fans, codes_of(array, maps.exceptions, refined.coarse, source)}, array.type,
-                             refined.coarse, choices);
+      PositionEncoder coarse({&fans, codes_of(array, maps.exceptions, refined.coarse, source), places},
+                             array.type, refined.coarse, choices);
       ByteWriter beside;
       if (refined.any()) write_details(beside, refined, array, source);
       beside.put_bytes(exceptions.bytes());
@@ -580,6 +602,18 @@ std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& arr
     }
   }
   return plain.write(0, exceptions.bytes());
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
+                                        std::span<const uint32_t> source, const PositionChoices& choices) {
+  return encode_with(fans, array, maps, source, choices, std::nullopt);
+}
+
+std::vector<std::byte> encode_numbers(const FanSurface& around, const Array& array, const ArrayMaps& maps,
+                                      std::span<const uint32_t> source, const ElementPlaces& places) {
+  return encode_with(around, array, maps, source, {}, places);
 }
 
 PositionChoices position_choices(int effort) {

@@ -30,9 +30,8 @@ struct CornerPair {
 /// Visits the elements of a domain in coded order with their stencils: what both directions share.
 class ElementWalk {
  public:
-  /// `with_edges`: stencils of points without gates have edges; those of wedges always do.
-  ElementWalk(const PatchElements& elements, const std::vector<uint32_t>& face_of, bool with_edges = false)
-      : elements_(elements), surface_(*elements.surface), face_of_(face_of), with_edges_(with_edges) {}
+  ElementWalk(const PatchElements& elements, const std::vector<uint32_t>& face_of)
+      : elements_(elements), surface_(*elements.surface), face_of_(face_of) {}
 
   /// Corners one by one, without stencils. `visit` returns false to stop.
   template <class Visit>
@@ -91,8 +90,6 @@ class ElementWalk {
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
       if (surface_.point(vertex) != next) continue;  // another fan of a point before
       find_point_stencil(surface_, vertex, stencil_);
-      if (with_edges_)
-        stencil_.edge = stencil_.gate_count == 0 ? find_point_edge(surface_, vertex) : Gate{none, none, none};
       if (!visit(next++, stencil_)) return;
     }
     rest(surface_.point_count, elements_.points, visit);
@@ -171,7 +168,6 @@ class ElementWalk {
   void find_wedge_stencil(const Wedge& wedge, uint32_t vertex, uint32_t before, Same same) {
     stencil_.gate_count = 0;
     stencil_.neighbour = none;
-    stencil_.edge = {none, none, none};
     for (const uint32_t h : wedge.corners) find_gate_at(h, vertex, same);
     if (stencil_.neighbour == none) stencil_.neighbour = before;
   }
@@ -185,7 +181,6 @@ class ElementWalk {
     const uint32_t b = known_corner(previous, vertex);
     if (a != none) stencil_.neighbour = a;
     if (b != none) stencil_.neighbour = b;
-    if (a != none && b != none) stencil_.edge = {a, b, none};
     const uint32_t beyond = edges.next(next);
     if (beyond == previous) {
       if (a == none || b == none) return;
@@ -210,7 +205,6 @@ class ElementWalk {
   const PatchElements& elements_;
   const PatchSurface& surface_;
   const std::vector<uint32_t>& face_of_;
-  bool with_edges_;
   GateStencil stencil_;
   // Of the vertex at hand: real corners, whether the next one lies across an edge, whether it joins the
   // wedge.

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "entropy/bit_model.h"
+#include "surface/arrays/corner_faces.h"
+
+namespace maille {
+
+/// Codes which corners of a point hold the same tuple: first which points have a cut, then, for the edges at
+/// these, whether the corners on both sides are joined. docs/format.md, "Corners".
+template <class Coder>
+class JointCoder {
+ public:
+  /// `around`: the references of points. `twins` by corner: those with one number are known to be joined;
+  /// empty: nothing is known.
+  JointCoder(Coder& coder, const CornerFaces& faces, const FanSurface& around,
+             std::span<const uint32_t> twins)
+      : coder_(coder), faces_(faces), around_(around), twins_(twins), parent_(faces.corners()) {
+    for (uint32_t c = 0; c < faces.corners(); ++c) parent_[c] = c;
+    join_twins();
+  }
+
+  /// Returns for each corner the first one that holds the same tuple. `same(a, b)` tells an encoder whether
+  /// two corners do.
+  template <class Same>
+  std::vector<uint32_t> code(Same same) {
+    find_joints();
+    std::vector<uint8_t> cut(faces_.point_count);
+    if constexpr (Coder::encoding) {
+      for (const Joint& joint : joints_) cut[faces_.points[joint.a]] |= !same(joint.a, joint.b);
+    }
+    code_cuts(cut);
+    code_joints(cut, same);
+    std::vector<uint32_t> first(faces_.corners());
+    for (uint32_t c = 0; c < faces_.corners(); ++c) first[c] = root(c);
+    return first;
+  }
+
+ private:
+  /// Two corners of one point beside each other, on both sides of the edge that starts at corner `edge`.
+  struct Joint {
+    uint32_t a, b;
+    uint32_t edge;  ///< the lower one of its two
+    bool at_end;    ///< of that edge
+  };
+
+  /// The lowest corner of a set stands for it.
+  uint32_t root(uint32_t c) {
+    while (parent_[c] != c) c = parent_[c] = parent_[parent_[c]];
+    return c;
+  }
+  void join(uint32_t a, uint32_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[a < b ? b : a] = a < b ? a : b;
+  }
+  void join_twins() {
+    std::vector<uint32_t> first;
+    for (uint32_t c = 0; c < twins_.size(); ++c) {
+      if (twins_[c] >= first.size()) first.resize(twins_[c] + size_t{1}, none);
+      if (first[twins_[c]] == none) first[twins_[c]] = c;
+      join(first[twins_[c]], c);
+    }
+  }
+  bool are_twins(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
+
+  /// Those that are not known, in the order of their edges.
+  void find_joints() {
+    for (uint32_t c = 0; c < faces_.corners(); ++c) {
+      const uint32_t over = faces_.opposite[c];
+      if (over == none || over < c) continue;
+      add({c, faces_.next(over), c, false});
+      add({faces_.next(c), over, c, true});
+    }
+  }
+  void add(const Joint& joint) {
+    if (!are_twins(joint.a, joint.b)) joints_.push_back(joint);
+  }
+
+  void code_cuts(std::vector<uint8_t>& cut) {
+    using R = VertexReferences;
+    std::vector<uint8_t> asked(faces_.point_count);
+    for (const Joint& joint : joints_) asked[faces_.points[joint.a]] = 1;
+    for (uint32_t p = 0; p < faces_.point_count; ++p) {
+      if (!asked[p]) continue;
+      const auto& at = around_.references[p].at;
+      const auto state = [&](unsigned r) { return at[r] < p ? unsigned{cut[at[r]]} : 0u; };
+      BitModel& model = cut_[4 * state(R::last) + 2 * state(R::focus) + state(R::before)];
+      cut[p] = model.code(coder_, cut[p] != 0);
+    }
+  }
+
+  /// A cut runs on to the other end of its edge, and a point has none or two and more.
+  template <class Same>
+  void code_joints(const std::vector<uint8_t>& cut, Same same) {
+    std::vector<uint8_t> cuts(faces_.point_count), left(faces_.point_count);
+    for (const Joint& joint : joints_) {
+      uint8_t& count = left[faces_.points[joint.a]];
+      count = static_cast<uint8_t>(count + (count < 255));
+    }
+    uint32_t edge = none;
+    unsigned before = 0;  // at the start of the same edge: 1 cut, 2 joined
+    for (const Joint& joint : joints_) {
+      const uint32_t point = faces_.points[joint.a];
+      const uint32_t end = faces_.points[joint.at_end ? joint.edge : faces_.next(joint.edge)];
+      if (edge != joint.edge) before = 0;
+      edge = joint.edge;
+      bool joined = true;
+      if (cut[point]) {
+        if constexpr (Coder::encoding) joined = same(joint.a, joint.b);
+        const unsigned rest = left[point] < 4 ? left[point] - 1u : 3u;
+        const unsigned context = ((before * 2 + cut[end]) * 3 + cuts[point]) * 4 + rest;
+        joined = joint_[context].code(coder_, joined);
+        cuts[point] = static_cast<uint8_t>(cuts[point] + (!joined && cuts[point] < 2));
+      }
+      before = joined ? 2 : 1;
+      left[point] = static_cast<uint8_t>(left[point] - (left[point] < 255));
+      if (joined) join(joint.a, joint.b);
+    }
+  }
+
+  Coder& coder_;
+  const CornerFaces& faces_;
+  const FanSurface& around_;
+  std::span<const uint32_t> twins_;
+  std::vector<uint32_t> parent_;
+  std::vector<Joint> joints_;
+  BitModel cut_[8];
+  BitModel joint_[3 * 2 * 3 * 4];
+};
+
+}  // namespace maille

@@ -1,0 +1,574 @@
+#include "surface/arrays/normal_arrays.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "base/bytes.h"
+#include "base/pages.h"
+#include "base/result.h"
+#include "entropy/rans.h"
+#include "numbers/number_maps.h"
+#include "surface/arrays/facet_candidates.h"
+#include "surface/arrays/facet_normal_coder.h"
+#include "surface/arrays/normal_coder.h"
+#include "surface/front/element_walk.h"
+
+namespace maille {
+namespace {
+
+// Elements a coding is tried on: enough to fill the models, few enough to try several.
+constexpr uint32_t trial_elements = 1 << 15;
+
+/// How an array is coded: as normals of the surface or of its faces.
+struct ArrayCoding {
+  std::optional<NormalCoding> normal;
+  std::optional<FacetCoding> facet;
+};
+
+/// Which normals are expected, where the array has some.
+class ExpectedNormals {
+ public:
+  ExpectedNormals(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                  const ArrayCoding& coding) {
+    if (!coding.normal || coding.normal->weight == NormalCoding::own) return;
+    surface_.emplace(elements, face_of, static_cast<NormalWeight>(coding.normal->weight));
+    faces_ = elements.surface->face_count;
+    if (domain == Domain::point) points_ = surface_->of_points(coding.normal->welded);
+    if (domain != Domain::corner || !coding.normal->welded || elements.twins.empty()) return;
+    points_ = surface_->of_points(false);
+    latest_.assign(points_.size(), none);
+  }
+  ExpectedNormal of_point(uint32_t point) const {
+    return point < points_.size() ? points_[point] : ExpectedNormal{};
+  }
+  ExpectedNormal of_face(uint32_t face) const {
+    return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
+  }
+  ExpectedNormal of(const Wedge& wedge, const PatchSurface& surface) {
+    if (!surface_ || wedge.corners.empty()) return {};
+    if (latest_.empty()) return surface_->of_wedge(wedge.corners);
+    const uint32_t point = surface.point(surface.half_edges.origin[wedge.corners.front()]);
+    ExpectedNormal expected = points_[point];
+    expected.twin = std::exchange(latest_[point], wedge.corners.front());
+    return expected;
+  }
+  /// How sharp the edge between two corners is, 0 to 5.
+  unsigned sharpness(const CornerPair& pair) const {
+    if (!surface_) return 0;
+    const double turn = 1 - surface_->cosine(pair.corner, pair.next);
+    return 1u + (turn > 1e-6) + (turn > 0.01) + (turn > 0.1) + (turn > 0.5);
+  }
+
+ private:
+  std::optional<SurfaceNormals> surface_;
+  std::vector<ExpectedNormal> points_;
+  std::vector<uint32_t> latest_;  ///< of welded points: the corner that was coded last
+  uint32_t faces_ = 0;
+};
+
+/// Tuples of points on the corners of a welded mesh: those of one twin are one.
+class KnownTwins {
+ public:
+  explicit KnownTwins(std::span<const uint32_t> twins)
+      : twins_(twins),
+        first_(twins.empty() ? 0 : *std::max_element(twins.begin(), twins.end()) + size_t{1}, none) {}
+
+  bool are_one(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
+  /// The corner with which the twin of this one came up; none before that.
+  uint32_t known(uint32_t corner) const { return twins_.empty() ? none : first_[twins_[corner]]; }
+  /// The same for the first of these of which it is known.
+  uint32_t first_known(std::span<const uint32_t> corners) const {
+    for (const uint32_t corner : corners) {
+      if (known(corner) != none) return known(corner);
+    }
+    return none;
+  }
+  void know(uint32_t corner) {
+    if (known(corner) == none && !twins_.empty()) first_[twins_[corner]] = corner;
+  }
+
+ private:
+  std::span<const uint32_t> twins_;
+  std::vector<uint32_t> first_;  ///< by twin
+};
+
+/// Codes which corners of a vertex hold the same tuple.
+template <class Coder, class Code>
+class CornerJoints {
+ public:
+  CornerJoints(Coder& coder, const KnownTwins& twins, std::span<const Code> codes, size_t components)
+      : coder_(coder), twins_(twins), codes_(codes), components_(components) {}
+
+  bool same(uint32_t a, uint32_t b) const {
+    const auto of = [&](uint32_t corner) {
+      return codes_.begin() + static_cast<ptrdiff_t>(corner * components_);
+    };
+    return std::equal(of(a), of(a) + static_cast<ptrdiff_t>(components_), of(b));
+  }
+  bool code(const CornerPair& pair, unsigned sharpness) {
+    if (twins_.are_one(pair.corner, pair.next)) return true;
+    const uint32_t a = twins_.known(pair.corner), b = twins_.known(pair.next);
+    if (a != none && b != none) return same(a, b);
+    const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
+    bool joined = false;
+    if constexpr (Coder::encoding) joined = same(pair.corner, pair.next);
+    joined = joined_[far][sharpness][history_].code(coder_, joined);
+    history_ = (history_ << 1 | static_cast<unsigned>(joined)) & 3;
+    return joined;
+  }
+
+ private:
+  Coder& coder_;
+  const KnownTwins& twins_;
+  std::span<const Code> codes_;
+  size_t components_;
+  BitModel joined_[3][6][4];
+  unsigned history_ = 0;
+};
+
+/// Arrays of corners: wedge by wedge, which have one tuple each; twins that came up have theirs already.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_wedges(const PatchElements& elements, ElementWalk& walk, ExpectedNormals& normals, Rans& rans,
+                 std::span<const Code> codes, size_t components, ElementCoder& coder, More more) {
+  KnownTwins twins(elements.twins);
+  CornerJoints<Rans, Code> joints(rans, twins, codes, components);
+  walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
+                  [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
+                  [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
+                    if (!more()) return false;
+                    const std::span<const uint32_t> corners =
+                        wedge.corners.empty() ? std::span(&element, 1) : std::span(wedge.corners);
+                    uint32_t source = twins.first_known(corners);
+                    if (source == none) {
+                      source = element;
+                      coder.code(element, stencil, normals.of(wedge, *elements.surface));
+                    }
+                    for (const uint32_t corner : corners) {
+                      if (corner != source) coder.copy(corner, source);
+                      twins.know(corner);
+                    }
+                    return true;
+                  });
+}
+
+/// Codes all elements of an array with `coder`, a NormalCoder or what stands in its place. `more` returns
+/// false to stop.
+template <class Rans, class Code, class ElementCoder, class More>
+void code_elements(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
+                   uint64_t tuples, ExpectedNormals& normals, Rans& rans, std::span<const Code> codes,
+                   size_t components, ElementCoder& coder, More more) {
+  ElementWalk walk(elements, face_of);
+  if (domain == Domain::corner)
+    return code_wedges(elements, walk, normals, rans, codes, components, coder, more);
+  walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
+    if (!more()) return false;
+    coder.code(element, stencil,
+               domain == Domain::point ? normals.of_point(element) : normals.of_face(element));
+    return true;
+  });
+}
+
+/// The same for whichever coder the array has.
+template <class Rans, class Code, class More>
+void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
+                std::span<Code> codes, More more) {
+  if (coding.facet) {
+    FacetNormalCoder<Rans, Code> coder(rans, *coding.facet, array.type, maps, elements, face_of, codes);
+    for (uint32_t cell = 0; cell < elements.cells() && more(); ++cell) coder.code(cell);
+    return;
+  }
+  ExpectedNormals normals(elements, face_of, array.domain, coding);
+  const size_t components = maps.maps.size();
+  const auto run = [&](auto& coder) {
+    code_elements<Rans, Code>(elements, face_of, array.domain, tuples, normals, rans, codes, components,
+                              coder, more);
+  };
+  NormalCoder<Rans, Code> coder(rans, *coding.normal, array.type, maps, codes);
+  run(coder);
+}
+
+template <class Code>
+std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                                    const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
+                                    std::span<Code> codes, uint32_t most, Pace* pace) {
+  RansEncoder encoder(1);
+  code_array<RansEncoder, Code>(encoder, elements, face_of, array, array.count(), maps, coding, codes,
+                                [&] { return most-- > 0 && (!pace || pace->step()); });
+  return encoder.finish();
+}
+
+/// Three numbers for each face, whose corners' positions tell more of them than neighbours do.
+bool is_facet_normal(const PatchElements& elements, const Array& array, const ArrayMaps& maps) {
+  return is_normal(elements, array) && array.domain == Domain::cell && !maps.octahedral;
+}
+
+/// Stands where normals are coded, and measures how far they are from those expected.
+template <class Code>
+class NormalMeasure {
+ public:
+  NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
+      : array_(array), maps_(maps), codes_(codes) {}
+
+  void code(uint32_t element, const GateStencil&, const ExpectedNormal& expected) {
+    const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
+    const Vector3 unit = unit_vector(expected.vector);
+    ++normals_;
+    units_ += std::fabs(dot(value, value) - 1) < 0.02;
+    for (const bool summed : {false, true}) {
+      for (const bool inward : {false, true}) {
+        const Vector3 towards = (summed ? expected.vector : unit) * (inward ? -1.0 : 1.0);
+        double error = 1e-9;
+        for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value[k] - towards[k]));
+        errors_[summed][inward] += half_octaves_of(std::min(error, 1e30));
+      }
+    }
+  }
+  void copy(uint32_t, uint32_t) {}
+
+  /// Are nearly all normals of unit length?
+  bool unit() const { return units_ * 64 >= normals_ * 63; }
+  int64_t error(bool summed, bool inward) const { return errors_[summed][inward]; }
+
+ private:
+  const Array& array_;
+  const ArrayMaps& maps_;
+  std::span<const Code> codes_;
+  int64_t errors_[2][2] = {};
+  uint64_t normals_ = 0;
+  uint64_t units_ = 0;
+};
+
+/// What fits an array's normals best, before anything is tried.
+template <class Code>
+std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
+                                            const std::vector<uint32_t>& face_of, const Array& array,
+                                            const ArrayMaps& maps, std::span<const Code> codes) {
+  NormalCoding best;
+  int64_t smallest = INT64_MAX;
+  bool unit = true;
+  const auto measure = [&](unsigned weight, bool welded) {
+    ArrayCoding coding;
+    coding.normal = NormalCoding{static_cast<uint8_t>(weight)};
+    coding.normal->welded = welded;
+    ExpectedNormals normals(elements, face_of, array.domain, coding);
+    NormalMeasure<Code> measured(array, maps, codes);
+    RansEncoder unused(1);
+    uint32_t most = trial_elements;
+    code_elements<RansEncoder, Code>(elements, face_of, array.domain, array.count(), normals, unused, codes,
+                                     maps.maps.size(), measured, [&] { return most-- > 0; });
+    unit = maps.octahedral || measured.unit();
+    for (const bool inward : {false, true}) {
+      if (measured.error(!unit, inward) >= smallest) continue;
+      smallest = measured.error(!unit, inward);
+      best = {static_cast<uint8_t>(weight), unit, !unit, inward};
+      best.welded = welded;
+    }
+  };
+  // One face has one normal, whatever its weight.
+  const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
+  for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
+  if (array.domain == Domain::point || !elements.twins.empty()) measure(best.weight, true);
+  NormalCoding following = best;
+  following.follows = true;
+  return {best, following, {NormalCoding::own, unit}};
+}
+
+/// The coding whose trial is smallest.
+template <class Code>
+ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                          const Array& array, const ArrayMaps& maps, std::span<Code> codes) {
+  ArrayCoding best;
+  size_t smallest = SIZE_MAX;
+  const auto consider = [&](const ArrayCoding& coding) {
+    const size_t size =
+        encode_codes<Code>(elements, face_of, array, maps, coding, codes, trial_elements, nullptr).size();
+    if (size >= smallest) return;
+    smallest = size;
+    best = coding;
+  };
+  if (is_facet_normal(elements, array, maps)) {
+    for (const FacetCoding& coding :
+         FacetSample<Code>(elements, face_of, array.type, maps, codes).candidates())
+      consider({{}, coding});
+    return best;
+  }
+  for (const NormalCoding& coding : normal_candidates<Code>(elements, face_of, array, maps, codes))
+    consider({coding, {}});
+  ArrayCoding other = best;
+  other.normal->repeats = !best.normal->repeats;
+  consider(other);
+  return best;
+}
+
+Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {
+  ArrayMaps maps;
+  if (!octahedral) {
+    for (uint32_t k = 0; k < array.components; ++k) maps.maps.push_back(MAILLE_TRY(read_map(in, array.type)));
+    return maps;
+  }
+  const uint64_t steps = in.get_count();
+  if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
+      !is_float(array.type)) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has an impossible map of unit vectors");
+  }
+  maps.maps.resize(2);
+  maps.octahedral = OctahedralMap{static_cast<int32_t>(steps)};
+  return maps;
+}
+
+/// The place of a number in coded order, which is the only one that both sides share for every domain.
+struct NumberPlace {
+  uint64_t coded;
+  uint64_t stored;  ///< tuple * components + component in the array
+};
+
+/// Numbers a lattice cannot hold, bit for bit, by their places in coded order. `tuple_of` gives the tuple of
+/// each element.
+template <class TupleOf>
+void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps, ElementWalk walk,
+                      TupleOf tuple_of) {
+  std::vector<NumberPlace> places;
+  uint64_t coded = 0;
+  const auto find = [&](uint32_t element, const GateStencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      const uint64_t stored = tuple_of(element) * array.components + k;
+      if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
+        places.push_back({coded, stored});
+    }
+    return true;
+  };
+  if (!maps.exceptions.empty()) walk.run(array.domain, array.count(), find);
+  out.put_count(places.size());
+  uint64_t before = 0;
+  for (const NumberPlace& place : places) {
+    out.put_count(place.coded - before);
+    out.put_bytes(Bytes(array.bytes).subspan(place.stored * size_of(array.type), size_of(array.type)));
+    before = place.coded;
+  }
+}
+
+Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& array) {
+  const size_t number_bytes = size_of(array.type);
+  ByteReader in(bytes);
+  uint64_t left = in.get_count();
+  uint64_t next = left > 0 ? in.get_count() : 0;
+  uint64_t coded = 0;
+  const auto take = [&](uint32_t element, const GateStencil&) {
+    for (uint32_t k = 0; k < array.components; ++k, ++coded) {
+      if (left == 0 || coded != next) continue;
+      const Bytes number = in.get_bytes(number_bytes);
+      const size_t place = (size_t{element} * array.components + k) * number_bytes;
+      std::copy(number.begin(), number.end(), array.bytes.begin() + static_cast<ptrdiff_t>(place));
+      if (--left > 0) next += in.get_count();
+    }
+    return left > 0 && in.ok();
+  };
+  if (left > 0 && in.ok()) walk.run(array.domain, tuples, take);
+  if (left > 0 || !in.ok() || in.remaining() > 0) {
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" has a damaged list of special numbers");
+  }
+  return {};
+}
+
+/// The codes of one tuple.
+template <class Code>
+void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code* codes) {
+  const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
+  const size_t number_bytes = size_of(array.type);
+  if (maps.octahedral) {
+    std::array<double, 3> vector;
+    for (size_t k = 0; k < 3; ++k) vector[k] = number_as_double(array.type, numbers + k * number_bytes);
+    // Vectors that are none (exceptions) have no codes: any will do.
+    const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * tuple);
+    const auto pair = exception ? std::array<int32_t, 2>{} : maps.octahedral->codes_of(vector);
+    codes[0] = pair[0];
+    codes[1] = pair[1];
+    return;
+  }
+  for (size_t k = 0; k < maps.maps.size(); ++k) {
+    codes[k] = static_cast<Code>(maps.maps[k].code_of(array.type, numbers + k * number_bytes));
+  }
+}
+
+void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
+                    const Array& array, const ArrayMaps& maps, std::span<const uint32_t> source) {
+  ByteWriter exceptions;
+  write_exceptions(exceptions, array, maps, ElementWalk(elements, face_of),
+                   [&](uint32_t element) { return uint64_t{source[element]}; });
+  out.put_count(exceptions.size());
+  out.put_bytes(exceptions.bytes());
+}
+
+void write_facet_coding(ByteWriter& out, const FacetCoding& coding) {
+  out.put(coding.formula.bits);
+  out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.rounding.step) | unsigned{coding.learns} << 2 |
+                               unsigned{coding.unit} << 3 | unsigned{coding.signed_zeros} << 4));
+  out.put(coding.rounding.scale);
+}
+
+/// No value for one that is unknown.
+std::optional<FacetCoding> read_facet_coding(ByteReader& in) {
+  FacetCoding coding;
+  coding.formula.bits = in.get<uint8_t>();
+  const auto flags = in.get<uint8_t>();
+  const unsigned step = flags & 3;
+  coding.rounding = {static_cast<Rounding::Step>(step), in.get<int16_t>()};
+  coding.learns = (flags & 4) != 0;
+  coding.unit = (flags & 8) != 0;
+  coding.signed_zeros = (flags & 16) != 0;
+  if (coding.formula.bits >= FacetFormula::count || step >= Rounding::step_count || flags > 31 ||
+      std::abs(coding.rounding.scale) > Rounding::most_scale)
+    return std::nullopt;
+  return coding;
+}
+
+template <class Code>
+std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
+                                 std::span<const uint32_t> source, Pace* pace) {
+  std::vector<Code> codes(source.size() * maps.maps.size());
+  for (size_t i = 0; i < source.size(); ++i) {
+    if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
+  }
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  const ArrayCoding coding = choose_coding<Code>(elements, face_of, array, maps, codes);
+  ByteWriter out;
+  if (coding.facet) {
+    out.put(facet_coding);
+    out.put(uint8_t{0});
+    write_facet_coding(out, *coding.facet);
+  } else {
+    out.put(normal_coding);
+    out.put(static_cast<uint8_t>(maps.octahedral.has_value() << 2));
+    out.put(coding.normal->weight);
+    out.put(coding.normal->flags());
+  }
+  if (maps.octahedral) {
+    out.put_count(static_cast<uint64_t>(maps.octahedral->steps));
+  } else {
+    for (const NumberMap& map : maps.maps) write_map(out, map);
+  }
+  put_exceptions(out, elements, face_of, array, maps, source);
+  out.put_bytes(encode_codes<Code>(elements, face_of, array, maps, coding, codes, none, pace));
+  return out.take();
+}
+
+/// Turns codes into numbers, in place where both have the same size.
+template <class Code>
+Result<> store_numbers(Array& array, std::span<const NumberMap> maps, std::vector<std::byte>&& codes) {
+  const size_t number_bytes = size_of(array.type);
+  const size_t count = codes.size() / sizeof(Code);
+  std::vector<std::byte> separate;
+  if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
+  std::byte* const out = separate.empty() ? codes.data() : separate.data();
+  for (size_t k = 0; k < maps.size(); ++k) {
+    maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
+                          count / maps.size());
+  }
+  array.bytes = number_bytes == sizeof(Code) ? std::move(codes) : std::move(separate);
+  return {};
+}
+
+/// The same for unit vectors, two codes each.
+template <class Code>
+void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
+  array.bytes.resize(codes.size() / 2 * array.tuple_size());
+  for (size_t i = 0; i < codes.size() / 2; ++i) {
+    const auto vector =
+        map.vector_of({static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])});
+    std::byte* out = array.bytes.data() + i * array.tuple_size();
+    for (size_t k = 0; k < 3; ++k) {
+      if (array.type == Scalar::f32) {
+        store(out + 4 * k, static_cast<float>(vector[k]));
+      } else {
+        store(out + 8 * k, vector[k]);
+      }
+    }
+  }
+}
+
+template <class Code>
+Result<> decode_as(const PatchElements& elements, const ArrayCoding& coding, const ArrayMaps& maps,
+                   Bytes bytes, Bytes exceptions, uint64_t tuples, Array& array, Pace* pace) {
+  // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
+  if (tuples / 16384 > bytes.size() + 16) {
+    return failure(ErrorCode::corrupt,
+                   "array \"" + array.name + "\" has more tuples than its stream can hold");
+  }
+  std::vector<std::byte> storage;
+  reserve_pages(storage, tuples * maps.maps.size() * sizeof(Code));
+  storage.resize(tuples * maps.maps.size() * sizeof(Code));
+  const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.maps.size());
+  const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
+  RansDecoder decoder(bytes, 1);
+  code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
+                                codes.first(codes.size()),
+                                [&] { return !decoder.exhausted() && (!pace || pace->step()); });
+  if (pace && pace->stopped()) return cancelled();
+  if (decoder.exhausted())
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
+  if (maps.octahedral) {
+    store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
+  } else {
+    storage.resize(tuples * maps.maps.size() * sizeof(Code));
+    MAILLE_CHECK(store_numbers<Code>(array, maps.maps, std::move(storage)));
+  }
+  return read_exceptions(exceptions, ElementWalk(elements, face_of), tuples, array);
+}
+
+/// No value for one that is unknown, or that the array cannot have.
+std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elements, const Array& array,
+                                       uint8_t kind, uint8_t flags) {
+  ArrayCoding coding;
+  if (kind == normal_coding) {
+    const auto weight = in.get<uint8_t>();
+    const auto how = in.get<uint8_t>();
+    if (weight > NormalCoding::own || how > NormalCoding::most_flags || (flags & ~4u) != 0 ||
+        !is_normal(elements, array)) {
+      return std::nullopt;
+    }
+    coding.normal = NormalCoding::from(weight, how);
+    return coding;
+  }
+  if (kind == facet_coding) {
+    coding.facet = read_facet_coding(in);
+    if (!coding.facet || flags != 0 || !is_normal(elements, array) || array.domain != Domain::cell)
+      return std::nullopt;
+    return coding;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool is_normal(const PatchElements& elements, const Array& array) {
+  return !elements.positions.empty() && array.role == Role::normal && array.components == 3 &&
+         is_float(array.type) && array.domain != Domain::mesh;
+}
+
+std::vector<std::byte> encode_normals(const PatchElements& elements, const Array& array,
+                                      const ArrayMaps& maps, std::span<const uint32_t> source, Pace* pace) {
+  if (size_of(array.type) == 8) return encode_as<int64_t>(elements, array, maps, source, pace);
+  return encode_as<int32_t>(elements, array, maps, source, pace);
+}
+
+Result<> decode_normals(const PatchElements& elements, Bytes bytes, Array& array, Pace* pace) {
+  ByteReader in(bytes);
+  const auto kind = in.get<uint8_t>();
+  const auto flags = in.get<uint8_t>();
+  const auto coding = read_coding(in, elements, array, kind, flags);
+  if (!in.ok() || !coding)
+    return failure(ErrorCode::corrupt, "array \"" + array.name + "\" is coded in an unknown way");
+  const ArrayMaps maps = MAILLE_TRY(read_maps(in, array, (flags & 4) != 0));
+  const Bytes exceptions = in.get_bytes(in.get_count());
+  const Bytes coded = in.get_bytes(in.remaining());
+  if (!in.ok()) return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream is too short");
+  const uint64_t tuples = elements.count(array.domain);
+  if (size_of(array.type) == 8)
+    return decode_as<int64_t>(elements, *coding, maps, coded, exceptions, tuples, array, pace);
+  return decode_as<int32_t>(elements, *coding, maps, coded, exceptions, tuples, array, pace);
+}
+
+}  // namespace maille
