@@ -15,7 +15,7 @@ add_compile_options(-fno-exceptions -fno-rtti -msimd128 -msse2 -Wno-shorten-64-t
 # Preset wasm compiles for size (-Oz; without -finline-functions emscripten 3.1.6 leaves inlining to its linker, and that
 # makes code twice as large). What runs for each triangle or cell is compiled for speed.
 set(maille_fast_on_web
-  surface/fans/fan_decoder.cpp surface/fans/fan_positions.cpp surface/fans/positions_decoder.cpp entropy/mixing.cpp
+  surface/fans/fan_decoder.cpp surface/fans/positions_decoder.cpp entropy/mixing.cpp
   surface/front/mixed_array.cpp surface/front/position_predictor.cpp volume/cells/cell_coder.cpp volume/cells/cell_coder_corners.cpp
   volume/cells/cell_coder_slow.cpp volume/values/mixed_values.cpp volume/values/tuple_values.cpp
   volume/cells/patterns.cpp volume/stream/stream_reader.cpp)
@@ -27,7 +27,7 @@ set(maille_not_for_web
   "(theory|generate|random/build)/"
   "random/read/(component_walk|nearest_points)"
   "container/(file_writer|verify)"
-  "surface/(fans/(fan_position_encoder|positions_encoder)|parts/partition)"
+  "surface/(fans/positions_encoder|parts/partition)"
   "volume/order/(delay_buffer|last_uses|reordered_source)"
   "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer|stream_file_info)")
 list(JOIN maille_not_for_web "|" maille_not_for_web)

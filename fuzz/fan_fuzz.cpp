@@ -4,7 +4,6 @@
 #include "base/bytes.h"
 #include "fuzzing.h"
 #include "surface/fans/fan_patch.h"
-#include "surface/fans/fan_positions.h"
 #include "surface/fans/positions.h"
 
 namespace maille::fuzzing {
@@ -12,8 +11,7 @@ namespace {
 
 void run(Bytes input) {
   ByteReader in(input);
-  const uint64_t first = in.get_count();
-  const auto points = static_cast<uint32_t>(first / 2 % (1 << 20));
+  const auto points = static_cast<uint32_t>(in.get_count() % (1 << 20));
   const uint64_t corners = in.get_count() % (1 << 20);
   std::vector<BlockShape> blocks(in.get<uint8_t>() % 8);
   for (BlockShape& block : blocks) {
@@ -26,16 +24,14 @@ void run(Bytes input) {
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
-    const bool for_speed = first % 2 == 0;
     std::vector<uint8_t> valences;
-    if (!for_speed && need_valences(positions)) {
+    if (need_valences(positions)) {
       auto fans = FanPatchDecoder::begin(topology, points, corners)->fans->finish();
       if (!fans) return require_kind(fans.error(), {ErrorCode::corrupt});
       fans->count_valences();
       valences = std::move(fans->valences);
     }
-    const auto decoded = for_speed ? decode_fan_positions(*decoder->fans, positions, points, array)
-                                   : decode_positions(*decoder->fans, valences, positions, points, array);
+    const auto decoded = decode_positions(*decoder->fans, valences, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }

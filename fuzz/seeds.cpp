@@ -12,7 +12,6 @@
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "surface/fans/fan_patch.h"
-#include "surface/fans/fan_positions.h"
 #include "surface/fans/positions.h"
 #include "surface/patch_topology.h"
 
@@ -76,15 +75,15 @@ void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   const auto patch = encode_fan_patch(mesh);
   if (!patch || !*patch) return;
   ByteWriter out;
-  put_shape(out, mesh, 2 * mesh.point_count() + smaller);
+  put_shape(out, mesh, mesh.point_count());
   out.put_count((*patch)->bytes.size());
   out.put_bytes((*patch)->bytes);
   const auto maps = choose_maps(mesh.points, {}, true);
-  if (maps && fits_fan_positions(mesh.points, *maps)) {
+  if (maps && fits_positions(mesh.points, *maps)) {
     const FanSurface& fans = (*patch)->patch.fans;
     const std::vector<uint32_t>& sources = (*patch)->sources.points;
-    out.put_bytes(smaller ? encode_positions(fans, mesh.points, *maps, sources, {})
-                          : encode_fan_positions(fans, mesh.points, *maps, sources));
+    const PositionChoices few{false, false, false};
+    out.put_bytes(encode_positions(fans, mesh.points, *maps, sources, smaller ? PositionChoices{} : few));
   }
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);

@@ -27,7 +27,7 @@ struct Effort {
   uint64_t cells_per_part;
   /// Weights of positions follow the valences around a vertex, and values may come again; all connectivity
   /// must then be decoded before the positions: 3.5 % smaller in the median, 8.5 % in the mean (the same
-  /// meshes), decoded at a third of the speed.
+  /// meshes), decoded at two thirds of the speed.
   bool valence_rows;
   /// Tables of positions depend on how far predictions lie apart: 0.2 % smaller in the median, 0.5 % in the
   /// mean (the same meshes), for a tenth of the encoder's time.

@@ -5,9 +5,9 @@ namespace maille {
 /// Solves the n equations of a symmetric matrix by L D L^T, with + - * / in a fixed order: the one solver of
 /// normal equations. `Number` is double, or doubles in lanes, each with equations of its own.
 ///
-/// `rows`: the matrix up to its diagonal, n numbers a row; they are written over. `x`: the right sides, then the
-/// solution. `solved`: whether all pivots were above `least`; if not, x is anything. (Not returned, as ABIs
-/// differ in how lanes are.)
+/// `rows`: the matrix up to its diagonal, n numbers a row; they are written over. `x`: the right sides, then
+/// the solution. `solved`: whether all pivots were above `least`; if not, x is anything. (Not returned, as
+/// ABIs differ in how lanes are.)
 template <class Number, class Truth>
 [[gnu::always_inline]] inline void solve_symmetric(Number* rows, unsigned n, Number* x, double least,
                                                    Truth& solved) {

@@ -471,47 +471,4 @@ StaticRansDecoder::StaticRansDecoder(Bytes bytes) : words{bytes.data(), bytes.da
   words.next += 8;
 }
 
-std::array<std::byte, group_payload_bytes> payload_of(const std::array<uint64_t, group_lanes>& states) {
-  std::array<std::byte, group_payload_bytes> payload{};
-  for (unsigned bit = 0; bit < 8 * group_payload_bytes; ++bit) {
-    const uint64_t one = states[bit / group_state_bits] >> (bit % group_state_bits) & 1;
-    payload[bit / 8] |= static_cast<std::byte>(one << (bit % 8));
-  }
-  return payload;
-}
-
-std::vector<std::byte> GroupRansEncoder::finish(Bytes payload) {
-  std::array<uint64_t, group_lanes> states;
-  states.fill(lowest_group_state);
-  for (unsigned bit = 0; bit < 8 * payload.size(); ++bit) {
-    const auto one = static_cast<uint64_t>(payload[bit / 8] >> (bit % 8) & std::byte{1});
-    states[bit / group_state_bits] |= one << (bit % group_state_bits);
-  }
-  std::vector<uint16_t> words;
-  uint32_t end = static_cast<uint32_t>(operations_.size());
-  for (size_t g = groups_.size(); g-- > 0;) {
-    const uint32_t begin = g == 0 ? 0 : groups_[g - 1].end;
-    uint64_t product = 1;
-    unsigned bits = 0;
-    for (uint32_t i = begin; i < end; ++i) {
-      product *= operations_[i].frequency;
-      bits += operations_[i].bits;
-    }
-    uint64_t& state = states[groups_[g].lane];
-    while (state >= ((uint64_t{1} << 62) >> bits) * product) {
-      words.push_back(static_cast<uint16_t>(state));
-      state >>= 16;
-    }
-    for (uint32_t i = end; i-- > begin;) {
-      const auto [start, frequency, width] = operations_[i];
-      state = (state / frequency << width) + state % frequency + start;
-    }
-    end = begin;
-  }
-  ByteWriter out;
-  for (const uint64_t state : states) out.put(state);
-  for (size_t i = words.size(); i-- > 0;) out.put(words[i]);
-  return out.take();
-}
-
 }  // namespace maille

@@ -181,33 +181,4 @@ class StaticRansDecoder {
   bool exhausted_ = false;
 };
 
-/// Four states side by side, words of 16, for groups of symbols: each lane takes a group in turn, so that a
-/// processor works on four at once. A group has at most 40 bits; a state is in [2^46, 2^62) between groups.
-inline constexpr unsigned group_lanes = 4;
-inline constexpr unsigned group_state_bits = 46;
-inline constexpr uint64_t lowest_group_state = uint64_t{1} << group_state_bits;
-/// Bits that the states can hold beside the symbols: a decoder has them once all symbols are decoded.
-inline constexpr size_t group_payload_bytes = group_lanes * group_state_bits / 8;
-
-class GroupRansEncoder {
- public:
-  void put(const Frequencies& table, unsigned bits, unsigned symbol) {
-    operations_.push_back(operation_of(table, bits, symbol));
-  }
-  void end_group(unsigned lane) { groups_.push_back({static_cast<uint32_t>(operations_.size()), lane}); }
-  /// Four states of eight bytes, then the words. `payload`: at most group_payload_bytes.
-  std::vector<std::byte> finish(Bytes payload = {});
-
- private:
-  struct Group {
-    uint32_t end;
-    uint32_t lane;
-  };
-  std::vector<StaticOperation> operations_;
-  std::vector<Group> groups_;
-};
-
-/// The payload, from the states after the last symbols.
-std::array<std::byte, group_payload_bytes> payload_of(const std::array<uint64_t, group_lanes>& states);
-
 }  // namespace maille

@@ -271,7 +271,10 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
   const bool real = kind != Kind::integer && !is_curved() && factor == 0;
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
-  if (kind == Kind::integer && size_of(type) == 4 && codes == out) return;
+  if (kind == Kind::integer && size_of(type) == 4 && table.empty() && factor == 0) {
+    for (size_t i = 0; i < count; ++i) store(out + i * stride * 4, load<uint32_t>(codes + i * stride * 4));
+    return;
+  }
   if (kind == Kind::binary_digits && type == Scalar::f32 && table.empty()) {
     const ScaledDigits digits = digits_of(*this);
     for (size_t i = 0; i < count; ++i) {

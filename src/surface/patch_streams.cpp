@@ -12,7 +12,6 @@
 #include "surface/arrays/surface_normals.h"
 #include "surface/arrays/twin_coder.h"
 #include "surface/fans/fan_patch.h"
-#include "surface/fans/fan_positions.h"
 #include "surface/fans/positions.h"
 #include "surface/fans/shared_fans.h"
 #include "surface/left_out.h"
@@ -24,7 +23,7 @@ namespace {
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
 constexpr uint32_t polygon_fan_coding = 2;  // of TOPO
-constexpr uint32_t position_coding = 2;     // of POSI: positions.h
+constexpr uint32_t position_coding = 1;     // of POSI: positions.h
 constexpr uint32_t shared_fan_coding = 3;
 constexpr uint32_t last_coding = shared_fan_coding;
 
@@ -165,18 +164,12 @@ class PatchEncoder {
     }
     Pace pace(options_.progress, positions.array->name.c_str(), positions.array->count());
     if (!pace.report()) return cancelled();
-    StreamKey key = positions_key(patch_, cells_.coding());
-    if (cells_.models == FanModels::shared) return CodedStream{key, std::move(cells_.positions)};
-    const std::vector<uint32_t>& points = cells_.encoded.sources.points;
-    if (effort_of(options_.effort).valence_rows || cells_.coding() == polygon_fan_coding ||
-        !fits_fan_positions(*positions.array, positions.maps)) {
-      key = positions_key(patch_, position_coding);
-      return CodedStream{key, maille::encode_positions(*cells_.fans, *positions.array, positions.maps, points,
-                                                       position_choices(options_.effort))};
-    }
-    ArrayMaps maps = positions.maps;
-    if (maps.lossless) maps.maps = with_tables(*positions.array, maps.maps, points);
-    return CodedStream{key, encode_fan_positions(*cells_.fans, *positions.array, maps, points, false)};
+    if (cells_.models == FanModels::shared)
+      return CodedStream{positions_key(patch_, shared_fan_coding), std::move(cells_.positions)};
+    return CodedStream{
+        positions_key(patch_, position_coding),
+        maille::encode_positions(*cells_.fans, *positions.array, positions.maps,
+                                 cells_.encoded.sources.points, position_choices(options_.effort))};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {
@@ -300,8 +293,8 @@ class PatchDecoder {
       FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding, buffers_));
       if (positions_of.number != front_coding) {
         const bool alone = positions_of.number == position_coding && coding != shared_fan_coding;
-        const bool same = positions_of.number == coding && coding != polygon_fan_coding;
-        if (!same && !alone) return without_fans();
+        const bool shared = positions_of.number == shared_fan_coding && coding == shared_fan_coding;
+        if (!shared && !alone) return without_fans();
         positions = MAILLE_TRY(decode_positions(decoder, bytes, positions_of));
       }
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
@@ -342,14 +335,12 @@ class PatchDecoder {
       const PositionTables& tables = *tables_->positions;
       const auto valences = MAILLE_TRY(valences_of(topology, shared_fan_coding, need_valences(tables)));
       MAILLE_CHECK(decode_shared_positions(fans, valences, bytes, tables, description_.points, array));
-    } else if (key.number == position_coding) {
+    } else {
       std::span<const uint8_t> valences = fans.known_valences();
       std::vector<uint8_t> counted;
       if (valences.empty())
         valences = counted = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
       MAILLE_CHECK(maille::decode_positions(fans, valences, bytes, description_.points, array));
-    } else {
-      MAILLE_CHECK(decode_fan_positions(fans, bytes, description_.points, array));
     }
     return array;
   }

@@ -45,12 +45,14 @@ class Dictionary {
   /// Where a code lies between the nearest entry and the next one on its side: 3 to 0 below, 4 to 7 above, in
   /// eighths of the gap.
   [[gnu::always_inline]] unsigned part(uint32_t near, int64_t code) const {
-    const bool above = code >= values_[near];
-    const uint64_t beyond = above ? static_cast<uint64_t>(code) - static_cast<uint64_t>(values_[near])
-                                  : static_cast<uint64_t>(values_[near]) - static_cast<uint64_t>(code);
-    const auto eighth = static_cast<uint32_t>(
-        std::min(3.0f, static_cast<float>(static_cast<int64_t>(beyond >> 1)) * eighths_[near + above]));
-    return above ? 4 + eighth : 3 - eighth;
+    // Without branches: nobody can guess the side.
+    const int64_t side = code < values_[near] ? -1 : 0;
+    const uint64_t difference = static_cast<uint64_t>(code) - static_cast<uint64_t>(values_[near]);
+    const uint64_t beyond = (difference ^ static_cast<uint64_t>(side)) - static_cast<uint64_t>(side);
+    const float scale = eighths_[near + 1 + static_cast<uint64_t>(side)];
+    const auto eighth =
+        static_cast<uint32_t>(std::min(3.0f, static_cast<float>(static_cast<int64_t>(beyond >> 1)) * scale));
+    return (eighth ^ static_cast<uint32_t>(side)) + 4;
   }
 
   /// False: the coded numbers are not ascending, or too many (of damaged bytes).

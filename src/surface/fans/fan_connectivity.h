@@ -18,7 +18,7 @@ namespace maille {
 /// triangles, and one symbol tells how the fan around the vertex at its head is completed.
 /// docs/format.md, "Fans".
 
-/// Vertices whose positions predict that of another one, in coded order. See fan_positions.h.
+/// Vertices whose positions predict that of another one, in coded order. See positions.h.
 ///
 ///            A ---- vertex          closed fans end at N; O2 is beyond the edge from focus to N.
 ///           / \    /  |             The late triple is a parallelogram that became known

@@ -26,19 +26,24 @@ struct FloatPoints {
     points.resize(end);
     __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(FloatPoint));
   }
-  /// The nearest integers, the even one of two.
-  [[gnu::always_inline]] static Tuple to_codes(FloatPoint p) {
+  void clear() { points.clear(); }
+  /// The nearest integers, the even one of two: the last bits of a sum whose unit is 1.
+  [[gnu::always_inline]] static SignedLanes to_lanes(FloatPoint p) {
     p = p.smaller(FloatPoint::of(most)).larger(FloatPoint::of(-most));
     const FloatPoint magic = FloatPoint::of(0x1.8p23f);
-    const auto codes = __builtin_convertvector((p + magic - magic).v, SignedLanes);
+    return reinterpret_cast<SignedLanes>((p + magic).v) - reinterpret_cast<SignedLanes>(magic.v);
+  }
+  [[gnu::always_inline]] static Tuple to_codes(FloatPoint p) {
+    const SignedLanes codes = to_lanes(p);
     Tuple result;
     __builtin_memcpy(result.data(), &codes, sizeof codes);
     return result;
   }
+  [[gnu::always_inline]] void set_lanes(uint32_t v, SignedLanes codes) {
+    points[v].v = __builtin_convertvector(codes, FloatLanes);
+  }
   [[gnu::always_inline]] void set(uint32_t v, const Tuple& codes) {
-    SignedLanes lanes;
-    __builtin_memcpy(&lanes, codes.data(), sizeof lanes);
-    points[v].v = __builtin_convertvector(lanes, FloatLanes);
+    set_lanes(v, SignedLanes{codes[0], codes[1], codes[2], codes[3]});
   }
   int32_t code(uint32_t v, unsigned k) const { return static_cast<int32_t>(points[v].v[k]); }
   /// Octaves above 1/4, 0 for less.
@@ -72,6 +77,10 @@ struct DoublePoints {
     codes.resize(end);
     points.resize(end);
     __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(DoublePoint));
+  }
+  void clear() {
+    points.clear();
+    codes.clear();
   }
   static double coordinate(const DoublePoint& p, unsigned k) { return k < 2 ? p.xy[k] : p.zw[k - 2]; }
   [[gnu::always_inline]] Tuple to_codes(const DoublePoint& p) const {
@@ -142,11 +151,25 @@ struct Repeat {
   Repeat() { index.fill(no_index); }
 };
 
+/// What is known about points while they are coded.
+template <class Points>
+struct KnownPoints {
+  Points points;
+  std::vector<uint32_t> sizes;  ///< of residuals, eight bits for each component
+  std::vector<Repeat<Points::components>> repeats;
+
+  void resize(size_t count, bool repeating) {
+    sizes.resize(count);
+    if (repeating) repeats.resize(count);
+  }
+};
+
 // Contexts of all alphabets, one behind the other, with room for any number of components.
-inline constexpr unsigned first_pattern = residual_contexts_of(most_components),
+inline constexpr unsigned first_pattern = residual_contexts_of(most_components, true),
                           first_index = first_pattern + pattern_contexts_of(most_components),
                           first_candidate = first_index + index_contexts,
-                          all_contexts = first_candidate + candidate_contexts_of(most_components);
+                          known_context = first_candidate + candidate_contexts_of(most_components),
+                          all_contexts = known_context + 1;
 
 /// Codes one vertex after the other. `Coder`: a reader, or a writer that finds the codes in `wanted`.
 template <class Coder, class Points, bool repeating>
@@ -159,11 +182,19 @@ class PositionCoder {
   static constexpr unsigned components = Points::components;
   static constexpr unsigned pattern_lane = positions::pattern_lane(components);
 
-  PositionCoder(Coder& coder, const Coding& coding, Points& points, size_t count)
-      : coder_(coder), coding_(coding), points_(points), size_class_(make_size_classes(coding.first_size)) {
-    sizes_.resize(count);
-    if (repeating) repeats_.resize(count);
-    for (unsigned k = 0; k < components; ++k) fields_[k] = make_fields<Integer>(coding.base[k]);
+  /// `known` has room for all points.
+  PositionCoder(Coder& coder, const Coding& coding, KnownPoints<Points>& known)
+      : coder_(coder),
+        coding_(coding),
+        points_(known.points),
+        sizes_(known.sizes),
+        repeats_(known.repeats),
+        size_class_(make_size_classes(coding.first_size, spread_classes_of(coding.with_spread))) {
+    for (unsigned k = 0; k < components; ++k) {
+      fields_[k] = make_fields<Integer>(coding.base[k]);
+      size_of_[k] = SizesOfKnown(coding.base[k]);
+      filled_ |= unsigned{coding.dictionaries[k].size() > 0} << k;
+    }
   }
 
   /// Vertex v, once all before it are coded. `wanted`: its codes, for a writer.
@@ -181,9 +212,9 @@ class PositionCoder {
     const uint32_t around = 2 * (sizes_[references.at[R::last]] + sizes_[references.at[R::focus]]) +
                             sizes_[references.at[R::before]] + sizes_[references.at[R::next]];
     std::array<uint32_t, components> context;
-    const uint32_t gates = ValenceRows::parallelograms(group) * plane;
+    const uint32_t gates = ValenceRows::parallelograms(group) * plane_;
     for (unsigned k = 0; k < components; ++k)
-      context[k] = 4 * plane * k + gates + size_class_[around >> (8 * k) & 255];
+      context[k] = 4 * plane_ * k + gates + size_class_[around >> (8 * k) & 255];
     if (coding_.with_spread) {
       const auto octaves = points_.octaves(expected.spread, centre);
       for (unsigned k = 0; k < components; ++k)
@@ -194,25 +225,20 @@ class PositionCoder {
       codes_ = wanted;
       note(centre, points_.octaves(expected.spread, centre));
     }
-    known_ = 0;
-    if constexpr (repeating) code_repeats(references, group, expected);
-    code_residuals(v, centre, signs(apart), context);
-    points_.set(v, codes_);
+    known_ = in_dictionary_ = 0;
+    if constexpr (repeating) code_repeats(references, group, expected, context);
+    std::array<unsigned, components> symbol;
+    for_each_component<components>([&](auto k) { symbol[k] = code_symbol<k>(centre[k], apart, context[k]); });
+    if constexpr (repeating) find_values(symbol);
+    if constexpr (!Coder::encoding && Points::narrow) {
+      read_residuals(v, target, apart, symbol);
+    } else {
+      code_residuals(v, centre, signs(apart), symbol);
+      points_.set(v, codes_);
+    }
     if constexpr (repeating) {
       if (!Coder::encoding && coding_.repeats == Repeats::candidates) find_indices(own_);
-      repeats_[v] = own_;
-    }
-  }
-
-  /// A vertex that a writer leaves out.
-  void skip(uint32_t v, const Tuple& codes) {
-    points_.set(v, codes);
-    if constexpr (repeating) {
-      codes_ = codes;
-      own_ = {};
-      find_indices(own_);
-      set_pattern(own_);
-      repeats_[v] = own_;
+      keep_own(v);
     }
   }
 
@@ -236,11 +262,9 @@ class PositionCoder {
                   octaves[k]);
   }
 
+  /// Raw bits of all components, and with them codes and sizes of residuals.
   [[gnu::always_inline]] void code_residuals(uint32_t v, const Tuple& centre, const Signs& negative,
-                                             const std::array<uint32_t, components>& context) {
-    std::array<unsigned, components> symbol;
-    for_each_component<components>(
-        [&](auto k) { symbol[k] = code_symbol<k>(centre[k], negative[k], context[k]); });
+                                             const std::array<unsigned, components>& symbol) {
     uint32_t size = 0;
     bool escaped = false;
     for (unsigned k = 0; k < components; ++k) {
@@ -252,7 +276,7 @@ class PositionCoder {
       const ResidualField<Integer>& field = fields_[k][symbol[k]];
       const auto mask =
           static_cast<Unsigned>(((Unsigned{1} << (field.bits / 2)) << (field.bits - field.bits / 2)) - 1);
-      const bool flip = ((field.other != 0) ^ negative[k]) & field.is_signed;
+      const bool flip = ((field.other != 0) ^ negative[k]) & (field.is_signed != 0);
       Unsigned low = 0;
       if constexpr (Coder::encoding) {
         const auto residual =
@@ -274,15 +298,86 @@ class PositionCoder {
     sizes_[v] = size;
   }
 
+  /// The same for a decoder of floats, all components side by side: a loop over them takes a third longer.
+  [[gnu::always_inline]] void read_residuals(uint32_t v, const Point& target, const Point& apart,
+                                             const std::array<unsigned, components>& symbol) {
+    std::array<ResidualField<Integer>, most_components> field{};
+    std::array<uint32_t, most_components> low{};
+    // Three fields are in what one look gives, four are not.
+    uint64_t bits = coder_.look();
+    unsigned taken = 0;
+    uint32_t size = 0;
+    bool escaped = false;
+    for_each_component<components>([&](auto k) {
+      if (k == 3) {
+        coder_.take(std::exchange(taken, 0));
+        bits = coder_.look();
+      }
+      field[k] = fields_[k][repeating && (known_ >> k & 1) != 0 ? known_symbol : symbol[k]];
+      low[k] = static_cast<uint32_t>(bits) & ((1u << field[k].bits) - 1);
+      bits >>= field[k].bits;
+      taken += field[k].bits;
+      size |= uint32_t{field[k].size} << (8 * k);
+      escaped |= symbol[k] == escape;
+    });
+    coder_.take(taken);
+    const auto lanes = [&](auto of) { return SignedLanes{of(0), of(1), of(2), of(3)}; };
+    const SignedLanes magnitude = lanes(
+        [&](unsigned k) { return static_cast<int32_t>(static_cast<uint32_t>(field[k].high) + low[k]); });
+    const SignedLanes other = lanes([&](unsigned k) { return int32_t{field[k].other}; });
+    const SignedLanes is_signed = lanes([&](unsigned k) { return int32_t{field[k].is_signed}; });
+    const SignedLanes sign = (other ^ (apart.v < 0)) & is_signed;
+    const SignedLanes centre = Points::to_lanes(target);
+    SignedLanes codes = centre + ((magnitude ^ sign) - sign);
+    if constexpr (repeating) {
+      if (known_ != 0) size = blend_known(centre, codes, size);
+    }
+    if (escaped) [[unlikely]]
+      codes = read_escapes(symbol, centre, codes);
+    points_.set_lanes(v, codes);
+    sizes_[v] = size;
+    if constexpr (repeating) __builtin_memcpy(codes_.data(), &codes, sizeof codes);
+  }
+
+  /// Known codes into their lanes; the sizes of all.
+  [[gnu::always_inline]] uint32_t blend_known(const SignedLanes& centre, SignedLanes& codes, uint32_t size) {
+    SignedLanes known{}, values{};
+    for_each_component<components>([&](auto k) {
+      constexpr unsigned i = k;
+      const auto is_known = static_cast<int32_t>(0 - (known_ >> i & 1));
+      known[i] = is_known;
+      values[i] = codes_[i];
+      size |= static_cast<uint32_t>(is_known) & uint32_t{size_of_known(centre[i], i)} << (8 * i);
+    });
+    codes = (values & known) | (codes & ~known);
+    return size;
+  }
+
+  [[gnu::noinline]] SignedLanes read_escapes(const std::array<unsigned, components>& symbol,
+                                             SignedLanes centre, SignedLanes codes) {
+    Tuple at;
+    __builtin_memcpy(at.data(), &centre, sizeof centre);
+    __builtin_memcpy(codes_.data(), &codes, sizeof codes);
+    code_escapes(symbol, at);
+    __builtin_memcpy(&codes, codes_.data(), sizeof codes);
+    return codes;
+  }
+
+  /// One symbol: of a residual, of an index, or of nothing that is not known.
   template <unsigned k>
-  [[gnu::always_inline]] unsigned code_symbol(Integer centre, bool negative, uint32_t context) {
-    if (repeating && (known_ >> k & 1) != 0) return 0;
+  [[gnu::always_inline]] unsigned code_symbol(Integer centre, const Point& apart, uint32_t context) {
     unsigned symbol = 0;
     if constexpr (Coder::encoding) {
-      const auto residual =
-          static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre));
-      symbol = symbol_of(magnitude_of(residual), (residual < 0) != negative, coding_.base[k]);
-      if (!coder_.is_possible(context, symbol)) symbol = escape;
+      if (repeating && (known_ >> k & 1) != 0) {
+        if ((in_dictionary_ >> k & 1) == 0) return 0;
+        const int offset = static_cast<int>(own_.index[k]) - static_cast<int>(near_[k]);
+        symbol = offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : far_index;
+      } else {
+        const auto residual =
+            static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre));
+        symbol = symbol_of(magnitude_of(residual), (residual < 0) != signs(apart)[k], coding_.base[k]);
+        if (!coder_.is_possible(context, symbol)) symbol = escape;
+      }
     }
     return coder_.template symbol<k>(context, symbol);
   }
@@ -315,11 +410,12 @@ class PositionCoder {
   uint8_t size_of_known(Integer centre, unsigned k) const {
     const auto residual =
         static_cast<Integer>(static_cast<Unsigned>(codes_[k]) - static_cast<Unsigned>(centre));
-    return fields_[k][symbol_of(magnitude_of(residual), false, coding_.base[k])].size;
+    return size_of_[k].of(magnitude_of(residual));
   }
 
   [[gnu::always_inline]] void code_repeats(const VertexReferences& references, unsigned group,
-                                           const Forecast<Point>& expected) {
+                                           const Forecast<Point>& expected,
+                                           std::array<uint32_t, components>& context) {
     own_ = {};
     own_.pattern = 0;
     if constexpr (Coder::encoding) {
@@ -330,15 +426,19 @@ class PositionCoder {
     if (coding_.repeats == Repeats::levels) {
       const auto pattern = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].pattern; };
       constexpr uint32_t patterns = patterns_of(components);
-      const uint32_t context = (pattern(R::last) * patterns + pattern(R::focus)) * patterns + pattern(third_);
+      const uint32_t around = (pattern(R::last) * patterns + pattern(R::focus)) * patterns + pattern(third_);
       own_.pattern = static_cast<uint8_t>(
-          coder_.template symbol<pattern_lane>(first_pattern + context, own_.pattern) & (patterns - 1));
-      known_ = own_.pattern;
+          coder_.template symbol<pattern_lane>(first_pattern + around, own_.pattern) & (patterns - 1));
+      known_ = in_dictionary_ = own_.pattern & filled_;
+    } else {
+      code_candidates(references, group, expected, context);
     }
     const Tuple fitted = points_.to_codes(expected.fitted);
-    if (coding_.repeats == Repeats::candidates) return code_candidates(references, group, expected, fitted);
     for_each_component<components>([&](auto k) {
-      if ((known_ >> k & 1) != 0) code_index<k>(references, fitted[k]);
+      if ((filled_ >> k & 1) == 0) return;
+      const uint32_t of_index = index_context<k>(references, fitted[k]);
+      // Without a branch, which would be guessed wrong.
+      context[k] = (in_dictionary_ >> k & 1) != 0 ? of_index : context[k];
     });
   }
 
@@ -351,6 +451,16 @@ class PositionCoder {
     }
   }
 
+  /// One by one: what was stored so and is read as a whole holds a processor up.
+  [[gnu::always_inline]] void keep_own(uint32_t v) {
+    Own& to = repeats_[v];
+    for_each_component<components>([&](auto k) {
+      to.index[k] = own_.index[k];
+      to.candidate[k] = own_.candidate[k];
+    });
+    to.pattern = own_.pattern;
+  }
+
   static void set_pattern(Own& repeat) {
     unsigned pattern = 0;
     for (unsigned k = 0; k < components; ++k) pattern |= unsigned{repeat.index[k] != Own::no_index} << k;
@@ -358,16 +468,18 @@ class PositionCoder {
   }
 
   void code_candidates(const VertexReferences& references, unsigned group, const Forecast<Point>& expected,
-                       const Tuple& fitted) {
+                       std::array<uint32_t, components>& context) {
     const Tuple gate = points_.to_codes(expected.gate), closing = points_.to_codes(expected.closing),
                 late = points_.to_codes(expected.late);
     unsigned before = candidate_symbols;
-    for_each_component<components>(
-        [&](auto k) { code_candidate<k>(references, group, gate, closing, late, fitted, before); });
+    for_each_component<components>([&](auto k) {
+      context[k] = code_candidate<k>(references, group, gate, closing, late, before, context[k]);
+    });
   }
+  /// Returns the context of what follows: that of a residual, or `of_residual`.
   template <unsigned k>
-  void code_candidate(const VertexReferences& references, unsigned group, const Tuple& gate,
-                      const Tuple& closing, const Tuple& late, const Tuple& fitted, unsigned& before) {
+  uint32_t code_candidate(const VertexReferences& references, unsigned group, const Tuple& gate,
+                          const Tuple& closing, const Tuple& late, unsigned& before, uint32_t of_residual) {
     const auto code = [&](unsigned r) { return points_.code(references.at[r], k); };
     const std::array<Integer, 7> values = {
         gate[k],
@@ -387,56 +499,68 @@ class PositionCoder {
     const uint32_t context =
         (((k * 10 + before) * 10 + of_last) * 4 + equal) * 4 + ValenceRows::parallelograms(group);
     symbol = coder_.template symbol<k>(first_candidate + context, symbol);
-    if (symbol == candidate_symbols - 1 && coding_.dictionaries[k].size() == 0) symbol = 0;
+    if (symbol == candidate_symbols - 1 && (filled_ >> k & 1) == 0) symbol = 0;
     before = symbol;
     own_.candidate[k] = static_cast<uint8_t>(symbol);
-    if (symbol == 0) return;
+    if (symbol == 0) return of_residual;
     known_ |= 1u << k;
-    if (symbol == candidate_symbols - 1) return code_index<k>(references, fitted[k]);
-    codes_[k] = values[symbol - 1];
+    if (symbol == candidate_symbols - 1) {
+      in_dictionary_ |= 1u << k;
+    } else {
+      codes_[k] = values[symbol - 1];
+    }
+    return known_context;
   }
 
-  /// The index in the dictionary, less that of the value nearest to what is expected.
+  /// Of the index in the dictionary, less that of the value nearest to what is expected.
   template <unsigned k>
-  [[gnu::always_inline]] void code_index(const VertexReferences& references, int64_t expected) {
+  [[gnu::always_inline]] uint32_t index_context(const VertexReferences& references, int64_t expected) {
     const Dictionary& dictionary = coding_.dictionaries[k];
-    if (dictionary.size() == 0) {
-      codes_[k] = 0;
-      return;
-    }
     const uint32_t near = dictionary.nearest(expected);
+    near_[k] = near;
     const auto relation = [&](unsigned r) -> uint32_t {
       const auto offset = static_cast<int>(repeats_[references.at[r]].index[k]) - static_cast<int>(near);
       return offset == 0 ? 0 : offset == 1 ? 1 : offset == -1 ? 2 : 3;
     };
-    const uint32_t context =
-        ((dictionary.part(near, expected) * relations + relation(R::last)) * relations + relation(R::focus)) *
-            relations +
-        relation(third_);
-    int offset = 0;
-    if constexpr (Coder::encoding) offset = static_cast<int>(own_.index[k]) - static_cast<int>(near);
-    const unsigned wanted = offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : 15u;
-    const unsigned symbol = coder_.template symbol<k>(first_index + context, wanted);
-    uint32_t index = near + symbol - 7;
-    if (symbol == 15) [[unlikely]]
-      index = static_cast<uint32_t>(coder_.raw(own_.index[k], 16));
-    // Only damaged bytes lead beyond the end.
-    index = std::min(index, dictionary.size() - 1);
-    own_.index[k] = static_cast<uint16_t>(index);
-    codes_[k] = static_cast<Integer>(dictionary[index]);
+    return first_index +
+           ((dictionary.part(near, expected) * relations + relation(R::last)) * relations +
+            relation(R::focus)) *
+               relations +
+           relation(third_);
+  }
+
+  /// What the symbols say about those in dictionaries.
+  [[gnu::always_inline]] void find_values(const std::array<unsigned, components>& symbol) {
+    for_each_component<components>([&](auto k) {
+      if ((filled_ >> k & 1) == 0) return;
+      const Dictionary& dictionary = coding_.dictionaries[k];
+      const bool is_there = (in_dictionary_ >> k & 1) != 0;
+      uint32_t index = near_[k] + symbol[k] - 7;
+      if (is_there && symbol[k] == far_index) [[unlikely]]
+        index = static_cast<uint32_t>(coder_.raw(own_.index[k], 16));
+      // Only damaged bytes lead beyond the end, and symbols of something else.
+      index = std::min(index, dictionary.size() - 1);
+      own_.index[k] = is_there ? static_cast<uint16_t>(index) : own_.index[k];
+      codes_[k] = is_there ? static_cast<Integer>(dictionary[index]) : codes_[k];
+    });
   }
 
   Coder& coder_;
   const Coding& coding_;
   Points& points_;
+  std::vector<uint32_t>& sizes_;
+  std::vector<Own>& repeats_;
+  uint32_t plane_ = size_classes * spread_classes_of(coding_.with_spread);
   std::array<ResidualFields<Integer>, components> fields_;
+  std::array<SizesOfKnown, components> size_of_;
+  unsigned filled_ = 0;  ///< dictionaries with something in them, as bits
   std::array<uint8_t, 256> size_class_;
-  std::vector<uint32_t> sizes_;  ///< of residuals, eight bits for each component
-  std::vector<Own> repeats_;
   // Of the vertex at hand.
   Tuple codes_{};
   Own own_;
-  unsigned known_ = 0;  ///< components, as bits
+  unsigned known_ = 0;          ///< components, as bits
+  unsigned in_dictionary_ = 0;  ///< those of them that have a symbol
+  std::array<uint32_t, components> near_{};
   unsigned third_ = 0;
   bool mirrored_ = false;
 };

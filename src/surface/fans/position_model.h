@@ -1,6 +1,6 @@
 #pragma once
 
-// What encoder and decoder of positions of fans share. docs/format.md, "POSI 2".
+// What encoder and decoder of positions of fans share. docs/format.md, "POSI 1".
 
 #include <algorithm>
 #include <array>
@@ -25,7 +25,8 @@ inline constexpr unsigned most_components = 4;
 /// number, which follows in raw bits.
 inline constexpr unsigned symbols = 64;
 inline constexpr unsigned escape = 63;
-inline constexpr unsigned longest = 16;  ///< bits beyond `base` that have symbols
+inline constexpr unsigned known_symbol = symbols;  ///< of components that have no residual
+inline constexpr unsigned longest = 16;            ///< bits beyond `base` that have symbols
 inline constexpr unsigned escape_length_bits = 7;
 inline constexpr unsigned most_narrow_base = 4;  // so that three fields are at most 57 bits
 inline constexpr unsigned most_wide_base = 40;
@@ -35,14 +36,14 @@ inline constexpr unsigned escape_size = 2 * longest + 4;
 
 template <class Integer>
 struct ResidualField {
-  Integer high = 0;       ///< the magnitude without its raw bits
-  uint8_t bits = 0;       ///< raw
-  uint8_t other = 0;      ///< 1: the sign is not that of `apart`
-  uint8_t is_signed = 0;  ///< 0: `high` has the sign, and apart does not matter
-  uint8_t size = 0;       ///< in half octaves, as context of others
+  Integer high = 0;      ///< the magnitude without its raw bits
+  uint8_t bits = 0;      ///< raw
+  int8_t other = 0;      ///< -1: the sign is not that of `apart`
+  int8_t is_signed = 0;  ///< -1; 0: `high` has the sign, and apart does not matter
+  uint8_t size = 0;      ///< in half octaves, as context of others
 };
 template <class Integer>
-using ResidualFields = std::array<ResidualField<Integer>, symbols>;
+using ResidualFields = std::array<ResidualField<Integer>, symbols + 1>;
 
 template <class Integer>
 ResidualFields<Integer> make_fields(unsigned base) {
@@ -52,14 +53,14 @@ ResidualFields<Integer> make_fields(unsigned base) {
   for (uint8_t s = 1; s < escape; ++s) {
     const unsigned i = s < 3 ? 1 : (s + 5) / 4;
     const unsigned length = base + i;
-    const uint8_t other = s < 3 ? s == 2 : (s - 3) % 4 / 2;
+    const auto other = static_cast<int8_t>(-(s < 3 ? s == 2 : (s - 3) % 4 / 2));
     if (i == 1) {
-      fields[s] = {Integer{1} << base, static_cast<uint8_t>(base), other, 1, 2};
+      fields[s] = {Integer{1} << base, static_cast<uint8_t>(base), other, -1, 2};
       continue;
     }
     const unsigned top = (s - 3) % 2;
     fields[s] = {static_cast<Integer>(static_cast<Integer>(2 + top) << (length - 2)),
-                 static_cast<uint8_t>(length - 2), other, 1, static_cast<uint8_t>(2 * i + top)};
+                 static_cast<uint8_t>(length - 2), other, -1, static_cast<uint8_t>(2 * i + top)};
   }
   fields[escape] = {0, 0, 0, 0, escape_size};
   return fields;
@@ -75,12 +76,38 @@ inline unsigned symbol_of(uint64_t magnitude, bool other, unsigned base) {
   return 3 + 4 * (i - 2) + 2 * other + (magnitude >> (length - 2) & 1);
 }
 
+/// The sizes of residuals that have no symbol as their numbers are known: by length, without a branch.
+class SizesOfKnown {
+ public:
+  explicit SizesOfKnown(unsigned base = 0) {
+    for (unsigned length = 0; length <= 64; ++length) {
+      const unsigned i = length > base ? length - base : 0;
+      const bool has_half = i > 1 && i <= longest;
+      by_length_[length] = {static_cast<uint8_t>(i > longest ? escape_size : 2 * i), uint8_t{has_half},
+                            static_cast<uint8_t>(has_half ? length - 2 : 0)};
+    }
+  }
+  [[gnu::always_inline]] uint8_t of(uint64_t magnitude) const {
+    const OfLength& at = by_length_[bit_length(magnitude)];
+    return static_cast<uint8_t>(at.size + (magnitude >> at.shift & at.half));
+  }
+
+ private:
+  struct OfLength {
+    uint8_t size, half, shift;
+  };
+  std::array<OfLength, 65> by_length_;
+};
+
 // Contexts of residuals: a plane for each component and number of parallelograms, in it 16 classes of the
 // sizes of the neighbours' residuals times 16 of how far predictions lie apart.
 inline constexpr unsigned size_classes = 16, spread_classes = 16;
-inline constexpr unsigned plane = size_classes * spread_classes;
-inline constexpr unsigned residual_contexts_of(unsigned components) {
-  return components * 4 * plane;
+/// Without spreads there is one class of them, so that small meshes do not pay for the map.
+inline constexpr unsigned spread_classes_of(bool with_spread) {
+  return with_spread ? spread_classes : 1;
+}
+inline constexpr unsigned residual_contexts_of(unsigned components, bool with_spread) {
+  return components * 4 * size_classes * spread_classes_of(with_spread);
 }
 inline constexpr unsigned most_residual_tables = 24;
 
@@ -97,6 +124,7 @@ inline constexpr unsigned pattern_lane(unsigned components) {
   return components < symbol_lanes ? components : symbol_lanes - 1;
 }
 inline constexpr unsigned relations = 4;
+inline constexpr unsigned far_index = 15;  ///< the symbol of an index far from the nearest one
 inline constexpr unsigned index_contexts = 8 * relations * relations * relations, index_symbols = 16,
                           most_index_tables = 24;
 inline constexpr unsigned candidate_contexts_of(unsigned components) {
@@ -145,12 +173,13 @@ struct Coding {
   Dictionaries dictionaries;
 };
 
-/// By the sum of six sizes around: its class, as a part of the context.
-inline std::array<uint8_t, 256> make_size_classes(unsigned first) {
+/// By the sum of six sizes around: its class, times `spreads`.
+inline std::array<uint8_t, 256> make_size_classes(unsigned first, unsigned spreads) {
   std::array<uint8_t, 256> table{};
   for (int around = 0; around < 256; ++around)
     table[static_cast<size_t>(around)] = static_cast<uint8_t>(
-        spread_classes * std::clamp((around + 3) / 6 - static_cast<int>(first), 0, int{size_classes} - 1));
+        spreads * static_cast<unsigned>(
+                      std::clamp((around + 3) / 6 - static_cast<int>(first), 0, int{size_classes} - 1)));
   return table;
 }
 

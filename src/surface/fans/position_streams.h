@@ -54,7 +54,9 @@ struct Alphabet {
 template <class Visit>
 void for_each_alphabet(const Coding& coding, Visit visit) {
   const unsigned n = coding.components;
-  visit(Alphabet{0, residual_contexts_of(n), symbols, spread_classes, most_residual_tables});
+  const bool spread = coding.with_spread;
+  visit(Alphabet{0, residual_contexts_of(n, spread), symbols, spread ? spread_classes : size_classes,
+                 most_residual_tables});
   if (coding.repeats == Repeats::none) return;
   if (coding.repeats == Repeats::levels)
     visit(

@@ -18,7 +18,7 @@ namespace maille {
 
 /// Positions of the vertices of fans: what is expected of each follows from rows of weights over its
 /// references, what is left is one symbol with a static table for each coordinate, and raw bits.
-/// docs/format.md, "POSI 2".
+/// docs/format.md, "POSI 1".
 
 /// What an encoder may use; what it uses depends on what pays.
 struct PositionChoices {

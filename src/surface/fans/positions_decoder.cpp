@@ -26,6 +26,11 @@ struct SymbolTables {
   Unfilled<Table> tables;
   std::array<uint8_t, all_contexts> table_of{};
 
+  /// Symbols of what is known: states do not change.
+  void add_known() {
+    table_of[known_context] = static_cast<uint8_t>(tables.size());
+    tables.emplace_back().fill(0);
+  }
   void add(const StaticTables& from, unsigned first) {
     const size_t base = tables.size();
     for (const Frequencies& table : from.tables) tables.emplace_back().fill(table);
@@ -77,10 +82,15 @@ class Reader {
   }
   /// At most 57 bits.
   [[gnu::always_inline]] uint64_t raw(uint64_t, unsigned count) {
-    const uint64_t bits = load<uint64_t>(raw_.data() + (at_ >> 3)) >> (at_ & 7);
-    at_ += count;
+    const uint64_t bits = look();
+    take(count);
     return bits & ((uint64_t{1} << count) - 1);
   }
+  /// The next 57 bits, and more that are not to be used.
+  [[gnu::always_inline]] uint64_t look() const {
+    return load<uint64_t>(raw_.data() + (at_ >> 3)) >> (at_ & 7);
+  }
+  [[gnu::always_inline]] void take(unsigned count) { at_ += count; }
   bool exhausted() const { return rans_.words > end_of_words_ || at_ > end_of_raw_; }
 
  private:
@@ -143,6 +153,7 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
                                                       alphabet.most_tables, side);
     head->tables.add(tables, alphabet.first);
   });
+  head->tables.add_known();
   if (side.exhausted()) return corrupt("the tables end early");
   return head;
 }
@@ -241,8 +252,11 @@ Result<> store_details(const Points& points, const PositionTables& head, const R
 
 template <bool repeating, class Points>
 Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& head, const Beside& beside,
-                       Points points, uint32_t count, Array& array) {
-  PositionCoder<Reader, Points, repeating> coder(reader, head.coding, points, count + FanDecoder::most_ahead);
+                       Points there, uint32_t count, Array& array) {
+  KnownPoints<Points> known{std::move(there), {}, {}};
+  known.resize(size_t{count} + FanDecoder::most_ahead, repeating);
+  Points& points = known.points;
+  PositionCoder<Reader, Points, repeating> coder(reader, head.coding, known);
   for (uint32_t begin = 0; begin < count; begin += window) {
     const uint32_t end = std::min(count, begin + window);
     points.grow(size_t{end} + FanDecoder::most_ahead);

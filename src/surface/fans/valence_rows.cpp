@@ -62,7 +62,7 @@ class Fitter {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) useful_.emplace_back(g);
   }
 
-  ValenceRows run() {
+  FittedRows run() {
     const auto predicted =
         std::make_unique<std::array<std::array<double, Normals::size>, ValenceRows::groups>>();
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
@@ -73,29 +73,30 @@ class Fitter {
     }
     for (int round = 0; round < 3; ++round) {
       std::vector<Normals> normals(ValenceRows::groups);
-      visit([&](const Sample<components>& sample) {
+      // The first rounds only say which samples lie far out.
+      visit(round < 2 ? 2 : 1, [&](const Sample<components>& sample) {
         add(sample, (*predicted)[sample.group], normals[sample.group]);
       });
       for (unsigned g = 0; g < ValenceRows::groups; ++g) {
-        // With the first row alone in the last round, for groups that more rows do not pay for.
-        if (normals[g].samples < fewest_samples) continue;
+        // With the first row alone in the last round, for rows by place.
+        if (normals[g].samples < (round < 2 ? fewest_samples / 2 : fewest_samples)) continue;
         solve(normals[g], g, used_terms_, (*predicted)[g]);
         if (round == 2) keep(g, (*predicted)[g], used_terms_);
         std::array<double, Normals::size> alone{};
         if (round == 2 && solve(normals[g], g, 1, alone)) alone_[g] = to_rows(alone, 1);
       }
     }
-    drop_useless();
-    rows_.polygons = !fans_.offsets.empty();
-    return rows_;
+    return without_useless();
   }
 
  private:
+  /// One of `part` of the samples.
   template <class Visit>
-  void visit(Visit visit) {
+  void visit(uint32_t part, Visit visit) const {
+    const uint32_t step = part * step_;
     // Rows of neighbours: what they refer to is near in memory.
     for (uint32_t v = 1; v < fans_.vertices;
-         v += v % samples_in_a_row != 0 ? 1 : 1 + (step_ - 1) * samples_in_a_row) {
+         v += v % samples_in_a_row != 0 ? 1 : 1 + (step - 1) * samples_in_a_row) {
       Sample<components> sample;
       sample.group = ValenceRows::group_of(fans_.kinds[v]);
       const unsigned useful = ValenceRows::useful(sample.group);
@@ -235,7 +236,7 @@ class Fitter {
     }
     return bits;
   }
-  void drop_useless() {
+  FittedRows without_useless() const {
     using Solutions = std::array<std::array<double, Normals::size>, ValenceRows::groups>;
     std::array<std::array<uint64_t, ValenceRows::groups>, 3> costs{};
     std::array<std::unique_ptr<Solutions>, 3> rows;
@@ -247,23 +248,31 @@ class Fitter {
       (*rows[1])[g] = from_rows(alone_[g]);
       (*rows[2])[g] = from_rows(rows_.rows[g]);
     }
-    visit([&](const Sample<components>& sample) {
+    const unsigned levels = used_terms_ > 1 ? 3 : 2;
+    visit(1, [&](const Sample<components>& sample) {
       if (rows_.level[sample.group] == 0) return;
-      for (unsigned l = 0; l < 3; ++l)
+      for (unsigned l = 0; l < levels; ++l)
         costs[l][sample.group] += step_ * cost(sample, (*rows[l])[sample.group]);
     });
+    FittedRows fitted;
+    fitted.by_place.polygons = fitted.by_valence.polygons = !fans_.offsets.empty();
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       if (rows_.level[g] == 0) continue;
       costs[1][g] += bits_of(alone_[g], g) << 16;
       costs[2][g] += bits_of(rows_.rows[g], g) << 16;
-      unsigned best = 0;
-      for (unsigned l = 1; l < (used_terms_ > 1 ? 3u : 2u); ++l) {
-        if (costs[l][g] < costs[best][g]) best = l;
-      }
-      rows_.level[g] = static_cast<uint8_t>(best);
-      if (best == 1) rows_.rows[g] = alone_[g];
-      if (best == 0) rows_.rows[g] = ValenceRows().rows[g];
+      const unsigned by_place = costs[1][g] < costs[0][g] ? 1 : 0;
+      const unsigned by_valence = levels == 3 && costs[2][g] < costs[by_place][g] ? 2 : by_place;
+      keep(fitted.by_place, g, by_place);
+      keep(fitted.by_valence, g, by_valence);
+      fitted.bits_by_place += static_cast<double>(costs[by_place][g]) / 65536;
+      fitted.bits_by_valence += static_cast<double>(costs[by_valence][g]) / 65536;
     }
+    return fitted;
+  }
+  void keep(ValenceRows& to, unsigned group, unsigned level) const {
+    to.level[group] = static_cast<uint8_t>(level);
+    if (level == 1) to.rows[group] = alone_[group];
+    if (level == 2) to.rows[group] = rows_.rows[group];
   }
 
   const FanSurface& fans_;
@@ -347,18 +356,18 @@ void ValenceRows::forget_valences() {
 }
 
 template <unsigned components>
-ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
-                             const std::array<double, components>& units, bool with_valences) {
+FittedRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
+                            const std::array<double, components>& units, bool with_valences) {
   return Fitter<components>(fans, values, units, with_valences).run();
 }
-template ValenceRows fit_valence_rows<1>(const FanSurface&, std::span<const std::array<double, 1>>,
-                                         const std::array<double, 1>&, bool);
-template ValenceRows fit_valence_rows<2>(const FanSurface&, std::span<const std::array<double, 2>>,
-                                         const std::array<double, 2>&, bool);
-template ValenceRows fit_valence_rows<3>(const FanSurface&, std::span<const std::array<double, 3>>,
-                                         const std::array<double, 3>&, bool);
-template ValenceRows fit_valence_rows<4>(const FanSurface&, std::span<const std::array<double, 4>>,
-                                         const std::array<double, 4>&, bool);
+template FittedRows fit_valence_rows<1>(const FanSurface&, std::span<const std::array<double, 1>>,
+                                        const std::array<double, 1>&, bool);
+template FittedRows fit_valence_rows<2>(const FanSurface&, std::span<const std::array<double, 2>>,
+                                        const std::array<double, 2>&, bool);
+template FittedRows fit_valence_rows<3>(const FanSurface&, std::span<const std::array<double, 3>>,
+                                        const std::array<double, 3>&, bool);
+template FittedRows fit_valence_rows<4>(const FanSurface&, std::span<const std::array<double, 4>>,
+                                        const std::array<double, 4>&, bool);
 
 ValenceWeights::ValenceWeights(const ValenceRows& from) {
   for (unsigned g = 0; g < ValenceRows::groups; ++g) {

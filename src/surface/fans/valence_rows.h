@@ -1,7 +1,7 @@
 #pragma once
 
 // Predictions of positions as sums of weights times references, where weights follow the valences around.
-// docs/format.md, "POSI 2".
+// docs/format.md, "POSI 1".
 
 #include <array>
 #include <cstdint>
@@ -67,12 +67,19 @@ struct ValenceRows {
   void code(Coder& coder);
 };
 
+/// Rows by place alone and rows that follow valences, too, with about the bits that residuals of all vertices
+/// have then, rows included.
+struct FittedRows {
+  ValenceRows by_place, by_valence;
+  double bits_by_place = 0, bits_by_valence = 0;
+};
+
 /// Rows for a surface, by least absolute errors, where they save more than they take. `values` by vertex;
-/// `units` are what a difference of one code is about.
+/// `units` are what a difference of one code is about; without valences both rows are the same.
 /// 1 to 4 components.
 template <unsigned components>
-ValenceRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
-                             const std::array<double, components>& units, bool with_valences);
+FittedRows fit_valence_rows(const FanSurface& fans, std::span<const std::array<double, components>> values,
+                            const std::array<double, components>& units, bool with_valences);
 
 /// The rows as a predictor uses them: padded, in parts of 1.
 struct ValenceWeights {
