@@ -17,11 +17,12 @@ class ArrayAround {
   const CornerFaces& numbered_faces();
   /// References of points.
   FanDecoder& points();
+  FanDecoder& cells();
 
  private:
   PatchElements elements_;
   std::optional<CornerFaces> faces_;
-  std::optional<FanDecoder> points_;
+  std::optional<FanDecoder> points_, cells_;
 };
 
 }  // namespace maille

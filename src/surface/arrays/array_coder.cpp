@@ -233,7 +233,7 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
   of.positions = {};
   FanSurface references;
   of.around = &references;
-  if (array.domain == Domain::cell) references = face_references(around.faces());
+  if (array.domain == Domain::cell) of.around = &around.cells().complete();
   if (array.domain != Domain::corner) {
     write_tuples(out, of, array, maps, source);
     return out.take();
@@ -261,19 +261,27 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
   return out.take();
 }
 
-/// From elements to corners.
+/// From elements to corners. `size`: of a tuple, as a constant where that is common.
+template <class Size>
+void spread_bytes(const CornerFaces& faces, const CornerElements& corners, const std::byte* from, std::byte* to,
+                  Size size) {
+  for (uint32_t c = 0; c < faces.corners(); ++c)
+    std::memcpy(to + size_t{faces.number_of(c)} * size, from + size_t{corners.of_corner[c]} * size, size);
+}
 void spread_tuples(const PatchElements& elements, const CornerFaces& faces, const CornerElements& corners,
                    Array& array) {
-  const size_t size = array.tuple_size();
-  Unfilled<std::byte> spread(elements.corners() * size);
-  std::memset(spread.data(), 0, spread.size());
-  for (uint32_t c = 0; c < faces.corners(); ++c)
-    std::memcpy(spread.data() + faces.number_of(c) * size, array.bytes.data() + corners.of_corner[c] * size,
-                size);
-  std::copy_n(array.bytes.end() - static_cast<ptrdiff_t>(elements.loose_corners * size),
-              elements.loose_corners * size,
-              spread.begin() + static_cast<ptrdiff_t>(spread.size() - elements.loose_corners * size));
-  array.bytes.assign(spread.begin(), spread.end());
+  const size_t size = array.tuple_size(), loose = elements.loose_corners * size;
+  std::vector<std::byte> spread(elements.corners() * size);
+  const std::byte* const from = array.bytes.data();
+  if (size == 8) {
+    spread_bytes(faces, corners, from, spread.data(), std::integral_constant<size_t, 8>{});
+  } else if (size == 12) {
+    spread_bytes(faces, corners, from, spread.data(), std::integral_constant<size_t, 12>{});
+  } else {
+    spread_bytes(faces, corners, from, spread.data(), size);
+  }
+  std::copy_n(from + array.bytes.size() - loose, loose, spread.data() + spread.size() - loose);
+  array.bytes = std::move(spread);
 }
 
 Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteReader& in,
@@ -283,12 +291,11 @@ Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteR
   const bool octahedral = flags == octahedral_flag;
   if (array.domain == Domain::point)
     return read_tuples(in, around.points(), {elements.positions, {}}, elements.points, octahedral, array);
-  if (array.domain != Domain::corner) {
-    const bool cells = array.domain == Domain::cell;
-    FanDecoder none_around = FanDecoder::over(cells ? face_references(around.faces()) : FanSurface());
-    if (!cells && mesh_tuples > UINT32_MAX) return corrupt(array, " has too many tuples");
-    return read_tuples(in, none_around, {}, cells ? elements.cells() : static_cast<uint32_t>(mesh_tuples),
-                       octahedral, array);
+  if (array.domain == Domain::cell) return read_tuples(in, around.cells(), {}, elements.cells(), octahedral, array);
+  if (array.domain == Domain::mesh) {
+    if (mesh_tuples > UINT32_MAX) return corrupt(array, " has too many tuples");
+    FanDecoder nothing = FanDecoder::over(FanSurface());
+    return read_tuples(in, nothing, {}, static_cast<uint32_t>(mesh_tuples), octahedral, array);
   }
   const CornerFaces& faces = around.numbered_faces();
   const std::vector<uint32_t> twins = twins_of_corners(elements, faces);
@@ -433,6 +440,11 @@ const CornerFaces& ArrayAround::numbered_faces() {
 FanDecoder& ArrayAround::points() {
   if (!points_) points_ = FanDecoder::over(element_references(faces(), faces().points, faces().point_count));
   return *points_;
+}
+
+FanDecoder& ArrayAround::cells() {
+  if (!cells_) cells_ = FanDecoder::over(face_references(faces()));
+  return *cells_;
 }
 
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,

@@ -83,9 +83,13 @@ class ReferenceFinder {
   }
 
   FanSurface run() {
-    for (uint32_t c = 0; c < faces_.corners(); ++c) look_at(c);
+    if (faces_.offsets.empty()) {
+      for (uint32_t c = 0; c < faces_.corners(); c += 3) look_at_triangle(c);
+    } else {
+      for (uint32_t c = 0; c < faces_.corners(); ++c) look_at(c);
+    }
     // Straight lines only where nothing better is there.
-    for (uint32_t c = 0; c < faces_.corners() && !faces_.offsets.empty(); ++c) look_straight_on(c);
+    for (const uint32_t c : straight_) look_straight_on(c);
     const auto count = static_cast<uint32_t>(around_.size());
     result_.references.resize(count);
     result_.kinds.resize(count);
@@ -94,6 +98,27 @@ class ReferenceFinder {
   }
 
  private:
+  /// The same for the three corners of a triangle from `first` on: only the newest element has a gate, and
+  /// the oldest sees nothing.
+  void look_at_triangle(uint32_t first) {
+    const uint32_t* const of = element_.data() + first;
+    for (unsigned k = 0; k < 3; ++k) ++result_.valences[of[k]];
+    const unsigned newest = of[0] > of[1] ? (of[0] > of[2] ? 0u : 2u) : (of[1] > of[2] ? 1u : 2u);
+    const unsigned next = newest == 2 ? 0 : newest + 1, previous = newest == 0 ? 2 : newest - 1;
+    const uint32_t e = of[newest], i = of[next], j = of[previous];
+    // Of one element twice, in damaged files, neither is before the other.
+    if (i >= e || j >= e) return look_at_each(first);
+    if (i != j) around_[i < j ? j : i].see(i < j ? i : j, none);
+    around_[e].see(i, j);
+    add_gate_across(e, i, j, faces_.opposite[first + next]);
+  }
+  void look_at_each(uint32_t first) {
+    for (uint32_t c = first; c < first + 3; ++c) {
+      --result_.valences[element_[c]];
+      look_at(c);
+    }
+  }
+
   void look_at(uint32_t c) {
     const uint32_t e = element_[c], next = faces_.next(c), previous = faces_.previous(c);
     const uint32_t i = element_[next], j = element_[previous];
@@ -105,20 +130,25 @@ class ReferenceFinder {
         if (across < e) around_[e].add({i, j, across, Gate::of_face});
         return;
       }
-      const uint32_t over = faces_.opposite[next];  // from the point of j to that of i
-      if (over == none || element_[over] != j || element_[faces_.next(over)] != i) return;
-      const uint32_t across = element_[faces_.previous(over)];
-      if (across < e) around_[e].add({i, j, across, Gate::of_triangle});
+      add_gate_across(e, i, j, faces_.opposite[next]);
     } else if (i < e || j < e) {
       around_[e].see(i < e ? i : j, none);
+      if (!faces_.is_triangle(c)) straight_.push_back(c);
     }
+  }
+
+  /// `over`: the corner from which the face on the other side runs from the point of j to that of i.
+  void add_gate_across(uint32_t e, uint32_t i, uint32_t j, uint32_t over) {
+    if (over == none || element_[over] != j || element_[faces_.next(over)] != i) return;
+    const uint32_t across = element_[faces_.previous(over)];
+    if (across < e) around_[e].add({i, j, across, Gate::of_triangle});
   }
 
   /// One neighbour in the face is known, and the corner behind it: on from the face beyond.
   void look_straight_on(uint32_t c) {
     const uint32_t e = element_[c], next = faces_.next(c), previous = faces_.previous(c);
     const uint32_t i = element_[next], j = element_[previous];
-    if (around_[e].count == most_gates || faces_.is_triangle(c) || (i < e) == (j < e)) return;
+    if (around_[e].count == most_gates) return;
     if (i < e && element_[faces_.next(next)] < e) {
       const uint32_t over = faces_.opposite[next];
       if (over == none || element_[faces_.next(over)] != i) return;
@@ -191,6 +221,7 @@ class ReferenceFinder {
   const CornerFaces& faces_;
   std::span<const uint32_t> element_;
   std::vector<Around> around_;
+  std::vector<uint32_t> straight_;  ///< corners of larger faces that know one neighbour
   FanSurface result_;
 };
 

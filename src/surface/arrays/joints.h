@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "entropy/bit_model.h"
@@ -27,13 +28,14 @@ class JointCoder {
   /// two corners do.
   template <class Same>
   std::vector<uint32_t> code(Same same) {
-    find_joints();
-    std::vector<uint8_t> cut(faces_.point_count);
-    if constexpr (Coder::encoding) {
-      for (const Joint& joint : joints_) cut[faces_.points[joint.a]] |= !same(joint.a, joint.b);
-    }
-    code_cuts(cut);
-    code_joints(cut, same);
+    std::vector<uint8_t> cut(faces_.point_count), joints(faces_.point_count);
+    for_each_joint([&](const Joint& joint) {
+      const uint32_t point = faces_.points[joint.a];
+      joints[point] = static_cast<uint8_t>(joints[point] + (joints[point] < 255));
+      if constexpr (Coder::encoding) cut[point] |= !same(joint.a, joint.b);
+    });
+    code_cuts(joints, cut);
+    code_joints(cut, std::move(joints), same);
     std::vector<uint32_t> first(faces_.corners());
     for (uint32_t c = 0; c < faces_.corners(); ++c) first[c] = root(c);
     return first;
@@ -68,24 +70,21 @@ class JointCoder {
   bool are_twins(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
 
   /// Those that are not known, in the order of their edges.
-  void find_joints() {
+  template <class Visit>
+  void for_each_joint(Visit visit) const {
     for (uint32_t c = 0; c < faces_.corners(); ++c) {
       const uint32_t over = faces_.opposite[c];
       if (over == none || over < c) continue;
-      add({c, faces_.next(over), c, false});
-      add({faces_.next(c), over, c, true});
+      const uint32_t next = faces_.next(c), next_over = faces_.next(over);
+      if (!are_twins(c, next_over)) visit(Joint{c, next_over, c, false});
+      if (!are_twins(next, over)) visit(Joint{next, over, c, true});
     }
   }
-  void add(const Joint& joint) {
-    if (!are_twins(joint.a, joint.b)) joints_.push_back(joint);
-  }
 
-  void code_cuts(std::vector<uint8_t>& cut) {
+  void code_cuts(const std::vector<uint8_t>& joints, std::vector<uint8_t>& cut) {
     using R = VertexReferences;
-    std::vector<uint8_t> asked(faces_.point_count);
-    for (const Joint& joint : joints_) asked[faces_.points[joint.a]] = 1;
     for (uint32_t p = 0; p < faces_.point_count; ++p) {
-      if (!asked[p]) continue;
+      if (joints[p] == 0) continue;
       const auto& at = around_.references[p].at;
       const auto state = [&](unsigned r) { return at[r] < p ? unsigned{cut[at[r]]} : 0u; };
       BitModel& model = cut_[4 * state(R::last) + 2 * state(R::focus) + state(R::before)];
@@ -93,33 +92,30 @@ class JointCoder {
     }
   }
 
-  /// A cut runs on to the other end of its edge, and a point has none or two and more.
+  /// A cut runs on to the other end of its edge, and a point has none or two and more. `left`: how many joints
+  /// each point has.
   template <class Same>
-  void code_joints(const std::vector<uint8_t>& cut, Same same) {
-    std::vector<uint8_t> cuts(faces_.point_count), left(faces_.point_count);
-    for (const Joint& joint : joints_) {
-      uint8_t& count = left[faces_.points[joint.a]];
-      count = static_cast<uint8_t>(count + (count < 255));
-    }
+  void code_joints(const std::vector<uint8_t>& cut, std::vector<uint8_t> left, Same same) {
+    std::vector<uint8_t> cuts(faces_.point_count);
     uint32_t edge = none;
     unsigned before = 0;  // at the start of the same edge: 1 cut, 2 joined
-    for (const Joint& joint : joints_) {
+    for_each_joint([&](const Joint& joint) {
       const uint32_t point = faces_.points[joint.a];
-      const uint32_t end = faces_.points[joint.at_end ? joint.edge : faces_.next(joint.edge)];
       if (edge != joint.edge) before = 0;
       edge = joint.edge;
       bool joined = true;
       if (cut[point]) {
+        const uint32_t end = faces_.points[joint.at_end ? joint.edge : faces_.next(joint.edge)];
         if constexpr (Coder::encoding) joined = same(joint.a, joint.b);
         const unsigned rest = left[point] < 4 ? left[point] - 1u : 3u;
         const unsigned context = ((before * 2 + cut[end]) * 3 + cuts[point]) * 4 + rest;
         joined = joint_[context].code(coder_, joined);
         cuts[point] = static_cast<uint8_t>(cuts[point] + (!joined && cuts[point] < 2));
+        left[point] = static_cast<uint8_t>(left[point] - (left[point] < 255));
       }
       before = joined ? 2 : 1;
-      left[point] = static_cast<uint8_t>(left[point] - (left[point] < 255));
       if (joined) join(joint.a, joint.b);
-    }
+    });
   }
 
   Coder& coder_;
@@ -127,7 +123,6 @@ class JointCoder {
   const FanSurface& around_;
   std::span<const uint32_t> twins_;
   std::vector<uint32_t> parent_;
-  std::vector<Joint> joints_;
   BitModel cut_[8];
   BitModel joint_[3 * 2 * 3 * 4];
 };
