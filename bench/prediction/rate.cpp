@@ -10,7 +10,7 @@ namespace maille::bench {
 double bits_per_vertex(const std::vector<Point>& residuals) {
   if (residuals.empty()) return 0;
   RansEncoder coder(3);
-  ResidualModel<32> model(false);
+  ResidualModel<32> model;
   for (const Point& residual : residuals) {
     for (unsigned k = 0; k < 3; ++k) {
       const unsigned length = bit_length(static_cast<uint64_t>(std::abs(residual[k])));

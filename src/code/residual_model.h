@@ -22,21 +22,15 @@ struct ResidualContext {
 };
 
 /// Signed residuals of up to `Bits` bits: the number of significant bits, in the context of what was
-/// expected; then sign and the first bits below the top one as one symbol; the rest raw. With `whole_values`
-/// eight bits more have models, each in the context of all before it, so that a few frequent values are
-/// learnt as such (machine parts, voxel lattices). The stages are apart so that the components of a tuple can
-/// take them side by side, each in its lane.
+/// expected; then sign and the first bits below the top one as one symbol; the rest raw. The stages are apart
+/// so that the components of a tuple can take them side by side, each in its lane.
 template <unsigned Bits>
 class ResidualModel {
  public:
   static constexpr unsigned components =
       3;  ///< with models of their own; further ones share those of the last
 
-  explicit ResidualModel(bool whole_values)
-      : whole_values_(whole_values),
-        length_(components * expected_classes * spread_classes),
-        head_(components * (Bits + 1)),
-        tail_(whole_values ? components * (Bits + 1) : 0) {}
+  ResidualModel() : length_(components * expected_classes * spread_classes), head_(components * (Bits + 1)) {}
 
   /// Lengths from a little below the expected one are symbols; others are escaped and raw.
   template <class Coder>
@@ -68,7 +62,6 @@ class ResidualModel {
     // A damaged stream can hold symbols that the encoder does not use: bits beyond the sign fall away.
     const bool negative = (head >> head_bits & 1) != 0;
     uint64_t value = uint64_t{1} << head_bits | (head & ((1u << head_bits) - 1));
-    if (whole_values_) value = code_tail(coder, size, value, left, row, head, lane);
     if constexpr (Bits > 32) {
       if (left > 32) {
         left -= 32;
@@ -83,31 +76,10 @@ class ResidualModel {
  private:
   static constexpr unsigned expected_classes = 20;
   static constexpr unsigned spread_classes = 12;
-  static constexpr unsigned tail_models = 16 + 256;
   static constexpr unsigned escape = 15;
 
-  template <class Coder>
-  uint64_t code_tail(Coder& coder, uint64_t size, uint64_t value, unsigned& left, unsigned row, unsigned head,
-                     unsigned lane) {
-    std::vector<SymbolModel>& models = tail_[row];
-    if (models.empty()) models.resize(tail_models);
-    unsigned node = head;
-    for (unsigned first = 0; first <= 16 && left > 0; first += 16) {
-      const unsigned bits = left < 4 ? left : 4;
-      left -= bits;
-      const unsigned mask = (1u << bits) - 1;
-      const unsigned symbol =
-          models[first + node].code(coder, static_cast<unsigned>(size >> left) & mask, lane) & mask;
-      value = value << bits | symbol;
-      node = node << 4 | symbol;
-    }
-    return value;
-  }
-
-  bool whole_values_;
   std::vector<SymbolModel> length_;
   std::vector<SymbolModel> head_;
-  std::vector<std::vector<SymbolModel>> tail_;  // by component and length; made when met, since few are
 };
 
 }  // namespace maille

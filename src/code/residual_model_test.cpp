@@ -26,9 +26,9 @@ uint64_t size_of_residual(int64_t value) {
 }
 
 template <unsigned Bits>
-std::vector<std::byte> encoded(const std::vector<Residual>& residuals, bool whole_values) {
+std::vector<std::byte> encoded(const std::vector<Residual>& residuals) {
   RansEncoder encoder(3);
-  ResidualModel<Bits> model(whole_values);
+  ResidualModel<Bits> model;
   for (const Residual& r : residuals) {
     const unsigned length = bit_length(size_of_residual(r.value));
     EXPECT_EQ(model.code_length(encoder, length, r.component, r.context, r.component), length);
@@ -39,10 +39,10 @@ std::vector<std::byte> encoded(const std::vector<Residual>& residuals, bool whol
 
 /// Number of the first residual that does not come back; that of all when every one does.
 template <unsigned Bits>
-size_t first_difference(const std::vector<Residual>& residuals, bool whole_values) {
-  const auto bytes = encoded<Bits>(residuals, whole_values);
+size_t first_difference(const std::vector<Residual>& residuals) {
+  const auto bytes = encoded<Bits>(residuals);
   RansDecoder decoder(bytes, 3);
-  ResidualModel<Bits> model(whole_values);
+  ResidualModel<Bits> model;
   for (size_t i = 0; i < residuals.size(); ++i) {
     const Residual& r = residuals[i];
     const unsigned length = model.code_length(decoder, 0, r.component, r.context, r.component);
@@ -84,12 +84,10 @@ TEST(HalfOctaves, AreTwoToEachPowerOfTwoAndNeverFall) {
 }
 
 TEST(ResidualModel, BringsBackTheNeighboursOfEveryPowerOfTwoAndTheExtremes) {
-  for (const bool whole_values : {false, true}) {
-    const auto narrow = around_every_power_of_two<32>();
-    EXPECT_EQ(first_difference<32>(narrow, whole_values), narrow.size());
-    const auto wide = around_every_power_of_two<64>();
-    EXPECT_EQ(first_difference<64>(wide, whole_values), wide.size());
-  }
+  const auto narrow = around_every_power_of_two<32>();
+  EXPECT_EQ(first_difference<32>(narrow), narrow.size());
+  const auto wide = around_every_power_of_two<64>();
+  EXPECT_EQ(first_difference<64>(wide), wide.size());
 }
 
 template <unsigned Bits>
@@ -102,29 +100,14 @@ rc::Gen<Residual> any_residual() {
       rc::gen::inRange(0u, 12u), rc::gen::inRange(0u, 3u));
 }
 
-RC_GTEST_PROP(ResidualModel, BringsBackAnyResidualsOf32Bits, (bool whole_values)) {
+RC_GTEST_PROP(ResidualModel, BringsBackAnyResidualsOf32Bits, ()) {
   const auto residuals = *rc::gen::container<std::vector<Residual>>(any_residual<32>());
-  RC_ASSERT(first_difference<32>(residuals, whole_values) == residuals.size());
+  RC_ASSERT(first_difference<32>(residuals) == residuals.size());
 }
 
-RC_GTEST_PROP(ResidualModel, BringsBackAnyResidualsOf64Bits, (bool whole_values)) {
+RC_GTEST_PROP(ResidualModel, BringsBackAnyResidualsOf64Bits, ()) {
   const auto residuals = *rc::gen::container<std::vector<Residual>>(any_residual<64>());
-  RC_ASSERT(first_difference<64>(residuals, whole_values) == residuals.size());
-}
-
-/// Bytes for residuals out of a few values that look random.
-size_t bytes_of_few_values(bool whole_values) {
-  Random random(7);
-  std::vector<int64_t> values;
-  for (int i = 0; i < 8; ++i) values.push_back(random.between(4000, 8000));
-  std::vector<Residual> residuals;
-  for (int i = 0; i < 20000; ++i) residuals.push_back({values[random.below(8)], {24, 11}, 0});
-  return encoded<32>(residuals, whole_values).size();
-}
-
-TEST(ResidualModel, LearnsFrequentValuesWhenAsked) {
-  EXPECT_LT(bytes_of_few_values(true) * 2, bytes_of_few_values(false));
-  EXPECT_LT(static_cast<double>(bytes_of_few_values(true)), 20000 * 4.2 / 8);  // entropy: 3 bits
+  RC_ASSERT(first_difference<64>(residuals) == residuals.size());
 }
 
 TEST(ResidualModel, UsesWhatIsExpected) {
@@ -137,7 +120,7 @@ TEST(ResidualModel, UsesWhatIsExpected) {
       const auto value = static_cast<int64_t>(large ? random.between(1000, 2000) : random.below(4));
       residuals.push_back({value, {told && large ? 20u : 0u, 11}, 0});
     }
-    return encoded<32>(residuals, false).size();
+    return encoded<32>(residuals).size();
   };
   EXPECT_LT(bytes_with(true) + 20000 / 8 / 2, bytes_with(false));
 }
@@ -149,7 +132,7 @@ void expect_bounded_values_from_any_bytes() {
     std::vector<std::byte> bytes(random.below(80));
     for (std::byte& byte : bytes) byte = static_cast<std::byte>(random.chance(30) ? 255 : random.below(256));
     RansDecoder decoder(bytes, 3);
-    ResidualModel<Bits> model(random.chance(50));
+    ResidualModel<Bits> model;
     uint64_t count = 0;
     while (!decoder.exhausted()) {
       const unsigned component = random.below(3);

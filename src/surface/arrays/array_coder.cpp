@@ -263,8 +263,8 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
 
 /// From elements to corners. `size`: of a tuple, as a constant where that is common.
 template <class Size>
-void spread_bytes(const CornerFaces& faces, const CornerElements& corners, const std::byte* from, std::byte* to,
-                  Size size) {
+void spread_bytes(const CornerFaces& faces, const CornerElements& corners, const std::byte* from,
+                  std::byte* to, Size size) {
   for (uint32_t c = 0; c < faces.corners(); ++c)
     std::memcpy(to + size_t{faces.number_of(c)} * size, from + size_t{corners.of_corner[c]} * size, size);
 }
@@ -291,7 +291,8 @@ Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteR
   const bool octahedral = flags == octahedral_flag;
   if (array.domain == Domain::point)
     return read_tuples(in, around.points(), {elements.positions, {}}, elements.points, octahedral, array);
-  if (array.domain == Domain::cell) return read_tuples(in, around.cells(), {}, elements.cells(), octahedral, array);
+  if (array.domain == Domain::cell)
+    return read_tuples(in, around.cells(), {}, elements.cells(), octahedral, array);
   if (array.domain == Domain::mesh) {
     if (mesh_tuples > UINT32_MAX) return corrupt(array, " has too many tuples");
     FanDecoder nothing = FanDecoder::over(FanSurface());

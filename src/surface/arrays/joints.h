@@ -92,8 +92,8 @@ class JointCoder {
     }
   }
 
-  /// A cut runs on to the other end of its edge, and a point has none or two and more. `left`: how many joints
-  /// each point has.
+  /// A cut runs on to the other end of its edge, and a point has none or two and more. `left`: how many
+  /// joints each point has.
   template <class Same>
   void code_joints(const std::vector<uint8_t>& cut, std::vector<uint8_t> left, Same same) {
     std::vector<uint8_t> cuts(faces_.point_count);

@@ -76,7 +76,6 @@ class NormalCoder {
         type_(type),
         maps_(maps),
         codes_(codes),
-        model_(false),
         exponents_(3 * 12),
         values_(codes.size() / maps.maps.size()),
         expected_(values_.size()),

@@ -387,7 +387,7 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixin
 CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders) {
   std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
   RansEncoder points, cells;
-  ResidualModel<64> of_points(false), of_cells(false);
+  ResidualModel<64> of_points, of_cells;
   code_permutation(points, of_points, 0, sequence.size(), sequence);
   std::vector<uint32_t> places;
   for (size_t b = 0; b < orders.size(); ++b) {
@@ -404,7 +404,7 @@ namespace {
 std::optional<InputOrder> decode_plain_order(const Mesh& mesh, const CodedOrder& order) {
   InputOrder found;
   RansDecoder points(order.points), cells(order.cells);
-  ResidualModel<64> of_points(false), of_cells(false);
+  ResidualModel<64> of_points, of_cells;
   if (!code_permutation(points, of_points, 0, mesh.point_count(), found.points)) return {};
   uint64_t first = 0;
   for (const CellBlock& block : mesh.blocks) {

@@ -17,8 +17,7 @@ namespace maille {
 template <unsigned Bits>
 class ValueResiduals {
  public:
-  ValueResiduals()
-      : small_(components * small_classes * spreads), lengths_(false), rows_(components * (Bits + 1)) {}
+  ValueResiduals() : small_(components * small_classes * spreads), rows_(components * (Bits + 1)) {}
 
   /// What code_rest() needs: whole_value + the number of a small residual, or the number of significant bits.
   template <class Coder>
