@@ -371,7 +371,7 @@ Result<> decode_with_mixing(const PatchElements& elements, std::span<const Numbe
   const size_t size = size_of(array.type);
   std::vector<std::byte> separate(size == sizeof(Code) ? 0 : count * size);
   std::byte* const out = separate.empty() ? storage.data() : separate.data();
-  for (size_t k = 0; k < 3; ++k) {
+  for (size_t k = 0; k < 3 && count > 0; ++k) {
     if (details && details->maps.refined[k]) continue;
     maps[k].store_numbers(array.type, storage.data() + k * sizeof(Code), out + k * size, 3, elements.points);
   }
