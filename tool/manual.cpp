@@ -24,7 +24,7 @@ constexpr ExitCode exit_codes[] = {
     {"2", "the command line makes no sense, or the output exists already"},
     {"3", "the input is missing or unreadable"},
     {"4", "the input breaks the rules of its format; the message names line or byte and element"},
-    {"5", "needs a newer version of maille, or a feature that does not exist yet"},
+    {"5", "needs another version of maille, or a feature that does not exist yet"},
     {"6", "the .maille file is damaged"},
     {"7", "cannot be done within the memory allowed"},
     {"8",

@@ -21,7 +21,7 @@ struct DecodeOptions {
 
 /// Decompresses a whole .maille file. Safe on any input: an error or a valid mesh (validate() holds), in
 /// memory bounded by options.limits. Damage is found by checksums before decoding and reported with the
-/// chunk's name and place. Errors: cannot_read, unsupported (a newer format), corrupt, memory_bound,
+/// chunk's name and place. Errors: cannot_read, unsupported (another version), corrupt, memory_bound,
 /// cancelled.
 Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
 

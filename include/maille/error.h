@@ -13,7 +13,7 @@ enum class ErrorCode : int32_t {
   usage = 2,            ///< options or arguments that contradict each other or make no sense
   cannot_read = 3,      ///< the input is missing or unreadable
   malformed_input = 4,  ///< a foreign file (PLY, OBJ, ...) or a Mesh breaks its own rules
-  unsupported = 5,      ///< needs a newer maille, or a feature that does not exist
+  unsupported = 5,      ///< needs another maille, or a feature that does not exist
   corrupt = 6,          ///< a .maille file is damaged
   memory_bound = 7,     ///< cannot be done within the memory allowed
   error_bound = 8,      ///< not given by this version: a bound finer than the type is kept lossless

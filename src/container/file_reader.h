@@ -19,7 +19,7 @@ class FileReader final : public StreamSource {
  public:
   /// `known_types`: the chunk types the caller can read; a file with an unknown critical one is refused.
   /// Empty: all are let through. Errors: cannot_read; corrupt when the header is damaged or it is no .maille
-  /// file; unsupported when the file needs a newer maille. A file damaged or cut off behind its header does
+  /// file; unsupported when the file needs another maille. A file damaged or cut off behind its header does
   /// open: see complete().
   static Result<FileReader> open(const Source& source, std::span<const std::string_view> known_types = {});
 

@@ -71,7 +71,7 @@ TEST(FileReader, GivesHeaderChunksAndStreams) {
   EXPECT_TRUE(reader->complete());
   EXPECT_TRUE(reader->check_complete());
   EXPECT_TRUE(reader->problems().empty());
-  EXPECT_EQ(reader->header().minor, 1);
+  EXPECT_EQ(reader->header().minor, format_minor);
   ASSERT_EQ(reader->chunks().size(), 7u);
   EXPECT_EQ(reader->chunks()[3].type, "CONN");
   EXPECT_EQ(reader->chunks()[3].id, uint64_t{1} << 32);
@@ -118,15 +118,16 @@ TEST(FileReader, NamesWhatANewerFileNeeds) {
     return reader ? "" : reader.error().message;
   };
   EXPECT_EQ(message({.major = 7, .minor = 3}),
-            "f: needs a newer maille: the file has format 7.3, this maille reads up to 0.1");
-  EXPECT_EQ(message({.major = 0, .minor = 1, .required_features = 16}),
-            "f: needs a newer maille: the file (format 0.1) uses features this one does not know (bits 16)");
-  EXPECT_THAT(message({.minor = 1, .mode = static_cast<Mode>(9)}), HasSubstr("unknown mode 9"));
+            "f: needs a newer maille: the file has format 7.3, this maille reads 0.2");
+  EXPECT_EQ(message({.major = 0, .minor = format_minor, .required_features = 16}),
+            "f: needs a newer maille: the file (format 0.2) uses features this one does not know (bits 16)");
+  EXPECT_THAT(message({.minor = format_minor, .mode = static_cast<Mode>(9)}), HasSubstr("unknown mode 9"));
 }
 
 TEST(FileReader, IgnoresUnknownOptionalFeatures) {
   std::unique_ptr<Source> source;
-  EXPECT_TRUE(open_bytes(source, write_file_header({.minor = 1, .optional_features = UINT32_MAX})));
+  EXPECT_TRUE(
+      open_bytes(source, write_file_header({.minor = format_minor, .optional_features = UINT32_MAX})));
 }
 
 TEST(FileReader, RefusesUnknownCriticalChunksAndSkipsOthers) {
@@ -341,7 +342,7 @@ TEST(FileReader, RefusesIndexPlacesOutsideTheFile) {
 TEST(FileReader, RefusesAValidFileWhosePartsDoNotFit) {
   // A hostile writer: valid checksums and digest, but a part twice, a part missing, a part behind the last.
   const auto file_of = [](const std::vector<uint32_t>& parts) {
-    std::vector<std::byte> file = write_file_header({.minor = 1});
+    std::vector<std::byte> file = write_file_header({.minor = format_minor});
     Digest digest(file);
     for (const uint32_t part : parts) {
       std::vector<std::byte> chunk =
@@ -376,7 +377,7 @@ TEST(FileReader, RefusesAValidFileWhosePartsDoNotFit) {
 TEST(FileReader, ReadsEachByteAFewTimesWhateverTheFileHolds) {
   // Markers everywhere, and headers that each claim a whole chunk: a search that started anew at each would
   // be quadratic.
-  const std::vector<std::byte> header = write_file_header({.minor = 1});
+  const std::vector<std::byte> header = write_file_header({.minor = format_minor});
   const std::vector<std::byte> claim =
       write_chunk_header({.type = {'P', 'O', 'S', 'N'}, .part_and_last = 1, .size = max_chunk_bytes});
   for (const Bytes& pattern : {Bytes(claim), Bytes(claim).first(2), Bytes(claim).first(1)}) {
@@ -392,7 +393,7 @@ TEST(FileReader, ReadsEachByteAFewTimesWhateverTheFileHolds) {
 }
 
 TEST(FileReader, SurvivesGarbage) {
-  const std::vector<std::byte> header = write_file_header({.minor = 1});
+  const std::vector<std::byte> header = write_file_header({.minor = format_minor});
   for (uint32_t seed = 0; seed < 2000; ++seed) {
     std::vector<std::byte> file = join({header, noise(seed % 97 * 3, seed)});
     if (seed % 2 != 0) file = join({file, write_footer({seed % 3 * uint64_t{25}, seed})});

@@ -27,10 +27,10 @@ std::string hex(Bytes bytes) {
 TEST(FileWriter, WritesTheseBytes) {
   EXPECT_EQ(hex(write_file({{{"TEST", 300, 2}, bytes_of("maille")}})),
             "894d41490d0a1a0a"  // magic
-            "00000100"          // format 0.1
+            "00000200"          // format 0.2
             "0000000000000000"  // required and optional features
             "00"                // mode single
-            "7e2ae9f8"          // header checksum
+            "46c00e22"          // header checksum
             "a54d"              // a chunk
             "54455354"          // TEST
             "ac0202"            // patch 300, number 2
@@ -40,20 +40,20 @@ TEST(FileWriter, WritesTheseBytes) {
             "6d61696c6c65"      // "maille"
             "fd99a6d544bba50e"  // checksum of the chunk
             "0000000000000000"  // no index
-            "0acd250224aa45cf"  // digest
+            "1aebfa8325b252d1"  // digest
             "89454e44");        // end magic
 }
 
 TEST(FileWriter, LargeFileHasTheseBytes) {
   const std::vector<std::byte> file = write_file(large_streams());
   EXPECT_EQ(file.size(), 3149582u);
-  EXPECT_EQ(hash64(file), 7808190617643254653u);
+  EXPECT_EQ(hash64(file), 8895548755873528467u);
 }
 
 TEST(FileWriter, SpendsAtMost150BytesOnASmallFileOfFourStreams) {
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
-  auto writer = FileWriter::begin(*sink, {.major = 0, .minor = 1});
+  auto writer = FileWriter::begin(*sink, {.major = format_major, .minor = format_minor});
   size_t content = 0;
   for (const TestStream& stream : small_streams()) {
     ASSERT_TRUE(writer->write_stream(stream.key, stream.content));
@@ -67,7 +67,7 @@ TEST(FileWriter, SpendsAtMost150BytesOnASmallFileOfFourStreams) {
 TEST(FileWriter, OverheadOfALargeFileIsItsSizeWithoutContents) {
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
-  auto writer = FileWriter::begin(*sink, {.major = 0, .minor = 1});
+  auto writer = FileWriter::begin(*sink, {.major = format_major, .minor = format_minor});
   ASSERT_TRUE(writer->write_stream({"POSN"}, noise(200000, 1)));
   ASSERT_TRUE(writer->finish());
   EXPECT_EQ(writer->overhead_bytes(), file.size() - 200000);

@@ -50,11 +50,13 @@ Result<> check_version(const FileHeader& header, const std::string& name) {
   const std::string needs = name + ": needs a newer maille: ";
   const std::string file = "format " + version_text(header.major, header.minor);
   // Before 1.0 every minor version may change anything.
-  const bool newer =
-      header.major > format_major || (format_major == 0 && header.major == 0 && header.minor > format_minor);
-  if (newer) {
-    return failure(ErrorCode::unsupported, needs + "the file has " + file + ", this maille reads up to " +
-                                               version_text(format_major, format_minor));
+  const bool any_change = format_major == 0 && header.major == 0;
+  const std::string reads = ", this maille reads " + version_text(format_major, format_minor);
+  if (header.major > format_major || (any_change && header.minor > format_minor)) {
+    return failure(ErrorCode::unsupported, needs + "the file has " + file + reads);
+  }
+  if (any_change && header.minor < format_minor) {
+    return failure(ErrorCode::unsupported, name + ": needs an older maille: the file has " + file + reads);
   }
   const uint32_t unknown = header.required_features & ~known_required_features;
   if (unknown != 0) {

@@ -101,7 +101,8 @@ std::string print_fields(const Header& header) {
 
 /// All 25 bytes, checksum included.
 std::vector<std::byte> write_file_header(const FileHeader& header);
-/// Error: corrupt (not a .maille file, damaged, too short), unsupported (newer). `name` opens the message.
+/// Error: corrupt (not a .maille file, damaged, too short), unsupported (another version). `name` opens the
+/// message.
 Result<FileHeader> read_file_header(Bytes first_bytes, const std::string& name);
 
 /// Marker, fields, header check.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <maille/version.h>
 
 #include <string>
 #include <string_view>
@@ -35,7 +36,7 @@ inline std::vector<std::byte> noise(size_t size, uint32_t seed) {
 inline std::vector<std::byte> write_file(const std::vector<TestStream>& streams) {
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
-  auto writer = FileWriter::begin(*sink, {.major = 0, .minor = 1});
+  auto writer = FileWriter::begin(*sink, {.major = format_major, .minor = format_minor});
   for (const TestStream& stream : streams) EXPECT_TRUE(writer->write_stream(stream.key, stream.content));
   const uint64_t size = *writer->finish();
   EXPECT_EQ(size, file.size());
