@@ -381,10 +381,11 @@ class PositionEncoder {
     by_gate_ = with_classes(by_gate_);
     size_ = trial(coding_, trial_vertices);
     consider(by_gate_, 1);
-    // Few vertices pay too much for more tables.
+    // Few vertices pay too much for more tables; and spreads take a fifth of the decoder's time, as a table
+    // then waits for the vertex before. So they must save something.
     Coding without = coding_;
     without.with_spread = false;
-    if (choices_.spread) consider(without, 1);
+    if (choices_.spread) consider(without, 1.004);
     if (patch_.places && !patch_.places->positions.empty()) choose_placement();
     if (choices_.repeats) choose_repeats();
     runs_.reset();
