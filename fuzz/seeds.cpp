@@ -60,7 +60,7 @@ void put_shape(ByteWriter& out, const Mesh& mesh, uint64_t first) {
 }
 
 void save_topology(const std::filesystem::path& folder, uint64_t seed, const Mesh& mesh) {
-  const auto topology = encode_topology(mesh, 4, seed % 4 == 3);
+  const auto topology = encode_topology(mesh);
   if (!topology) return;
   ByteWriter out;
   put_shape(out, mesh, mesh.point_count());

@@ -53,13 +53,6 @@ struct HalfEdges {
     for (uint32_t e = following[h]; e != h; e = following[e]) ++edges;
     return edges;
   }
-  /// The degree where it is at most `most`, else `most`: for those that ask the same face again and again.
-  unsigned degree_up_to(unsigned most, uint32_t h) const {
-    if (following.empty()) return 3;
-    unsigned edges = 1;
-    for (uint32_t e = following[h]; e != h && edges < most; e = following[e]) ++edges;
-    return edges;
-  }
   /// Of the triangle that starts at h: has it a dummy?
   bool is_border_triangle(uint32_t h) const {
     return origin[h] >= first_dummy || origin[h + 1] >= first_dummy || origin[h + 2] >= first_dummy;

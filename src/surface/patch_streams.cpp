@@ -67,13 +67,14 @@ Result<CodedCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<Shar
     return cells;
   }
   if (!mixed) {
+    // None where there are more points than fans can number: the front takes these at any effort.
     auto patch = MAILLE_TRY(encode_fan_patch(mesh));
     if (patch) {
       cells.set(std::move(*patch));
       return cells;
     }
   }
-  cells.encoded = MAILLE_TRY(encode_topology(mesh, mixed ? 24 : 4, mixed));
+  cells.encoded = MAILLE_TRY(encode_topology(mesh));
   return cells;
 }
 

@@ -211,13 +211,11 @@ void visit_header(Visitor&& visit, ConnectivityHeader& header) {
   visit(header.components, none);
   visit(header.regular_valence, 0xffff);
   visit(header.regular_degree, max_degree);
-  visit(header.pivot_window, 64);
 }
 
 void write_header(ByteWriter& out, ConnectivityHeader header, bool chosen) {
   visit_header([&](uint32_t value, uint32_t) { out.put_count(value); }, header);
-  out.put(
-      static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2 | header.mixed << 3));
+  out.put(static_cast<uint8_t>(header.uniform_degree | header.has_border << 1 | chosen << 2));
 }
 
 Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
@@ -234,8 +232,7 @@ Result<ConnectivityHeader> read_header(ByteReader& in, bool& chosen) {
   header.uniform_degree = (flags & 1) != 0;
   header.has_border = (flags & 2) != 0;
   chosen = (flags & 4) != 0;
-  header.mixed = (flags & 8) != 0;
-  if (!in.ok() || !fits || flags > 15 || header.regular_degree < 3) return corrupt("impossible header");
+  if (!in.ok() || !fits || flags > 7 || header.regular_degree < 3) return corrupt("impossible header");
   return header;
 }
 
@@ -426,7 +423,7 @@ void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sour
   });
 }
 
-Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed) {
+Result<EncodedTopology> encode_topology(const Mesh& mesh) {
   MAILLE_CHECK(check_patch_size(mesh));
   EncodedTopology result;
   PatchTopology& topology = result.topology;
@@ -435,8 +432,7 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window,
   const Faces view = faces.view(points);
   topology.points = points;
   GluedSurface glued = glue(view);
-  CodedConnectivity coded =
-      encode_connectivity(glued.half_edges, glued.real_half_edges, points, pivot_window, mixed);
+  CodedConnectivity coded = encode_connectivity(glued.half_edges, glued.real_half_edges, points);
 
   PatchSurface& surface = topology.surface;
   surface.half_edges = std::move(glued.half_edges);

@@ -94,7 +94,7 @@ Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t 
                       PatchTopology& topology, std::span<const uint32_t> offsets = {});
 
 /// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
-Result<EncodedTopology> encode_topology(const Mesh& mesh, uint32_t pivot_window, bool mixed = false);
+Result<EncodedTopology> encode_topology(const Mesh& mesh);
 
 /// Fills sources.corners.
 void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded);

@@ -16,7 +16,7 @@ struct Coded {
   std::vector<std::byte> bytes;
 
   explicit Coded(Mesh from) : mesh(std::move(from)) {
-    auto encoded = encode_topology(mesh, 4);
+    auto encoded = encode_topology(mesh);
     EXPECT_TRUE(encoded) << encoded.error().message;
     if (encoded) bytes = encoded->bytes;
   }
@@ -33,7 +33,7 @@ enum Section { connectivity, identity, labels, loose };
 std::vector<std::byte> with_section(Bytes bytes, Section number, Bytes content) {
   ByteReader in(bytes);
   ByteWriter out;
-  for (int i = 0; i < 4; ++i) out.put_count(in.get_count());
+  for (int i = 0; i < 3; ++i) out.put_count(in.get_count());
   out.put(in.get<uint8_t>());
   for (int i = 0; i < 4; ++i) {
     const Bytes before = in.get_bytes(in.get_count());

@@ -24,7 +24,7 @@ struct CodedMesh {
   std::vector<Vector3> positions;
 
   explicit CodedMesh(Mesh from) : mesh(std::move(from)) {
-    auto topology = encode_topology(mesh, 4);
+    auto topology = encode_topology(mesh);
     EXPECT_TRUE(topology) << topology.error().message;
     if (topology) encoded = std::move(*topology);
     find_corner_sources(mesh, encoded);

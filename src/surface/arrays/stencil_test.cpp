@@ -14,7 +14,7 @@ namespace maille::testing {
 namespace {
 
 EncodedTopology encode(const Mesh& mesh) {
-  auto encoded = encode_topology(mesh, 4);
+  auto encoded = encode_topology(mesh);
   EXPECT_TRUE(encoded) << encoded.error().message;
   return encoded ? std::move(*encoded) : EncodedTopology{};
 }

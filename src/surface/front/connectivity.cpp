@@ -12,10 +12,8 @@
 #include "base/pages.h"
 #include "base/result.h"
 #include "entropy/mixing.h"
-#include "entropy/rans.h"
 #include "surface/front/connectivity_models.h"
 #include "surface/front/front.h"
-#include "surface/left_out.h"
 
 namespace maille {
 namespace {
@@ -23,13 +21,15 @@ namespace {
 // Highest bit of an origin in the encoder: the half-edge's vertex has a number in coded order already.
 constexpr uint32_t numbered = 0x80000000;
 constexpr uint32_t near_steps = 256;
+/// Nodes looked at on either side for the next pivot.
+constexpr uint32_t pivot_window = 24;
 
 template <class T>
 T clamped(T value, T low, T high) {
   return value < low ? low : value > high ? high : value;
 }
 
-template <class Coder, class Models>
+template <class Coder>
 class FaceCoder {
  public:
   FaceCoder(Coder& coder, const ConnectivityHeader& header, HalfEdges& surface, SurfaceVertices& vertices)
@@ -65,9 +65,8 @@ class FaceCoder {
   Result<> code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left);
   Result<uint32_t> code_degree(uint32_t first, uint32_t known, uint32_t h);
   bool code_on_front(uint32_t first, uint32_t end, bool on_front);
-  int32_t code_valence(uint32_t first, uint32_t end, int32_t offset);
   Result<uint32_t> begin_face(uint32_t h, uint32_t degree);
-  Result<uint32_t> code_new_vertex(uint32_t first, uint32_t end, uint32_t h);
+  Result<uint32_t> code_new_vertex(uint32_t first, uint32_t h);
   Result<uint32_t> code_front_node(uint32_t first, Target target);
   Result<bool> split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share);
   Result<uint32_t> follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left);
@@ -78,7 +77,6 @@ class FaceCoder {
   bool too_many_vertices() const { return !encoding && vertices_.size() >= max_half_edges / 2; }
   uint32_t number_vertex(uint32_t h, bool dummy, uint32_t valence);
   uint32_t valence_at(uint32_t h) const;
-  unsigned valence_context(uint32_t first) const;
   FrontView view(uint32_t first, uint32_t end) const;
   Target find_on_front(uint32_t first, uint32_t h);
   uint32_t node_behind(uint32_t edge);
@@ -96,7 +94,7 @@ class FaceCoder {
   HalfEdges& surface_;
   SurfaceVertices& vertices_;
   Front front_;
-  Models models_;
+  ConnectivityModels models_;
   std::vector<uint32_t> valences_;  // by vertex
   // Encoder: the node of each edge of the front, once searches have cost too much; see node_behind().
   std::vector<uint32_t> node_of_edge_;
@@ -107,8 +105,8 @@ class FaceCoder {
 };
 
 /// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
-template <class Coder, class Models>
-uint32_t FaceCoder<Coder, Models>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
+template <class Coder>
+uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
   const uint32_t vertex = dummy ? first_dummy + dummies_++ : vertices_.size();
   if (!dummy) {
     vertices_.corner.push_back(h);
@@ -128,8 +126,8 @@ uint32_t FaceCoder<Coder, Models>::number_vertex(uint32_t h, bool dummy, uint32_
 }
 
 /// Encoder: the next face to be coded starts at h. Decoder: makes room for it, returns its first half-edge.
-template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::begin_face(uint32_t h, uint32_t degree) {
+template <class Coder>
+Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
   if constexpr (encoding) {
     first_half_edges.push_back(h);
     for (uint32_t e = h, i = 0; i < degree; ++i, e = surface_.next(e)) coded[e] = true;
@@ -148,8 +146,8 @@ Result<uint32_t> FaceCoder<Coder, Models>::begin_face(uint32_t h, uint32_t degre
   }
 }
 
-template <class Coder, class Models>
-void FaceCoder<Coder, Models>::make_room() {
+template <class Coder>
+void FaceCoder<Coder>::make_room() {
   // Grows with what has been decoded; the first room was reserved.
   const size_t room =
       std::max<size_t>({half_edges_, surface_.origin.size() * 3 / 2, surface_.origin.capacity()});
@@ -158,8 +156,8 @@ void FaceCoder<Coder, Models>::make_room() {
 }
 
 /// Degree of the face at the gate behind `first`, of which `known` edges are on the front.
-template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
+template <class Coder>
+Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
   if (header_.uniform_degree && header_.regular_degree == 3) return 3u;
   if (header_.uniform_degree && !header_.has_border) return header_.regular_degree;
   // A face with a dummy vertex is a border triangle.
@@ -170,47 +168,24 @@ Result<uint32_t> FaceCoder<Coder, Models>::code_degree(uint32_t first, uint32_t 
     dummy |= is_dummy(last);
   }
   if (dummy) return 3u;
-  const unsigned behind = surface_.degree_up_to(11, front_[first].edge);
-  const unsigned context = behind * 4 + clamped<unsigned>(known - 1, 0, 3);
   const auto regular = static_cast<int32_t>(header_.regular_degree);
   int32_t offset = 0;
   if constexpr (encoding) offset = static_cast<int32_t>(surface_.degree(h)) - regular;
-  if constexpr (Models::mixed) {
-    models_.look(view(first, last));
-    offset = models_.code_degree(coder_, offset);
-  } else {
-    offset = models_.degree[context].code(coder_, offset);
-  }
-  const int32_t degree = regular + offset;
+  models_.look(view(first, last));
+  const int32_t degree = regular + models_.code_degree(coder_, offset);
   if (degree < 3) return corrupt("a face of fewer than three edges");
   return static_cast<uint32_t>(degree);
 }
 
 /// Is the next vertex of the face, between `first` and `end`, on the front?
-template <class Coder, class Models>
-bool FaceCoder<Coder, Models>::code_on_front(uint32_t first, uint32_t end, bool on_front) {
-  if constexpr (Models::mixed) {
-    models_.look(view(first, end));
-    return models_.code_on_front(coder_, on_front);
-  } else {
-    const unsigned context = clamped<unsigned>(front_[first].free, 0, 3) * 4 +
-                             clamped<unsigned>(front_[end].free, 0, 3) +
-                             (is_dummy(first) || is_dummy(end) ? 16 : 0);
-    return models_.on_front[context].code(coder_, on_front);
-  }
+template <class Coder>
+bool FaceCoder<Coder>::code_on_front(uint32_t first, uint32_t end, bool on_front) {
+  models_.look(view(first, end));
+  return models_.code_on_front(coder_, on_front);
 }
 
-template <class Coder, class Models>
-int32_t FaceCoder<Coder, Models>::code_valence(uint32_t first, uint32_t, int32_t offset) {
-  if constexpr (Models::mixed) {
-    return models_.code_valence(coder_, offset);
-  } else {
-    return models_.valence[valence_context(first)].code(coder_, offset);
-  }
-}
-
-template <class Coder, class Models>
-FrontView FaceCoder<Coder, Models>::view(uint32_t first, uint32_t end) const {
+template <class Coder>
+FrontView FaceCoder<Coder>::view(uint32_t first, uint32_t end) const {
   const auto regular = static_cast<int32_t>(header_.regular_valence);
   const auto relative = [&](uint32_t vertex) {
     if (vertex >= first_dummy) return FrontView::dummy;
@@ -224,34 +199,9 @@ FrontView FaceCoder<Coder, Models>::view(uint32_t first, uint32_t end) const {
           FrontView::Node{relative(across), 0}};
 }
 
-/// Sum of the valences of the new vertex's neighbours-to-be, relative to the regular one.
-template <class Coder, class Models>
-unsigned FaceCoder<Coder, Models>::valence_context(uint32_t first) const {
-  int sum = 0;
-  unsigned dummies = 0;
-  unsigned neighbours = 0;
-  const auto take = [&](uint32_t node) {
-    const uint32_t vertex = front_[node].vertex;
-    if (vertex >= first_dummy) {
-      ++dummies;
-      return;
-    }
-    ++neighbours;
-    sum +=
-        clamped<int>(static_cast<int>(valences_[vertex]), 0, 100) - static_cast<int>(header_.regular_valence);
-  };
-  const uint32_t last = front_[first].next;
-  take(first);
-  take(last);
-  if (front_[first].free == 0) take(front_[first].previous);
-  if (front_[last].free == 0) take(front_[last].next);
-  const auto sum_class = static_cast<unsigned>(clamped(sum, -7, 7) + 7);
-  return (sum_class * 3 + clamped(dummies, 0u, 2u)) * 4 + clamped(neighbours, 1u, 4u) - 1;
-}
-
 /// A vertex the front has not met: is it a dummy, and how many edges has it? Returns its node.
-template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::code_new_vertex(uint32_t first, uint32_t end, uint32_t h) {
+template <class Coder>
+Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
   bool dummy = false;
   uint32_t valence = valence_at(h);
   if constexpr (encoding) dummy = surface_.origin[h] >= point_count;
@@ -266,7 +216,7 @@ Result<uint32_t> FaceCoder<Coder, Models>::code_new_vertex(uint32_t first, uint3
   } else {
     const auto regular = static_cast<int32_t>(header_.regular_valence);
     const int32_t offset = static_cast<int32_t>(valence) - regular;
-    const int32_t coded_valence = regular + code_valence(first, end, offset);
+    const int32_t coded_valence = regular + models_.code_valence(coder_, offset);
     if (coded_valence < 2) return corrupt("a vertex of fewer than two edges");
     if (too_many_vertices()) return corrupt("more vertices than the patch may have");
     valence = static_cast<uint32_t>(coded_valence);
@@ -276,8 +226,8 @@ Result<uint32_t> FaceCoder<Coder, Models>::code_new_vertex(uint32_t first, uint3
 }
 
 /// Encoder: the node whose gap the corner h lies in, and how the face divides its free edges.
-template <class Coder, class Models>
-auto FaceCoder<Coder, Models>::find_on_front(uint32_t first, uint32_t h) -> Target {
+template <class Coder>
+auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
   Target target;
   uint32_t crossed = 0;
   uint32_t e = h;
@@ -299,8 +249,8 @@ auto FaceCoder<Coder, Models>::find_on_front(uint32_t first, uint32_t h) -> Targ
 }
 
 /// Encoder: the node of an edge of the front, wherever it is. Rare: handles, and splits far from their gate.
-template <class Coder, class Models>
-uint32_t FaceCoder<Coder, Models>::node_behind(uint32_t edge) {
+template <class Coder>
+uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
   if (node_of_edge_.empty()) {
     uint32_t node = 0;
     while (!front_.alive(node) || front_[node].edge != edge) ++node;
@@ -317,8 +267,8 @@ uint32_t FaceCoder<Coder, Models>::node_behind(uint32_t edge) {
 
 /// A vertex that is on the front: which of its nodes? By steps along the front where it is near, else by
 /// number.
-template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::code_front_node(uint32_t first, Target target) {
+template <class Coder>
+Result<uint32_t> FaceCoder<Coder>::code_front_node(uint32_t first, Target target) {
   uint32_t node = target.node;
   if (models_.near.code(coder_, target.steps != none)) {
     const bool backward = models_.backward.code(coder_, target.backward);
@@ -339,8 +289,8 @@ Result<uint32_t> FaceCoder<Coder, Models>::code_front_node(uint32_t first, Targe
 /// Splits the gap of `node`, which the chain has just reached over `edge`: its part before the face goes to a
 /// new node, which closes the list behind the chain; `node` keeps the part behind. Returns whether the face
 /// goes on along the front.
-template <class Coder, class Models>
-Result<bool> FaceCoder<Coder, Models>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
+template <class Coder>
+Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
   const unsigned context = (is_dummy(node) ? 2u : 0u) + (front_[node].free > 2 ? 1u : 0u);
   share = models_.share[context].code(coder_, share);
   if (share >= front_[node].free) return corrupt("a split with more edges than the vertex has");
@@ -359,9 +309,8 @@ Result<bool> FaceCoder<Coder, Models>::split(uint32_t first, uint32_t node, uint
 /// The face goes on along the front behind `node`, whose half-edge in the face is h: takes edges of the front
 /// into the face as long as the vertices between them are finished. h and `left` (vertices still to come)
 /// move along. Returns the node where the face leaves the front.
-template <class Coder, class Models>
-Result<uint32_t> FaceCoder<Coder, Models>::follow_front(uint32_t first, uint32_t node, uint32_t& h,
-                                                        uint32_t& left) {
+template <class Coder>
+Result<uint32_t> FaceCoder<Coder>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
   do {
     const uint32_t next = front_[node].next;
     if (left == 0 || next == first) return corrupt("a face with more edges than its degree");
@@ -379,8 +328,8 @@ Result<uint32_t> FaceCoder<Coder, Models>::follow_front(uint32_t first, uint32_t
 
 /// The vertices of the face that the gate does not show: `left` of them, from `end` round to `first`. h is
 /// the half-edge of the face that leaves `end`.
-template <class Coder, class Models>
-Result<> FaceCoder<Coder, Models>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
+template <class Coder>
+Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
   while (left > 0) {
     --left;
     const uint32_t edge = h;
@@ -395,7 +344,7 @@ Result<> FaceCoder<Coder, Models>::code_chain(uint32_t first, uint32_t end, uint
       const bool along = MAILLE_TRY(split(first, node, edge, target.share));
       end = along ? MAILLE_TRY(follow_front(first, node, h, left)) : node;
     } else {
-      const uint32_t node = MAILLE_TRY(code_new_vertex(first, end, h));
+      const uint32_t node = MAILLE_TRY(code_new_vertex(first, h));
       set_edge(node, edge);
       front_.link(first, node);
       front_.link(node, end);
@@ -409,8 +358,8 @@ Result<> FaceCoder<Coder, Models>::code_chain(uint32_t first, uint32_t end, uint
 
 /// One face at the gate from `pivot` to its next node. `first` becomes the node where the face leaves the
 /// front, none when it was the last of its list.
-template <class Coder, class Models>
-Result<> FaceCoder<Coder, Models>::code_face(uint32_t pivot, uint32_t& first) {
+template <class Coder>
+Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
   // Around a vertex with no free edges the face goes on along the front.
   first = pivot;
   uint32_t last = front_[pivot].next;
@@ -449,13 +398,13 @@ Result<> FaceCoder<Coder, Models>::code_face(uint32_t pivot, uint32_t& first) {
 
 /// The node with the fewest free edges near `from`, the nearest of them; dummies only when there is nothing
 /// else.
-template <class Coder, class Models>
-uint32_t FaceCoder<Coder, Models>::choose_pivot(uint32_t from) const {
+template <class Coder>
+uint32_t FaceCoder<Coder>::choose_pivot(uint32_t from) const {
   uint32_t best = from;
   uint32_t fewest = is_dummy(from) ? none : front_[from].free;
   uint32_t ahead = from;
   uint32_t behind = from;
-  for (uint32_t i = 0; i < header_.pivot_window && fewest > 0; ++i) {
+  for (uint32_t i = 0; i < pivot_window && fewest > 0; ++i) {
     ahead = front_[ahead].next;
     behind = front_[behind].previous;
     for (const uint32_t node : {ahead, behind}) {
@@ -470,8 +419,8 @@ uint32_t FaceCoder<Coder, Models>::choose_pivot(uint32_t from) const {
 }
 
 /// Codes faces until the list of `pivot` and what splits off it are used up.
-template <class Coder, class Models>
-Result<> FaceCoder<Coder, Models>::code_list(uint32_t pivot) {
+template <class Coder>
+Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
   while (pivot != none) {
     uint32_t first = none;
     MAILLE_CHECK(code_face(pivot, first));
@@ -485,8 +434,8 @@ Result<> FaceCoder<Coder, Models>::code_list(uint32_t pivot) {
   return {};
 }
 
-template <class Coder, class Models>
-uint32_t FaceCoder<Coder, Models>::valence_at(uint32_t h) const {
+template <class Coder>
+uint32_t FaceCoder<Coder>::valence_at(uint32_t h) const {
   uint32_t valence = 0;
   if constexpr (encoding) {
     for (uint32_t e = h; valence == 0 || e != h; e = surface_.turn(e)) ++valence;
@@ -495,13 +444,13 @@ uint32_t FaceCoder<Coder, Models>::valence_at(uint32_t h) const {
 }
 
 /// Codes one component, whose first face starts at half-edge `seed` (encoder) and has only new vertices.
-template <class Coder, class Models>
-Result<> FaceCoder<Coder, Models>::code_component(uint32_t seed) {
+template <class Coder>
+Result<> FaceCoder<Coder>::code_component(uint32_t seed) {
   auto degree = static_cast<int32_t>(header_.regular_degree);
   if (!header_.uniform_degree) {
     int32_t offset = 0;
     if constexpr (encoding) offset = static_cast<int32_t>(surface_.degree(seed)) - degree;
-    degree += models_.degree[0].code(coder_, offset);
+    degree += models_.first_degree.code(coder_, offset);
   }
   if (degree < 3) return corrupt("a face of fewer than three edges");
   uint32_t h = MAILLE_TRY(begin_face(seed, static_cast<uint32_t>(degree)));
@@ -512,7 +461,7 @@ Result<> FaceCoder<Coder, Models>::code_component(uint32_t seed) {
   for (int32_t i = 0; i < degree; ++i) {
     const auto regular = static_cast<int32_t>(header_.regular_valence);
     const int32_t valence =
-        regular + models_.valence[0].code(coder_, static_cast<int32_t>(valence_at(h)) - regular);
+        regular + models_.first_valence.code(coder_, static_cast<int32_t>(valence_at(h)) - regular);
     if (valence < 2) return corrupt("a vertex of fewer than two edges");
     if (too_many_vertices()) return corrupt("more vertices than the patch may have");
     if (coder_.exhausted()) return corrupt("the stream ends early");
@@ -556,13 +505,11 @@ ConnectivityHeader describe(const HalfEdges& surface, uint32_t real_half_edges, 
 
 }  // namespace
 
-namespace {
-
-template <class Coder, class Models>
-void encode_components(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                       CodedConnectivity& result) {
-  Coder encoder;
-  FaceCoder<Coder, Models> coder(encoder, result.header, surface, result.vertices);
+CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count) {
+  CodedConnectivity result;
+  result.header = describe(surface, real_half_edges, point_count);
+  RangeEncoder encoder;
+  FaceCoder<RangeEncoder> coder(encoder, result.header, surface, result.vertices);
   coder.coded.resize(surface.size());
   coder.point_count = point_count;
   for (uint32_t h = 0; h < real_half_edges; h += surface.degree(h)) {
@@ -574,35 +521,6 @@ void encode_components(HalfEdges& surface, uint32_t real_half_edges, uint32_t po
   result.points = std::move(coder.points);
   result.first_half_edges = std::move(coder.first_half_edges);
   result.bytes = encoder.finish();
-}
-
-template <class Coder, class Models>
-Result<> decode_components(const ConnectivityHeader& header, Bytes bytes, uint32_t max_half_edges,
-                           DecodedConnectivity& result) {
-  Coder decoder(bytes);
-  FaceCoder<Coder, Models> coder(decoder, header, result.surface, result.vertices);
-  coder.max_half_edges = std::min(max_half_edges, numbered - 1);
-  for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
-  result.surface.origin.resize(coder.half_edges());
-  result.surface.opposite.resize(coder.half_edges());
-  return {};
-}
-
-}  // namespace
-
-CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                                      uint32_t pivot_window, bool mixed) {
-  CodedConnectivity result;
-  result.header = describe(surface, real_half_edges, point_count);
-  result.header.pivot_window = pivot_window;
-  result.header.mixed = mixed;
-#ifdef MAILLE_SMALL_DECODER
-  const auto encode = encode_components<RansEncoder, PlainConnectivityModels>;
-#else
-  const auto encode = mixed ? encode_components<RangeEncoder, MixedConnectivityModels>
-                            : encode_components<RansEncoder, PlainConnectivityModels>;
-#endif
-  encode(surface, real_half_edges, point_count, result);
   for (uint32_t& origin : surface.origin) origin &= ~numbered;
   return result;
 }
@@ -615,14 +533,12 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   reserve_pages(result.surface.origin, room);
   reserve_pages(result.surface.opposite, room);
   result.vertices.corner.reserve(room / 6);
-#ifdef MAILLE_SMALL_DECODER
-  if (header.mixed) return left_out();
-  const auto decode = decode_components<RansDecoder, PlainConnectivityModels>;
-#else
-  const auto decode = header.mixed ? decode_components<RangeDecoder, MixedConnectivityModels>
-                                   : decode_components<RansDecoder, PlainConnectivityModels>;
-#endif
-  MAILLE_CHECK(decode(header, bytes, max_half_edges, result));
+  RangeDecoder decoder(bytes);
+  FaceCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
+  coder.max_half_edges = std::min(max_half_edges, numbered - 1);
+  for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
+  result.surface.origin.resize(coder.half_edges());
+  result.surface.opposite.resize(coder.half_edges());
   return result;
 }
 

@@ -15,10 +15,8 @@ struct ConnectivityHeader {
   uint32_t components = 0;
   uint32_t regular_valence = 6;  ///< the most frequent one; other valences are coded relative to it
   uint32_t regular_degree = 3;   ///< of faces, likewise
-  uint32_t pivot_window = 8;     ///< nodes looked at on either side for the next pivot
   bool uniform_degree = true;    ///< every face has the regular degree
   bool has_border = false;
-  bool mixed = false;  ///< by the models of the best levels
 };
 
 /// The vertices of a closed surface in the order in which the traversal meets them. Where several fans of
@@ -39,8 +37,7 @@ struct CodedConnectivity {
   std::vector<uint32_t> first_half_edges;
   std::vector<std::byte> bytes;
 };
-CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                                      uint32_t pivot_window, bool mixed = false);
+CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
 
 /// Inverse of encode_connectivity: faces in coded order, border triangles among them. Safe on any bytes: a
 /// closed surface or corrupt; work and memory are bounded by the bytes given, and by max_half_edges.

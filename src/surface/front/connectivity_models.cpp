@@ -4,19 +4,19 @@
 
 namespace maille {
 
-std::array<int32_t, 16> MixedConnectivityModels::initial_weights() {
+std::array<int32_t, 16> ConnectivityModels::initial_weights() {
   std::array<int32_t, 16> weights{};
   for (unsigned i = 0; i < contexts; ++i) weights[i] = 65536 / 4;
   return weights;
 }
 
-MixedConnectivityModels::MixedConnectivityModels() : mixer_(nodes, 16 * 4, nodes, initial_weights()) {
+ConnectivityModels::ConnectivityModels() : mixer_(nodes, 16 * 4, nodes, initial_weights()) {
   for (auto& table : tables_) table.resize(size_t{1} << table_bits);
 }
 
 /// Hashes of the contexts. On irregular meshes the sums of valences count, as valences balance each other;
 /// on machine parts the exact patterns.
-void MixedConnectivityModels::look(const FrontView& view) {
+void ConnectivityModels::look(const FrontView& view) {
   const auto& [q, p, r, s, w] = view;
   const auto real = [](const FrontView::Node& node) {
     return node.valence == FrontView::dummy ? 0 : node.valence;

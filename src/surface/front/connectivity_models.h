@@ -23,31 +23,21 @@ struct FrontView {
   Node q, p, r, s, w;
 };
 
-/// One adaptive model for each decision, in a small context: below level 7, where fans do not take a patch
-/// because it has more than most_fan_points points.
-struct PlainConnectivityModels {
-  static constexpr unsigned degree_contexts = 12 * 4;
-  static constexpr unsigned valence_contexts = 15 * 3 * 4;
-  static constexpr bool mixed = false;
+/// Many contexts are mixed for the decisions that cost most: valences, degrees, and whether the next vertex
+/// is on the front. Others have one adaptive model each.
+class ConnectivityModels {
+ public:
+  ConnectivityModels();
 
-  std::array<OffsetModel, degree_contexts> degree;
-  std::array<BitModel, 64> on_front;
+  OffsetModel first_degree, first_valence;  ///< of a component's first face
   std::array<BitModel, 16> dummy;
-  std::array<OffsetModel, valence_contexts> valence;
   CountModel dummy_valence;
   BitModel near;
   BitModel backward;
   std::array<CountModel, 2> steps;
   std::array<CountModel, 4> share;
-};
 
-/// The best levels mix many contexts for the decisions that cost most.
-class MixedConnectivityModels : public PlainConnectivityModels {
- public:
-  static constexpr bool mixed = true;
-
-  MixedConnectivityModels();
-
+  /// What the decisions to come are about.
   void look(const FrontView& view);
 
   /// Is the next vertex on the front?

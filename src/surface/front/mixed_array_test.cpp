@@ -21,7 +21,7 @@ struct Patch {
   EncodedTopology encoded;
 
   explicit Patch(Mesh from) : mesh(std::move(from)) {
-    auto topology = encode_topology(mesh, 24, true);
+    auto topology = encode_topology(mesh);
     EXPECT_TRUE(topology) << topology.error().message;
     if (topology) encoded = std::move(*topology);
   }

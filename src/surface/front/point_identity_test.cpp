@@ -22,8 +22,8 @@ Coded encode(const Surface& shape) {
   Coded result;
   GluedSurface glued = testing::glued(shape);
   result.surface = std::move(glued.half_edges);
-  result.coded = encode_connectivity(result.surface, glued.real_half_edges,
-                                     static_cast<uint32_t>(shape.points.size()), 4);
+  result.coded =
+      encode_connectivity(result.surface, glued.real_half_edges, static_cast<uint32_t>(shape.points.size()));
   result.bytes = encode_point_identity(result.surface, result.coded.vertices, result.coded.points,
                                        result.point_of, result.point_count);
   return result;

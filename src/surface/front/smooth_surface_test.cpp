@@ -19,7 +19,7 @@ struct Coded {
   std::vector<Vector3> positions;  ///< by point in coded order
 
   explicit Coded(Mesh from) : mesh(std::move(from)) {
-    auto topology = encode_topology(mesh, 24, true);
+    auto topology = encode_topology(mesh);
     EXPECT_TRUE(topology) << topology.error().message;
     if (topology) encoded = std::move(*topology);
     const auto values = mesh.points.values<float>();
