@@ -39,9 +39,9 @@ void code_points(Coder& coder, const PatchElements& elements, const VertexRings&
 
 /// False: what damaged bytes say cannot be.
 template <class Coder>
-bool code_levels(Coder& coder, MixedCoding& coding) {
-  for (ValueDictionary& levels : coding.levels) {
-    if (coding.with_levels && !levels.code(coder)) return false;
+bool code_dictionaries(Coder& coder, MixedCoding& coding) {
+  for (Dictionary& dictionary : coding.dictionaries) {
+    if (coding.with_dictionaries && !dictionary.code(coder)) return false;
   }
   return true;
 }
@@ -60,7 +60,7 @@ std::vector<std::byte> try_coding(const PatchElements& elements, const VertexRin
                                   std::span<const NumberMap> maps, MixedCoding& coding, std::span<Code> codes,
                                   uint32_t most, Pace* pace) {
   RangeEncoder encoder;
-  code_levels(encoder, coding);
+  code_dictionaries(encoder, coding);
   code_with(encoder, elements, rings, type, maps, coding, codes, most, pace);
   return encoder.finish();
 }
@@ -96,70 +96,60 @@ bool is_sane(std::span<const NumberMap> maps, double unit) {
 }
 
 /// How often there is each code of one axis, ascending.
-using Counts = std::vector<std::pair<int32_t, uint32_t>>;
+using Counts = std::vector<std::pair<int64_t, uint32_t>>;
 template <class Code>
 Counts count_codes(std::span<const Code> codes, unsigned axis) {
-  std::vector<int32_t> all;
+  std::vector<Code> all;
   all.reserve(codes.size() / 3);
-  for (size_t i = axis; i < codes.size(); i += 3) all.push_back(static_cast<int32_t>(codes[i]));
-  Counts counts;
-  if (all.empty()) return counts;
-  const auto [least, most] = std::minmax_element(all.begin(), all.end());
-  const auto range = static_cast<uint64_t>(int64_t{*most} - *least);
-  if (range < 4 * all.size()) {
-    std::vector<uint32_t> by_code(range + 1);
-    for (const int32_t code : all) ++by_code[static_cast<size_t>(int64_t{code} - *least)];
-    for (size_t i = 0; i < by_code.size(); ++i) {
-      if (by_code[i] > 0)
-        counts.push_back({static_cast<int32_t>(*least + static_cast<int64_t>(i)), by_code[i]});
-    }
-    return counts;
-  }
+  for (size_t i = axis; i < codes.size(); i += 3) all.push_back(codes[i]);
   std::sort(all.begin(), all.end());
-  for (const int32_t code : all) {
+  Counts counts;
+  for (const Code code : all) {
     if (counts.empty() || counts.back().first != code) counts.push_back({code, 0});
     ++counts.back().second;
   }
   return counts;
 }
 
-/// Codes that an axis has so often that to know them saves more than it takes: the planes of a voxel lattice,
-/// the levels of a machine part. `all`: numbers on the axis.
-std::vector<int32_t> find_levels(const Counts& counts, double all) {
+/// Codes that an axis has so often that to know them saves more than it takes: the planes of a voxel lattice
+/// or of a machine part. `all`: numbers on the axis.
+std::vector<int64_t> find_entries(const Counts& counts, double all) {
   const auto logarithm = [](double x) { return 0.5 * half_octave(x); };
   uint32_t least = 0;
   double best = 0.25 * all;
   for (uint32_t trial = 4; trial < all; trial *= 2) {
-    double covered = 0, levels = 0;
+    double covered = 0, entries = 0;
     for (const auto& [code, count] : counts) {
       covered += count < trial ? 0 : count;
-      levels += count < trial ? 0 : 1;
+      entries += count < trial ? 0 : 1;
     }
-    if (levels == 0 || levels > ValueDictionary::most) continue;
+    if (entries == 0 || entries > Dictionary::most) continue;
     const double share = covered / all;
-    // Levels are told from among fewer codes, but each number must say whether it is one.
-    const double saved = covered * logarithm(static_cast<double>(counts.size()) / levels) -
-                         all * 4 * share * (1 - share) - 16 * levels;
+    // Entries are told from among fewer codes, but each number must say whether it is one.
+    const double saved = covered * logarithm(static_cast<double>(counts.size()) / entries) -
+                         all * 4 * share * (1 - share) - 16 * entries;
     if (saved <= best) continue;
     best = saved;
     least = trial;
   }
-  std::vector<int32_t> levels;
+  std::vector<int64_t> entries;
   for (const auto& [code, count] : counts) {
-    if (least > 0 && count >= least) levels.push_back(code);
+    if (least > 0 && count >= least) entries.push_back(code);
   }
-  return levels;
+  const bool fits =
+      entries.empty() || static_cast<uint64_t>(entries.back()) - static_cast<uint64_t>(entries.front()) <=
+                             Dictionary::most_range;
+  return fits ? entries : std::vector<int64_t>();
 }
 
 /// Of all axes; false where there are none.
 template <class Code>
-bool find_levels(std::span<const Code> codes, MixedCoding& coding) {
-  if (sizeof(Code) != 4) return false;
+bool find_dictionaries(std::span<const Code> codes, MixedCoding& coding) {
   for (unsigned k = 0; k < 3; ++k) {
-    coding.levels[k].set(find_levels(count_codes(codes, k), static_cast<double>(codes.size()) / 3));
-    coding.with_levels = coding.with_levels || coding.levels[k].size() > 0;
+    coding.dictionaries[k].set(find_entries(count_codes(codes, k), static_cast<double>(codes.size()) / 3));
+    coding.with_dictionaries = coding.with_dictionaries || coding.dictionaries[k].size() > 0;
   }
-  return coding.with_levels;
+  return coding.with_dictionaries;
 }
 
 /// The coding whose trial is smallest, where what takes longer must save something.
@@ -172,7 +162,7 @@ MixedCoding choose_coding(const PatchElements& elements, const VertexRings& ring
   const uint32_t most = std::clamp(elements.points / 16, least_trial_points, most_trial_points);
   const auto consider = [&](MixedCoding trial) {
     RangeEncoder side;
-    code_levels(side, trial);
+    code_dictionaries(side, trial);
     const size_t beside = side.finish().size();
     const auto bytes = try_coding(elements, rings, type, maps, trial, codes, most, nullptr);
     const double share = static_cast<double>(most) / std::max(elements.points, 1u);
@@ -190,7 +180,7 @@ MixedCoding choose_coding(const PatchElements& elements, const VertexRings& ring
   best.with_repeats = false;
   consider(best);
   consider(other);
-  if (find_levels<Code>(codes, other)) consider(other);
+  if (find_dictionaries<Code>(codes, other)) consider(other);
   return best;
 }
 
@@ -208,7 +198,7 @@ std::vector<std::byte> encode_mixed(const PatchElements& elements, Scalar type,
   MixedCoding best = choose_coding<Code>(elements, rings, type, maps, codes);
   ByteWriter out;
   out.put(best.centre);
-  out.put(static_cast<uint8_t>(best.with_repeats | best.with_levels << 1));
+  out.put(static_cast<uint8_t>(best.with_repeats | best.with_dictionaries << 1));
   out.put(static_cast<uint8_t>(best.mirror ? best.mirror->axis + 1 : 0));
   if (best.mirror) out.put(static_cast<uint64_t>(best.mirror->sum));
   out.put(best.unit);
@@ -225,18 +215,19 @@ Result<> decode_mixed(const PatchElements& elements, Scalar type, std::span<cons
   coding.centre = static_cast<MixedCoding::Centre>(centre);
   const auto flags = in.get<uint8_t>();
   coding.with_repeats = (flags & 1) != 0;
-  coding.with_levels = (flags & 2) != 0;
+  coding.with_dictionaries = (flags & 2) != 0;
   const auto mirror = in.get<uint8_t>();
   if (mirror > 0)
     coding.mirror = MirrorPlane{static_cast<uint8_t>(mirror - 1), static_cast<int64_t>(in.get<uint64_t>())};
   coding.unit = in.get<double>();
   if (!in.ok() || centre >= MixedCoding::centre_count || flags > 3 || mirror > 3 ||
       (coding.mirror && !MirrorImages<Code>::is_sane(*coding.mirror)) ||
-      (coding.with_levels && (sizeof(Code) != 4 || !coding.with_repeats)) || !is_sane(maps, coding.unit)) {
+      (coding.with_dictionaries && !coding.with_repeats) || !is_sane(maps, coding.unit)) {
     return failure(ErrorCode::corrupt, "an array is mixed in an impossible way");
   }
   RangeDecoder decoder(in.get_bytes(in.remaining()));
-  if (!code_levels(decoder, coding)) return failure(ErrorCode::corrupt, "an array has impossible levels");
+  if (!code_dictionaries(decoder, coding))
+    return failure(ErrorCode::corrupt, "an array has impossible dictionaries");
   code_with(decoder, elements, VertexRings(*elements.surface), type, maps, coding, codes, none, pace);
   if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted()) return failure(ErrorCode::corrupt, "the stream of an array ends early");

@@ -15,14 +15,14 @@
 #include "entropy/mixer.h"
 #include "entropy/mixing.h"
 #include "numbers/number_map.h"
-#include "surface/fans/value_dictionary.h"
+#include "surface/fans/dictionary.h"
 #include "surface/front/mirror_images.h"
 #include "surface/front/position_predictor.h"
 #include "surface/front/repeat_candidates.h"
 
 namespace maille {
 
-/// How positions are coded at the best effort levels. docs/format.md, "Mixed positions".
+/// How positions are coded at the best efforts. docs/format.md, "Mixed positions".
 struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
   enum class Centre : uint8_t { expected, best_gate };
@@ -31,9 +31,9 @@ struct MixedCoding {
   bool with_repeats = true;           ///< contexts see numbers as they are, and what may come again
   double unit = 1;                    ///< of positions: about the smallest difference of numbers
   std::optional<MirrorPlane> mirror;  ///< many points have an image in it
-  bool with_levels = false;           ///< with repeats only
+  bool with_dictionaries = false;     ///< with repeats only
   /// Codes that an axis has often.
-  std::array<ValueDictionary, 3> levels;
+  std::array<Dictionary, 3> dictionaries;
 };
 
 /// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
@@ -82,7 +82,7 @@ class MixedPositionCoder {
         mixer_(scale_bins * node_types, 8 * 4 * node_types, node_types, initial_weights()),
         few_{std::vector<WideCell>(few_contexts * nodes), std::vector<WideCell>(few_contexts * nodes)},
         table_(with_repeats ? table_bits_for(most < points ? most : points) : 1),
-        is_level_(has_levels() ? codes.size() : 0),
+        is_entry_(has_dictionaries() ? codes.size() : 0),
         followers_(with_repeats ? size_t{4} << follower_bits : 0) {
     for (unsigned k = 0; k < 3; ++k) {
       curved_[k] = maps[k].is_curved() ? &maps[k] : nullptr;
@@ -175,7 +175,7 @@ class MixedPositionCoder {
     const auto& s = prediction.covariance;
     Vector3 where;
     coded_residuals_ = 0;
-    levels_ = 1;
+    entries_ = 1;
     for (unsigned i = 0; i < 3; ++i) {
       axis_ = prediction.axes[i];
       place_ = i;
@@ -563,52 +563,52 @@ class MixedPositionCoder {
     add_candidate(6, centre);
     add_candidate(7, centre + *follower_[2]);
     add_candidate(8, centre + *follower_[3]);
-    if (has_levels()) find_levels();
+    if (has_dictionaries()) add_entries();
   }
   void add_candidate(unsigned kind, Wide code) {
     if (code < low_end_[axis_] || code > high_end_[axis_]) return;
     const double far = std::fabs(value(code, axis_) - mean_[experts - 1]) / deviation_;
     repeats_.add(kind, code, clamp_bin(half_octave(far), -3, 8));
   }
-  bool has_levels() const {
-    return with_repeats && sizeof(Code) == 4 &&
-           coding_.levels[0].size() + coding_.levels[1].size() + coding_.levels[2].size() > 0;
+  bool has_dictionaries() const {
+    const auto& all = coding_.dictionaries;
+    return with_repeats && all[0].size() + all[1].size() + all[2].size() > 0;
   }
-  /// The level nearest to what is expected, and that on its other side.
-  void find_levels() {
-    const ValueDictionary& levels = coding_.levels[axis_];
-    if (levels.size() == 0) return;
+  /// The entry nearest to what is expected, and that on its other side.
+  void add_entries() {
+    const Dictionary& dictionary = coding_.dictionaries[axis_];
+    if (dictionary.size() == 0) return;
     const double expected = mean_[experts - 1];
-    const uint32_t nearest = levels.nearest(static_cast<int32_t>(nearest_code(expected, axis_)));
-    const double off = expected - value(levels[nearest], axis_);
+    const uint32_t nearest = dictionary.nearest(static_cast<int64_t>(nearest_code(expected, axis_)));
+    const double off = expected - value(dictionary[nearest], axis_);
     const uint32_t other = off > 0 ? nearest + 1 : nearest - 1;
     unsigned part = 0, sharpness = 0;
-    if (other < levels.size()) {
-      const double gap = std::fabs(value(levels[other], axis_) - value(levels[nearest], axis_));
+    if (other < dictionary.size()) {
+      const double gap = std::fabs(value(dictionary[other], axis_) - value(dictionary[nearest], axis_));
       part = static_cast<unsigned>(std::fabs(off) < gap * 0.5 ? 16 * std::fabs(off) / gap : 7);
       sharpness = clamp_bin(half_octave(gap / deviation_), -1, 8);
     }
-    const auto level_at = [&](uint32_t point) {
-      return point != none && is_level_[at(point, axis_)] ? 1u : 0u;
+    const auto entry_at = [&](uint32_t point) {
+      return point != none && is_entry_[at(point, axis_)] ? 1u : 0u;
     };
-    const unsigned around = levels_ * 4 + 2 * level_at(prediction_->best_a) + level_at(prediction_->best_b);
-    const unsigned first = RepeatCandidates<Wide>::first_level;
-    const auto add = [&](unsigned kind, int32_t code) {
+    const unsigned around = entries_ * 4 + 2 * entry_at(prediction_->best_a) + entry_at(prediction_->best_b);
+    const unsigned first = RepeatCandidates<Wide>::first_entry;
+    const auto add = [&](unsigned kind, int64_t code) {
       if (code < low_end_[axis_] || code > high_end_[axis_]) return;  // of damaged bytes
-      repeats_.add_level(kind, code, around, sharpness, part);
+      repeats_.add_entry(kind, code, around, sharpness, part);
     };
-    add(first, levels[nearest]);
-    if (other < levels.size()) add(first + 1, levels[other]);
+    add(first, dictionary[nearest]);
+    if (other < dictionary.size()) add(first + 1, dictionary[other]);
   }
   void learn_repeats(Wide code, Wide centre) {
     repeats_.end_number(code);
     *follower_[0] = static_cast<Code>(code);
     for (unsigned i = 1; i < 4; ++i) *follower_[i] = static_cast<Code>(code - centre);
-    if (!has_levels()) return;
-    const ValueDictionary& levels = coding_.levels[axis_];
-    const bool level = levels.size() > 0 && levels.find(static_cast<int32_t>(code)) < levels.size();
-    is_level_[at(point_, axis_)] = level ? 1 : 0;
-    levels_ = levels_ << 1 | (level ? 1 : 0);
+    if (!has_dictionaries()) return;
+    const Dictionary& dictionary = coding_.dictionaries[axis_];
+    const bool entry = dictionary.find(static_cast<int64_t>(code)) < dictionary.size();
+    is_entry_[at(point_, axis_)] = entry ? 1 : 0;
+    entries_ = entries_ << 1 | (entry ? 1 : 0);
   }
 
   void learn_scales() {
@@ -638,7 +638,7 @@ class MixedPositionCoder {
   BucketTable table_;
   std::conditional_t<with_repeats, RepeatCandidates<Wide>, char> repeats_;
   std::optional<MirrorImages<Code>> images_;
-  std::vector<uint8_t> is_level_;  // by number
+  std::vector<uint8_t> is_entry_;  // by number
   std::vector<Code> followers_;  // the code last seen behind that of a neighbour; the residual, behind others
   std::array<std::array<float, scale_bins * scale_kinds>, experts> scales_;
 
@@ -653,7 +653,7 @@ class MixedPositionCoder {
   uint32_t coded_residuals_ = 0;
   std::array<WideCell, scale_bins * 8> exact_;
   unsigned exact_hits_ = 0;
-  unsigned levels_ = 1;  // which of the numbers so far are levels, behind a 1
+  unsigned entries_ = 1;  // which of the numbers so far are in a dictionary, behind a 1
   std::array<Vector3, experts> residual_;
   // Of the number at hand.
   unsigned axis_ = 0;

@@ -17,11 +17,11 @@ class RepeatCandidates {
  public:
   static constexpr unsigned kinds = 12;
   static constexpr unsigned types = 16;
-  /// Kinds from this one on are levels: their cells have other contexts.
-  static constexpr unsigned first_level = 10;
+  /// Kinds from this one on are entries of dictionaries: their cells have other contexts.
+  static constexpr unsigned first_entry = 10;
   using Logits = std::array<SignedLanes, kinds / 4>;
 
-  RepeatCandidates() : cells_((first_level * fits * 8 + (kinds - first_level) * level_places) * types) {}
+  RepeatCandidates() : cells_((first_entry * fits * 8 + (kinds - first_entry) * entry_places) * types) {}
 
   void begin_number() {
     count_ = 0;
@@ -31,11 +31,11 @@ class RepeatCandidates {
   void add(unsigned kind, Wide code, unsigned fit) {
     add_at(kind, code, (kind * 8 + hits_[kind]) * fits + fit);
   }
-  /// `sharpness`, `part`: 0 to 7 each, how wide the gap between levels is, and where in it one is expected;
+  /// `sharpness`, `part`: 0 to 7 each, how wide the gap between entries is, and where in it one is expected;
   /// `around`: 0 to 31.
-  void add_level(unsigned kind, Wide code, unsigned around, unsigned sharpness, unsigned part) {
+  void add_entry(unsigned kind, Wide code, unsigned around, unsigned sharpness, unsigned part) {
     const unsigned place = (around * 8 + sharpness) * 8 + part;
-    add_at(kind, code, first_level * fits * 8 + (kind - first_level) * level_places + place);
+    add_at(kind, code, first_entry * fits * 8 + (kind - first_entry) * entry_places + place);
   }
 
   bool any() const { return count_ > 0; }
@@ -75,7 +75,7 @@ class RepeatCandidates {
   /// Was it one of them?
   bool end_number(Wide code) {
     bool repeated = false;
-    for (unsigned i = 0; i < first_level; ++i) {
+    for (unsigned i = 0; i < first_entry; ++i) {
       const bool right = (present_ >> i & 1) != 0 && code_[i] == code;
       hits_[i] = (hits_[i] << 1 | static_cast<unsigned>(right)) & 7;
       repeated = repeated || right;
@@ -85,7 +85,7 @@ class RepeatCandidates {
 
  private:
   static constexpr unsigned fits = 8;
-  static constexpr unsigned level_places = 32 * 8 * 8;
+  static constexpr unsigned entry_places = 32 * 8 * 8;
 
   /// Of two that are the same the first one counts.
   void add_at(unsigned kind, Wide code, unsigned cells) {
