@@ -35,10 +35,7 @@ struct CodedMesh {
 
   size_t bytes() const {
     size_t sum = encoded.joins.size();
-    for (const EncodedPatch& patch : encoded.patches) {
-      sum += patch.topology.bytes.size() + (patch.twins ? patch.twins->bytes.size() : 0);
-      for (const CodedStream& stream : patch.arrays) sum += stream.bytes.size();
-    }
+    for (const EncodedPatch& patch : encoded.patches) sum += patch.bytes();
     return sum;
   }
 };

@@ -199,8 +199,6 @@ class PatchEncoder {
     return stream;
   }
 
-  size_t topology_bytes() const { return cells_.encoded.bytes.size(); }
-
   /// What arrays are predicted from.
   void keep_positions(const ArrayToCode& positions) {
     positions_ = decoded_positions(*positions.array, positions.maps, cells_.encoded.sources.points);
@@ -233,7 +231,6 @@ class PatchEncoder {
 struct BegunPatch {
   PatchEncoder encoder;
   CodedStream positions;
-  size_t size() const { return encoder.topology_bytes() + positions.bytes.size(); }
 };
 
 Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
@@ -243,6 +240,29 @@ Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uin
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
   CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
   return BegunPatch{std::move(encoder), std::move(positions)};
+}
+
+/// The arrays behind positions.
+Result<EncodedPatch> finish_patch(BegunPatch begun, uint32_t patch, std::span<const ArrayToCode> arrays,
+                                  std::span<const uint32_t> corner_twin) {
+  PatchEncoder& encoder = begun.encoder;
+  std::vector<CodedStream> streams;
+  streams.push_back(std::move(begun.positions));
+  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
+  std::optional<CodedStream> twins;
+  std::vector<uint32_t> twin_numbers;
+  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
+  for (size_t i = 1; i < arrays.size(); ++i) {
+    if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
+      streams.push_back({array_key(patch, i - 1), {}});
+    } else {
+      streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
+    }
+  }
+  EncodedPatch encoded = MAILLE_TRY(encoder.finish(std::move(streams)));
+  encoded.twins = std::move(twins);
+  encoded.twin_numbers = std::move(twin_numbers);
+  return encoded;
 }
 
 Array array_of(const ArrayDescription& description) {
@@ -457,30 +477,17 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   const bool mixed = effort_of(options.effort).mixed_surface;
-  BegunPatch first =
-      MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, mixed, std::move(shared), corner_twin));
-  // A level is never larger than a lower one.
-  std::optional<BegunPatch> other;
-  if (mixed && options.mode == Mode::single)
-    other.emplace(MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, false, {}, corner_twin)));
-  auto& [encoder, positions] = other && other->size() < first.size() ? *other : first;
-  std::vector<CodedStream> streams;
-  streams.push_back(std::move(positions));
-  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
-  std::optional<CodedStream> twins;
-  std::vector<uint32_t> twin_numbers;
-  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
-  for (size_t i = 1; i < arrays.size(); ++i) {
-    if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
-      streams.push_back({array_key(patch, i - 1), {}});
-    } else {
-      streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
-    }
-  }
-  EncodedPatch encoded = MAILLE_TRY(encoder.finish(std::move(streams)));
-  encoded.twins = std::move(twins);
-  encoded.twin_numbers = std::move(twin_numbers);
-  return encoded;
+  const auto encode = [&](bool by_front, std::optional<SharedFanPatch> with) -> Result<EncodedPatch> {
+    BegunPatch begun = MAILLE_TRY(
+        begin_patch(mesh, numbers, patch, arrays, options, by_front, std::move(with), corner_twin));
+    return finish_patch(std::move(begun), patch, arrays, corner_twin);
+  };
+  EncodedPatch encoded = MAILLE_TRY(encode(mixed, std::move(shared)));
+  if (!mixed || options.mode != Mode::single) return encoded;
+  // A level is never larger than a lower one, all arrays counted: normals of facets may cost more in the
+  // order of the front than mixing saves (73416).
+  EncodedPatch lower = MAILLE_TRY(encode(false, {}));
+  return lower.bytes() < encoded.bytes() ? lower : encoded;
 }
 
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded) {

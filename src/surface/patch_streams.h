@@ -46,6 +46,12 @@ struct EncodedPatch {
   std::vector<uint32_t> twin_numbers;  ///< by corner of the mesh, as the decoder has them
   /// Where the coded elements are in the whole mesh; without corners.
   PatchSources sources;
+
+  size_t bytes() const {
+    size_t sum = topology.bytes.size() + (twins ? twins->bytes.size() : 0);
+    for (const CodedStream& stream : arrays) sum += stream.bytes.size();
+    return sum;
+  }
 };
 
 /// Codes a mesh, or a part of one (`numbers`, else nullptr), as patch number `patch`. Only the cells and the
