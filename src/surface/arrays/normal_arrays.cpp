@@ -463,7 +463,7 @@ Result<> store_numbers(Array& array, std::span<const NumberMap> maps, std::vecto
   std::vector<std::byte> separate;
   if (number_bytes != sizeof(Code)) separate.resize(count * number_bytes);
   std::byte* const out = separate.empty() ? codes.data() : separate.data();
-  for (size_t k = 0; k < maps.size(); ++k) {
+  for (size_t k = 0; k < maps.size() && count > 0; ++k) {
     maps[k].store_numbers(array.type, codes.data() + k * sizeof(Code), out + k * number_bytes, maps.size(),
                           count / maps.size());
   }
