@@ -222,32 +222,19 @@ class PatchEncoder {
   const EncodeOptions& options_;
   bool mixed_;
   std::vector<Vector3> positions_;
-  std::optional<ArrayAround> around_;  ///< begins with the first array, when this is not moved any more
+  std::optional<ArrayAround> around_;  ///< begins with the first array: it refers to what is above
   std::vector<uint32_t> twin_of_;      ///< by corner as in PatchElements: the point it had before welding
   std::vector<uint32_t> twins_;        ///< the same as the decoder numbers them
 };
 
-/// A patch with its cells and positions.
-struct BegunPatch {
-  PatchEncoder encoder;
-  CodedStream positions;
-};
-
-Result<BegunPatch> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                               std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
-                               std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
+/// `mixed`: by the front, else over fans.
+Result<EncodedPatch> encode_all(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
+                                std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
   PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
-  CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
-  return BegunPatch{std::move(encoder), std::move(positions)};
-}
-
-/// The arrays behind positions.
-Result<EncodedPatch> finish_patch(BegunPatch begun, uint32_t patch, std::span<const ArrayToCode> arrays,
-                                  std::span<const uint32_t> corner_twin) {
-  PatchEncoder& encoder = begun.encoder;
   std::vector<CodedStream> streams;
-  streams.push_back(std::move(begun.positions));
+  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
   if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
   std::optional<CodedStream> twins;
   std::vector<uint32_t> twin_numbers;
@@ -477,16 +464,12 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   const bool mixed = effort_of(options.effort).mixed_surface;
-  const auto encode = [&](bool by_front, std::optional<SharedFanPatch> with) -> Result<EncodedPatch> {
-    BegunPatch begun = MAILLE_TRY(
-        begin_patch(mesh, numbers, patch, arrays, options, by_front, std::move(with), corner_twin));
-    return finish_patch(std::move(begun), patch, arrays, corner_twin);
-  };
-  EncodedPatch encoded = MAILLE_TRY(encode(mixed, std::move(shared)));
+  EncodedPatch encoded =
+      MAILLE_TRY(encode_all(mesh, numbers, patch, arrays, options, mixed, std::move(shared), corner_twin));
   if (!mixed || options.mode != Mode::single) return encoded;
   // A level is never larger than a lower one, all arrays counted: normals of facets may cost more in the
   // order of the front than mixing saves (73416).
-  EncodedPatch lower = MAILLE_TRY(encode(false, {}));
+  EncodedPatch lower = MAILLE_TRY(encode_all(mesh, numbers, patch, arrays, options, false, {}, corner_twin));
   return lower.bytes() < encoded.bytes() ? lower : encoded;
 }
 

@@ -298,7 +298,8 @@ class PositionCoder {
     sizes_[v] = size;
   }
 
-  /// The same for a decoder of floats, all components side by side: a loop over them takes a third longer.
+  /// The same for a decoder of floats, all components side by side: 7 % less time than
+  /// in a loop over them (armadillo and counter at -1).
   [[gnu::always_inline]] void read_residuals(uint32_t v, const Point& target, const Point& apart,
                                              const std::array<unsigned, components>& symbol) {
     std::array<ResidualField<Integer>, most_components> field{};

@@ -114,8 +114,8 @@ class Runs {
  public:
   virtual ~Runs() = default;
   virtual void all(const Coding& coding, Writer& writer) = 0;
-  /// About `most` vertices, in pieces that are evenly spread. Returns how many there were.
-  virtual uint32_t sample(const Coding& coding, uint32_t most, Writer& writer) = 0;
+  /// Those that choices are made by, in pieces that are evenly spread. Returns how many there were.
+  virtual uint32_t sample(const Coding& coding, Writer& writer) = 0;
 };
 
 template <class Points>
@@ -135,10 +135,9 @@ class RunsOf final : public Runs {
     run(coding, writer, [&](auto code) { code(0, count()); });
   }
 
-  uint32_t sample(const Coding& coding, uint32_t most, Writer& writer) override {
+  uint32_t sample(const Coding& coding, Writer& writer) override {
     know_points();
     known_.resize(room(), coding.repeats != Repeats::none);
-    const uint32_t pieces = most / piece;
     if (count() <= pieces * piece) {
       run(coding, writer, [&](auto code) { code(0, count()); });
       return count();
@@ -153,8 +152,10 @@ class RunsOf final : public Runs {
   }
 
  private:
-  /// Each begins without residuals around; smaller ones told less about the whole (armadillo, 73416).
-  static constexpr uint32_t piece = 512;
+  /// Each piece begins without residuals around. Trials on four times as many vertices, in pieces of 4,096,
+  /// took two to three times as long, for sizes that were the same within 0.2 % (twelve meshes of
+  /// build/data/tri, 14 bits).
+  static constexpr uint32_t piece = 512, pieces = 8;
 
   uint32_t count() const { return static_cast<uint32_t>(patch_.codes.size()); }
   size_t room() const { return size_t{count()} + FanDecoder::most_ahead; }
@@ -274,10 +275,6 @@ class PositionEncoder {
   double bytes_of_point() const { return bytes_of_point_; }
 
  private:
-  /// For choices: with four times as many, files are smaller by what docs/benchmarks.md says, and take longer
-  /// to encode.
-  static constexpr uint32_t trial_vertices = 1 << 12;
-
   uint32_t all() const { return static_cast<uint32_t>(patch_.codes.size()); }
   unsigned components() const { return patch_.codes.components; }
 
@@ -379,7 +376,7 @@ class PositionEncoder {
     by_fitted_ = by_gate_ = coding_ = with_classes(coding_);
     by_gate_.centre = Centre::gate;
     by_gate_ = with_classes(by_gate_);
-    size_ = trial(coding_, trial_vertices);
+    size_ = trial(coding_);
     consider(by_gate_, 1);
     // Few vertices pay too much for more tables; and spreads take a fifth of the decoder's time, as a table
     // then waits for the vertex before. So they must save something.
@@ -409,12 +406,14 @@ class PositionEncoder {
     coding.with_valences = choices_.valences && fitted.bits_by_valence < 0.99 * fitted.bits_by_place;
     coding.rows = coding.with_valences ? fitted.by_valence : fitted.by_place;
   }
-  /// Takes a coding that needs less than this part of what the best one so far does.
-  void consider(const Coding& coding, double part) {
-    const double size = trial(coding, trial_vertices);
-    if (size > part * size_) return;
-    size_ = size;
-    coding_ = coding;
+  /// Takes a coding that needs no more than this part of what the best one so far does. Returns its size.
+  double consider(const Coding& coding, double part) {
+    const double size = trial(coding);
+    if (size <= part * size_) {
+      size_ = size;
+      coding_ = coding;
+    }
+    return size;
   }
 
   void choose_repeats() {
@@ -445,13 +444,8 @@ class PositionEncoder {
     coding.with_spread = coding_.with_spread;
     coding.repeats = repeats;
     coding.dictionaries = dictionaries;
-    const double size = trial(coding, trial_vertices);
     // They take longer to decode, so they must save something.
-    if (size < 0.98 * size_) {
-      size_ = size;
-      coding_ = coding;
-    }
-    return size;
+    return consider(coding, 0.98);
   }
 
   FittedRows fit() const {
@@ -484,7 +478,7 @@ class PositionEncoder {
   Coding with_classes(Coding coding) {
     Statistics found;
     Writer writer(nullptr, &found);
-    runs_->sample(coding, trial_vertices, writer);
+    runs_->sample(coding, writer);
     set_classes(coding, found);
     return coding;
   }
@@ -575,10 +569,10 @@ class PositionEncoder {
     return static_cast<double>(covered) / static_cast<double>(all() + 1);
   }
 
-  /// About the size of all, from so many vertices.
-  double trial(const Coding& coding, uint32_t most) {
+  /// About the size of all, from a sample.
+  double trial(const Coding& coding) {
     Writer writer;
-    const uint32_t vertices = runs_->sample(coding, most, writer);
+    const uint32_t vertices = runs_->sample(coding, writer);
     RansEncoder side;
     const auto tables = write_side(coding, writer.events, false, side);
     const auto side_bytes = static_cast<double>(side.finish().size());
