@@ -7,6 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
+
 #include "support/codec.h"
 #include "support/half_edges.h"
 #include "support/random_mesh.h"
@@ -125,6 +128,36 @@ TEST(Encode, WritesNothingWhenTheMeshIsInvalid) {
   std::vector<std::byte> bytes;
   EXPECT_FALSE(encode(mesh, *memory_sink(bytes)));
   EXPECT_TRUE(bytes.empty());
+}
+
+TEST(Encode, FindsAnOrderForPointsWithoutCells) {
+  const Mesh scan = torus(100, 80);
+  Mesh cloud;
+  cloud.points = scan.points;
+  std::vector<uint32_t> shuffled(cloud.point_count());
+  std::iota(shuffled.begin(), shuffled.end(), 0u);
+  std::sort(shuffled.begin(), shuffled.end(),
+            [](uint32_t a, uint32_t b) { return a * 2654435761u < b * 2654435761u; });
+  for (size_t i = 0; i < shuffled.size(); ++i) {
+    for (size_t k = 0; k < 3; ++k)
+      cloud.points.values<float>()[3 * i + k] = scan.points.values<float>()[3 * size_t{shuffled[i]} + k];
+  }
+  for (const int effort : {1, 5, 9}) {
+    EncodeOptions options;
+    options.effort = effort;
+    options.positions = {Tolerance::Kind::bits, 12};
+    const auto any = encode_bytes(cloud, options);
+    options.order = Order::keep;
+    const auto kept = encode_bytes(cloud, options);
+    ASSERT_TRUE(any && kept);
+    EXPECT_LT(any->bytes.size() * 3, kept->bytes.size() * 2) << effort;
+    const auto decoded = decode_bytes(any->bytes);
+    ASSERT_TRUE(decoded);
+    options.order = Order::canonical;
+    const auto again = encode_bytes(*decoded, options);
+    ASSERT_TRUE(again);
+    EXPECT_EQ(any->bytes, again->bytes) << effort;
+  }
 }
 
 TEST(Decode, KeepsToTheMemoryAllowed) {

@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "code/efforts.h"
 #include "description/element_order.h"
+#include "mesh/space_curve.h"
 #include "numbers/number_maps.h"
 #include "surface/arrays/array_around.h"
 #include "surface/arrays/surface_normals.h"
@@ -146,6 +147,14 @@ class PatchEncoder {
     return {};
   }
 
+  /// Each point is predicted from the one before where no cell has it: along a curve they lie close together.
+  /// By the positions that the decoder will have, so that a decoded mesh has the same order.
+  void sort_unused_points(const ArrayToCode& positions) {
+    PatchSources& sources = cells_.encoded.sources;
+    const std::span unused = std::span(sources.points).last(sources.unused_points);
+    sort_along_curve<uint32_t>(decoded_positions(*positions.array, positions.maps, unused), unused);
+  }
+
   /// To be called once positions are kept. Fills `numbers` by corner of the mesh.
   CodedStream encode_twins(std::vector<uint32_t>& numbers) {
     twins_ = twin_of_;
@@ -231,8 +240,10 @@ class PatchEncoder {
 Result<EncodedPatch> encode_all(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                 std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
                                 std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
+  const bool shared_tables = shared.has_value();  // positions are coded already
   PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
+  if (options.order != Order::keep && !shared_tables) encoder.sort_unused_points(arrays[0]);
   std::vector<CodedStream> streams;
   streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
   if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);

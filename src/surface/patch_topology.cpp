@@ -391,18 +391,20 @@ void trace_faces(const Mesh& mesh, const SimpleFaces& faces, const GluedSurface&
 
 }  // namespace
 
-void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources) {
+void append_other_points(const Mesh& mesh, PatchSources& sources) {
   std::vector<bool> used(mesh.point_count());
-  for (const uint32_t point : sources) used[point] = true;
+  for (const uint32_t point : sources.points) used[point] = true;
   const auto append = [&](uint32_t point) {
-    if (!used[point]) sources.push_back(point);
+    if (!used[point]) sources.points.push_back(point);
     used[point] = true;
   };
   for_each_cell(mesh, [&](uint32_t b, uint64_t i, uint32_t, uint32_t) {
     if (in_surface(mesh.blocks[b], i)) return;
     for (const uint32_t point : mesh.blocks[b].cell(i)) append(point);
   });
+  const size_t before = sources.points.size();
   for (uint32_t point = 0; point < used.size(); ++point) append(point);
+  sources.unused_points = static_cast<uint32_t>(sources.points.size() - before);
 }
 
 void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sources) {
@@ -442,7 +444,7 @@ Result<EncodedTopology> encode_topology(const Mesh& mesh) {
   surface.faces = order_faces(surface, coded.first_half_edges, glued.chosen);
   surface.face_count = static_cast<uint32_t>(surface.faces.size());
   number_points(coded, result);
-  append_other_points(mesh, result.sources.points);
+  append_other_points(mesh, result.sources);
 
   trace_faces(mesh, faces, glued, result);
   collect_loose(mesh, topology, result.sources);

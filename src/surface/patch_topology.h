@@ -41,6 +41,7 @@ struct PatchTopology {
 /// Where the elements of a coded patch come from in the mesh it was made of.
 struct PatchSources {
   std::vector<uint32_t> points;        ///< by point in coded order
+  uint32_t unused_points = 0;          ///< how many of the last of them no cell has
   std::vector<uint32_t> cells;         ///< by cell in coded order, counted over all blocks
   std::vector<uint32_t> first_corner;  ///< by cell in coded order: connectivity entry of its first corner
   std::vector<uint32_t> corners;       ///< by corner as in PatchElements; none for gaps. Filled on demand.
@@ -84,7 +85,7 @@ SimpleFaces collect_faces(const Mesh& mesh);
 /// Appends the points that are not on the surface: those of other cells in the order of their first use, then
 /// those of none. (Not as they come in the mesh: a part of a mesh that is cut again would have them
 /// otherwise.)
-void append_other_points(const Mesh& mesh, std::vector<uint32_t>& sources);
+void append_other_points(const Mesh& mesh, PatchSources& sources);
 /// The other cells: appends them to `loose` and to the sources of cells, when those of points are there.
 void collect_loose(const Mesh& mesh, PatchTopology& topology, PatchSources& sources);
 std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& mesh);

@@ -6,11 +6,11 @@
 #include <string>
 
 #include "base/pace.h"
+#include "mesh/space_curve.h"
 #include "random/build/level_builder.h"
 #include "random/build/sampled_maps.h"
 #include "random/mesh_geometry.h"
 #include "surface/parts/coded_parts.h"
-#include "volume/order/space_curve.h"
 
 namespace maille {
 namespace {

@@ -247,7 +247,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   topology.surface.face_count = count;
   topology.surface.point_count = fans.vertices;
   result->sources.points = coded.points;
-  if (fans.vertices < points) append_other_points(mesh, result->sources.points);
+  if (fans.vertices < points) append_other_points(mesh, result->sources);
   if (all.size() < mesh.cell_count()) collect_loose(mesh, topology, result->sources);
 
   ByteWriter out;

@@ -10,9 +10,9 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "base/scratch_file.h"
+#include "mesh/space_curve.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/order/cell_order.h"
-#include "volume/order/space_curve.h"
 #include "volume/stream/source_points.h"
 #include "volume/stream/stream_layout.h"
 

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "mesh/mesh_as_source.h"
+#include "mesh/space_curve.h"
 #include "support/temporary_folder.h"
-#include "volume/order/space_curve.h"
 #include "volume/stream/mesh_from_parts.h"
 #include "volume/testing.h"
 

@@ -6,11 +6,11 @@
 
 #include "base/pace.h"
 #include "base/result.h"
+#include "mesh/space_curve.h"
 #include "surface/arrays/array_report.h"
 #include "volume/order/cell_order.h"
 #include "volume/order/gate_order.h"
 #include "volume/order/mesh_order.h"
-#include "volume/order/space_curve.h"
 #include "volume/stream/mesh_stream.h"
 
 namespace maille {
@@ -256,36 +256,6 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
   return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
 }
 
-/// Points of no cell, in any order: along a curve, so that each is near the one before.
-void sort_along_curve(const Array& points, std::vector<uint64_t>& numbers) {
-  const size_t size = size_of(points.type);
-  const auto coordinate = [&](uint64_t number, unsigned axis) {
-    const double x = number_as_double(points.type, points.bytes.data() + (number * 3 + axis) * size);
-    return x > -1e300 && x < 1e300 ? x : 0;
-  };
-  std::array<double, 3> low{}, factor{};
-  for (unsigned k = 0; k < 3; ++k) {
-    double high = low[k] = numbers.empty() ? 0 : coordinate(numbers[0], k);
-    for (const uint64_t number : numbers) {
-      low[k] = std::min(low[k], coordinate(number, k));
-      high = std::max(high, coordinate(number, k));
-    }
-    factor[k] = high > low[k] ? 1048575.0 / (high - low[k]) : 0;
-  }
-  std::vector<std::pair<uint64_t, uint64_t>> places;
-  for (const uint64_t number : numbers) {
-    std::array<uint32_t, 3> point;
-    for (unsigned k = 0; k < 3; ++k) {
-      // Not finite where the points lie within less than 1e-300.
-      const double along = (coordinate(number, k) - low[k]) * factor[k];
-      point[k] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
-    }
-    places.emplace_back(place_on_curve(point), number);
-  }
-  std::sort(places.begin(), places.end());
-  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = places[i].second;
-}
-
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
@@ -311,15 +281,28 @@ class MeshFeeder {
       for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, orders_[b], i));
       first_ += block.size();
     }
-    std::vector<uint64_t> unused;
-    for (uint64_t point = 0; point < last_.size(); ++point) {
-      if (last_[point] == ~uint64_t{0}) unused.push_back(point);
-    }
-    if (any_order_) sort_along_curve(mesh_.points, unused);
-    return writer_.end_points(unused);
+    return writer_.end_points(unused_points());
   }
 
  private:
+  /// In any order: along a curve, so that each is near the one before.
+  std::vector<uint64_t> unused_points() const {
+    std::vector<uint64_t> unused;
+    std::vector<Vector3> places;
+    const size_t size = size_of(mesh_.points.type);
+    for (uint64_t point = 0; point < last_.size(); ++point) {
+      if (last_[point] != ~uint64_t{0}) continue;
+      unused.push_back(point);
+      for (unsigned k = 0; any_order_ && k < 3; ++k) {
+        if (k == 0) places.emplace_back();
+        const double x =
+            number_as_double(mesh_.points.type, mesh_.points.bytes.data() + (3 * point + k) * size);
+        places.back()[k] = x > -1e300 && x < 1e300 ? x : 0;
+      }
+    }
+    if (any_order_) sort_along_curve<uint64_t>(places, unused);
+    return unused;
+  }
   /// Some hundred cells of one type and size; returns how many.
   Result<uint64_t> feed_run(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t first) {
     const auto cell_at = [&](uint64_t i) { return order.empty() ? i : order[i]; };
