@@ -8,32 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "entropy/rans.h"
+#include "entropy/static_tables.h"
 
 namespace maille {
 
-/// Asymmetric numeral systems with distributions that are known before the first symbol: fast to decode, as
-/// nothing is learnt on the way. The encoder counts first, makes tables, and writes these beside the symbols.
-inline constexpr unsigned most_static_symbols = 64;
-inline constexpr unsigned most_static_tables = 256;
-
-using Histogram = std::array<uint32_t, most_static_symbols>;
-
-/// A distribution over 2^bits slots. A frequency of 0 is a symbol that does not occur.
-struct Frequencies {
-  std::array<uint16_t, most_static_symbols> frequency{};
-  std::array<uint16_t, most_static_symbols> start{};
-};
-
-/// Contexts and the table each of them uses: similar contexts share one.
-struct StaticTables {
-  unsigned bits = 10;             ///< slots are 2^bits, at most 2^10
-  unsigned symbols = 0;           ///< of the alphabet
-  std::vector<uint8_t> table_of;  ///< by context
-  std::vector<Frequencies> tables;
-
-  const Frequencies& of(unsigned context) const { return tables[table_of[context]]; }
-};
+// Asymmetric numeral systems with static tables (static_tables.h): fast to decode, as nothing is learnt on
+// the way.
 
 /// A decoder refuses streams that promise more than 16384 things a byte (and 16 bytes for nothing), so that
 /// what it reserves is bounded by what it reads. Symbols that are alone in their tables take no bits: where
@@ -45,30 +25,6 @@ inline constexpr bool can_hold(uint64_t bytes, uint64_t things) {
 inline void fill_up(std::vector<std::byte>& bytes, uint64_t things) {
   while (!can_hold(bytes.size(), things)) bytes.push_back(std::byte{0});
 }
-
-/// Counts of a sample, for tables that others use as well: what occurs in one context may occur in all that
-/// there are. `rising`: symbols are sizes, where those between, and the next one, may occur, too.
-void spread_symbols(std::span<Histogram> counts, unsigned symbols, bool rising);
-
-/// What one more table must save in bits beyond what its symbols take: a microsecond of a decoder's time.
-inline constexpr uint64_t price_of_table = 80;
-/// Tables for these counts, by context, such that tables and symbols together are small. Writes them to
-/// `coder`.
-StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
-                         unsigned most_tables, RansEncoder& coder, uint64_t price = price_of_table);
-/// Its two steps: counts that share a table are summed up; then tables are chosen and written.
-std::vector<Histogram> merge_alike(std::span<const Histogram> counts, unsigned symbols, unsigned most_tables,
-                                   uint64_t price, std::vector<uint8_t>& table_of);
-StaticTables write_tables(std::span<const Histogram> counts, std::vector<uint8_t> table_of, unsigned symbols,
-                          unsigned bits, unsigned most_tables, RansEncoder& coder);
-/// Inverse. Any bytes give valid tables; the caller looks at coder.exhausted().
-StaticTables read_tables(size_t contexts, unsigned symbols, unsigned bits, unsigned most_tables,
-                         RansDecoder& coder);
-
-/// What symbols cost with these tables, in 1/65536 bits.
-uint64_t cost_of(const Histogram& counts, const Frequencies& table, unsigned bits);
-/// log2(n) * 65536, rounded down to about 16 bits; 0 for 0.
-uint32_t log2_fixed(uint32_t n);
 
 /// A distribution as decoders want it: for each of 2^bits slots the symbol, and for each symbol its slots.
 /// All of it in every slot would be one look-up less, but four times as large, and the tables of a file would

@@ -113,6 +113,20 @@ TEST(StaticRans, ContextsThatAreAlikeShareATable) {
   EXPECT_EQ(make_tables(counts, 8, 10, 16, side).tables.size(), 2u);
 }
 
+TEST(StaticRans, SharedTablesHaveWhatOccursAnywhereAndTheLastSymbol) {
+  std::vector<Histogram> counts(2);
+  for (unsigned s = 0; s < 8; ++s) counts[0][s] = counts[1][20 + s] = 1000u;
+  RansEncoder side;
+  const StaticTables tables = make_tables(counts, 40, 10, 16, side, true);
+  ASSERT_EQ(tables.tables.size(), 2u);
+  for (const Frequencies& table : tables.tables) {
+    for (unsigned s = 0; s < 40; ++s) {
+      const bool possible = s < 8 || (s >= 20 && s < 28) || s == 39;
+      EXPECT_EQ(table.frequency[s] > 0, possible) << s;
+    }
+  }
+}
+
 TEST(StaticRans, AnyBytesGiveValidTables) {
   for (uint64_t seed = 0; seed < 2000; ++seed) {
     Random random(seed);

@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "entropy/clustered_tables.h"
 #include "entropy/lane_rans.h"
+#include "entropy/static_rans.h"
 #include "numbers/number_map.h"
 #include "surface/fans/dictionary.h"
 #include "surface/fans/placed_weights.h"
@@ -109,7 +109,7 @@ inline constexpr unsigned spread_classes_of(bool with_spread) {
 inline constexpr unsigned residual_contexts_of(unsigned components, bool with_spread) {
   return components * 4 * size_classes * spread_classes_of(with_spread);
 }
-inline constexpr unsigned most_residual_tables = 24;
+inline constexpr unsigned table_bits = 10, most_residual_tables = 24;
 
 // Repeats: which components are in dictionaries, and where.
 inline constexpr unsigned patterns_of(unsigned components) {

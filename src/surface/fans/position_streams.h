@@ -49,21 +49,19 @@ inline int64_t get_signed(ByteReader& in) {
 
 /// The contexts of symbols of one kind.
 struct Alphabet {
-  unsigned first, contexts, symbols, columns, most_tables;
+  unsigned first, contexts, symbols, most_tables;
 };
 template <class Visit>
 void for_each_alphabet(const Coding& coding, Visit visit) {
   const unsigned n = coding.components;
   const bool spread = coding.with_spread;
-  visit(Alphabet{0, residual_contexts_of(n, spread), symbols, spread ? spread_classes : size_classes,
-                 most_residual_tables});
+  visit(Alphabet{0, residual_contexts_of(n, spread), symbols, most_residual_tables});
   if (coding.repeats == Repeats::none) return;
   if (coding.repeats == Repeats::levels)
-    visit(
-        Alphabet{first_pattern, pattern_contexts_of(n), patterns_of(n), patterns_of(n), most_pattern_tables});
-  visit(Alphabet{first_index, index_contexts, index_symbols, relations, most_index_tables});
+    visit(Alphabet{first_pattern, pattern_contexts_of(n), patterns_of(n), most_pattern_tables});
+  visit(Alphabet{first_index, index_contexts, index_symbols, most_index_tables});
   if (coding.repeats == Repeats::candidates)
-    visit(Alphabet{first_candidate, candidate_contexts_of(n), candidate_symbols, 16, most_candidate_tables});
+    visit(Alphabet{first_candidate, candidate_contexts_of(n), candidate_symbols, most_candidate_tables});
 }
 
 /// The step of the second of two components in steps of the first, by which edges are turned; 0 where that is

@@ -22,7 +22,7 @@ using namespace positions;
 namespace positions {
 /// The tables as the loop looks them up: by context.
 struct SymbolTables {
-  using Table = StaticDecoderTable<clustered_bits, symbols>;
+  using Table = StaticDecoderTable<table_bits, symbols>;
   Unfilled<Table> tables;
   std::array<uint8_t, all_contexts> table_of{};
 
@@ -149,8 +149,8 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
     if (!coding.dictionaries[k].code(side)) return corrupt("the dictionaries are damaged");
   }
   for_each_alphabet(coding, [&](const Alphabet& alphabet) {
-    const StaticTables tables = read_clustered_tables(alphabet.contexts, alphabet.symbols, alphabet.columns,
-                                                      alphabet.most_tables, side);
+    const StaticTables tables =
+        read_tables(alphabet.contexts, alphabet.symbols, table_bits, alphabet.most_tables, side);
     head->tables.add(tables, alphabet.first);
   });
   head->tables.add_known();

@@ -348,8 +348,8 @@ class PositionEncoder {
       coding.dictionaries[k].code(side);
     std::vector<StaticTables> tables;
     for_each_alphabet(coding, [&](const Alphabet& alphabet) {
-      tables.push_back(make_clustered_tables(count_events(alphabet, events), alphabet.symbols,
-                                             alphabet.columns, alphabet.most_tables, shared, side));
+      tables.push_back(make_tables(count_events(alphabet, events), alphabet.symbols, table_bits,
+                                   alphabet.most_tables, side, shared));
     });
     return tables;
   }
