@@ -97,8 +97,7 @@ class DepthCoder {
       const int32_t step =
           step_[seen].code(coder, static_cast<int32_t>(depths[s]) - static_cast<int32_t>(expected));
       const int32_t depth = static_cast<int32_t>(expected) + step;
-      depths[s] =
-          static_cast<uint8_t>(std::clamp(depth, 1, static_cast<int32_t>(deepest(resolution_))));
+      depths[s] = static_cast<uint8_t>(std::clamp(depth, 1, static_cast<int32_t>(deepest(resolution_))));
       last = depths[s];
       first = false;
     }
@@ -162,8 +161,8 @@ struct TableCoder {
   }
 };
 
-/// What a table takes for each symbol that occurs, in bits, roughly; and what one more must save beyond that: a
-/// microsecond of a decoder's time.
+/// What a table takes for each symbol that occurs, in bits, roughly; and what one more must save beyond that:
+/// a microsecond of a decoder's time.
 constexpr uint64_t bits_of_symbol = 4, price_of_table = 80;
 
 uint64_t total_of(const Histogram& counts) {
@@ -246,7 +245,7 @@ class Clustering {
   struct Node {
     Histogram counts;
     std::array<uint64_t, most_static_symbols> weights;  ///< n log2(n) of each count
-    uint64_t there;  ///< which symbols, as bits
+    uint64_t there;                                     ///< which symbols, as bits
     uint32_t total;
   };
   struct Occurring {

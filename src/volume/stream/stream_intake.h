@@ -39,6 +39,12 @@ struct Intake {
   const uint8_t* all_last_uses() const {
     return given_numbers.empty() ? last_use.data() : given_last_use.data();
   }
+  void add(unsigned kind, CellType type, std::span<const uint64_t> points, std::span<const uint8_t> last) {
+    records.push_back({static_cast<uint8_t>(kind), type, static_cast<uint32_t>(points.size()), 0});
+    numbers.insert(numbers.end(), points.begin(), points.end());
+    last_use.insert(last_use.end(), last.begin(), last.end());
+    last_use.resize(numbers.size());
+  }
   void clear() {
     given_numbers = {};
     given_last_use = {};
