@@ -43,7 +43,7 @@ StreamKey twins_key(uint32_t patch) {
 using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
 
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
-struct CodedCells {
+struct PatchCells {
   EncodedTopology encoded;
   std::optional<FanSurface> fans;
   FanModels models = FanModels::fixed;
@@ -59,8 +59,8 @@ struct CodedCells {
   }
 };
 
-Result<CodedCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<SharedFanPatch> shared) {
-  CodedCells cells;
+Result<PatchCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<SharedFanPatch> shared) {
+  PatchCells cells;
   if (shared) {
     cells.models = FanModels::shared;
     cells.positions = std::move(shared->positions);
@@ -125,7 +125,7 @@ std::span<const uint32_t> sources_of(const PatchSources& sources, const Array& a
 /// The streams of a patch while they are made.
 class PatchEncoder {
  public:
-  PatchEncoder(CodedCells cells, uint32_t patch, const EncodeOptions& options, bool mixed)
+  PatchEncoder(PatchCells cells, uint32_t patch, const EncodeOptions& options, bool mixed)
       : cells_(std::move(cells)), patch_(patch), options_(options), mixed_(mixed) {}
 
   /// `corner_twin`: of a welded mesh, else empty.
@@ -226,7 +226,7 @@ class PatchEncoder {
     return {};
   }
 
-  CodedCells cells_;
+  PatchCells cells_;
   uint32_t patch_;
   const EncodeOptions& options_;
   bool mixed_;

@@ -46,22 +46,22 @@ void glue_corners(CornerFaces& faces) {
   }
 }
 
-/// A gate a + b - across, and how good it is.
-struct Gate {
+/// A parallelogram, a + b - across, and how good it is.
+struct Parallelogram {
   enum Quality : uint8_t { of_triangle, of_face, straight };
   uint32_t a, b, across;
   Quality quality;
 };
-constexpr unsigned most_gates = 3;
+constexpr unsigned most_parallelograms = 3;
 
 /// What predicts one element.
 struct Around {
-  std::array<Gate, most_gates> gates;
+  std::array<Parallelogram, most_parallelograms> parallelograms;
   uint32_t first = none, second = none;  ///< a known edge, or one known neighbour
   uint8_t count = 0;
 
-  void add(const Gate& gate) {
-    if (count < most_gates) gates[count++] = gate;
+  void add(const Parallelogram& parallelogram) {
+    if (count < most_parallelograms) parallelograms[count++] = parallelogram;
   }
   void see(uint32_t a, uint32_t b) {
     if (second != none) return;
@@ -98,7 +98,7 @@ class ReferenceFinder {
   }
 
  private:
-  /// The same for the three corners of a triangle from `first` on: only the newest element has a gate, and
+  /// The same for the three corners of a triangle from `first` on: only the newest element has one, and
   /// the oldest sees nothing.
   void look_at_triangle(uint32_t first) {
     const uint32_t* const of = element_.data() + first;
@@ -110,7 +110,7 @@ class ReferenceFinder {
     if (i >= e || j >= e) return look_at_each(first);
     if (i != j) around_[i < j ? j : i].see(i < j ? i : j, none);
     around_[e].see(i, j);
-    add_gate_across(e, i, j, faces_.opposite[first + next]);
+    add_parallelogram_across(e, i, j, faces_.opposite[first + next]);
   }
   void look_at_each(uint32_t first) {
     for (uint32_t c = first; c < first + 3; ++c) {
@@ -127,10 +127,10 @@ class ReferenceFinder {
       around_[e].see(i, j);
       if (!faces_.is_triangle(c)) {
         const uint32_t across = element_[faces_.next(next)];
-        if (across < e) around_[e].add({i, j, across, Gate::of_face});
+        if (across < e) around_[e].add({i, j, across, Parallelogram::of_face});
         return;
       }
-      add_gate_across(e, i, j, faces_.opposite[next]);
+      add_parallelogram_across(e, i, j, faces_.opposite[next]);
     } else if (i < e || j < e) {
       around_[e].see(i < e ? i : j, none);
       if (!faces_.is_triangle(c)) straight_.push_back(c);
@@ -138,27 +138,27 @@ class ReferenceFinder {
   }
 
   /// `over`: the corner from which the face on the other side runs from the point of j to that of i.
-  void add_gate_across(uint32_t e, uint32_t i, uint32_t j, uint32_t over) {
+  void add_parallelogram_across(uint32_t e, uint32_t i, uint32_t j, uint32_t over) {
     if (over == none || element_[over] != j || element_[faces_.next(over)] != i) return;
     const uint32_t across = element_[faces_.previous(over)];
-    if (across < e) around_[e].add({i, j, across, Gate::of_triangle});
+    if (across < e) around_[e].add({i, j, across, Parallelogram::of_triangle});
   }
 
   /// One neighbour in the face is known, and the corner behind it: on from the face beyond.
   void look_straight_on(uint32_t c) {
     const uint32_t e = element_[c], next = faces_.next(c), previous = faces_.previous(c);
     const uint32_t i = element_[next], j = element_[previous];
-    if (around_[e].count == most_gates) return;
+    if (around_[e].count == most_parallelograms) return;
     if (i < e && element_[faces_.next(next)] < e) {
       const uint32_t over = faces_.opposite[next];
       if (over == none || element_[faces_.next(over)] != i) return;
       const uint32_t across = element_[faces_.next(faces_.next(over))];
-      if (across < e) around_[e].add({i, i, across, Gate::straight});
+      if (across < e) around_[e].add({i, i, across, Parallelogram::straight});
     } else if (j < e && element_[faces_.previous(previous)] < e) {
       const uint32_t over = faces_.opposite[faces_.previous(previous)];
       if (over == none || element_[over] != j) return;
       const uint32_t across = element_[faces_.previous(over)];
-      if (across < e) around_[e].add({j, j, across, Gate::straight});
+      if (across < e) around_[e].add({j, j, across, Parallelogram::straight});
     }
   }
 
@@ -167,7 +167,7 @@ class ReferenceFinder {
     uint8_t& kind = result_.kinds[e];
     const Around& around = around_[e];
     if (around.count > 0) {
-      kind = of_gates(around, references);
+      kind = of_parallelograms(around, references);
     } else if (around.second != none) {
       references.at.fill(std::min(around.first, around.second));
       references.at[R::last] = std::max(around.first, around.second);
@@ -178,37 +178,40 @@ class ReferenceFinder {
     }
   }
 
-  /// The newer one of the first gate's edge is the last, if no third gate wants it as focus.
-  static uint8_t of_gates(Around around, R& references) {
-    auto& gates = around.gates;
-    bool swapped = gates[0].a > gates[0].b;
-    uint32_t focus = std::min(gates[0].a, gates[0].b), last = std::max(gates[0].a, gates[0].b);
-    const unsigned closing = around.count == most_gates ? closing_gate(gates, focus, last) : 0;
+  /// The newer one of the first edge is the last, if no third parallelogram wants it as focus.
+  static uint8_t of_parallelograms(Around around, R& references) {
+    auto& parallelograms = around.parallelograms;
+    bool swapped = parallelograms[0].a > parallelograms[0].b;
+    uint32_t focus = std::min(parallelograms[0].a, parallelograms[0].b),
+             last = std::max(parallelograms[0].a, parallelograms[0].b);
+    const unsigned closing =
+        around.count == most_parallelograms ? closing_parallelogram(parallelograms, focus, last) : 0;
     if (closing != 0) {
-      std::swap(gates[closing], gates[2]);
-      if (gates[2].a != focus && gates[2].b != focus) {
+      std::swap(parallelograms[closing], parallelograms[2]);
+      if (parallelograms[2].a != focus && parallelograms[2].b != focus) {
         std::swap(focus, last);
         swapped = !swapped;
       }
     }
     references.at.fill(focus);
     references.at[R::last] = last;
-    references.at[R::before] = gates[0].across;
+    references.at[R::before] = parallelograms[0].across;
     if (around.count > 1) {
-      references.at[R::late] = gates[1].a;
-      references.at[R::late + 1] = gates[1].b;
-      references.at[R::late + 2] = gates[1].across;
+      references.at[R::late] = parallelograms[1].a;
+      references.at[R::late + 1] = parallelograms[1].b;
+      references.at[R::late + 2] = parallelograms[1].across;
     }
-    const Gate::Quality quality = gates[0].quality;
+    const Parallelogram::Quality quality = parallelograms[0].quality;
     if (closing == 0) return kind_of(first_open_place + quality, swapped, around.count > 1);
-    references.at[R::next] = gates[2].a == focus ? gates[2].b : gates[2].a;
-    references.at[R::next_opposite] = gates[2].across;
-    return kind_of(quality == Gate::of_triangle ? 0 : 2, swapped, true);
+    references.at[R::next] = parallelograms[2].a == focus ? parallelograms[2].b : parallelograms[2].a;
+    references.at[R::next_opposite] = parallelograms[2].across;
+    return kind_of(quality == Parallelogram::of_triangle ? 0 : 2, swapped, true);
   }
   /// One of the other two that has an element of the first one's edge; 0 for none.
-  static unsigned closing_gate(const std::array<Gate, most_gates>& gates, uint32_t focus, uint32_t last) {
-    for (unsigned g = 1; g < most_gates; ++g) {
-      for (const uint32_t of : {gates[g].a, gates[g].b}) {
+  static unsigned closing_parallelogram(const std::array<Parallelogram, most_parallelograms>& parallelograms,
+                                        uint32_t focus, uint32_t last) {
+    for (unsigned g = 1; g < most_parallelograms; ++g) {
+      for (const uint32_t of : {parallelograms[g].a, parallelograms[g].b}) {
         if (of == focus || of == last) return g;
       }
     }

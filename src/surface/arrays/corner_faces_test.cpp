@@ -53,14 +53,14 @@ TEST(ElementReferences, ComeBeforeTheirElement) {
   }
 }
 
-TEST(ElementReferences, GatesAreExactOnFlatLattices) {
+TEST(ElementReferences, ParallelogramsAreExactOnFlatLattices) {
   for (const bool triangles : {false, true}) {
     const Surface shape = triangles ? triangulated(shapes::grid(9, 9)) : shapes::grid(9, 9);
     const auto fans = encode_fan_patch(to_mesh(shape));
     ASSERT_TRUE(fans && *fans);
     const CornerFaces faces = corner_faces((**fans).patch.fans);
     const FanSurface around = element_references(faces, faces.points, faces.point_count);
-    unsigned gates = 0;
+    unsigned parallelograms = 0;
     for (uint32_t e = 0; e < around.vertices; ++e) {
       const auto x = [&](uint32_t element, unsigned k) {
         return shape.points[(**fans).sources.points[element]][k];
@@ -68,7 +68,7 @@ TEST(ElementReferences, GatesAreExactOnFlatLattices) {
       const auto& at = around.references[e].at;
       const unsigned place = place_of_kind(around.kinds[e]);
       if (place == start_place || place == edge_place) continue;
-      ++gates;
+      ++parallelograms;
       for (unsigned k = 0; k < 2; ++k) {
         ASSERT_EQ(x(at[R::focus], k) + x(at[R::last], k) - x(at[R::before], k), x(e, k));
         if (kind_has_late(around.kinds[e])) {
@@ -79,7 +79,7 @@ TEST(ElementReferences, GatesAreExactOnFlatLattices) {
         }
       }
     }
-    EXPECT_GT(gates, 80u) << triangles;
+    EXPECT_GT(parallelograms, 80u) << triangles;
   }
 }
 
@@ -114,7 +114,7 @@ TEST(Joints, BringBackWhichCornersHoldTheSame) {
   }
 }
 
-TEST(PlacedGates, TexturesThatKeepAnglesCostLittle) {
+TEST(PlacedWeights, TexturesThatKeepAnglesCostLittle) {
   // An uneven plane, turned and scaled into its texture, or mirrored.
   Surface shape = triangulated(shapes::grid(40, 40));
   Random random(4);

@@ -41,7 +41,7 @@ class NormalMeasure {
   NormalMeasure(const Array& array, const ArrayMaps& maps, std::span<const Code> codes)
       : array_(array), maps_(maps), codes_(codes) {}
 
-  void code(uint32_t element, const GateStencil&, const ExpectedNormal& expected) {
+  void code(uint32_t element, const ElementStencil&, const ExpectedNormal& expected) {
     const Vector3 value = normal_of_codes<Code>(array_.type, maps_, &codes_[element * maps_.maps.size()]);
     const Vector3 unit = unit_vector(expected.vector);
     ++normals_;
@@ -161,7 +161,7 @@ void write_exceptions(ByteWriter& out, const Array& array, const ArrayMaps& maps
                       TupleOf tuple_of) {
   std::vector<NumberPlace> places;
   uint64_t coded = 0;
-  const auto find = [&](uint32_t element, const GateStencil&) {
+  const auto find = [&](uint32_t element, const ElementStencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       const uint64_t stored = tuple_of(element) * array.components + k;
       if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), stored))
@@ -185,7 +185,7 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
   uint64_t left = in.get_count();
   uint64_t next = left > 0 ? in.get_count() : 0;
   uint64_t coded = 0;
-  const auto take = [&](uint32_t element, const GateStencil&) {
+  const auto take = [&](uint32_t element, const ElementStencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       if (left == 0 || coded != next) continue;
       const Bytes number = in.get_bytes(number_bytes);

@@ -83,7 +83,7 @@ class NormalCoder {
         spreads_(values_.size()),
         completions_(values_.size()) {}
 
-  void code(uint32_t element, const GateStencil& stencil, const ExpectedNormal& expected) {
+  void code(uint32_t element, const ElementStencil& stencil, const ExpectedNormal& expected) {
     find_neighbours(stencil);
     before_ = element;
     Vector3 towards = expected.vector * (coding_.inward ? -1.0 : 1.0);
@@ -123,7 +123,7 @@ class NormalCoder {
   }
   static bool is_zero(const Vector3& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 
-  void find_neighbours(const GateStencil& stencil) {
+  void find_neighbours(const ElementStencil& stencil) {
     neighbour_count_ = 0;
     const auto add = [&](uint32_t element) {
       for (unsigned i = 0; i < neighbour_count_; ++i) {
@@ -131,9 +131,9 @@ class NormalCoder {
       }
       neighbours_[neighbour_count_++] = element;
     };
-    for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      add(stencil.gates[i].a);
-      add(stencil.gates[i].b);
+    for (unsigned i = 0; i < stencil.parallelogram_count; ++i) {
+      add(stencil.parallelograms[i].a);
+      add(stencil.parallelograms[i].b);
     }
     if (neighbour_count_ > 0) return;
     const uint32_t other = stencil.neighbour != none ? stencil.neighbour : before_;
@@ -445,7 +445,7 @@ class NormalCoder {
   std::vector<int> spreads_;
   std::vector<uint8_t> completions_;
   // Of the element at hand.
-  std::array<uint32_t, 2 * GateStencil::most_gates + 1> neighbours_;
+  std::array<uint32_t, 2 * ElementStencil::most_parallelograms + 1> neighbours_;
   unsigned neighbour_count_ = 0;
   uint32_t before_ = none;
   unsigned repeated_ = 0;

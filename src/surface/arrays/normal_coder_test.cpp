@@ -189,7 +189,7 @@ TEST(ElementWalk, WedgesHoldEveryCornerOnceWhateverIsJoined) {
     ElementWalk walk(elements, face_of);
     walk.run_wedges([](uint32_t, uint32_t) { return true; },
                     [&](const CornerPair&) { return random.chance(60); },
-                    [&](uint32_t element, const GateStencil&, const Wedge& wedge) {
+                    [&](uint32_t element, const ElementStencil&, const Wedge& wedge) {
                       for (const uint32_t h : wedge.corners) ++seen[h];
                       if (wedge.corners.empty()) ++seen[element];
                       return true;

@@ -128,7 +128,7 @@ void code_wedges(const PatchElements& elements, ElementWalk& walk, ExpectedNorma
   CornerJoints<Rans, Code> joints(rans, twins, codes, components);
   walk.run_wedges([&](uint32_t a, uint32_t b) { return joints.same(a, b); },
                   [&](const CornerPair& pair) { return joints.code(pair, normals.sharpness(pair)); },
-                  [&](uint32_t element, const GateStencil& stencil, const Wedge& wedge) {
+                  [&](uint32_t element, const ElementStencil& stencil, const Wedge& wedge) {
                     if (!more()) return false;
                     const std::span<const uint32_t> corners =
                         wedge.corners.empty() ? std::span(&element, 1) : std::span(wedge.corners);
@@ -154,7 +154,7 @@ void code_elements(const PatchElements& elements, const std::vector<uint32_t>& f
   ElementWalk walk(elements, face_of);
   if (domain == Domain::corner)
     return code_wedges(elements, walk, normals, rans, codes, components, coder, more);
-  walk.run(domain, tuples, [&](uint32_t element, const GateStencil& stencil) {
+  walk.run(domain, tuples, [&](uint32_t element, const ElementStencil& stencil) {
     if (!more()) return false;
     coder.code(element, stencil,
                domain == Domain::point ? normals.of_point(element) : normals.of_face(element));

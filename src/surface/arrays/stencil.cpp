@@ -9,13 +9,14 @@ uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
   return other < vertex ? surface.point(other) : none;
 }
 
-void add_gate(GateStencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
-  if (across == none || stencil.gate_count == GateStencil::most_gates) return;
-  stencil.gates[stencil.gate_count++] = {a, b, across};
+void add_parallelogram(ElementStencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
+  if (across == none || stencil.parallelogram_count == ElementStencil::most_parallelograms) return;
+  stencil.parallelograms[stencil.parallelogram_count++] = {a, b, across};
 }
 
 /// Gates of one corner: `next` and `previous` are the known points beside it in its face, h its half-edge.
-void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, GateStencil& stencil) {
+void find_parallelograms_at(const PatchSurface& surface, uint32_t vertex, uint32_t h,
+                            ElementStencil& stencil) {
   const HalfEdges& edges = surface.half_edges;
   const uint32_t next_edge = edges.next(h);
   const uint32_t previous_edge = edges.previous(h);
@@ -28,29 +29,29 @@ void find_gates_at(const PatchSurface& surface, uint32_t vertex, uint32_t h, Gat
     if (next == none || previous == none) return;
     // A triangle among polygons: across the edge opposite to the vertex.
     const uint32_t over = edges.opposite[next_edge];
-    return add_gate(stencil, next, previous, known_point(surface, edges.previous(over), vertex));
+    return add_parallelogram(stencil, next, previous, known_point(surface, edges.previous(over), vertex));
   }
   if (next != none && previous != none) {
-    return add_gate(stencil, next, previous, known_point(surface, beyond_next, vertex));
+    return add_parallelogram(stencil, next, previous, known_point(surface, beyond_next, vertex));
   }
   // A polygon with one known edge at the vertex's neighbour: continue the neighbouring face over that edge.
   if (next != none && known_point(surface, beyond_next, vertex) != none) {
     const uint32_t over = edges.opposite[next_edge];
     const uint32_t across = known_point(surface, edges.next(edges.next(over)), vertex);
-    return add_gate(stencil, next, next, across);
+    return add_parallelogram(stencil, next, next, across);
   }
   if (previous != none && known_point(surface, edges.previous(previous_edge), vertex) != none) {
     const uint32_t over = edges.opposite[edges.previous(previous_edge)];
     const uint32_t across = known_point(surface, edges.previous(over), vertex);
-    return add_gate(stencil, previous, previous, across);
+    return add_parallelogram(stencil, previous, previous, across);
   }
 }
 
-/// The same for surfaces of triangles, where each face round the vertex has one gate at most. Which
-/// neighbours are known is as good as random, so nothing branches on it: a gate that is not there is
+/// The same for surfaces of triangles, where each face round the vertex has one parallelogram at most. Which
+/// neighbours are known is as good as random, so nothing branches on it: a parallelogram that is not there is
 /// overwritten by the next one.
 template <bool WithPoints>
-void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
+void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, ElementStencil& stencil) {
   const uint32_t* const origin = surface.half_edges.origin.data();
   const uint32_t* const opposite = surface.half_edges.opposite.data();
   const auto point_before = [&](uint32_t h) {
@@ -70,22 +71,22 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, GateSte
     const uint32_t previous = point_before(previous_edge);
     const uint32_t over = opposite[next_edge];
     const uint32_t across = point_before(over % 3 == 0 ? over + 2 : over - 1);
-    stencil.gates[count] = {next, previous, across};
+    stencil.parallelograms[count] = {next, previous, across};
     const auto known = static_cast<unsigned>((next != none) & (previous != none) & (across != none));
-    count += known & static_cast<unsigned>(count < GateStencil::most_gates);
+    count += known & static_cast<unsigned>(count < ElementStencil::most_parallelograms);
     neighbour = previous != none ? previous : neighbour;
     next = previous;  // the faces round the vertex share their edges
     h = opposite[previous_edge];
     place = h % 3;
   } while (h != corner);
-  stencil.gate_count = count;
+  stencil.parallelogram_count = count;
   stencil.neighbour = neighbour;
 }
 
 }  // namespace
 
-void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStencil& stencil) {
-  stencil.gate_count = 0;
+void find_point_stencil(const PatchSurface& surface, uint32_t vertex, ElementStencil& stencil) {
+  stencil.parallelogram_count = 0;
   stencil.neighbour = none;
   if (surface.half_edges.all_triangles()) {
     if (surface.point_of.empty()) return find_triangle_stencil<false>(surface, vertex, stencil);
@@ -94,7 +95,7 @@ void find_point_stencil(const PatchSurface& surface, uint32_t vertex, GateStenci
   const uint32_t corner = surface.vertices.corner[vertex];
   uint32_t h = corner;
   do {
-    find_gates_at(surface, vertex, h, stencil);
+    find_parallelograms_at(surface, vertex, h, stencil);
     h = surface.half_edges.turn(h);
   } while (h != corner);
 }

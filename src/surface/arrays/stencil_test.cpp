@@ -19,8 +19,8 @@ EncodedTopology encode(const Mesh& mesh) {
   return encoded ? std::move(*encoded) : EncodedTopology{};
 }
 
-GateStencil stencil_of(const PatchSurface& surface, uint32_t vertex) {
-  GateStencil stencil{};
+ElementStencil stencil_of(const PatchSurface& surface, uint32_t vertex) {
+  ElementStencil stencil{};
   find_point_stencil(surface, vertex, stencil);
   return stencil;
 }
@@ -28,20 +28,21 @@ GateStencil stencil_of(const PatchSurface& surface, uint32_t vertex) {
 TEST(PointStencil, OfATetrahedronGrowsAsItsPointsBecomeKnown) {
   const EncodedTopology encoded = encode(tetrahedron());
   const PatchSurface& surface = encoded.topology.surface;
-  EXPECT_EQ(stencil_of(surface, 0).gate_count, 0u);
+  EXPECT_EQ(stencil_of(surface, 0).parallelogram_count, 0u);
   EXPECT_EQ(stencil_of(surface, 0).neighbour, none);
-  EXPECT_EQ(stencil_of(surface, 1).gate_count, 0u);
+  EXPECT_EQ(stencil_of(surface, 1).parallelogram_count, 0u);
   EXPECT_EQ(stencil_of(surface, 1).neighbour, 0u);
-  EXPECT_EQ(stencil_of(surface, 2).gate_count, 0u);
+  EXPECT_EQ(stencil_of(surface, 2).parallelogram_count, 0u);
   EXPECT_NE(stencil_of(surface, 2).neighbour, none);
   // Each face at the last point has the same face behind it.
-  const GateStencil last = stencil_of(surface, 3);
-  ASSERT_EQ(last.gate_count, 3u);
+  const ElementStencil last = stencil_of(surface, 3);
+  ASSERT_EQ(last.parallelogram_count, 3u);
   std::set<uint32_t> across;
   for (unsigned i = 0; i < 3; ++i) {
-    const Gate& gate = last.gates[i];
-    EXPECT_EQ((std::set<uint32_t>{gate.a, gate.b, gate.across}), (std::set<uint32_t>{0, 1, 2}));
-    across.insert(gate.across);
+    const Parallelogram& parallelogram = last.parallelograms[i];
+    EXPECT_EQ((std::set<uint32_t>{parallelogram.a, parallelogram.b, parallelogram.across}),
+              (std::set<uint32_t>{0, 1, 2}));
+    across.insert(parallelogram.across);
   }
   EXPECT_EQ(across.size(), 3u);
 }
@@ -52,18 +53,18 @@ std::array<double, 3> position(const Mesh& mesh, const EncodedTopology& encoded,
   return {double{at[0]}, double{at[1]}, double{at[2]}};
 }
 
-/// Gates that predict a point exactly, of all gates.
-std::pair<size_t, size_t> exact_gates(const Mesh& mesh) {
+/// Parallelograms that predict a point exactly, of all parallelograms.
+std::pair<size_t, size_t> exact_parallelograms(const Mesh& mesh) {
   const EncodedTopology encoded = encode(mesh);
   const PatchSurface& surface = encoded.topology.surface;
   std::pair<size_t, size_t> count{0, 0};
   for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
-    const GateStencil stencil = stencil_of(surface, vertex);
+    const ElementStencil stencil = stencil_of(surface, vertex);
     const auto here = position(mesh, encoded, surface.point(vertex));
-    for (unsigned i = 0; i < stencil.gate_count; ++i) {
-      const Gate& gate = stencil.gates[i];
-      const auto a = position(mesh, encoded, gate.a), b = position(mesh, encoded, gate.b),
-                 across = position(mesh, encoded, gate.across);
+    for (unsigned i = 0; i < stencil.parallelogram_count; ++i) {
+      const Parallelogram& parallelogram = stencil.parallelograms[i];
+      const auto a = position(mesh, encoded, parallelogram.a), b = position(mesh, encoded, parallelogram.b),
+                 across = position(mesh, encoded, parallelogram.across);
       bool exact = true;
       for (size_t k = 0; k < 3; ++k) exact = exact && a[k] + b[k] - across[k] == here[k];
       count.first += exact;
@@ -86,9 +87,9 @@ Surface flat_lattice(bool triangles) {
   return surface;
 }
 
-TEST(PointStencil, EveryGateIsExactOnFlatLattices) {
+TEST(PointStencil, EveryParallelogramIsExactOnFlatLattices) {
   for (const bool triangles : {false, true}) {
-    const auto [exact, all] = exact_gates(to_mesh(flat_lattice(triangles)));
+    const auto [exact, all] = exact_parallelograms(to_mesh(flat_lattice(triangles)));
     EXPECT_EQ(exact, all) << triangles;
     EXPECT_GT(all, 100u) << triangles;
   }
@@ -98,20 +99,20 @@ TEST(PointStencil, TakesTheOtherCornersOfItsOwnFaces) {
   // The last corner of a cube has three quads whose other corners are known; each of them predicts it.
   const Mesh mesh = cube();
   const EncodedTopology encoded = encode(mesh);
-  const GateStencil last = stencil_of(encoded.topology.surface, 7);
-  EXPECT_EQ(last.gate_count, 3u);
+  const ElementStencil last = stencil_of(encoded.topology.surface, 7);
+  EXPECT_EQ(last.parallelogram_count, 3u);
   const auto here = position(mesh, encoded, 7);
-  for (unsigned i = 0; i < last.gate_count; ++i) {
-    const Gate& gate = last.gates[i];
+  for (unsigned i = 0; i < last.parallelogram_count; ++i) {
+    const Parallelogram& parallelogram = last.parallelograms[i];
     for (size_t k = 0; k < 3; ++k) {
-      EXPECT_EQ(position(mesh, encoded, gate.a)[k] + position(mesh, encoded, gate.b)[k] -
-                    position(mesh, encoded, gate.across)[k],
+      EXPECT_EQ(position(mesh, encoded, parallelogram.a)[k] + position(mesh, encoded, parallelogram.b)[k] -
+                    position(mesh, encoded, parallelogram.across)[k],
                 here[k]);
     }
   }
 }
 
-TEST(PointStencil, HoldsKnownPointsOnlyAndFewGates) {
+TEST(PointStencil, HoldsKnownPointsOnlyAndFewParallelograms) {
   RandomMeshOptions options;
   options.arrays = false;
   for (uint64_t seed = 0; seed < 600; ++seed) {
@@ -119,15 +120,16 @@ TEST(PointStencil, HoldsKnownPointsOnlyAndFewGates) {
     const PatchSurface& surface = encoded.topology.surface;
     uint32_t known = 0;  // points of vertices before
     for (uint32_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
-      const GateStencil stencil = stencil_of(surface, vertex);
-      ASSERT_LE(stencil.gate_count, GateStencil::most_gates);
-      for (unsigned i = 0; i < stencil.gate_count; ++i) {
-        for (const uint32_t point : {stencil.gates[i].a, stencil.gates[i].b, stencil.gates[i].across}) {
+      const ElementStencil stencil = stencil_of(surface, vertex);
+      ASSERT_LE(stencil.parallelogram_count, ElementStencil::most_parallelograms);
+      for (unsigned i = 0; i < stencil.parallelogram_count; ++i) {
+        for (const uint32_t point :
+             {stencil.parallelograms[i].a, stencil.parallelograms[i].b, stencil.parallelograms[i].across}) {
           ASSERT_LT(point, known) << seed;
         }
       }
       ASSERT_TRUE(stencil.neighbour == none || stencil.neighbour < known) << seed;
-      ASSERT_TRUE(stencil.gate_count == 0 || stencil.neighbour != none) << seed;
+      ASSERT_TRUE(stencil.parallelogram_count == 0 || stencil.neighbour != none) << seed;
       known = std::max(known, surface.point(vertex) + 1);
     }
   }

@@ -34,7 +34,7 @@ class TwinCoder {
     const auto never = [](uint32_t, uint32_t) { return false; };
     walk.run_wedges(
         never, [&](const CornerPair& pair) { return code_joint(pair); },
-        [&](uint32_t corner, const GateStencil&, const Wedge& wedge) {
+        [&](uint32_t corner, const ElementStencil&, const Wedge& wedge) {
           if (!more()) return false;
           const uint32_t number = code_number(point_of(corner), corner);
           numbers_[corner] = number;

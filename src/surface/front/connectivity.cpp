@@ -1,7 +1,7 @@
 // Codes a closed surface face by face from its front: the degrees of faces and the valences of vertices,
 // everything else follows from them (Touma and Gotsman 1998 for triangles; Khodakovsky, Alliez, Desbrun and
 // Schroeder 2002 and Isenburg 2002 for polygons; the choice of the next pivot after Alliez and Desbrun 2001).
-// Encoder and decoder are one function, FaceCoder::code_face: where the encoder looks at the surface, the
+// Encoder and decoder are one function, FrontCoder::code_face: where the encoder looks at the surface, the
 // decoder reads, and builds.
 #include "surface/front/connectivity.h"
 
@@ -30,9 +30,9 @@ T clamped(T value, T low, T high) {
 }
 
 template <class Coder>
-class FaceCoder {
+class FrontCoder {
  public:
-  FaceCoder(Coder& coder, const ConnectivityHeader& header, HalfEdges& surface, SurfaceVertices& vertices)
+  FrontCoder(Coder& coder, const ConnectivityHeader& header, HalfEdges& surface, SurfaceVertices& vertices)
       : coder_(coder), header_(header), surface_(surface), vertices_(vertices) {}
 
   Result<> code_component(uint32_t seed);
@@ -106,7 +106,7 @@ class FaceCoder {
 
 /// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
 template <class Coder>
-uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
+uint32_t FrontCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
   const uint32_t vertex = dummy ? first_dummy + dummies_++ : vertices_.size();
   if (!dummy) {
     vertices_.corner.push_back(h);
@@ -127,7 +127,7 @@ uint32_t FaceCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valenc
 
 /// Encoder: the next face to be coded starts at h. Decoder: makes room for it, returns its first half-edge.
 template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
+Result<uint32_t> FrontCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
   if constexpr (encoding) {
     first_half_edges.push_back(h);
     for (uint32_t e = h, i = 0; i < degree; ++i, e = surface_.next(e)) coded[e] = true;
@@ -147,7 +147,7 @@ Result<uint32_t> FaceCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
 }
 
 template <class Coder>
-void FaceCoder<Coder>::make_room() {
+void FrontCoder<Coder>::make_room() {
   // Grows with what has been decoded; the first room was reserved.
   const size_t room =
       std::max<size_t>({half_edges_, surface_.origin.size() * 3 / 2, surface_.origin.capacity()});
@@ -157,7 +157,7 @@ void FaceCoder<Coder>::make_room() {
 
 /// Degree of the face at the gate behind `first`, of which `known` edges are on the front.
 template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
+Result<uint32_t> FrontCoder<Coder>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
   if (header_.uniform_degree && header_.regular_degree == 3) return 3u;
   if (header_.uniform_degree && !header_.has_border) return header_.regular_degree;
   // A face with a dummy vertex is a border triangle.
@@ -179,13 +179,13 @@ Result<uint32_t> FaceCoder<Coder>::code_degree(uint32_t first, uint32_t known, u
 
 /// Is the next vertex of the face, between `first` and `end`, on the front?
 template <class Coder>
-bool FaceCoder<Coder>::code_on_front(uint32_t first, uint32_t end, bool on_front) {
+bool FrontCoder<Coder>::code_on_front(uint32_t first, uint32_t end, bool on_front) {
   models_.look(view(first, end));
   return models_.code_on_front(coder_, on_front);
 }
 
 template <class Coder>
-FrontView FaceCoder<Coder>::view(uint32_t first, uint32_t end) const {
+FrontView FrontCoder<Coder>::view(uint32_t first, uint32_t end) const {
   const auto regular = static_cast<int32_t>(header_.regular_valence);
   const auto relative = [&](uint32_t vertex) {
     if (vertex >= first_dummy) return FrontView::dummy;
@@ -201,7 +201,7 @@ FrontView FaceCoder<Coder>::view(uint32_t first, uint32_t end) const {
 
 /// A vertex the front has not met: is it a dummy, and how many edges has it? Returns its node.
 template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
+Result<uint32_t> FrontCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
   bool dummy = false;
   uint32_t valence = valence_at(h);
   if constexpr (encoding) dummy = surface_.origin[h] >= point_count;
@@ -227,7 +227,7 @@ Result<uint32_t> FaceCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
 
 /// Encoder: the node whose gap the corner h lies in, and how the face divides its free edges.
 template <class Coder>
-auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
+auto FrontCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
   Target target;
   uint32_t crossed = 0;
   uint32_t e = h;
@@ -250,7 +250,7 @@ auto FaceCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
 
 /// Encoder: the node of an edge of the front, wherever it is. Rare: handles, and splits far from their gate.
 template <class Coder>
-uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
+uint32_t FrontCoder<Coder>::node_behind(uint32_t edge) {
   if (node_of_edge_.empty()) {
     uint32_t node = 0;
     while (!front_.alive(node) || front_[node].edge != edge) ++node;
@@ -268,7 +268,7 @@ uint32_t FaceCoder<Coder>::node_behind(uint32_t edge) {
 /// A vertex that is on the front: which of its nodes? By steps along the front where it is near, else by
 /// number.
 template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::code_front_node(uint32_t first, Target target) {
+Result<uint32_t> FrontCoder<Coder>::code_front_node(uint32_t first, Target target) {
   uint32_t node = target.node;
   if (models_.near.code(coder_, target.steps != none)) {
     const bool backward = models_.backward.code(coder_, target.backward);
@@ -290,7 +290,7 @@ Result<uint32_t> FaceCoder<Coder>::code_front_node(uint32_t first, Target target
 /// new node, which closes the list behind the chain; `node` keeps the part behind. Returns whether the face
 /// goes on along the front.
 template <class Coder>
-Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
+Result<bool> FrontCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
   const unsigned context = (is_dummy(node) ? 2u : 0u) + (front_[node].free > 2 ? 1u : 0u);
   share = models_.share[context].code(coder_, share);
   if (share >= front_[node].free) return corrupt("a split with more edges than the vertex has");
@@ -310,7 +310,7 @@ Result<bool> FaceCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edg
 /// into the face as long as the vertices between them are finished. h and `left` (vertices still to come)
 /// move along. Returns the node where the face leaves the front.
 template <class Coder>
-Result<uint32_t> FaceCoder<Coder>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
+Result<uint32_t> FrontCoder<Coder>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
   do {
     const uint32_t next = front_[node].next;
     if (left == 0 || next == first) return corrupt("a face with more edges than its degree");
@@ -329,7 +329,7 @@ Result<uint32_t> FaceCoder<Coder>::follow_front(uint32_t first, uint32_t node, u
 /// The vertices of the face that the gate does not show: `left` of them, from `end` round to `first`. h is
 /// the half-edge of the face that leaves `end`.
 template <class Coder>
-Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
+Result<> FrontCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, uint32_t left) {
   while (left > 0) {
     --left;
     const uint32_t edge = h;
@@ -359,7 +359,7 @@ Result<> FaceCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h, 
 /// One face at the gate from `pivot` to its next node. `first` becomes the node where the face leaves the
 /// front, none when it was the last of its list.
 template <class Coder>
-Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
+Result<> FrontCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
   // Around a vertex with no free edges the face goes on along the front.
   first = pivot;
   uint32_t last = front_[pivot].next;
@@ -399,7 +399,7 @@ Result<> FaceCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
 /// The node with the fewest free edges near `from`, the nearest of them; dummies only when there is nothing
 /// else.
 template <class Coder>
-uint32_t FaceCoder<Coder>::choose_pivot(uint32_t from) const {
+uint32_t FrontCoder<Coder>::choose_pivot(uint32_t from) const {
   uint32_t best = from;
   uint32_t fewest = is_dummy(from) ? none : front_[from].free;
   uint32_t ahead = from;
@@ -420,7 +420,7 @@ uint32_t FaceCoder<Coder>::choose_pivot(uint32_t from) const {
 
 /// Codes faces until the list of `pivot` and what splits off it are used up.
 template <class Coder>
-Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
+Result<> FrontCoder<Coder>::code_list(uint32_t pivot) {
   while (pivot != none) {
     uint32_t first = none;
     MAILLE_CHECK(code_face(pivot, first));
@@ -435,7 +435,7 @@ Result<> FaceCoder<Coder>::code_list(uint32_t pivot) {
 }
 
 template <class Coder>
-uint32_t FaceCoder<Coder>::valence_at(uint32_t h) const {
+uint32_t FrontCoder<Coder>::valence_at(uint32_t h) const {
   uint32_t valence = 0;
   if constexpr (encoding) {
     for (uint32_t e = h; valence == 0 || e != h; e = surface_.turn(e)) ++valence;
@@ -445,7 +445,7 @@ uint32_t FaceCoder<Coder>::valence_at(uint32_t h) const {
 
 /// Codes one component, whose first face starts at half-edge `seed` (encoder) and has only new vertices.
 template <class Coder>
-Result<> FaceCoder<Coder>::code_component(uint32_t seed) {
+Result<> FrontCoder<Coder>::code_component(uint32_t seed) {
   auto degree = static_cast<int32_t>(header_.regular_degree);
   if (!header_.uniform_degree) {
     int32_t offset = 0;
@@ -509,7 +509,7 @@ CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edg
   CodedConnectivity result;
   result.header = describe(surface, real_half_edges, point_count);
   RangeEncoder encoder;
-  FaceCoder<RangeEncoder> coder(encoder, result.header, surface, result.vertices);
+  FrontCoder<RangeEncoder> coder(encoder, result.header, surface, result.vertices);
   coder.coded.resize(surface.size());
   coder.point_count = point_count;
   for (uint32_t h = 0; h < real_half_edges; h += surface.degree(h)) {
@@ -534,7 +534,7 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   reserve_pages(result.surface.opposite, room);
   result.vertices.corner.reserve(room / 6);
   RangeDecoder decoder(bytes);
-  FaceCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
+  FrontCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
   coder.max_half_edges = std::min(max_half_edges, numbered - 1);
   for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
   result.surface.origin.resize(coder.half_edges());

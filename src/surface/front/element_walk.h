@@ -71,14 +71,14 @@ class ElementWalk {
     }
     wedge.corners.clear();
     rest(surface_.half_edges.size(), elements_.corners(),
-         [&](uint32_t corner, const GateStencil& stencil) { return visit(corner, stencil, wedge); });
+         [&](uint32_t corner, const ElementStencil& stencil) { return visit(corner, stencil, wedge); });
   }
 
  private:
   /// Elements that are not on the surface have no neighbours.
   template <class Visit>
   void rest(uint32_t from, uint32_t to, Visit visit) {
-    const GateStencil nothing{};
+    const ElementStencil nothing{};
     for (uint32_t i = from; i < to; ++i) {
       if (!visit(i, nothing)) return;
     }
@@ -95,12 +95,12 @@ class ElementWalk {
     rest(surface_.point_count, elements_.points, visit);
   }
 
-  /// Each known neighbour of a face is a gate of its own, whose parallelogram is the neighbour.
+  /// Each known neighbour of a face is a parallelogram of its own, of no size.
   template <class Visit>
   void cells(Visit visit) {
     const uint32_t faces = surface_.face_count;
     for (uint32_t face = 0; face < faces; ++face) {
-      stencil_.gate_count = 0;
+      stencil_.parallelogram_count = 0;
       stencil_.neighbour = none;
       // From the corner of the lowest vertex, which is the same on both sides.
       const uint32_t first = lowest_corner(face);
@@ -108,7 +108,7 @@ class ElementWalk {
       do {
         const uint32_t other = face_of_[surface_.half_edges.opposite[h]];
         if (other < face) {
-          add_gate(other, other, other);
+          add_parallelogram(other, other, other);
           if (stencil_.neighbour == none || other > stencil_.neighbour) stencil_.neighbour = other;
         }
         h = surface_.half_edges.next(h);
@@ -120,7 +120,7 @@ class ElementWalk {
 
   template <class Visit>
   void corners(Visit visit) {
-    const GateStencil nothing{};
+    const ElementStencil nothing{};
     for (uint32_t vertex = 0; vertex < surface_.vertices.size(); ++vertex) {
       const uint32_t first = surface_.vertices.corner[vertex];
       uint32_t h = first;
@@ -138,8 +138,9 @@ class ElementWalk {
   uint32_t known_corner(uint32_t h, uint32_t vertex) const {
     return is_real(h) && surface_.half_edges.origin[h] < vertex ? h : none;
   }
-  void add_gate(uint32_t a, uint32_t b, uint32_t across) {
-    if (stencil_.gate_count < GateStencil::most_gates) stencil_.gates[stencil_.gate_count++] = {a, b, across};
+  void add_parallelogram(uint32_t a, uint32_t b, uint32_t across) {
+    if (stencil_.parallelogram_count < ElementStencil::most_parallelograms)
+      stencil_.parallelograms[stencil_.parallelogram_count++] = {a, b, across};
   }
 
   /// The real corners of a vertex, and which of them follow each other across an edge.
@@ -166,14 +167,14 @@ class ElementWalk {
 
   template <class Same>
   void find_wedge_stencil(const Wedge& wedge, uint32_t vertex, uint32_t before, Same same) {
-    stencil_.gate_count = 0;
+    stencil_.parallelogram_count = 0;
     stencil_.neighbour = none;
-    for (const uint32_t h : wedge.corners) find_gate_at(h, vertex, same);
+    for (const uint32_t h : wedge.corners) find_parallelogram_at(h, vertex, same);
     if (stencil_.neighbour == none) stencil_.neighbour = before;
   }
 
   template <class Same>
-  void find_gate_at(uint32_t h, uint32_t vertex, Same same) {
+  void find_parallelogram_at(uint32_t h, uint32_t vertex, Same same) {
     const HalfEdges& edges = surface_.half_edges;
     const uint32_t next = edges.next(h);
     const uint32_t previous = edges.previous(h);
@@ -186,26 +187,26 @@ class ElementWalk {
       if (a == none || b == none) return;
       const uint32_t over = edges.opposite[next];  // from b's vertex to a's
       const uint32_t across = known_corner(edges.previous(over), vertex);
-      if (across != none && same(over, b) && same(edges.next(over), a)) add_gate(a, b, across);
+      if (across != none && same(over, b) && same(edges.next(over), a)) add_parallelogram(a, b, across);
       return;
     }
     if (a != none && b != none) {
-      if (known_corner(beyond, vertex) != none) add_gate(a, b, beyond);
+      if (known_corner(beyond, vertex) != none) add_parallelogram(a, b, beyond);
     } else if (a != none && known_corner(beyond, vertex) != none) {
       const uint32_t over = edges.opposite[next];  // from `beyond`'s vertex to a's
       const uint32_t across = known_corner(edges.next(edges.next(over)), vertex);
-      if (across != none && same(edges.next(over), a)) add_gate(a, a, across);
+      if (across != none && same(edges.next(over), a)) add_parallelogram(a, a, across);
     } else if (b != none && known_corner(edges.previous(previous), vertex) != none) {
       const uint32_t over = edges.opposite[edges.previous(previous)];  // from b's vertex on
       const uint32_t across = known_corner(edges.previous(over), vertex);
-      if (across != none && same(over, b)) add_gate(b, b, across);
+      if (across != none && same(over, b)) add_parallelogram(b, b, across);
     }
   }
 
   const PatchElements& elements_;
   const PatchSurface& surface_;
   const std::vector<uint32_t>& face_of_;
-  GateStencil stencil_;
+  ElementStencil stencil_;
   // Of the vertex at hand: real corners, whether the next one lies across an edge, whether it joins the
   // wedge.
   std::vector<uint32_t> ring_;

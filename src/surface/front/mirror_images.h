@@ -25,7 +25,7 @@ template <class Code>
 std::optional<MirrorPlane> find_mirror_plane(std::span<const Code> codes);
 
 /// Known points and their images. That of a point to come is found by connectivity: beyond the edge that is
-/// the image of a gate.
+/// the image of a parallelogram.
 template <class Code>
 class MirrorImages {
  public:

@@ -25,9 +25,9 @@ namespace maille {
 /// How positions are coded at the best efforts. docs/format.md, "Mixed positions".
 struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
-  enum class Centre : uint8_t { expected, best_gate };
+  enum class Centre : uint8_t { expected, best_parallelogram };
   static constexpr unsigned centre_count = 2;
-  Centre centre = Centre::best_gate;
+  Centre centre = Centre::best_parallelogram;
   bool with_repeats = true;           ///< contexts see numbers as they are, and what may come again
   double unit = 1;                    ///< of positions: about the smallest difference of numbers
   std::optional<MirrorPlane> mirror;  ///< many points have an image in it
@@ -203,7 +203,7 @@ class MixedPositionCoder {
     Vector3 place;
     for (unsigned k = 0; k < 3; ++k) place[k] = value(image_[k], k);
     at_image_.mean.fill(place);
-    at_image_.all_gates = at_image_.best_gate = place;
+    at_image_.mean_parallelogram = at_image_.best_parallelogram = place;
     at_image_.covariance = {};
     for (unsigned k = 0; k < 3; ++k) at_image_.covariance[k][k] = 0.05;
     at_image_.spread = at_image_.disagreement = 0;
@@ -261,8 +261,8 @@ class MixedPositionCoder {
     spread_bin_ = clamp_bin(half_octave(p.spread * inverse), -3, 8);
     edge_bin_ = clamp_bin(half_octave(p.edge), 0, 32);
     const unsigned apart = clamp_bin(half_octave(p.disagreement * inverse), -4, 8);
-    kind_ = {(p.valence_class >> 1) * 4 + (p.gate_class > 0 ? p.gate_class - 1 : 0), spread_bin_,
-             p.valence_class, apart + 8 * (edge_bin_ > 12)};
+    kind_ = {(p.valence_class >> 1) * 4 + (p.parallelogram_class > 0 ? p.parallelogram_class - 1 : 0),
+             spread_bin_, p.valence_class, apart + 8 * (edge_bin_ > 12)};
     for (unsigned j = 0; j < experts; ++j) {
       const double ratio = static_cast<double>(scales_[j][scale_place(j)]);
       const double scale = 0.55 * deviation_ * ratio;
@@ -291,17 +291,17 @@ class MixedPositionCoder {
       h = hashed(h, static_cast<uint32_t>(coded_residuals_));
     }
     hash_[0] = h;
-    // How the first two gates differ.
+    // How the first two parallelograms differ.
     const Neighbourhood& around = predictor_.neighbourhood();
-    h = hashed(seed(2), around.gate_count);
-    for (unsigned i = 0; i < 2 && i < around.gate_count; ++i) {
-      const WideGate& gate = around.gates[i];
-      const double tip = along(gate.a) + along(gate.b) - along(gate.across);
-      h = hashed(h, exact(tip - p.all_gates[axis_]));
+    h = hashed(seed(2), around.parallelogram_count);
+    for (unsigned i = 0; i < 2 && i < around.parallelogram_count; ++i) {
+      const WideParallelogram& parallelogram = around.parallelograms[i];
+      const double tip = along(parallelogram.a) + along(parallelogram.b) - along(parallelogram.across);
+      h = hashed(h, exact(tip - p.mean_parallelogram[axis_]));
     }
     hash_[1] = h;
-    // The place itself; the edges of the best gate; what the residuals at its corners were.
-    hash_[2] = hashed(seed(3), static_cast<uint32_t>(nearest_code(p.all_gates[axis_], axis_)));
+    // The place itself; the edges of the best parallelogram; what the residuals at its corners were.
+    hash_[2] = hashed(seed(3), static_cast<uint32_t>(nearest_code(p.mean_parallelogram[axis_], axis_)));
     hash_[3] = seed(4);
     hash_[4] = seed(5);
     if (p.best_a != none) {
@@ -327,7 +327,7 @@ class MixedPositionCoder {
 
   Wide centre() const {
     const bool expected = coding_.centre == MixedCoding::Centre::expected;
-    return nearest_code(expected ? mean_[experts - 1] : prediction_->best_gate[axis_], axis_);
+    return nearest_code(expected ? mean_[experts - 1] : prediction_->best_parallelogram[axis_], axis_);
   }
 
   void code_number() {
@@ -505,10 +505,10 @@ class MixedPositionCoder {
       logits[2] = shortened(by_kind[1], by_kind[2]);
     }
     const unsigned first = scale_bin_ * node_types + type;
-    const unsigned second =
-        (prediction_->valence_class * 4 + (prediction_->gate_class < 3 ? prediction_->gate_class : 3)) *
-            node_types +
-        type;
+    const unsigned second = (prediction_->valence_class * 4 +
+                             (prediction_->parallelogram_class < 3 ? prediction_->parallelogram_class : 3)) *
+                                node_types +
+                            type;
     const uint32_t probability =
         mixer_.predict(logits, first, second, type, with_repeats && !repeated ? 2 : inputs / 8);
     bool bit = false;

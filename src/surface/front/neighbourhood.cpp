@@ -9,7 +9,7 @@ class Search {
       : surface_(surface), edges_(surface.half_edges), vertex_(vertex), found_(found) {}
 
   void run() {
-    found_.gate_count = found_.ring_count = found_.valence = 0;
+    found_.parallelogram_count = found_.ring_count = found_.valence = 0;
     found_.border = false;
     const uint32_t first = surface_.vertices.corner[vertex_];
     uint32_t h = first;
@@ -24,9 +24,9 @@ class Search {
     const uint32_t other = edges_.origin[h];
     return other < vertex_ ? surface_.point(other) : none;
   }
-  void add_gate(uint32_t a, uint32_t b, uint32_t across) {
-    if (across == none || found_.gate_count == Neighbourhood::most_gates) return;
-    found_.gates[found_.gate_count++] = {a, b, across, none, none};
+  void add_parallelogram(uint32_t a, uint32_t b, uint32_t across) {
+    if (across == none || found_.parallelogram_count == Neighbourhood::most_parallelograms) return;
+    found_.parallelograms[found_.parallelogram_count++] = {a, b, across, none, none};
   }
 
   void look_at(uint32_t h) {
@@ -44,24 +44,25 @@ class Search {
     }
     const uint32_t beyond_next = edges_.next(next_edge);
     if (beyond_next == previous_edge) return look_across(next_edge, next, previous);
-    if (next != none && previous != none) return add_gate(next, previous, known(beyond_next));
+    if (next != none && previous != none) return add_parallelogram(next, previous, known(beyond_next));
     if (next != none && known(beyond_next) != none) {
-      return add_gate(next, next, known(edges_.next(edges_.next(edges_.opposite[next_edge]))));
+      return add_parallelogram(next, next, known(edges_.next(edges_.next(edges_.opposite[next_edge]))));
     }
     if (previous != none && known(edges_.previous(previous_edge)) != none) {
-      add_gate(previous, previous, known(edges_.previous(edges_.opposite[edges_.previous(previous_edge)])));
+      add_parallelogram(previous, previous,
+                        known(edges_.previous(edges_.opposite[edges_.previous(previous_edge)])));
     }
   }
 
-  /// The gate of a triangle, over the edge from a to b.
+  /// The parallelogram of a triangle, over the edge from a to b.
   void look_across(uint32_t edge, uint32_t a, uint32_t b) {
     if (a == none || b == none) return;
     const uint32_t over = edges_.opposite[edge];
-    const uint32_t count = found_.gate_count;
-    add_gate(a, b, known(edges_.previous(over)));
-    if (count == found_.gate_count || edges_.next(edges_.next(edges_.next(over))) != over) return;
-    found_.gates[count].tip_a = known(edges_.previous(edges_.opposite[edges_.next(over)]));
-    found_.gates[count].tip_b = known(edges_.previous(edges_.opposite[edges_.previous(over)]));
+    const uint32_t count = found_.parallelogram_count;
+    add_parallelogram(a, b, known(edges_.previous(over)));
+    if (count == found_.parallelogram_count || edges_.next(edges_.next(edges_.next(over))) != over) return;
+    found_.parallelograms[count].tip_a = known(edges_.previous(edges_.opposite[edges_.next(over)]));
+    found_.parallelograms[count].tip_b = known(edges_.previous(edges_.opposite[edges_.previous(over)]));
   }
 
   const PatchSurface& surface_;

@@ -7,8 +7,9 @@
 
 namespace maille {
 
-/// A gate with what lies beyond its two other edges: in triangles, the known points across a-w and b-w.
-struct WideGate {
+/// A parallelogram with what lies beyond its two other edges: in triangles, the known points across a-w and
+/// b-w.
+struct WideParallelogram {
   uint32_t a;
   uint32_t b;
   uint32_t across;
@@ -16,17 +17,17 @@ struct WideGate {
   uint32_t tip_b = 0xffffffff;
 };
 
-/// What the best effort levels know around a vertex before its position, by points; see GateStencil for the
-/// narrow form.
+/// What the best effort levels know around a vertex before its position, by points; see ElementStencil for
+/// the narrow form.
 struct Neighbourhood {
-  static constexpr unsigned most_gates = 8;
+  static constexpr unsigned most_parallelograms = 8;
   static constexpr unsigned most_ring = 16;
 
-  std::array<WideGate, most_gates> gates;
+  std::array<WideParallelogram, most_parallelograms> parallelograms;
   std::array<uint32_t, most_ring> ring;  ///< known neighbours
   /// Does the arc of known neighbours end here?
   std::array<bool, most_ring> arc_end;
-  unsigned gate_count = 0;
+  unsigned parallelogram_count = 0;
   unsigned ring_count = 0;
   unsigned valence = 0;
   bool border = false;

@@ -48,15 +48,15 @@ PositionPredictor::PositionPredictor(const PatchSurface& surface, const VertexRi
       positions_(points),
       points_(points),
       by_ring_(8 * 8),
-      by_gates_(4 * 5 * 2) {
+      by_parallelograms_(4 * 5 * 2) {
   for (auto& square : class_square_) square = {1, 1, 1};
 }
 
 const PositionPrediction& PositionPredictor::predict_other() {
   vertex_ = none;
-  around_.gate_count = around_.ring_count = around_.valence = 0;
+  around_.parallelogram_count = around_.ring_count = around_.valence = 0;
   around_.border = false;
-  predict_without_gates();
+  predict_without_parallelograms();
   return result_;
 }
 
@@ -64,11 +64,11 @@ const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   vertex_ = vertex;
   find_neighbourhood(surface_, vertex, around_);
   result_.valence_class = bounded(around_.valence, 3u, 10u) - 3;
-  if (around_.gate_count == 0) {
-    predict_without_gates();
+  if (around_.parallelogram_count == 0) {
+    predict_without_parallelograms();
     return result_;
   }
-  result_.gate_class = std::min(around_.gate_count, 4u);
+  result_.parallelogram_class = std::min(around_.parallelogram_count, 4u);
   gather();
   find_frame();
   angle_ = angle_prediction();
@@ -79,19 +79,19 @@ const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   order_axes();
 
   const unsigned valence = bounded(around_.valence, 4u, 8u) - 4;
-  const unsigned open = around_.ring_count > around_.gate_count + 1 ? 1 : 0;
+  const unsigned open = around_.ring_count > around_.parallelogram_count + 1 ? 1 : 0;
   ring_weights_ = &by_ring_[result_.valence_class * 8 + ring_class()];
-  gate_weights_ = &by_gates_[((result_.gate_class - 1) * 5 + valence) * 2 + open];
-  const Vector3 by_gates = corrected(*gate_weights_);
+  parallelogram_weights_ = &by_parallelograms_[((result_.parallelogram_class - 1) * 5 + valence) * 2 + open];
+  const Vector3 by_parallelograms = corrected(*parallelogram_weights_);
   const Vector3 by_ring = corrected(*ring_weights_);
-  result_.mean = {by_gates, smooth_place_, angle_, (by_gates + by_ring) * 0.5};
-  const Vector3 apart = by_gates - result_.all_gates;
+  result_.mean = {by_parallelograms, smooth_place_, angle_, (by_parallelograms + by_ring) * 0.5};
+  const Vector3 apart = by_parallelograms - result_.mean_parallelogram;
   result_.disagreement = std::sqrt(dot(apart, apart));
   return result_;
 }
 
 /// Near the known neighbours, else near the point before.
-void PositionPredictor::predict_without_gates() {
+void PositionPredictor::predict_without_parallelograms() {
   Vector3 mean;
   double edge = 0;
   for (unsigned i = 0; i < around_.ring_count; ++i) mean = mean + positions_[around_.ring[i]];
@@ -103,19 +103,19 @@ void PositionPredictor::predict_without_gates() {
   frame_ = {Vector3{{0, 0, 1}}, Vector3{{1, 0, 0}}, Vector3{{0, 1, 0}}};
   variance_ = {class_square_[0][0] + 0.05, class_square_[0][1] + 0.05, class_square_[0][2] + 0.05};
   result_.mean = {mean, mean, mean, mean};
-  result_.all_gates = result_.best_gate = mean;
+  result_.mean_parallelogram = result_.best_parallelogram = mean;
   result_.spread = result_.disagreement = 0;
   result_.edge = edge;
-  result_.gate_class = 0;
+  result_.parallelogram_class = 0;
   result_.best_a = result_.best_b = result_.best_across = none;
   find_covariance();
   result_.axes = {0, 1, 2};
 }
 
-/// Means over the gates and the known neighbours.
+/// Means over the parallelograms and the known neighbours.
 void PositionPredictor::gather() {
-  const double inverse = 1.0 / around_.gate_count;
-  std::array<Vector3, Neighbourhood::most_gates> tips;
+  const double inverse = 1.0 / around_.parallelogram_count;
+  std::array<Vector3, Neighbourhood::most_parallelograms> tips;
   Vector3 sum, middle, edges, across, across_residual, far;
   unsigned far_count = 0;
   double least = 0;
@@ -125,11 +125,11 @@ void PositionPredictor::gather() {
     far = far + positions_[tip];
     ++far_count;
   };
-  for (unsigned i = 0; i < around_.gate_count; ++i) {
-    const WideGate& gate = around_.gates[i];
-    const Vector3& a = positions_[gate.a];
-    const Vector3& b = positions_[gate.b];
-    const Vector3& w = positions_[gate.across];
+  for (unsigned i = 0; i < around_.parallelogram_count; ++i) {
+    const WideParallelogram& parallelogram = around_.parallelograms[i];
+    const Vector3& a = positions_[parallelogram.a];
+    const Vector3& b = positions_[parallelogram.b];
+    const Vector3& w = positions_[parallelogram.across];
     const Vector3 edge = b - a;
     tips[i] = a + (b - w);
     sum = sum + tips[i];
@@ -137,22 +137,23 @@ void PositionPredictor::gather() {
     edges = edges + edge;
     edge_square += dot(edge, edge);
     across = across + w;
-    across_residual = across_residual + points_[gate.across].residual;
-    take_tip(gate.tip_a);
-    take_tip(gate.tip_b);
+    across_residual = across_residual + points_[parallelogram.across].residual;
+    take_tip(parallelogram.tip_a);
+    take_tip(parallelogram.tip_b);
     const Vector3 aw = a - w;
     const Vector3 bw = b - w;
     const double skew = dot(aw, aw) - dot(bw, bw);
-    const double error = static_cast<double>(points_[gate.a].error) + points_[gate.b].error +
-                         points_[gate.across].error + 0.02 * (skew < 0 ? -skew : skew);
+    const double error = static_cast<double>(points_[parallelogram.a].error) +
+                         points_[parallelogram.b].error + points_[parallelogram.across].error +
+                         0.02 * (skew < 0 ? -skew : skew);
     if (i > 0 && !(error < least)) continue;
     least = error;
-    result_.best_gate = tips[i];
-    result_.best_a = gate.a;
-    result_.best_b = gate.b;
-    result_.best_across = gate.across;
+    result_.best_parallelogram = tips[i];
+    result_.best_a = parallelogram.a;
+    result_.best_b = parallelogram.b;
+    result_.best_across = parallelogram.across;
   }
-  result_.all_gates = sum * inverse;
+  result_.mean_parallelogram = sum * inverse;
   middle_ = middle * (0.5 * inverse);
   mean_edge_ = edges * inverse;
   mean_across_ = across * inverse;
@@ -161,8 +162,8 @@ void PositionPredictor::gather() {
   has_tips_ = far_count > 0;
   mean_tips_ = has_tips_ ? far * (1.0 / far_count) : Vector3{};
   double spread = 0;
-  for (unsigned i = 0; i < around_.gate_count; ++i) {
-    const Vector3 apart = tips[i] - result_.all_gates;
+  for (unsigned i = 0; i < around_.parallelogram_count; ++i) {
+    const Vector3 apart = tips[i] - result_.mean_parallelogram;
     spread += dot(apart, apart);
   }
   result_.spread = std::sqrt(spread * inverse);
@@ -185,12 +186,12 @@ void PositionPredictor::gather() {
 
 void PositionPredictor::find_frame() {
   Vector3 normal;
-  for (unsigned i = 0; i < around_.gate_count; ++i) {
-    const WideGate& gate = around_.gates[i];
-    const Vector3& a = positions_[gate.a];
-    normal = normal + cross(positions_[gate.across] - a, positions_[gate.b] - a);
+  for (unsigned i = 0; i < around_.parallelogram_count; ++i) {
+    const WideParallelogram& parallelogram = around_.parallelograms[i];
+    const Vector3& a = positions_[parallelogram.a];
+    normal = normal + cross(positions_[parallelogram.across] - a, positions_[parallelogram.b] - a);
   }
-  find_tangents(normal, result_.all_gates - middle_);
+  find_tangents(normal, result_.mean_parallelogram - middle_);
 }
 
 /// The frame of a normal, with its first tangent ahead, or where that is no direction, along a coordinate
@@ -222,10 +223,11 @@ double PositionPredictor::expected_angle(const Point& point) const {
   return bounded((2 * pi - static_cast<double>(point.angle)) / (point.faces - point.angles), 0.3, 1.8);
 }
 
-/// The tip of a triangle on the gate, in the plane of the face across, with the angles that are left.
-bool PositionPredictor::angle_tip(const WideGate& gate, Vector3& tip) const {
-  double at_a = expected_angle(points_[gate.a]);
-  double at_b = expected_angle(points_[gate.b]);
+/// The tip of a triangle on the parallelogram, in the plane of the face across, with the angles that are
+/// left.
+bool PositionPredictor::angle_tip(const WideParallelogram& parallelogram, Vector3& tip) const {
+  double at_a = expected_angle(points_[parallelogram.a]);
+  double at_b = expected_angle(points_[parallelogram.b]);
   const double at_tip = around_.border ? regular_angle : bounded(2 * pi / around_.valence, 0.3, 1.8);
   const double scale = pi / (at_a + at_b + at_tip);
   at_a = bounded(at_a * scale, 0.15, 2.9);
@@ -234,11 +236,11 @@ bool PositionPredictor::angle_tip(const WideGate& gate, Vector3& tip) const {
   const double cot_b = cotangent(at_b);
   const double sum = cot_a + cot_b;
   if (!(sum > 0.05)) return false;
-  const Vector3& a = positions_[gate.a];
-  const Vector3& b = positions_[gate.b];
+  const Vector3& a = positions_[parallelogram.a];
+  const Vector3& b = positions_[parallelogram.b];
   const Vector3 edge = b - a;
   const double edge_square = dot(edge, edge);
-  Vector3 up = (a + b) * 0.5 - positions_[gate.across];
+  Vector3 up = (a + b) * 0.5 - positions_[parallelogram.across];
   if (!(edge_square > 1e-30)) return false;
   up = up - edge * (dot(up, edge) / edge_square);
   const double up_square = dot(up, up);
@@ -250,26 +252,27 @@ bool PositionPredictor::angle_tip(const WideGate& gate, Vector3& tip) const {
 Vector3 PositionPredictor::angle_prediction() const {
   Vector3 sum;
   unsigned count = 0;
-  if (!surface_.half_edges.all_triangles()) return result_.all_gates;
-  for (unsigned i = 0; i < around_.gate_count; ++i) {
+  if (!surface_.half_edges.all_triangles()) return result_.mean_parallelogram;
+  for (unsigned i = 0; i < around_.parallelogram_count; ++i) {
     Vector3 tip;
-    if (!angle_tip(around_.gates[i], tip)) continue;
+    if (!angle_tip(around_.parallelograms[i], tip)) continue;
     sum = sum + tip;
     ++count;
   }
-  return count == 0 ? result_.all_gates : sum * (1.0 / count);
+  return count == 0 ? result_.mean_parallelogram : sum * (1.0 / count);
 }
 
 /// Not farther than a few edges: where hardly anything is known, it can be anywhere.
 Vector3 PositionPredictor::smooth_prediction(uint32_t vertex) {
   Vector3 found;
-  if (!smooth_.predict(vertex, positions_, result_.all_gates, found)) return result_.all_gates;
-  const Vector3 apart = found - result_.all_gates;
-  return dot(apart, apart) < 25 * result_.edge * result_.edge ? found : result_.all_gates;
+  if (!smooth_.predict(vertex, positions_, result_.mean_parallelogram, found))
+    return result_.mean_parallelogram;
+  const Vector3 apart = found - result_.mean_parallelogram;
+  return dot(apart, apart) < 25 * result_.edge * result_.edge ? found : result_.mean_parallelogram;
 }
 
 void PositionPredictor::find_features() {
-  const Vector3& base = result_.all_gates;
+  const Vector3& base = result_.mean_parallelogram;
   const Vector3 nothing;
   const std::array<Vector3, features> all = {
       mean_ring_ - base,
@@ -282,7 +285,7 @@ void PositionPredictor::find_features() {
       arc_ends_ - base,
       angle_ - base,
       across_residual_,
-      result_.best_gate - base,
+      result_.best_parallelogram - base,
       newest_ == none ? nothing : points_[newest_].residual,
   };
   for (unsigned k = 0; k < 3; ++k) {
@@ -304,8 +307,8 @@ Vector3 PositionPredictor::corrected(const Weights& weights) const {
   for (unsigned k = 0; k < 3; ++k) correction = correction + frame_[k] * weights[k].predict(features_[k]);
   // A weight out of hand must not lead far away.
   const double most = 25 * result_.edge * result_.edge + 1e4;
-  if (!(dot(correction, correction) < most)) return result_.all_gates;
-  return result_.all_gates + correction;
+  if (!(dot(correction, correction) < most)) return result_.mean_parallelogram;
+  return result_.mean_parallelogram + correction;
 }
 
 void PositionPredictor::find_variance() {
@@ -316,9 +319,9 @@ void PositionPredictor::find_variance() {
     ++count;
   };
   for (unsigned i = 0; i < around_.ring_count; ++i) take(around_.ring[i]);
-  for (unsigned i = 0; i < around_.gate_count; ++i) take(around_.gates[i].across);
+  for (unsigned i = 0; i < around_.parallelogram_count; ++i) take(around_.parallelograms[i].across);
   for (unsigned k = 0; k < 3; ++k) {
-    variance_[k] = (sum[k] + 6 * class_square_[result_.gate_class][k]) / (count + 6) + 0.05;
+    variance_[k] = (sum[k] + 6 * class_square_[result_.parallelogram_class][k]) / (count + 6) + 0.05;
   }
 }
 
@@ -344,7 +347,7 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   Point& point = points_[number];
   for (unsigned k = 0; k < 3; ++k) positions_[number][k] = bounded(where[k], -farthest, farthest);
   const Vector3 residual = positions_[number] - result_.mean[3];
-  const bool with_gates = around_.gate_count > 0;
+  const bool with_parallelograms = around_.parallelogram_count > 0;
   double error = 0;
   for (unsigned k = 0; k < 3; ++k) {
     const double along = dot(residual, frame_[k]);
@@ -352,20 +355,20 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
     const double square = std::min(along * along, 400 * variance_[k]);
     point.square[k] = static_cast<float>(std::min(square, 1e30));
     error += point.square[k];
-    double& mean = class_square_[result_.gate_class][k];
+    double& mean = class_square_[result_.parallelogram_class][k];
     mean += (point.square[k] - mean) * 0.01;
     point.residual[k] = bounded(residual[k], -farthest, farthest);
   }
   point.error = static_cast<float>(error);
   point.faces = around_.valence;
   point.border = around_.border;
-  if (with_gates) learn_weights(positions_[number]);
+  if (with_parallelograms) learn_weights(positions_[number]);
   if (vertex_ != none && surface_.half_edges.all_triangles()) learn_angles(number);
   newest_ = number;
 }
 
 void PositionPredictor::learn_weights(const Vector3& position) {
-  const Vector3 target = position - result_.all_gates;
+  const Vector3 target = position - result_.mean_parallelogram;
   const Vector3 residual = position - result_.mean[3];
   const double variance = variance_[0] + variance_[1] + variance_[2];
   if (!(dot(residual, residual) < 400 * variance)) return;
@@ -373,7 +376,7 @@ void PositionPredictor::learn_weights(const Vector3& position) {
     const auto along = static_cast<float>(dot(target, frame_[k]));
     const auto certainty = static_cast<float>(1 / std::sqrt(variance_[k] + 0.5));
     (*ring_weights_)[k].learn(features_[k], along, certainty);
-    (*gate_weights_)[k].learn(features_[k], along, certainty);
+    (*parallelogram_weights_)[k].learn(features_[k], along, certainty);
   }
 }
 

@@ -17,16 +17,16 @@ struct PositionPrediction {
   static constexpr unsigned experts = 4;
 
   std::array<Vector3, experts> mean;  ///< see PositionPredictor::predict
-  Vector3 all_gates;                  ///< mean of the parallelograms; where there is none, of neighbours
-  Vector3 best_gate;                  ///< the parallelogram of the gate with the smallest past errors
+  Vector3 mean_parallelogram;         ///< mean of a + b - across; where there is none, of neighbours
+  Vector3 best_parallelogram;         ///< a + b - across of that with the smallest past errors
   std::array<Vector3, 3> covariance;
   std::array<unsigned, 3> axes;  ///< in the order in which they are coded: the one nearest to the normal last
   double spread = 0;             ///< of the parallelograms
-  double edge = 0;               ///< length of the gates' edges
-  double disagreement = 0;       ///< between the first expert and all gates
-  unsigned gate_class = 0;       ///< number of gates, up to 4
-  unsigned valence_class = 0;    ///< 0 to 7
-  uint32_t best_a = none;        ///< the best gate, or none
+  double edge = 0;               ///< length of the parallelograms' edges
+  double disagreement = 0;       ///< between the first expert and all parallelograms
+  unsigned parallelogram_class = 0;  ///< number of parallelograms, up to 4
+  unsigned valence_class = 0;        ///< 0 to 7
+  uint32_t best_a = none;            ///< the best parallelogram, or none
   uint32_t best_b = none;
   uint32_t best_across = none;
 };
@@ -60,14 +60,14 @@ class PositionPredictor {
     bool border = false;
   };
 
-  void predict_without_gates();
+  void predict_without_parallelograms();
   void find_tangents(const Vector3& normal, Vector3 ahead);
   void gather();
   void find_frame();
   void find_features();
   Vector3 angle_prediction() const;
   Vector3 smooth_prediction(uint32_t vertex);
-  bool angle_tip(const WideGate& gate, Vector3& tip) const;
+  bool angle_tip(const WideParallelogram& parallelogram, Vector3& tip) const;
   double expected_angle(const Point& point) const;
   void find_variance();
   void find_covariance();
@@ -82,7 +82,7 @@ class PositionPredictor {
   std::vector<Vector3> positions_;
   std::vector<Point> points_;
   std::vector<Weights> by_ring_;
-  std::vector<Weights> by_gates_;
+  std::vector<Weights> by_parallelograms_;
   std::array<std::array<double, 3>, 5> class_square_;
   PositionPrediction result_;
   Neighbourhood around_;
@@ -90,17 +90,17 @@ class PositionPredictor {
   uint32_t newest_ = none;
 
   // Of the vertex at hand.
-  Vector3 middle_;  // of the gates
+  Vector3 middle_;  // of the parallelograms
   Vector3 mean_edge_;
   Vector3 mean_ring_, mean_across_, mean_tips_, ring_residual_, across_residual_, arc_ends_;
   bool has_tips_ = false;
-  std::array<Vector3, 3> frame_;  // normal, across the gates, along them
+  std::array<Vector3, 3> frame_;  // normal, across the parallelograms, along them
   std::array<std::array<float, features>, 3> features_;
   std::array<double, 3> variance_;
   Vector3 angle_;
   Vector3 smooth_place_;
   Weights* ring_weights_ = nullptr;
-  Weights* gate_weights_ = nullptr;
+  Weights* parallelogram_weights_ = nullptr;
 };
 
 }  // namespace maille

@@ -17,7 +17,8 @@ size_t stride_of(const StreamOptions& options) {
 }  // namespace
 
 StreamBatches::StreamBatches(Sink& sink, StreamOptions options, StreamHeader header,
-                             std::vector<std::byte> order_apart, std::vector<uint8_t> borders, FileWriter file)
+                             std::vector<std::byte> order_apart, std::vector<uint8_t> borders,
+                             FileWriter file)
     : waiting(stride_of(options)),
       sink_(sink),
       options_(std::move(options)),
@@ -64,7 +65,7 @@ Result<> StreamBatches::begin_stream() {
 }
 
 void StreamBatches::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells,
-                                                RangeEncoder& numbers_out, CodedCells& out) {
+                                 RangeEncoder& numbers_out, CodedCells& out) {
   const uint64_t* const all_numbers = intake.all_numbers();
   const uint8_t* const all_last_uses = intake.all_last_uses();
   size_t at = 0, faces_at = 0, alike = 0;

@@ -267,7 +267,7 @@ Result<BatchHeader> read_batch_header(ByteReader& in) {
     sensible = sensible && block.records_before <= header.records &&
                std::string_view(name_of(block.type)) != "unknown";
   }
-  if (!sensible) return failure(ErrorCode::corrupt, "the front of a batch of cells is damaged");
+  if (!sensible) return failure(ErrorCode::corrupt, "the head of a batch of cells is damaged");
   return header;
 }
 

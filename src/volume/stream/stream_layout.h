@@ -41,7 +41,7 @@ struct BlockStart {
   CellType type = CellType::mixed;
 };
 
-/// The front of a CELL chunk.
+/// The head of a CELL chunk.
 struct BatchHeader {
   uint64_t records = 0;  ///< cells, isolated points, and ends of points
   uint64_t cells = 0;
