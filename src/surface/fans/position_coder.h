@@ -34,6 +34,12 @@ struct FloatPoints {
     return reinterpret_cast<SignedLanes>((p + magic).v) - reinterpret_cast<SignedLanes>(magic.v);
   }
   [[gnu::always_inline]] static Tuple to_codes(FloatPoint p) {
+    // clang 14 does not come to an end where one lane of these alone is wanted, for WebAssembly.
+    if constexpr (n == 1) {
+      constexpr float magic = 0x1.8p23f;
+      const float sum = std::clamp(p.v[0], -most, most) + magic;
+      return {bits_as<int32_t>(sum) - bits_as<int32_t>(magic)};
+    }
     const SignedLanes codes = to_lanes(p);
     Tuple result;
     __builtin_memcpy(result.data(), &codes, sizeof codes);
@@ -230,7 +236,6 @@ class PositionCoder {
     std::array<unsigned, components> symbol;
     for_each_component<components>([&](auto k) { symbol[k] = code_symbol<k>(centre[k], apart, context[k]); });
     if constexpr (repeating) find_values(symbol);
-    // One component alone needs no lanes; clang 14 does not come to an end with them for WebAssembly.
     if constexpr (!Coder::encoding && Points::narrow && components > 1) {
       read_residuals(v, target, apart, symbol);
     } else {
