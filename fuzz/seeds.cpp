@@ -82,8 +82,7 @@ void save_fans(const std::filesystem::path& folder, uint64_t seed, const Mesh& m
   if (maps && fits_positions(mesh.points, *maps)) {
     const FanSurface& fans = (*patch)->patch.fans;
     const std::vector<uint32_t>& sources = (*patch)->sources.points;
-    const PositionChoices few{false, false, false};
-    out.put_bytes(encode_positions(fans, mesh.points, *maps, sources, smaller ? PositionChoices{} : few));
+    out.put_bytes(encode_positions(fans, mesh.points, *maps, sources, effort_of(smaller ? 6 : 1)));
   }
   const std::vector<std::byte> bytes = out.take();
   const auto first = std::to_integer<uint8_t>(bytes[0]);

@@ -176,10 +176,9 @@ class PatchEncoder {
     if (!pace.report()) return cancelled();
     if (cells_.models == FanModels::shared)
       return CodedStream{positions_key(patch_, shared_fan_coding), std::move(cells_.positions)};
-    return CodedStream{
-        positions_key(patch_, position_coding),
-        maille::encode_positions(*cells_.fans, *positions.array, positions.maps,
-                                 cells_.encoded.sources.points, position_choices(options_.effort))};
+    return CodedStream{positions_key(patch_, position_coding),
+                       maille::encode_positions(*cells_.fans, *positions.array, positions.maps,
+                                                cells_.encoded.sources.points, effort_of(options_.effort))};
   }
 
   Result<CodedStream> encode_array(const ArrayToCode& coded, const StreamKey& key) {

@@ -227,10 +227,7 @@ class PositionCoder {
         context[k] += static_cast<uint32_t>(
             std::clamp(octaves[k] - int{coding_.first_spread}, 0, int{spread_classes} - 1));
     }
-    if constexpr (Coder::encoding) {
-      codes_ = wanted;
-      note(centre, points_.octaves(expected.spread, centre));
-    }
+    if constexpr (Coder::encoding) codes_ = wanted;
     known_ = in_dictionary_ = 0;
     if constexpr (repeating) code_repeats(references, group, expected, context);
     std::array<unsigned, components> symbol;
@@ -258,14 +255,6 @@ class PositionCoder {
   }
   [[gnu::always_inline]] static Signs signs(const DoublePoint& p) {
     return {p.xy[0] < 0, p.xy[1] < 0, p.zw[0] < 0, p.zw[1] < 0};
-  }
-
-  void note(const Tuple& centre, const std::array<int32_t, 4>& octaves) {
-    for (unsigned k = 0; k < components; ++k)
-      coder_.note(k,
-                  magnitude_of(static_cast<Integer>(static_cast<Unsigned>(codes_[k]) -
-                                                    static_cast<Unsigned>(centre[k]))),
-                  octaves[k]);
   }
 
   /// Raw bits of all components, and with them codes and sizes of residuals.

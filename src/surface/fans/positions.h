@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "code/efforts.h"
 #include "numbers/number_map.h"
 #include "surface/fans/fan_connectivity.h"
 #include "surface/fans/placed_weights.h"
@@ -20,20 +21,13 @@ namespace maille {
 /// references, what is left is one symbol with a static table for each coordinate, and raw bits.
 /// docs/format.md, "POSI 1".
 
-/// What an encoder may use; what it uses depends on what pays.
-struct PositionChoices {
-  bool valences = true;  ///< weights that follow the valences around
-  bool spread = true;    ///< contexts of how far predictions lie apart
-  bool repeats = true;   ///< values that come again
-};
-
 /// Is this something that the coder takes: three codes for each point?
 bool fits_positions(const Array& array, const ArrayMaps& maps);
 
 /// Codes the positions of `source.size()` points: those of the fans by vertex, then others, each by its tuple
 /// in the array.
 std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
-                                        std::span<const uint32_t> source, const PositionChoices& choices);
+                                        std::span<const uint32_t> source, const Effort& effort);
 
 /// Do weights follow the valences, so that all connectivity must be known first?
 bool need_valences(Bytes bytes);
@@ -57,9 +51,6 @@ std::vector<std::byte> write_exceptions(const Array& array, const std::vector<ui
 /// Inverse, once the others are there. Safe on any bytes.
 Result<> read_exceptions(Bytes bytes, Array& array);
 
-/// The choices of an effort, 1 to 9.
-PositionChoices position_choices(int effort);
-
 // The same for many patches that share maps, rows, dictionaries and tables: docs/format.md, "Tables of
 // charts".
 
@@ -67,8 +58,8 @@ PositionChoices position_choices(int effort);
 /// order. Codes of patches to come lie within `most_range` of those of the sample.
 class SharedPositions {
  public:
-  SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps,
-                  const PositionChoices& choices, uint64_t most_range);
+  SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps, const Effort& effort,
+                  uint64_t most_range);
   SharedPositions(SharedPositions&&) noexcept;
   SharedPositions& operator=(SharedPositions&&) noexcept;
   ~SharedPositions();

@@ -36,23 +36,17 @@ Result<> decode(const Patch& patch, Bytes bytes, uint32_t points, Array& array) 
 }
 
 std::vector<std::byte> encode(const Patch& patch, const Array& array, const ArrayMaps& maps,
-                              const PositionChoices& choices = {}) {
+                              const Effort& effort = effort_of(6)) {
   EXPECT_TRUE(fits_positions(array, maps));
-  return encode_positions(patch.fans(), array, maps, patch.sources(), choices);
+  return encode_positions(patch.fans(), array, maps, patch.sources(), effort);
 }
-
-constexpr PositionChoices all_choices[] = {{false, false, false},
-                                           {true, false, false},
-                                           {true, true, false},
-                                           {false, true, true},
-                                           {true, true, true}};
 
 /// Empty when the numbers come back, those of a lattice once they lie on it, whatever the encoder may use.
 std::string round_trip(const Patch& patch, const Array& array, const Tolerance& tolerance = {}) {
   const auto maps = choose_maps(array, tolerance, true);
   if (!maps) return maps.error().message;
-  for (const PositionChoices& choices : all_choices) {
-    const auto bytes = encode(patch, array, *maps, choices);
+  for (const Effort& effort : efforts) {
+    const auto bytes = encode(patch, array, *maps, effort);
     Array decoded = positions(array.type, 0);
     const auto ok = decode(patch, bytes, static_cast<uint32_t>(patch.sources().size()), decoded);
     if (!ok) return ok.error().message;

@@ -110,12 +110,12 @@ std::vector<std::byte> SharedFanEncoder::finish(const ArrayMaps& maps, int effor
   if (sample_.vertices == 0 || are_refined(positions_, maps)) return {};
   ArrayMaps of_sample = maps;
   of_sample.exceptions = exceptions_of(positions_, maps);
-  const PositionChoices choices = position_choices(effort);
-  coder_.emplace(sample_, positions_, of_sample, choices, most_range);
+  const Effort& row = effort_of(effort);
+  coder_.emplace(sample_, positions_, of_sample, row, most_range);
   if (all != nullptr && maps.lossless) {
     of_sample.maps = with_tables_of(*all, maps.maps);
     if (has_tables(of_sample.maps)) {
-      SharedPositions ranks(sample_, positions_, of_sample, choices, UINT64_MAX);
+      SharedPositions ranks(sample_, positions_, of_sample, row, UINT64_MAX);
       if (ranks.size_of(all->count()) < coder_->size_of(all->count())) coder_ = std::move(ranks);
     }
   }

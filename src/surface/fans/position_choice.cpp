@@ -1,0 +1,269 @@
+#include "surface/fans/position_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "surface/fans/repeated_values.h"
+
+namespace maille::positions {
+namespace {
+
+class CodingChooser {
+ public:
+  CodingChooser(const Patch& patch, const CodedNumbers& numbers, const Effort& effort)
+      : patch_(patch),
+        numbers_(numbers),
+        effort_(effort),
+        runs_(Runs::make(patch, numbers.bias, numbers.maps, numbers.type, numbers.wide)) {}
+
+  ChosenCoding choose(bool exact) {
+    const FittedRows fitted = fit();
+    Coding plain;
+    plain.components = components();
+    plain.rows = fitted.by_place;
+    consider_centres(plain);
+    if (patch_.places && !patch_.places->positions.empty()) consider_placements();
+    if (effort_.valence_rows) {
+      end_step();
+      // All connectivity is decoded twice for them. Where less was saved (bunny, the MRI surface), files were
+      // not smaller.
+      if (fitted.bits_by_valence < 0.99 * fitted.bits_by_place) {
+        plain.rows = fitted.by_valence;
+        plain.with_valences = true;
+        consider_centres(plain);
+      }
+      consider_repeats();
+    }
+    if (effort_.spread) {
+      end_step();
+      consider_spread();
+    }
+    if (exact && !runs_->is_small()) take_smallest_step();
+    return std::move(best_);
+  }
+
+ private:
+  unsigned components() const { return patch_.codes.components; }
+
+  struct Tried : ChosenCoding {
+    double sampled = 0;  ///< the size that a sample tells, even if that of all points is known
+  };
+
+  /// Takes what needs no more than this part of what the best one so far does.
+  void consider(Tried tried, double part) {
+    if (best_.sampled > 0 && tried.sampled > part * best_.sampled) return;
+    best_ = std::move(tried);
+    is_new_ = true;
+  }
+  void consider(const Coding& coding, double part) { consider(try_out(coding), part); }
+  Tried try_out(const Coding& coding) {
+    Tried tried{{coding, 0, {}}, 0};
+    if (runs_->is_small()) {
+      know_all(tried);
+    } else {
+      CodedPoints sample;
+      const uint32_t count = runs_->sample(coding, sample.writer);
+      tried.size = finish(coding, sample, static_cast<double>(patch_.size()) / count);
+    }
+    tried.sampled = tried.size;
+    return tried;
+  }
+  void know_all(Tried& tried) {
+    if (tried.all) return;
+    runs_->all(tried.coding, tried.all.emplace().writer);
+    tried.size = finish(tried.coding, *tried.all, 1);
+  }
+  /// Makes tables. Returns the size, where there are so many times as many points.
+  static double finish(const Coding& coding, CodedPoints& points, double times) {
+    RansEncoder side;
+    points.tables = write_side(coding, points.writer.events, false, side);
+    points.side = side.finish();
+    const double bits =
+        static_cast<double>(points.writer.raw_bits) + bits_of(coding, points.writer.events, points.tables);
+    return static_cast<double>(points.side.size()) + bits / 8 * times;
+  }
+
+  /// What is best so far is what a lower effort has.
+  void end_step() {
+    if (is_new_ && !runs_->is_small()) steps_.push_back(best_);
+    is_new_ = false;
+  }
+  /// Of this effort's best coding and those of lower ones, by all points. Samples are not wrong by more than
+  /// `far`.
+  void take_smallest_step() {
+    const double sampled = best_.sampled;
+    know_all(best_);
+    // The last one may be the best one itself.
+    if (!is_new_ && !steps_.empty()) steps_.pop_back();
+    for (Tried& step : steps_) {
+      if (step.sampled > far * sampled) continue;
+      know_all(step);
+      if (step.size <= best_.size) best_ = std::move(step);
+    }
+  }
+
+  /// By what is fitted and by the gate; the latter is what repeats go with.
+  void consider_centres(const Coding& coding) {
+    const Measured measured = runs_->measure(coding);
+    by_fitted_ = with_classes(coding, measured);
+    by_gate_ = coding;
+    by_gate_.centre = Centre::gate;
+    by_gate_ = with_classes(by_gate_, measured);
+    has_repeated_ = measured.repeated > measured.all / 10;
+    const auto fitted = static_cast<double>(measured.of(Centre::fitted).bits()),
+               gate = static_cast<double>(measured.of(Centre::gate).bits());
+    if (fitted <= far * gate) consider(by_fitted_, 1);
+    if (gate <= far * fitted) consider(by_gate_, 1);
+  }
+  /// Where the lengths of residuals are so much longer, no trial was ever smaller.
+  static constexpr double far = 1.05;
+
+  void consider_placements() {
+    Coding coding;
+    coding.components = components();
+    for (const Placement placement : {Placement::hinge, Placement::similar, Placement::both}) {
+      if (placement > Placement::hinge && !can_turn()) continue;
+      coding.placement = placement;
+      if (placement > Placement::hinge) coding.turn_ratio = turn_ratio(numbers_.maps, numbers_.type);
+      consider(with_classes(coding, runs_->measure(coding)), 1);
+    }
+  }
+  bool can_turn() const { return components() == 2 && turn_ratio(numbers_.maps, numbers_.type) > 0; }
+
+  /// Few vertices pay too much for more tables; and spreads take a fifth of the decoder's time, as a table
+  /// then waits for the vertex before. So they must save something.
+  void consider_spread() {
+    Coding coding = best_.coding;
+    coding.with_spread = true;
+    consider(coding, 1 / 1.004);
+  }
+
+  /// Repeats take longer to decode, so they must save something. Residuals beside dictionaries are about as
+  /// long with one centre as with the other; candidates are those of the gate.
+  void consider_repeats() {
+    const double before = best_.sampled;
+    Tried candidates, levels;
+    if (has_repeated_) take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, {}));
+    const bool many_candidates = has_repeated_ && candidates.sampled < 1.1 * before;
+    const auto counts = count_codes();
+    size_t entries_before = 0;
+    for (const Often& often : {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}}) {
+      Dictionaries dictionaries;
+      uint64_t covered = 0;
+      size_t entries = 0;
+      for (unsigned k = 0; k < components(); ++k) {
+        covered += fill_dictionary(counts[k], often, dictionaries[k]);
+        entries += dictionaries[k].size();
+      }
+      if (covered < patch_.codes.numbers.size() / 10 || entries == std::exchange(entries_before, entries))
+        continue;
+      Tried tried = with_repeats(Repeats::levels, by_fitted_, dictionaries);
+      const bool pays = tried.sampled < before;
+      take_smaller(levels, std::move(tried));
+      if (many_candidates || (has_repeated_ && pays))
+        take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, dictionaries));
+    }
+    consider_smaller(std::move(levels), std::move(candidates));
+  }
+  static void take_smaller(Tried& best, Tried tried) {
+    if (best.sampled == 0 || tried.sampled < best.sampled) best = std::move(tried);
+  }
+  /// What neighbours are, which contexts of candidates tell, is not known around the pieces of a sample: so
+  /// all points decide where these say nearly the same (cycloidal at 12 bits: 4 %).
+  void consider_smaller(Tried levels, Tried candidates) {
+    const double least = std::min(levels.sampled, candidates.sampled);
+    if (least > 0 && least < 0.98 * best_.sampled &&
+        std::max(levels.sampled, candidates.sampled) < far * least) {
+      know_all(levels);
+      know_all(candidates);
+      return consider(levels.size < candidates.size ? std::move(levels) : std::move(candidates), 1);
+    }
+    if (levels.sampled > 0) take_smaller(candidates, std::move(levels));
+    if (candidates.sampled > 0) consider(std::move(candidates), 0.98);
+  }
+  Tried with_repeats(Repeats repeats, Coding coding, const Dictionaries& dictionaries) {
+    coding.repeats = repeats;
+    coding.dictionaries = dictionaries;
+    return try_out(coding);
+  }
+  std::array<ValueCounts, most_components> count_codes() const {
+    std::array<ValueCounts, most_components> result;
+    std::vector<int64_t> values(patch_.size());
+    for (unsigned k = 0; k < components(); ++k) {
+      for (size_t v = 0; v < values.size(); ++v) values[v] = patch_.codes[v][k] - numbers_.bias[k];
+      result[k] = count_values(values);
+    }
+    return result;
+  }
+
+  FittedRows fit() const {
+    return with_components(components(), [&](auto n) { return fit<n>(); });
+  }
+  template <unsigned n>
+  FittedRows fit() const {
+    std::vector<std::array<double, n>> values(patch_.size());
+    std::array<double, n> largest{}, units;
+    const DoublePoints<n> points = wide_points<n>(numbers_.maps, numbers_.type, 0);
+    for (size_t v = 0; v < values.size(); ++v) {
+      for (unsigned k = 0; k < n; ++k) {
+        values[v][k] = points.value_of(patch_.codes[v][k] - numbers_.bias[k], k);
+        largest[k] = std::max(largest[k], std::fabs(values[v][k]));
+      }
+    }
+    for (unsigned k = 0; k < n; ++k)
+      units[k] = points.curved[k] ? largest_step(*points.curved[k], std::max(largest[k], 1e-30)) : 1;
+    return fit_valence_rows<n>(*patch_.fans, values, units, effort_.valence_rows);
+  }
+  /// Between the largest numbers; a float has steps of 2^-24 of it at least.
+  double largest_step(const NumberMap& map, double largest) const {
+    const int64_t code = map.nearest_code(numbers_.type, largest);
+    const double below = map.value_of(numbers_.type, code - 1);
+    return std::max(largest - below, largest * (size_of(numbers_.type) == 8 ? 0x1p-53 : 0x1p-24));
+  }
+
+  /// Bases, so that the lengths of nearly all residuals have symbols, and the first class of sizes and
+  /// spreads.
+  Coding with_classes(Coding coding, const Measured& measured) const {
+    const Measured::OfCentre& found = measured.of(coding.centre);
+    unsigned least = 255;
+    for (unsigned k = 0; k < components(); ++k) {
+      // One length in 4096 has no symbol.
+      const unsigned most = quantile(found.lengths[k], 4095, 4096);
+      coding.base[k] = static_cast<uint8_t>(
+          std::min(most > longest ? most - longest : 0u, numbers_.wide ? most_wide_base : most_narrow_base));
+      const unsigned low = quantile(found.lengths[k], 1, 16);
+      least = std::min(least, low > coding.base[k] ? 2 * (low - coding.base[k]) : 0u);
+    }
+    coding.first_size = static_cast<uint8_t>(least);
+    coding.first_spread = static_cast<uint8_t>(quantile(found.octaves, 1, 32));
+    return coding;
+  }
+  template <size_t n>
+  static unsigned quantile(const std::array<uint32_t, n>& counts, uint64_t part, uint64_t of) {
+    uint64_t sum = 0, below = 0;
+    for (const uint32_t count : counts) sum += count;
+    unsigned i = 0;
+    while (i + 1 < n && (below += counts[i]) * of < sum * part) ++i;
+    return i;
+  }
+
+  const Patch& patch_;
+  const CodedNumbers& numbers_;
+  const Effort& effort_;
+  std::unique_ptr<Runs> runs_;
+  Tried best_;
+  bool is_new_ = false;       ///< not that of a lower effort
+  std::vector<Tried> steps_;  ///< those of lower efforts, from samples
+  Coding by_gate_, by_fitted_;
+  bool has_repeated_ = false;  ///< enough for candidates: with fewer they saved 3 % at most
+};
+
+}  // namespace
+
+ChosenCoding choose_coding(const Patch& patch, const CodedNumbers& numbers, const Effort& effort,
+                           bool exact) {
+  return CodingChooser(patch, numbers, effort).choose(exact);
+}
+
+}  // namespace maille::positions
