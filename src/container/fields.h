@@ -2,11 +2,10 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "base/bytes.h"
 
-// A header has one list of fields, its visit() in layout.h. These visitors write, measure, read and print it.
+// A header has one list of fields, its visit() in layout.h. These visitors write, measure and read it.
 
 namespace maille {
 
@@ -72,24 +71,6 @@ class FieldReader {
  private:
   ByteReader& in_;
   bool in_range_ = true;
-};
-
-/// One line a field: name, space, value.
-class FieldPrinter {
- public:
-  template <class T>
-  void fixed(const char* name, const T& value) {
-    line(name, std::to_string(static_cast<uint64_t>(value)));
-  }
-  void count(const char* name, const uint32_t& value, uint32_t) { line(name, std::to_string(value)); }
-  void letters(const char* name, const ChunkType& type) { line(name, std::string(type.begin(), type.end())); }
-
-  const std::string& text() const { return text_; }
-
- private:
-  void line(const char* name, const std::string& value) { text_ += std::string(name) + ' ' + value + '\n'; }
-
-  std::string text_;
 };
 
 }  // namespace maille

@@ -33,7 +33,6 @@ Result<FileWriter> FileWriter::begin(Sink& sink, const FileHeader& header) {
   const std::vector<std::byte> bytes = write_file_header(header);
   FileWriter writer(sink, Digest(bytes));
   MAILLE_CHECK(writer.write(bytes));
-  writer.overhead_ = bytes.size();
   return writer;
 }
 
@@ -83,7 +82,6 @@ Result<uint64_t> FileWriter::finish() {
   if (resumed_) MAILLE_CHECK(sink_->commit());
   footer.digest = digest_.finish(footer.index_offset);
   MAILLE_CHECK(write(write_footer(footer)));
-  overhead_ += footer_bytes;
   return offset_;
 }
 
@@ -96,7 +94,6 @@ Result<> FileWriter::write(Bytes bytes) {
 /// One write per chunk, and its checksum returned.
 Result<uint64_t> FileWriter::write_chunk(const ChunkHeader& header, Bytes content) {
   std::vector<std::byte> chunk = write_chunk_header(header);
-  overhead_ += chunk.size() + chunk_checksum_bytes;
   chunk.reserve(chunk.size() + content.size() + chunk_checksum_bytes);
   chunk.insert(chunk.end(), content.begin(), content.end());
   const uint64_t checksum = hash64(chunk);
@@ -108,7 +105,6 @@ Result<uint64_t> FileWriter::write_chunk(const ChunkHeader& header, Bytes conten
 
 Result<> FileWriter::write_index() {
   const ChunkHeader header = {.type = index_type};
-  overhead_ += index_.size();
   return for_each_part(header, index_.bytes(), [&](const ChunkHeader& part, Bytes content) -> Result<> {
     MAILLE_TRY(write_chunk(part, content));
     return {};

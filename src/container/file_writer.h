@@ -22,7 +22,7 @@ class FileWriter {
   /// of them, a footer of its own. The sink writes from there on. Writes nothing itself.
   static FileWriter resume(Sink& sink, uint64_t end, const Digest& digest);
   /// Cuts `bytes` into chunks of at most max_chunk_bytes and writes them. An empty stream is one empty chunk.
-  /// A key is written once. A chunk costs 21 to 36 bytes beside its content, so many tiny streams are better
+  /// A key is written once. A chunk costs 20 to 34 bytes beside its content, so many tiny streams are better
   /// one.
   Result<> write_stream(const StreamKey& key, Bytes bytes);
   /// The same of `size` bytes, with memory for one chunk: `read` fills a span with those from an offset on.
@@ -33,8 +33,6 @@ class FileWriter {
   Result<uint64_t> finish();
   /// Where the next chunk will stand.
   uint64_t offset() const { return offset_; }
-  /// Bytes so far that are not content: header, chunk headers, checksums, index, footer (for reports).
-  uint64_t overhead_bytes() const { return overhead_; }
 
  private:
   FileWriter(Sink& sink, const Digest& digest) : sink_(&sink), digest_(digest) {}
@@ -48,7 +46,6 @@ class FileWriter {
   ByteWriter index_;
   uint64_t offset_ = 0;
   bool resumed_ = false;
-  uint64_t overhead_ = 0;
 };
 
 }  // namespace maille

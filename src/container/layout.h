@@ -29,8 +29,6 @@ inline constexpr size_t chunk_checksum_bytes = 8;
 inline constexpr size_t footer_bytes = 20;
 /// Marker, type, four counts (5 + 5 + 5 + 3 bytes), header check.
 inline constexpr size_t max_chunk_header_bytes = 2 + 4 + 18 + 2;
-inline constexpr size_t max_chunk_total_bytes =
-    max_chunk_header_bytes + max_chunk_bytes + chunk_checksum_bytes;
 
 /// Features this version knows. None yet.
 inline constexpr uint32_t known_required_features = 0;
@@ -91,13 +89,6 @@ struct Footer {
     visitor.fixed("digest", footer.digest);
   }
 };
-
-template <class Header>
-std::string print_fields(const Header& header) {
-  FieldPrinter printer;
-  Header::visit(header, printer);
-  return printer.text();
-}
 
 /// All 25 bytes, checksum included.
 std::vector<std::byte> write_file_header(const FileHeader& header);

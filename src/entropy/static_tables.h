@@ -14,7 +14,6 @@ namespace maille {
 // first, makes tables, and writes these beside the symbols. docs/format.md, 10.3.
 
 inline constexpr unsigned most_static_symbols = 64;
-inline constexpr unsigned most_static_tables = 256;
 
 using Histogram = std::array<uint32_t, most_static_symbols>;
 

@@ -61,7 +61,6 @@ struct ScaledDigits {
   double any_number_of(int64_t code) const;
   int64_t any_code_of(double number) const;
   double scale(double number, int32_t power) const;
-  double first_with_all_digits() const;
 };
 
 /// 10^power, for 0 to 22: what doubles hold exactly.

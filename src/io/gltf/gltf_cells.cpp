@@ -28,7 +28,6 @@ class Collector {
   int compare_values(uint64_t a, uint64_t b) const;
   void add_block(size_t block);
   void add_cell(CellType type, std::span<const uint32_t> nodes, std::vector<uint32_t>* lists[3]);
-  GltfPrimitive& primitive_for(size_t block, GltfPrimitive::Mode mode, int material);
   void note_changes();
 
   const Mesh& mesh_;

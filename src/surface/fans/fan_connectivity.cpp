@@ -11,12 +11,6 @@
 #include "surface/fans/fan_machine.h"
 #include "surface/fans/fan_tables.h"
 
-#ifdef STATS
-#include <map>
-namespace maille {
-extern std::map<std::vector<unsigned>, unsigned>* fan_stats;
-}
-#endif
 namespace maille {
 namespace {
 
@@ -279,15 +273,6 @@ class FanFinder {
       if (triangle->real) coded_[face_of(triangle->along)] = 1;
       number_of_[apex] = machine_->vertices + pattern.added - 1;
     }
-#ifdef STATS
-    if (fan_stats) {
-      unsigned nb = pattern.added + (pattern.end == FanEnd::pocket || pattern.end == FanEnd::swallow ||
-                                     pattern.end == FanEnd::split || pattern.end == FanEnd::known ||
-                                     pattern.end == FanEnd::merge);
-      ++(*fan_stats)[{(unsigned)pattern.end, pattern.added, pattern.taken,
-                      pattern.spokes & ((1u << nb) - 1)}];
-    }
-#endif
     uint32_t symbol = symbols_.find(pattern);
     if (symbol == none) {
       numbers_.clear();

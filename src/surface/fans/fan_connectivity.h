@@ -47,7 +47,6 @@ inline constexpr unsigned row_place = 20;           ///< the same in faces of si
 inline constexpr unsigned first_polygon_place = quad_place;
 inline constexpr unsigned valence_classes = 6;
 inline constexpr unsigned vertex_kinds = fan_places * valence_classes * 2;
-inline constexpr unsigned triangle_kinds = first_polygon_place * valence_classes * 2;
 inline constexpr unsigned place_of_kind(unsigned kind) {
   return kind / (2 * valence_classes);
 }

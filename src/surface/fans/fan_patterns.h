@@ -50,7 +50,6 @@ enum FanSymbol : unsigned {
 inline constexpr unsigned fast_fan_symbols = 8;
 inline constexpr unsigned most_closed = 11;
 inline constexpr unsigned most_border = 3;
-inline constexpr unsigned most_split = 5;
 
 inline constexpr auto triangle_patterns = [] {
   std::array<FanPattern, fan_symbols> patterns{};
