@@ -273,10 +273,10 @@ class Fitter {
     fitted.by_place.polygons = fitted.by_valence.polygons = !fans_.offsets.empty();
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       if (!found_[g]) continue;
-      const auto bits = [&](unsigned level) {
+      const auto bits = [&](unsigned kept) {
         const double of_rows =
-            level == 0 ? 0 : bits_of(level == 1 ? rows_by_place_[g] : rows_by_valence_[g], g);
-        return each * static_cast<double>(costs[level][g]) / 65536 + of_rows;
+            kept == 0 ? 0 : bits_of(kept == 1 ? rows_by_place_[g] : rows_by_valence_[g], g);
+        return each * static_cast<double>(costs[kept][g]) / 65536 + of_rows;
       };
       const unsigned by_place = bits(1) < bits(0) ? 1 : 0;
       const unsigned by_valence = with_valences_ && bits(2) < bits(by_place) ? 2 : by_place;
@@ -287,10 +287,10 @@ class Fitter {
     }
     return fitted;
   }
-  void keep(ValenceRows& to, unsigned group, unsigned level) const {
-    to.level[group] = static_cast<uint8_t>(level);
-    if (level == 1) to.rows[group] = rows_by_place_[group];
-    if (level == 2) to.rows[group] = rows_by_valence_[group];
+  void keep(ValenceRows& to, unsigned group, unsigned kept) const {
+    to.kept[group] = static_cast<uint8_t>(kept);
+    if (kept == 1) to.rows[group] = rows_by_place_[group];
+    if (kept == 2) to.rows[group] = rows_by_valence_[group];
   }
 
   const FanSurface& fans_;

@@ -40,7 +40,7 @@ struct ValenceRows {
 
   using Row = std::array<int16_t, references>;
   /// How much of a group is stored: nothing (the mean of parallelograms), the first row, all rows.
-  std::array<uint8_t, groups> level{};
+  std::array<uint8_t, groups> kept{};
   std::array<std::array<Row, terms>, groups> rows;
   bool polygons = false;  ///< the groups of their places are stored as well
 
@@ -123,13 +123,13 @@ void ValenceRows::code(Coder& coder) {
   std::array<SymbolModel, 2> length;
   for (unsigned g = 0; g < (polygons ? unsigned{groups} : 2 * first_polygon_place); ++g) {
     if (useful(g) == 0) continue;
-    for (unsigned l = 0; l < 2 && level[g] >= l; ++l) {
-      const bool more = stored[l].code(coder, level[g] > l);
-      if constexpr (!Coder::encoding) level[g] = static_cast<uint8_t>(level[g] + more);
+    for (unsigned l = 0; l < 2 && kept[g] >= l; ++l) {
+      const bool more = stored[l].code(coder, kept[g] > l);
+      if constexpr (!Coder::encoding) kept[g] = static_cast<uint8_t>(kept[g] + more);
     }
-    if (level[g] == 0) continue;
+    if (kept[g] == 0) continue;
     const Row plain = plain_row(g);
-    for (unsigned t = 0; t < (level[g] > 1 ? unsigned{terms} : 1u); ++t) {
+    for (unsigned t = 0; t < (kept[g] > 1 ? unsigned{terms} : 1u); ++t) {
       for (unsigned r = 0; r < references && is_useful(g, t); ++r) {
         if ((useful(g) >> r & 1) == 0) continue;
         const int expected = t == base ? plain[r] : 0;
