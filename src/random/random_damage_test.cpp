@@ -3,7 +3,6 @@
 #include <maille/random_access.h>
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 

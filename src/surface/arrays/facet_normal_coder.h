@@ -7,8 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "code/parallelogram.h"
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
+#include "numbers/float_bits.h"
 #include "surface/arrays/facet_vectors.h"
 #include "surface/arrays/rounded_corners.h"
 

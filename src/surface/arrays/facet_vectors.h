@@ -4,14 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <type_traits>
 #include <vector>
 
-#include "base/bytes.h"
-#include "code/parallelogram.h"
-#include "numbers/float_bits.h"
+#include "entropy/bit_model.h"
 #include "numbers/number_map.h"
 #include "surface/arrays/array_coder.h"
 #include "surface/arrays/facet_formula.h"

@@ -1,6 +1,7 @@
 #include "volume/stream/stream_batches.h"
 
 #include <algorithm>
+#include <string>
 
 #include "base/result.h"
 

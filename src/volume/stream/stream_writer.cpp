@@ -2,7 +2,6 @@
 #include <maille/version.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/result.h"
 #include "volume/order/delay_buffer.h"
