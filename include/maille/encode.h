@@ -40,8 +40,8 @@ struct EncodeOptions {
   /// By array name; an array not named here is lossless. A name no array has is an error (usage).
   std::map<std::string, Tolerance> arrays;
   /// A mesh of more cells is cut into parts of at most so many, which are coded, and decoded, at once where
-  /// an executor allows it. Smaller parts make larger files. At least 1. Without a value: 400,000 up to
-  /// effort 6; from 7 on, where models learn from all that came before, the mesh stays in one.
+  /// an executor allows it. Smaller parts make larger files. At least 1. Without a value: up to effort 6
+  /// meshes of more than 400,000 are cut, into parts of at most 600,000; from 7 on, as models learn, none is.
   std::optional<uint64_t> most_cells_per_part;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;

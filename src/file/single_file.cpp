@@ -103,7 +103,7 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
   std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
-  const bool whole = mesh.cell_count() <= most_cells_per_part(options);
+  const bool whole = mesh.cell_count() <= most_cells_per_part(options, mesh.cell_count());
   std::optional<WeldedMesh> welded = whole ? weld(mesh, arrays[0]) : std::nullopt;
   CodedMesh coded = MAILLE_TRY(code_mesh(mesh, std::move(arrays), options));
   if (welded) {

@@ -1,16 +1,11 @@
 #include "random/chart_codec.h"
 
 #include <algorithm>
-#include <cstring>
-#include <numeric>
 #include <string>
 #include <string_view>
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "entropy/bit_model.h"
-#include "entropy/integer_model.h"
-#include "entropy/rans.h"
 
 namespace maille {
 namespace {
@@ -51,114 +46,6 @@ Result<Description> get_sizes(ByteReader& in, Description description) {
   return description;
 }
 
-/// Points on edges of one face (of any odd number), up to chance, rising: the neighbours along faces' sides
-/// cancel where each side is there twice. `number` gives the coded number of a point.
-template <class Number>
-std::vector<uint32_t> points_on_borders(const Mesh& mesh, Number number) {
-  std::vector<uint32_t> neighbours(mesh.point_count());
-  // Number 0 must count, too.
-  const auto coded = [&](uint32_t point) { return number(point) + 1; };
-  const auto add = [&](uint32_t before, uint32_t at, uint32_t next) { neighbours[at - 1] ^= before ^ next; };
-  for (const CellBlock& block : mesh.blocks) {
-    const std::vector<uint32_t>& corners = block.connectivity;
-    for (size_t i = 0; block.type == CellType::triangle && i + 2 < corners.size(); i += 3) {
-      const uint32_t a = coded(corners[i]), b = coded(corners[i + 1]), c = coded(corners[i + 2]);
-      add(a, b, c);
-      add(b, c, a);
-      add(c, a, b);
-    }
-    for (uint64_t i = 0; block.type != CellType::triangle && i < block.size(); ++i) {
-      const auto cell = block.cell(i);
-      for (size_t k = 0; k < cell.size(); ++k)
-        add(coded(cell[k > 0 ? k - 1 : cell.size() - 1]), coded(cell[k]),
-            coded(cell[k + 1 < cell.size() ? k + 1 : 0]));
-    }
-  }
-  std::vector<uint32_t> border;
-  // Few are not 0.
-  const auto count = static_cast<uint32_t>(neighbours.size());
-  for (uint32_t i = 0; i < count; ++i) {
-    for (uint64_t four[2]; i + 4 <= count; i += 4) {
-      std::memcpy(four, &neighbours[i], sizeof four);
-      if ((four[0] | four[1]) != 0) break;
-    }
-    if (i < count && neighbours[i] != 0) border.push_back(i);
-  }
-  return border;
-}
-
-/// Which points are shared, from where the chart's borders are: nearly all on borders, few elsewhere. One
-/// function for both directions; a decoder's `shared` is filled. False: they do not fit.
-template <class Coder>
-bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& border,
-                 std::vector<SharedPoint>& shared, bool decoding) {
-  std::vector<uint32_t> here, elsewhere;
-  if (!decoding) {
-    for (const SharedPoint& point : shared)
-      (std::binary_search(border.begin(), border.end(), point.point) ? here : elsewhere)
-          .push_back(point.point);
-  }
-  CountModel number, step;
-  const uint32_t count = number.code(coder, static_cast<uint32_t>(elsewhere.size()));
-  if (count > points) return false;
-  uint64_t next = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    if (decoding) elsewhere.push_back(static_cast<uint32_t>(next));
-    next += step.code(coder, elsewhere[i] - static_cast<uint32_t>(next));
-    if (next >= points) return false;
-    elsewhere[i] = static_cast<uint32_t>(next++);
-  }
-  // A border of the mesh itself is in long runs.
-  std::array<BitModel, 2> there;
-  bool before = true;
-  size_t at = 0;
-  for (const uint32_t point : border) {
-    before = there[before].code(coder, at < here.size() && here[at] == point);
-    if (decoding && before) here.push_back(point);
-    at += before;
-  }
-  if (decoding) {
-    here.insert(here.end(), elsewhere.begin(), elsewhere.end());
-    std::sort(here.begin(), here.end());
-    here.erase(std::unique(here.begin(), here.end()), here.end());
-    for (const uint32_t point : here) shared.push_back({point, 0});
-  }
-  // So are copies, where a lattice is too coarse for the mesh.
-  std::array<CountModel, 2> copy;
-  bool copied = false;
-  for (SharedPoint& point : shared) {
-    point.copy = copy[copied].code(coder, point.copy);
-    copied = point.copy != 0;
-  }
-  return true;
-}
-
-/// No bytes where all points on borders are shared, no others, and there are no copies.
-std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
-                                     const std::vector<uint32_t>& border) {
-  const auto is_plain = [](const SharedPoint& point, uint32_t on_border) {
-    return point.point == on_border && point.copy == 0;
-  };
-  if (std::equal(shared.begin(), shared.end(), border.begin(), border.end(), is_plain)) return {};
-  std::vector<SharedPoint> all(shared.begin(), shared.end());
-  RansEncoder encoder;
-  code_shared(encoder, points, border, all, false);
-  return encoder.finish();
-}
-
-Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
-                                               const std::vector<uint32_t>& border) {
-  std::vector<SharedPoint> shared;
-  if (bytes.empty()) {
-    for (const uint32_t point : border) shared.push_back({point, 0});
-    return shared;
-  }
-  RansDecoder decoder(bytes);
-  if (!code_shared(decoder, points, border, shared, true) || decoder.exhausted())
-    return corrupt("shared points that are not there");
-  return shared;
-}
-
 /// The streams of a chart, by their place behind each other.
 class ChartStreams final : public StreamSource {
  public:
@@ -195,15 +82,6 @@ class ChartStreams final : public StreamSource {
   uint32_t topology_ = 0, positions_ = 0;
   std::vector<Bytes> streams_;
 };
-
-/// As the decoder will see it: points of `part` are those of the coded ones in the order of the whole mesh.
-std::vector<uint32_t> borders_of_coded(const Mesh& part, const PatchSources& sources) {
-  std::vector<uint32_t> coded_as(sources.points.size());
-  std::iota(coded_as.begin(), coded_as.end(), 0u);
-  std::sort(coded_as.begin(), coded_as.end(),
-            [&](uint32_t a, uint32_t b) { return sources.points[a] < sources.points[b]; });
-  return points_on_borders(part, [&](uint32_t point) { return coded_as[point]; });
-}
 
 /// Coarse charts have either all arrays or those of points alone.
 Result<> keep_arrays(Description& chart, uint64_t count) {
@@ -286,8 +164,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
   if (set.finest && use == ChartUse::join)
-    chart.shared = MAILLE_TRY(decode_shared(
-        shared, description.points, points_on_borders(chart.mesh, [](uint32_t point) { return point; })));
+    chart.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(chart.mesh)));
   return chart;
 }
 

@@ -11,19 +11,13 @@
 
 #include "description/description.h"
 #include "surface/fans/shared_fans.h"
+#include "surface/parts/shared_points.h"
 #include "surface/patch_streams.h"
 
 namespace maille {
 
 /// A chart as bytes: its sizes, which of its points other charts of level 0 have as well, and the streams of
 /// a patch, as in mode `single`. docs/format.md, 17.3.
-
-/// A point that several charts have. Those of one position are told apart by the number of the copy, nearly
-/// always 0.
-struct SharedPoint {
-  uint32_t point = 0;  ///< in the chart
-  uint32_t copy = 0;
-};
 
 /// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles, and
 /// no arrays of the mesh as a whole, at coarser levels. Without sizes.
@@ -47,8 +41,8 @@ struct ChartSet {
   bool finest = false;
   SharedFanTables tables;  ///< empty where charts have their own
 };
-/// The charts of level 0, and those of all others, have tables of their own: docs/format.md, "Tables of
-/// charts".
+/// The charts of level 0, and those of all others, have tables of their own: docs/format.md, "Shared
+/// tables".
 inline constexpr uint32_t chart_sets = 2;
 using ChartSets = std::array<ChartSet, chart_sets>;
 inline uint32_t set_of_level(uint32_t level) {

@@ -8,7 +8,7 @@
 
 #include "description/description.h"
 #include "description/element_order.h"
-#include "surface/parts/joins.h"
+#include "surface/parts/shared_points.h"
 #include "surface/patch_streams.h"
 
 namespace maille {

@@ -180,7 +180,8 @@ class RandomEncoder {
   void make_charts() {
     std::vector<std::span<const uint32_t>> points;
     for (size_t i = 0; i < level_0_; ++i) points.push_back(patches_[i].sources.points);
-    const auto shared = find_shared(points, decoded_places(arrays_[0]));
+    const auto shared = find_shared(points, static_cast<uint32_t>(mesh_.point_count()),
+                                    [&](uint32_t point) { return decoded_place(arrays_[0], point); });
     bytes_.resize(hierarchy_.charts.size());
     for (size_t i = 0; i < bytes_.size(); ++i) {
       bytes_[i] = i < level_0_ ? chart_bytes(meshes_[i], patches_[i], shared[i])

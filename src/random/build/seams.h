@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "random/build/spatial_graph.h"
-#include "surface/parts/joins.h"
+#include "surface/parts/shared_points.h"
 
 namespace maille {
 

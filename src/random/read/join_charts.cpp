@@ -9,98 +9,17 @@
 #include "surface/parts/merge_parts.h"
 
 namespace maille {
-namespace {
-
-/// A shared point of a chart.
-struct Member {
-  Place place;
-  uint32_t copy;  ///< the encoder sorts by number in the whole mesh
-  uint32_t chart, point;
-  bool operator<(const Member& o) const {
-    return std::tie(place, copy, chart, point) < std::tie(o.place, o.copy, o.chart, o.point);
-  }
-};
-
-/// The number in the mesh of a point that is new with this part.
-uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
-  const auto before = std::lower_bound(part.joined.begin(), part.joined.end(), point) - part.joined.begin();
-  return part.first_new + point - static_cast<uint32_t>(before);
-}
-
-}  // namespace
-
-Place place_of(const Array& positions, uint32_t point) {
-  Place place{};
-  const size_t size = size_of(positions.type);
-  for (size_t k = 0; k < 3; ++k) {
-    std::memcpy(&place[k], positions.bytes.data() + (size_t{3} * point + k) * size, size);
-  }
-  return place;
-}
-
-std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
-                                                  const std::vector<Place>& places) {
-  std::vector<uint8_t> charts(places.size());
-  for (const auto& chart : points) {
-    for (const uint32_t point : chart) charts[point] = static_cast<uint8_t>(std::min(charts[point] + 1, 2));
-  }
-  std::vector<Member> members;
-  for (uint32_t c = 0; c < points.size(); ++c) {
-    for (uint32_t i = 0; i < points[c].size(); ++i) {
-      if (charts[points[c][i]] > 1) members.push_back({places[points[c][i]], points[c][i], c, i});
-    }
-  }
-  std::sort(members.begin(), members.end());
-  std::vector<std::vector<SharedPoint>> shared(points.size());
-  uint32_t copy = 0;
-  for (size_t i = 0; i < members.size(); ++i) {
-    const bool same_place = i > 0 && members[i].place == members[i - 1].place;
-    const bool same_point = same_place && members[i].copy == members[i - 1].copy;
-    copy = !same_place ? 0 : same_point ? copy : copy + 1;
-    shared[members[i].chart].push_back({members[i].point, copy});
-  }
-  for (auto& chart : shared) {
-    std::sort(chart.begin(), chart.end(),
-              [](const SharedPoint& a, const SharedPoint& b) { return a.point < b.point; });
-  }
-  return shared;
-}
 
 JoinedPoints join_charts(std::span<const DecodedChart> charts) {
-  std::vector<Member> members;
-  for (uint32_t c = 0; c < charts.size(); ++c) {
-    for (const SharedPoint& shared : charts[c].shared) {
-      members.push_back({place_of(charts[c].mesh.points, shared.point), shared.copy, c, shared.point});
-    }
-  }
-  std::sort(members.begin(), members.end());
-  const auto is_first = [&](size_t i) {
-    return i == 0 || members[i].place != members[i - 1].place || members[i].copy != members[i - 1].copy;
-  };
-  JoinedPoints joined;
+  std::vector<PieceOfPoints> pieces;
   for (const DecodedChart& chart : charts) {
-    joined.parts.emplace_back().points = static_cast<uint32_t>(chart.mesh.point_count());
+    PieceOfPoints& piece = pieces.emplace_back();
+    piece.points = static_cast<uint32_t>(chart.mesh.point_count());
+    piece.shared = chart.shared;
+    for (const SharedPoint& shared : chart.shared)
+      piece.places.push_back(place_of(chart.mesh.points, shared.point));
   }
-  for (size_t i = 0; i < members.size(); ++i) {
-    if (!is_first(i)) joined.parts[members[i].chart].joined.push_back(members[i].point);
-  }
-  for (JoinedPart& part : joined.parts) {
-    std::sort(part.joined.begin(), part.joined.end());
-    part.numbers.resize(part.joined.size());
-    part.first_new = joined.count;
-    joined.count += part.points - static_cast<uint32_t>(part.joined.size());
-  }
-  uint32_t number = 0;
-  for (size_t i = 0; i < members.size(); ++i) {
-    JoinedPart& part = joined.parts[members[i].chart];
-    if (is_first(i)) {
-      number = number_in_mesh(part, members[i].point);
-    } else {
-      const auto at = std::lower_bound(part.joined.begin(), part.joined.end(), members[i].point);
-      part.numbers[static_cast<size_t>(at - part.joined.begin())] = number;
-    }
-  }
-  return joined;
+  return join_points(pieces);
 }
 
 DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {

@@ -7,18 +7,9 @@
 #include <vector>
 
 #include "random/chart_codec.h"
-#include "surface/parts/joins.h"
+#include "surface/parts/shared_points.h"
 
 namespace maille {
-
-/// By chart of level 0 the points that others have as well. `points` are theirs in the whole mesh, by chart
-/// and coded point; `positions`: the array as the decoder will have it, by point of the whole mesh. Points of
-/// one position are numbered in the order of the whole mesh.
-std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
-                                                  const std::vector<Place>& places);
-
-/// A position as its bits: what shared points are known by.
-Place place_of(const Array& positions, uint32_t point);
 
 /// Numbers for the points of charts of level 0 that were decoded, in their order: shared points of one
 /// position and copy are one.

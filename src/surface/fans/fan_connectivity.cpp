@@ -534,7 +534,27 @@ bool can_write_fans(std::span<const FanOperation> operations, const FanTables& t
 
 void FanSurface::count_valences() {
   valences.assign(vertices, 0);
-  for (const uint32_t v : corners) ++valences[v];
+  // The neighbours along the sides of faces cancel where each side is there twice.
+  std::vector<uint32_t> neighbours(vertices);
+  const auto add = [&](uint32_t before, uint32_t at, uint32_t next) {
+    ++valences[at];
+    neighbours[at] ^= (before + 1) ^ (next + 1);
+  };
+  for (size_t i = 0; offsets.empty() && i + 2 < corners.size(); i += 3) {
+    const uint32_t a = corners[i], b = corners[i + 1], c = corners[i + 2];
+    add(c, a, b);
+    add(a, b, c);
+    add(b, c, a);
+  }
+  for (uint32_t f = 0; !offsets.empty() && f < faces(); ++f) {
+    const auto at = face(f);
+    for (size_t k = 0; k < at.size(); ++k)
+      add(at[k > 0 ? k - 1 : at.size() - 1], at[k], at[k + 1 < at.size() ? k + 1 : 0]);
+  }
+  // Half of the surface around it is missing.
+  for (uint32_t v = 0; v < vertices; ++v) {
+    if (neighbours[v] != 0) valences[v] = static_cast<uint8_t>(2 * valences[v]);
+  }
 }
 
 void FanSurface::forget_vertices() {

@@ -72,7 +72,7 @@ struct FanSurface {
   Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
   Unfilled<uint8_t> kinds;                ///< likewise
   bool with_late = true;                  ///< are late triples wanted?
-  std::vector<uint8_t> valences;          ///< by vertex: its triangles modulo 256, copies apart
+  std::vector<uint8_t> valences;          ///< by vertex: its faces modulo 256, twice that on borders
 
   uint32_t faces() const {
     return static_cast<uint32_t>(offsets.empty() ? corners.size() / 3 : offsets.size() - 1);

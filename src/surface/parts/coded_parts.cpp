@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "base/bytes.h"
 #include "base/chunks.h"
 #include "base/result.h"
 #include "code/efforts.h"
@@ -36,17 +37,13 @@ std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_
   return decoded;
 }
 
-Place place_of(const std::byte* position, Scalar type) {
-  Place place{};
-  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position + k * size_of(type), size_of(type));
-  return place;
-}
-
 }  // namespace
 
-uint64_t most_cells_per_part(const EncodeOptions& options) {
+uint64_t most_cells_per_part(const EncodeOptions& options, uint64_t cells) {
   static_assert(efforts.back().cells_per_part <= most_patch_corners / 4);
-  return options.most_cells_per_part.value_or(effort_of(options.effort).cells_per_part);
+  if (options.most_cells_per_part) return *options.most_cells_per_part;
+  const uint64_t one_part = effort_of(options.effort).cells_per_part;
+  return cells <= one_part ? one_part : std::min(cells - 1, one_part + one_part / 2);
 }
 
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
@@ -65,11 +62,18 @@ std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& execut
   return floats;
 }
 
+Place decoded_place(const ArrayToCode& positions, uint64_t point) {
+  const auto position = decoded_position(positions, point);
+  const size_t size = size_of(positions.array->type);
+  Place place{};
+  for (size_t k = 0; k < 3; ++k) std::memcpy(&place[k], position.data() + k * size, size);
+  return place;
+}
+
 std::vector<Place> decoded_places(const ArrayToCode& positions) {
   std::vector<Place> places;
-  for (uint64_t point = 0; point < positions.array->count(); ++point) {
-    places.push_back(place_of(decoded_position(positions, point).data(), positions.array->type));
-  }
+  for (uint64_t point = 0; point < positions.array->count(); ++point)
+    places.push_back(decoded_place(positions, point));
   return places;
 }
 
@@ -141,24 +145,24 @@ PartDescription describe_part(const Mesh& part) {
   return description;
 }
 
-/// What joins the parts, and the numbers that the decoder will give their points.
-Result<> join(const ArrayToCode& positions, uint32_t points, Executor& executor, EncodedParts& parts) {
+/// What joins the parts, and the numbers that the decoder will give their points. `borders`: of the coded
+/// parts.
+void join(const ArrayToCode& positions, uint32_t points, std::span<const std::vector<uint32_t>> borders,
+          EncodedParts& parts) {
   std::vector<std::span<const uint32_t>> whole;
-  std::vector<uint32_t> sizes;
-  for (const EncodedPatch& patch : parts.patches) {
-    whole.push_back(patch.sources.points);
-    sizes.push_back(static_cast<uint32_t>(patch.sources.points.size()));
-  }
-  const SharedPoints shared = find_shared_points(whole, points, executor);
-  SharedPlaces places(shared.size());
+  for (const EncodedPatch& patch : parts.patches) whole.push_back(patch.sources.points);
+  const auto place = [&](uint32_t point) { return decoded_place(positions, point); };
+  const auto shared = find_shared(whole, points, place);
+  ByteWriter out;
+  std::vector<PieceOfPoints> pieces;
   for (size_t p = 0; p < shared.size(); ++p) {
-    for (const uint32_t i : shared[p]) {
-      places[p].push_back(place_of(decoded_position(positions, whole[p][i]).data(), positions.array->type));
-    }
+    const auto count = static_cast<uint32_t>(whole[p].size());
+    put_section(out, encode_shared(shared[p], count, borders[p]));
+    PieceOfPoints& piece = pieces.emplace_back(PieceOfPoints{count, shared[p]});
+    for (const SharedPoint& point : shared[p]) piece.places.push_back(place(whole[p][point.point]));
   }
-  parts.joins = encode_joins(shared, places, whole);
-  parts.joined = MAILLE_TRY(decode_joins(parts.joins, sizes, shared, places));
-  return {};
+  parts.joins = out.take();
+  parts.joined = join_points(pieces);
 }
 
 }  // namespace
@@ -169,7 +173,7 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
   Executor& executor = executor_of(options);
   const auto points = static_cast<uint32_t>(mesh.point_count());
   std::vector<uint32_t> part_of;
-  const uint64_t most_cells = most_cells_per_part(options);
+  const uint64_t most_cells = most_cells_per_part(options, mesh.cell_count());
   if (corner_twin.empty() && mesh.cell_count() > most_cells) {
     const std::vector<float> positions = decoded_floats(arrays[0], executor);
     part_of = partition_cells(mesh, positions, most_cells, executor);
@@ -182,39 +186,69 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
   }
   MeshParts parts(mesh, part_of, executor);
   encoded.descriptions.resize(parts.count());
+  std::vector<std::vector<uint32_t>> borders(parts.count());
   encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
       parts.count(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
         const MeshPart part = parts.take(i);
         encoded.descriptions[i] = describe_part(part.mesh);
-        return encode_patch(part.mesh, &part.numbers, i, arrays, of_patch);
+        EncodedPatch patch = MAILLE_TRY(encode_patch(part.mesh, &part.numbers, i, arrays, of_patch));
+        borders[i] = borders_of_coded(part.mesh, patch.sources);
+        return patch;
       })));
-  MAILLE_CHECK(join(arrays[0], points, executor, encoded));
+  join(arrays[0], points, borders, encoded);
   return encoded;
 }
 
+namespace {
+
+/// A part, and which of its points others have, too.
+struct DecodedPart {
+  DecodedPatch patch;
+  std::vector<SharedPoint> shared;
+};
+
+Result<DecodedPart> decode_part(const FileReader& reader, const Description& description, uint32_t part,
+                                Bytes shared, const DecodeOptions& options) {
+  DecodedPart decoded;
+  decoded.patch = MAILLE_TRY(decode_patch(reader, description, part, options));
+  const Mesh& mesh = decoded.patch.mesh;
+  if (!decoded.patch.known_valid) {
+    if (auto valid = validate(mesh); !valid)
+      return failure(ErrorCode::corrupt, std::move(valid).error().message);
+  }
+  decoded.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(mesh)));
+  return decoded;
+}
+
+Result<std::vector<Bytes>> sections_of(Bytes bytes, size_t count) {
+  ByteReader in(bytes);
+  std::vector<Bytes> sections(count);
+  for (Bytes& section : sections) section = in.get_bytes(in.get_count());
+  if (!in.ok() || in.remaining() > 0) return failure(ErrorCode::corrupt, "joins of another number of parts");
+  return sections;
+}
+
+}  // namespace
+
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
                                   const DecodeOptions& options) {
-  std::vector<DecodedPatch> patches = MAILLE_TRY((for_each_patch<DecodedPatch>(
+  const std::vector<Bytes> shared = MAILLE_TRY(sections_of(joins, description.parts.size()));
+  std::vector<DecodedPart> decoded = MAILLE_TRY((for_each_patch<DecodedPart>(
       description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
-        return decode_patch(reader, description.of_part(i), i, of_patch);
+        return decode_part(reader, description.of_part(i), i, shared[i], of_patch);
       })));
-  std::vector<uint32_t> sizes;
-  for (const PartDescription& part : description.parts) sizes.push_back(part.points);
-  const SharedPoints shared = MAILLE_TRY(decode_shared_points(joins, sizes));
-  SharedPlaces places(shared.size());
+  std::vector<PieceOfPoints> pieces;
   std::vector<Mesh> parts;
-  bool known_valid = true;
-  for (size_t p = 0; p < patches.size(); ++p) {
-    known_valid = known_valid && patches[p].known_valid;
-    const Array& positions = parts.emplace_back(std::move(patches[p].mesh)).points;
-    for (const uint32_t i : shared[p]) {
-      places[p].push_back(place_of(positions.bytes.data() + i * positions.tuple_size(), positions.type));
-    }
+  for (DecodedPart& part : decoded) {
+    const Mesh& mesh = parts.emplace_back(std::move(part.patch.mesh));
+    PieceOfPoints& piece =
+        pieces.emplace_back(PieceOfPoints{static_cast<uint32_t>(mesh.point_count()), part.shared});
+    for (const SharedPoint& point : part.shared) piece.places.push_back(place_of(mesh.points, point.point));
   }
-  const JoinedPoints joined = MAILLE_TRY(decode_joins(joins, sizes, shared, places));
+  const JoinedPoints joined = join_points(pieces);
   if (joined.count != description.points)
     return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
-  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), known_valid, {}, {}};
+  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), true, {}, {}};
 }
 
 }  // namespace maille

@@ -6,18 +6,19 @@
 #include <span>
 #include <vector>
 
-#include "surface/parts/joins.h"
+#include "surface/parts/shared_points.h"
 #include "surface/patch_streams.h"
 
 namespace maille {
 
-/// How many cells a part may have: what the options say, or else what suits the effort.
-uint64_t most_cells_per_part(const EncodeOptions& options);
+/// How many cells a part of a mesh of so many may have: what the options say, or else what suits the effort.
+uint64_t most_cells_per_part(const EncodeOptions& options, uint64_t cells);
 
 /// Positions as the decoder will have them, as floats: what is not finite lies at 0, and what is beyond
 /// floats at their ends. For cutting.
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor);
 /// The same, bit for bit.
+Place decoded_place(const ArrayToCode& positions, uint64_t point);
 std::vector<Place> decoded_places(const ArrayToCode& positions);
 
 /// The mesh as one patch, or cut into parts of which each is one. docs/format.md, "Parts".

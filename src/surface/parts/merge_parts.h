@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "surface/parts/joins.h"
+#include "surface/parts/shared_points.h"
 
 namespace maille {
 

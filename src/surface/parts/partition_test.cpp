@@ -9,7 +9,6 @@
 #include "support/random_mesh.h"
 #include "support/shapes.h"
 #include "surface/parts/coded_parts.h"
-#include "surface/parts/joins.h"
 #include "surface/parts/mesh_parts.h"
 
 namespace maille::testing {
@@ -114,97 +113,20 @@ TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
   }
 }
 
-/// Parts of a random mesh with everything that joins need; every fourth mesh has few places for its points.
-struct Parts {
-  explicit Parts(uint64_t seed) {
-    const Mesh mesh = random_surface(seed);
-    points = static_cast<uint32_t>(mesh.point_count());
-    std::mt19937 random(static_cast<unsigned>(seed));
-    std::vector<uint32_t> part_of(mesh.cell_count());
-    for (uint32_t& part : part_of) part = static_cast<uint32_t>(random() % 4);
-    for (MeshPart& part : take_all(mesh, part_of)) {
-      sizes.push_back(static_cast<uint32_t>(part.numbers.points.size()));
-      numbers.push_back(std::move(part.numbers.points));
-    }
-    whole.assign(numbers.begin(), numbers.end());
-    shared = find_shared_points(whole, points);
-    const uint32_t places_there_are = seed % 4 == 0 ? 3 : points + 1;
-    for (size_t p = 0; p < shared.size(); ++p) {
-      places.emplace_back();
-      for (const uint32_t i : shared[p]) places[p].push_back({whole[p][i] % places_there_are, 1, 2});
-    }
-    bytes = encode_joins(shared, places, whole);
-  }
-  uint32_t points = 0;
-  std::vector<uint32_t> sizes;
-  std::vector<std::vector<uint32_t>> numbers;
-  std::vector<std::span<const uint32_t>> whole;  ///< the same
-  SharedPoints shared;
-  SharedPlaces places;
-  std::vector<std::byte> bytes;
-};
-
-TEST(Joins, TellWhichPointsAreOne) {
-  for (uint64_t seed = 0; seed < 200; ++seed) {
-    const Parts parts(seed);
-    const auto shared = decode_shared_points(parts.bytes, parts.sizes);
-    ASSERT_TRUE(shared);
-    EXPECT_EQ(*shared, parts.shared);
-    const auto joined = decode_joins(parts.bytes, parts.sizes, *shared, parts.places);
-    ASSERT_TRUE(joined);
-    EXPECT_EQ(joined->count, parts.points);
-    std::vector<uint32_t> number_of(parts.points, ~0u);
-    for (size_t p = 0; p < parts.whole.size(); ++p) {
-      const std::vector<uint32_t> numbers = joined->parts[p].all_numbers();
-      ASSERT_EQ(numbers.size(), parts.whole[p].size());
-      for (size_t i = 0; i < parts.whole[p].size(); ++i) {
-        uint32_t& number = number_of[parts.whole[p][i]];
-        if (number == ~0u) number = numbers[i];
-        EXPECT_EQ(number, numbers[i]);
-      }
-    }
-    std::sort(number_of.begin(), number_of.end());
-    for (uint32_t i = 0; i < parts.points; ++i) EXPECT_EQ(number_of[i], i);
-  }
-}
-
-TEST(Joins, DamageGivesAnErrorOrNumbersThatExist) {
-  unsigned errors = 0;
-  for (uint64_t seed = 0; seed < 40; ++seed) {
-    const Parts parts(seed);
-    std::mt19937 random(static_cast<unsigned>(seed));
-    for (int i = 0; i < 50; ++i) {
-      std::vector<std::byte> bytes = parts.bytes;
-      bytes[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
-      if (i % 5 == 0) bytes.resize(random() % bytes.size());
-      const auto shared = decode_shared_points(bytes, parts.sizes);
-      if (!shared) {
-        ++errors;
-        continue;
-      }
-      SharedPlaces places;
-      for (const auto& points : *shared) places.emplace_back(points.size(), Place{});
-      const auto joined = decode_joins(bytes, parts.sizes, *shared, places);
-      if (!joined) {
-        ++errors;
-        continue;
-      }
-      for (const JoinedPart& part : joined->parts) {
-        for (const uint32_t number : part.all_numbers()) ASSERT_LT(number, joined->count);
-      }
-    }
-  }
-  EXPECT_GT(errors, 500u);
+TEST(Partition, LargeMeshesAreCutOnceAtLeast) {
+  EXPECT_EQ(most_cells_per_part({}, 400'000), 400'000u);
+  EXPECT_EQ(most_cells_per_part({}, 400'001), 400'000u);
+  EXPECT_EQ(most_cells_per_part({}, 10'000'000), 600'000u);
 }
 
 TEST(Partition, ModelsThatLearnGetTheWholeMeshUnlessToldOtherwise) {
   EncodeOptions options;
   options.effort = 6;
-  EXPECT_EQ(most_cells_per_part(options), 400'000u);
+  EXPECT_LT(most_cells_per_part(options, 1'000'000), 1'000'000u);
   options.effort = 7;
-  EXPECT_GT(most_cells_per_part(options), 100'000'000u);
+  EXPECT_GT(most_cells_per_part(options, 100'000'000), 100'000'000u);
   options.most_cells_per_part = 9;
-  EXPECT_EQ(most_cells_per_part(options), 9u);
+  EXPECT_EQ(most_cells_per_part(options, 10), 9u);
 }
 
 }  // namespace

@@ -1,0 +1,252 @@
+#include "surface/parts/shared_points.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <tuple>
+
+#include "base/result.h"
+#include "entropy/bit_model.h"
+#include "entropy/integer_model.h"
+#include "entropy/rans.h"
+
+namespace maille {
+namespace {
+
+/// Points on edges of one face: the neighbours along faces' sides cancel where each side is there twice.
+/// `number` gives the coded number of a point.
+template <class Number>
+std::vector<uint32_t> find_borders(const Mesh& mesh, Number number) {
+  std::vector<uint32_t> neighbours(mesh.point_count());
+  // Number 0 must count, too.
+  const auto coded = [&](uint32_t point) { return number(point) + 1; };
+  const auto add = [&](uint32_t before, uint32_t at, uint32_t next) { neighbours[at - 1] ^= before ^ next; };
+  for (const CellBlock& block : mesh.blocks) {
+    const std::vector<uint32_t>& corners = block.connectivity;
+    for (size_t i = 0; block.type == CellType::triangle && i + 2 < corners.size(); i += 3) {
+      const uint32_t a = coded(corners[i]), b = coded(corners[i + 1]), c = coded(corners[i + 2]);
+      add(a, b, c);
+      add(b, c, a);
+      add(c, a, b);
+    }
+    for (uint64_t i = 0; block.type != CellType::triangle && i < block.size(); ++i) {
+      const auto cell = block.cell(i);
+      for (size_t k = 0; k < cell.size(); ++k)
+        add(coded(cell[k > 0 ? k - 1 : cell.size() - 1]), coded(cell[k]),
+            coded(cell[k + 1 < cell.size() ? k + 1 : 0]));
+    }
+  }
+  std::vector<uint32_t> border;
+  // Few are not 0.
+  const auto count = static_cast<uint32_t>(neighbours.size());
+  for (uint32_t i = 0; i < count; ++i) {
+    for (uint64_t four[2]; i + 4 <= count; i += 4) {
+      std::memcpy(four, &neighbours[i], sizeof four);
+      if ((four[0] | four[1]) != 0) break;
+    }
+    if (i < count && neighbours[i] != 0) border.push_back(i);
+  }
+  return border;
+}
+
+/// Which points are shared, from where the chart's borders are: nearly all on borders, few elsewhere. One
+/// function for both directions; a decoder's `shared` is filled. False: they do not fit.
+template <class Coder>
+bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& border,
+                 std::vector<SharedPoint>& shared, bool decoding) {
+  std::vector<uint32_t> here, elsewhere;
+  if (!decoding) {
+    for (const SharedPoint& point : shared)
+      (std::binary_search(border.begin(), border.end(), point.point) ? here : elsewhere)
+          .push_back(point.point);
+  }
+  CountModel number, step;
+  const uint32_t count = number.code(coder, static_cast<uint32_t>(elsewhere.size()));
+  if (count > points) return false;
+  uint64_t next = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (decoding) elsewhere.push_back(static_cast<uint32_t>(next));
+    next += step.code(coder, elsewhere[i] - static_cast<uint32_t>(next));
+    if (next >= points) return false;
+    elsewhere[i] = static_cast<uint32_t>(next++);
+  }
+  // A border of the mesh itself is in long runs.
+  std::array<BitModel, 2> there;
+  bool before = true;
+  size_t at = 0;
+  for (const uint32_t point : border) {
+    before = there[before].code(coder, at < here.size() && here[at] == point);
+    if (decoding && before) here.push_back(point);
+    at += before;
+  }
+  if (decoding) {
+    here.insert(here.end(), elsewhere.begin(), elsewhere.end());
+    std::sort(here.begin(), here.end());
+    here.erase(std::unique(here.begin(), here.end()), here.end());
+    for (const uint32_t point : here) shared.push_back({point, 0});
+  }
+  // So are copies, where a lattice is too coarse for the mesh.
+  std::array<CountModel, 2> copy;
+  bool copied = false;
+  for (SharedPoint& point : shared) {
+    point.copy = copy[copied].code(coder, point.copy);
+    copied = point.copy != 0;
+  }
+  return true;
+}
+
+/// A shared point of a piece.
+struct Member {
+  Place place;
+  uint32_t copy;  ///< at first, in encoders, its number in the whole mesh
+  uint32_t piece, point;
+  bool operator<(const Member& o) const {
+    return std::tie(place, copy, piece, point) < std::tie(o.place, o.copy, o.piece, o.point);
+  }
+  bool is(const Member& o) const { return place == o.place && copy == o.copy; }
+};
+
+/// Numbers the points of one place by the first piece that has each, so that the decoded mesh, of which
+/// pieces are the same, has the same numbers.
+void number_copies(std::span<Member> members) {
+  std::vector<std::span<Member>> points;
+  for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
+    while (end < members.size() && members[end].is(members[begin])) ++end;
+    points.push_back(members.subspan(begin, end - begin));
+  }
+  std::sort(points.begin(), points.end(), [](std::span<const Member> a, std::span<const Member> b) {
+    return std::tie(a[0].piece, a[0].point) < std::tie(b[0].piece, b[0].point);
+  });
+  for (uint32_t copy = 0; copy < points.size(); ++copy) {
+    for (Member& member : points[copy]) member.copy = copy;
+  }
+}
+
+/// The number in the mesh of a point that is new with this part.
+uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
+  const auto before = std::lower_bound(part.joined.begin(), part.joined.end(), point) - part.joined.begin();
+  return part.first_new + point - static_cast<uint32_t>(before);
+}
+
+}  // namespace
+
+Place place_of(const Array& positions, uint32_t point) {
+  Place place{};
+  const size_t size = size_of(positions.type);
+  for (size_t k = 0; k < 3; ++k) {
+    std::memcpy(&place[k], positions.bytes.data() + (size_t{3} * point + k) * size, size);
+  }
+  return place;
+}
+
+std::vector<uint32_t> points_on_borders(const Mesh& piece) {
+  return find_borders(piece, [](uint32_t point) { return point; });
+}
+
+std::vector<uint32_t> borders_of_coded(const Mesh& piece, const PatchSources& sources) {
+  std::vector<uint64_t> in_whole(sources.points.size());  // number in the whole mesh, coded number
+  for (size_t i = 0; i < in_whole.size(); ++i) in_whole[i] = uint64_t{sources.points[i]} << 32 | i;
+  std::sort(in_whole.begin(), in_whole.end());
+  return find_borders(piece, [&](uint32_t point) { return static_cast<uint32_t>(in_whole[point]); });
+}
+
+std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
+                                                  uint32_t count,
+                                                  const std::function<Place(uint32_t)>& place_of_point) {
+  std::vector<bool> seen(count), again(count);
+  for (const std::span<const uint32_t> piece : points) {
+    for (const uint32_t point : piece) (seen[point] ? again : seen)[point] = true;
+  }
+  std::vector<Member> members;
+  for (uint32_t p = 0; p < points.size(); ++p) {
+    for (uint32_t i = 0; i < points[p].size(); ++i) {
+      const uint32_t number = points[p][i];
+      if (again[number]) members.push_back({place_of_point(number), number, p, i});
+    }
+  }
+  std::sort(members.begin(), members.end());
+  for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
+    while (end < members.size() && members[end].place == members[begin].place) ++end;
+    number_copies(std::span(members).subspan(begin, end - begin));
+  }
+  std::vector<std::vector<SharedPoint>> shared(points.size());
+  for (const Member& member : members) shared[member.piece].push_back({member.point, member.copy});
+  for (auto& piece : shared) {
+    std::sort(piece.begin(), piece.end(),
+              [](const SharedPoint& a, const SharedPoint& b) { return a.point < b.point; });
+  }
+  return shared;
+}
+
+std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
+                                     const std::vector<uint32_t>& border) {
+  const auto is_plain = [](const SharedPoint& point, uint32_t on_border) {
+    return point.point == on_border && point.copy == 0;
+  };
+  if (std::equal(shared.begin(), shared.end(), border.begin(), border.end(), is_plain)) return {};
+  std::vector<SharedPoint> all(shared.begin(), shared.end());
+  RansEncoder encoder;
+  code_shared(encoder, points, border, all, false);
+  return encoder.finish();
+}
+
+Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
+                                               const std::vector<uint32_t>& border) {
+  std::vector<SharedPoint> shared;
+  if (bytes.empty()) {
+    for (const uint32_t point : border) shared.push_back({point, 0});
+    return shared;
+  }
+  RansDecoder decoder(bytes);
+  if (!code_shared(decoder, points, border, shared, true) || decoder.exhausted())
+    return failure(ErrorCode::corrupt, "shared points that are not there");
+  return shared;
+}
+
+std::vector<uint32_t> JoinedPart::all_numbers() const {
+  std::vector<uint32_t> all(points);
+  uint32_t next = first_new;
+  uint32_t point = 0;
+  for (size_t i = 0; i < joined.size(); ++i) {
+    while (point < joined[i]) all[point++] = next++;
+    all[point++] = numbers[i];
+  }
+  while (point < points) all[point++] = next++;
+  return all;
+}
+
+JoinedPoints join_points(std::span<const PieceOfPoints> pieces) {
+  std::vector<Member> members;
+  for (uint32_t p = 0; p < pieces.size(); ++p) {
+    for (size_t i = 0; i < pieces[p].shared.size(); ++i) {
+      const SharedPoint& shared = pieces[p].shared[i];
+      members.push_back({pieces[p].places[i], shared.copy, p, shared.point});
+    }
+  }
+  std::sort(members.begin(), members.end());
+  const auto is_first = [&](size_t i) { return i == 0 || !members[i].is(members[i - 1]); };
+  JoinedPoints joined;
+  for (const PieceOfPoints& piece : pieces) joined.parts.emplace_back().points = piece.points;
+  for (size_t i = 0; i < members.size(); ++i) {
+    if (!is_first(i)) joined.parts[members[i].piece].joined.push_back(members[i].point);
+  }
+  for (JoinedPart& part : joined.parts) {
+    std::sort(part.joined.begin(), part.joined.end());
+    part.numbers.resize(part.joined.size());
+    part.first_new = joined.count;
+    joined.count += part.points - static_cast<uint32_t>(part.joined.size());
+  }
+  uint32_t number = 0;
+  for (size_t i = 0; i < members.size(); ++i) {
+    JoinedPart& part = joined.parts[members[i].piece];
+    if (is_first(i)) {
+      number = number_in_mesh(part, members[i].point);
+    } else {
+      const auto at = std::lower_bound(part.joined.begin(), part.joined.end(), members[i].point);
+      part.numbers[static_cast<size_t>(at - part.joined.begin())] = number;
+    }
+  }
+  return joined;
+}
+
+}  // namespace maille

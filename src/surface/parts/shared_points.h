@@ -1,0 +1,75 @@
+#pragma once
+
+#include <maille/error.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "surface/patch_topology.h"
+
+namespace maille {
+
+/// Pieces of a mesh that are coded by themselves, parts or charts of level 0, have points in common. Such
+/// points have the same position, bit for bit, in all of them. docs/format.md, "Shared points".
+
+/// A point that several pieces have. Those of one position are told apart by the number of the copy, nearly
+/// always 0.
+struct SharedPoint {
+  uint32_t point = 0;  ///< in the piece
+  uint32_t copy = 0;
+};
+
+/// The bits of the three numbers of a decoded position: what shared points are known by.
+using Place = std::array<uint64_t, 3>;
+Place place_of(const Array& positions, uint32_t point);
+
+/// Points on edges of one face (of any odd number), up to chance, rising.
+std::vector<uint32_t> points_on_borders(const Mesh& piece);
+/// The same as they are coded. Points of `piece` are those of the coded ones in the order of the whole mesh.
+std::vector<uint32_t> borders_of_coded(const Mesh& piece, const PatchSources& sources);
+
+/// By piece the points that others have as well, rising. `points` are those of the pieces in the whole mesh,
+/// all below `count`. Points of one place are numbered as pieces have them, one after the other.
+std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
+                                                  uint32_t count,
+                                                  const std::function<Place(uint32_t)>& place_of_point);
+
+/// `border`: of the piece as it is coded. No bytes where all points there are shared, no others, and there
+/// are no copies.
+std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
+                                     const std::vector<uint32_t>& border);
+/// Inverse, rising. Safe on any bytes. Error: corrupt.
+Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
+                                               const std::vector<uint32_t>& border);
+
+/// The numbers of a piece's points in the mesh. Its new points follow one another from `first_new` on; the
+/// others have the numbers that earlier pieces gave them.
+struct JoinedPart {
+  uint32_t points = 0;
+  uint32_t first_new = 0;
+  std::vector<uint32_t> joined;   ///< points of the piece that are not new, ascending
+  std::vector<uint32_t> numbers;  ///< theirs in the mesh
+
+  /// Of all points.
+  std::vector<uint32_t> all_numbers() const;
+};
+struct JoinedPoints {
+  std::vector<JoinedPart> parts;
+  uint32_t count = 0;
+};
+
+/// The points of a piece.
+struct PieceOfPoints {
+  uint32_t points = 0;
+  std::span<const SharedPoint> shared;
+  std::vector<Place> places = {};  ///< of the shared points
+};
+/// Numbers for the points of all, in their order: shared points of one place and copy are one.
+JoinedPoints join_points(std::span<const PieceOfPoints> pieces);
+
+}  // namespace maille
