@@ -185,6 +185,7 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
     return encoded;
   }
   MeshParts parts(mesh, part_of, executor);
+  std::vector<uint32_t>().swap(part_of);
   encoded.descriptions.resize(parts.count());
   std::vector<std::vector<uint32_t>> borders(parts.count());
   encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
