@@ -325,12 +325,12 @@ class PatchDecoder {
     const StreamKey positions_of = positions_key(patch_, coding_of(positions_key));
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(topology_key(patch_, coding)));
     if (coding != front_coding) {
-      FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding, buffers_));
+      FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
       if (positions_of.number != front_coding) {
         const bool alone = positions_of.number == position_coding && coding != shared_fan_coding;
         const bool shared = positions_of.number == shared_fan_coding && coding == shared_fan_coding;
         if (!shared && !alone) return without_fans();
-        positions = MAILLE_TRY(decode_positions(decoder, bytes, positions_of));
+        positions = MAILLE_TRY(decode_positions(decoder, positions_of));
       }
       FanPatch patch = MAILLE_TRY(decoder.finish(shapes_, description_.points, description_.corners));
       topology_ = std::move(patch.topology);
@@ -348,7 +348,7 @@ class PatchDecoder {
     return {};
   }
 
-  Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding, FanBuffers* buffers) const {
+  Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
     if (coding == fan_coding) return FanPatchDecoder::begin(bytes, description_.points, description_.corners);
     if (coding == polygon_fan_coding) {
       if (charts_alone) return not_in_charts();
@@ -356,11 +356,10 @@ class PatchDecoder {
     }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
     return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
-                                         buffers);
+                                         buffers_);
   }
 
-  /// `topology`: that of the fans.
-  Result<Array> decode_positions(FanPatchDecoder& decoder, Bytes topology, const StreamKey& key) {
+  Result<Array> decode_positions(FanPatchDecoder& decoder, const StreamKey& key) {
     Pace pace(options_.progress, description_.positions.name.c_str(), description_.points);
     if (!pace.report()) return cancelled();
     Array array = array_of(description_.positions);
@@ -368,14 +367,9 @@ class PatchDecoder {
     FanDecoder& fans = *decoder.fans;
     if (key.number == shared_fan_coding) {
       const PositionTables& tables = *tables_->positions;
-      const auto valences = MAILLE_TRY(valences_of(topology, shared_fan_coding, need_valences(tables)));
-      MAILLE_CHECK(decode_shared_positions(fans, valences, bytes, tables, description_.points, array));
+      MAILLE_CHECK(decode_shared_positions(fans, bytes, tables, description_.points, array));
     } else {
-      std::span<const uint8_t> valences = fans.known_valences();
-      std::vector<uint8_t> counted;
-      if (valences.empty())
-        valences = counted = MAILLE_TRY(valences_of(topology, fan_coding, need_valences(bytes)));
-      MAILLE_CHECK(maille::decode_positions(fans, valences, bytes, description_.points, array));
+      MAILLE_CHECK(maille::decode_positions(fans, bytes, description_.points, array));
     }
     return array;
   }
@@ -387,16 +381,6 @@ class PatchDecoder {
     const std::vector<std::byte> bytes = MAILLE_TRY(streams_.read_stream(twins_key(patch_)));
     twins_ = MAILLE_TRY(maille::decode_twins(topology_, positions_, bytes));
     return {};
-  }
-
-  /// Where weights follow valences, all fans are decoded beforehand: cheaper than keeping what is known about
-  /// each vertex.
-  Result<std::vector<uint8_t>> valences_of(Bytes topology, uint32_t coding, bool needed) const {
-    if (!needed) return std::vector<uint8_t>();
-    FanPatchDecoder decoder = MAILLE_TRY(begin_fans(topology, coding, nullptr));
-    FanSurface fans = MAILLE_TRY(decoder.fans->finish());
-    fans.count_valences();
-    return std::move(fans.valences);
   }
 
   Result<Array> decode_one(const ArrayDescription& described, const StreamKey& key) {

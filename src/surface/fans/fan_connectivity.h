@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "base/unfilled.h"
+#include "base/pages.h"
 #include "surface/half_edges.h"
 
 namespace maille {
@@ -69,10 +69,9 @@ struct FanSurface {
   uint32_t vertices = 0;
   /// The first vertex that has references and a kind here: a decoder lets go of those that are done with.
   uint32_t first = 0;
-  Unfilled<VertexReferences> references;  ///< by vertex, from `first` on
-  Unfilled<uint8_t> kinds;                ///< likewise
-  bool with_late = true;                  ///< are late triples wanted?
-  std::vector<uint8_t> valences;          ///< by vertex: its faces modulo 256, twice that on borders
+  Scratch<VertexReferences> references;  ///< by vertex, from `first` on
+  Scratch<uint8_t> kinds;                ///< likewise
+  std::vector<uint8_t> valences;         ///< by vertex: its faces modulo 256, twice that on borders
 
   uint32_t faces() const {
     return static_cast<uint32_t>(offsets.empty() ? corners.size() / 3 : offsets.size() - 1);
@@ -122,8 +121,8 @@ EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint
 /// Memory that decoders of many small patches use one after the other.
 struct FanBuffers {
   Unfilled<uint64_t> entries;
-  Unfilled<VertexReferences> references;
-  Unfilled<uint8_t> kinds;
+  Scratch<VertexReferences> references;
+  Scratch<uint8_t> kinds;
 };
 
 /// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
@@ -142,8 +141,8 @@ class FanDecoder {
   FanDecoder& operator=(FanDecoder&&) noexcept;
   ~FanDecoder();
 
-  /// Before anything is decoded: no kind shall have a late triple, which saves time.
-  void leave_late_out();
+  /// Before anything is decoded: decodes all of it, and keeps what is known about each vertex, with valences.
+  Result<> decode_all();
   /// Vertices of all triangles: as claimed, until finish() has seen them.
   uint32_t vertices() const;
   /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
@@ -172,8 +171,7 @@ class FanDecoder {
   std::unique_ptr<FanSurface> complete_;  ///< instead
 };
 
-/// What `decoder` decodes, all at once, with references, kinds and valences.
-Result<FanSurface> decode_all(FanDecoder decoder);
+/// All at once, with references, kinds and valences.
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices);
 /// The same for so many polygons of so many corners in all.
 Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t corners,

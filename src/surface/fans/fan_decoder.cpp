@@ -124,7 +124,6 @@ template <class T>
   _mm_storeu_si128(reinterpret_cast<__m128i*>(to), lanes);
 }
 /// `late`: of the vertex whose late triple this is, or of none.
-template <bool with_late>
 [[gnu::always_inline]] inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references,
                                              uint32_t* corner, uint64_t* entries) {
   const __m128i f = _mm_shuffle_epi32(word_of(fan.f), 0);
@@ -132,10 +131,8 @@ template <bool with_late>
   const __m128i p = word_of(fan.p);
   const __m128i first = _mm_unpacklo_epi64(_mm_unpacklo_epi32(f, word_of(fan.next)),
                                            _mm_unpacklo_epi32(word_of(fan.opposite), f));
-  if constexpr (with_late) {
-    _mm_storel_epi64(reinterpret_cast<__m128i*>(late), first);
-    store(late + 2, static_cast<uint32_t>(fan.opposite));
-  }
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(late), first);
+  store(late + 2, static_cast<uint32_t>(fan.opposite));
   const __m128i along = _mm_unpacklo_epi64(_mm_unpacklo_epi32(word_of(fan.before), p), v);
   const __m128i second = lanes_of<0, 0, 1, 2>(f, along), third = lanes_of<0, 0, 2, 3>(f, along);
   store_lanes(&references[0].at[0], first);
@@ -153,14 +150,11 @@ template <bool with_late>
   store_lanes(entries + 2, _mm_unpackhi_epi32(v, rest));
 }
 #else
-template <bool with_late>
 inline void store_fan(const FastFan& fan, uint32_t* late, VertexReferences* references, uint32_t* corner,
                       uint64_t* entries) {
   const uint64_t v = fan.v;
-  if constexpr (with_late) {
-    store(late, pair_of(fan.f, fan.next));
-    store(late + 2, static_cast<uint32_t>(fan.opposite));
-  }
+  store(late, pair_of(fan.f, fan.next));
+  store(late + 2, static_cast<uint32_t>(fan.opposite));
   store_one(references[0], fan.f, fan.next, fan.opposite, fan.before, fan.p);
   store_one(references[1], fan.f, fan.next, fan.opposite, fan.p, v);
   store_one(references[2], fan.f, fan.next, fan.opposite, v, v + 1);
@@ -400,7 +394,6 @@ constexpr auto far_classes = [] {
 /// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
 /// branches; swallow, and rare ones, in between. What FanMachine::apply() does for them.
 /// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
-template <bool with_late>
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out) {
   machine.make_room(fast_room);
   uint32_t steps = std::min(fast_room / 3 - 2, machine.triangles_left() / 5);
@@ -466,16 +459,12 @@ bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out
     const uint64_t next_opposite = choose(is_pocket, f_entry >> 32 & point_mask, n);
     markers |= n_entry | next_entry;
 
-    uint32_t* late = nullptr;
-    if constexpr (with_late) {
-      // A late triple for the vertex before, or for none.
-      const uint64_t differs = i | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
-      const uint64_t at = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
-      late = references[at].at.data() + VertexReferences::late;
-      kinds[at] |= 1;
-    }
-    store_fan<with_late>({f, p, next, next_opposite, p_entry >> 32 & point_mask, v}, late,
-                         references + (v - first), corner, tail);
+    // A late triple for the vertex before, or for none.
+    const uint64_t differs = i | (p + 1 - v) | static_cast<uint64_t>(next_opposite == p);
+    const uint64_t at = choose(0 - static_cast<uint64_t>(differs == 0), nowhere, p - first);
+    kinds[at] |= 1;
+    store_fan({f, p, next, next_opposite, p_entry >> 32 & point_mask, v},
+              references[at].at.data() + VertexReferences::late, references + (v - first), corner, tail);
     store(kinds + (v - first), fast_kinds[symbol][f_entry >> seen_shift]);
 
     // Entries have the focus beyond their gates now; the last one has seen a triangle more.
@@ -563,8 +552,12 @@ struct FanDecoder::State {
     reserve_pages(surface.corners, 3 * (triangles + std::min<uint64_t>(more, triangles)));
     swap_buffers();
     if (machine.entries.empty()) machine.entries.resize(1024);
-    surface.references.resize(window + fast_vertices + spare_vertices);
-    surface.kinds.resize(window + fast_vertices + spare_vertices);
+    make_room(window);
+  }
+  /// For so many vertices from surface.first on, and those that are decoded beyond.
+  void make_room(size_t vertices) {
+    surface.references.resize(vertices + fast_vertices + spare_vertices);
+    surface.kinds.resize(vertices + fast_vertices + spare_vertices);
     surface.kinds.back() = 0;
   }
 
@@ -602,8 +595,7 @@ Result<> FanDecoder::State::step() {
     if (reader.rans.exhausted()) return corrupt("the fans end early");
     return {};
   }
-  const auto run = surface.with_late ? run_fast<true> : run_fast<false>;
-  if (!run(machine, reader, surface)) return corrupt("a fan that ends at a border");
+  if (!run_fast(machine, reader, surface)) return corrupt("a fan that ends at a border");
   for (int i = 0; i < slow_run; ++i) {
     if (machine.done() || !machine.prepare()) return {};
     if (i > 0 && machine.tail - machine.head >= least_fast_ring) return {};
@@ -648,12 +640,20 @@ FanDecoder FanDecoder::over(FanSurface surface) {
   return decoder;
 }
 
-void FanDecoder::leave_late_out() {
-  if (complete_) {
-    for (uint8_t& kind : complete_->kinds) kind &= 0xfe;
-    return;
-  }
-  state_->surface.with_late = false;
+Result<> FanDecoder::decode_all() {
+  if (complete_) return {};
+  State& state = *state_;
+  state.make_room(state.vertex_count);
+  while (!state.machine.done()) MAILLE_CHECK(state.step());
+  if (state.machine.vertices != state.vertex_count)
+    return corrupt("the fans have another number of vertices");
+  state.surface.vertices = state.vertex_count;
+  complete_ = std::make_unique<FanSurface>(std::move(state.surface));
+  state_.reset();
+  complete_->references.resize(complete_->vertices);
+  complete_->kinds.resize(complete_->vertices);
+  complete_->count_valences();
+  return {};
 }
 
 uint32_t FanDecoder::vertices() const {
@@ -710,7 +710,9 @@ Result<FanSurface> FanDecoder::finish() {
 }
 
 Result<FanSurface> decode_fans(Bytes bytes, uint32_t triangles, uint32_t most_vertices) {
-  return decode_all(MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices)));
+  FanDecoder decoder = MAILLE_TRY(FanDecoder::begin(bytes, triangles, most_vertices));
+  MAILLE_CHECK(decoder.decode_all());
+  return decoder.complete();
 }
 
 Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t corners,
@@ -748,25 +750,6 @@ Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t 
   surface.count_valences();
   surface.find_polygon_references();
   return surface;
-}
-
-Result<FanSurface> decode_all(FanDecoder decoder) {
-  Unfilled<VertexReferences> references;
-  Unfilled<uint8_t> kinds;
-  for (uint32_t begin = 0; begin < decoder.vertices();) {
-    const uint32_t end = std::min(decoder.vertices(), begin + FanDecoder::window);
-    MAILLE_CHECK(decoder.decode_until(end));
-    references.insert(references.end(), decoder.references(begin), decoder.references(begin) + (end - begin));
-    kinds.insert(kinds.end(), decoder.kinds(begin), decoder.kinds(begin) + (end - begin));
-    decoder.release(end);
-    begin = end;
-  }
-  FanSurface result = MAILLE_TRY(decoder.finish());
-  result.first = 0;
-  result.references = std::move(references);
-  result.kinds = std::move(kinds);
-  result.count_valences();
-  return result;
 }
 
 }  // namespace maille

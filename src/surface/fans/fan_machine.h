@@ -362,7 +362,7 @@ class FanMachine {
   }
   void note_late(uint32_t n, uint32_t n_opposite) {
     const uint32_t v = vertex(tail - 1);
-    if (polygons_ || !out_.with_late || v + 1 != vertices || n_opposite == v) return;
+    if (polygons_ || v + 1 != vertices || n_opposite == v) return;
     VertexReferences& references = out_.references[v - out_.first];
     references.at[VertexReferences::late] = vertex(head);
     references.at[VertexReferences::late + 1] = n;

@@ -204,7 +204,7 @@ class CodingChooser {
   FittedRows fit() const {
     std::vector<std::array<double, n>> values(patch_.size());
     std::array<double, n> largest{}, units;
-    const DoublePoints<n> points = wide_points<n>(numbers_.maps, numbers_.type, 0);
+    const DoublePoints<n> points = wide_points<n>(numbers_.maps, numbers_.type);
     for (size_t v = 0; v < values.size(); ++v) {
       for (unsigned k = 0; k < n; ++k) {
         values[v][k] = points.value_of(patch_.codes[v][k] - numbers_.bias[k], k);

@@ -6,8 +6,17 @@
 
 namespace maille::positions {
 
-/// Points while they are coded: codes less a bias, as floats. Components beyond those that an array has are
-/// 0.
+/// More of what is not known yet.
+template <class T>
+void grow_zeros(Scratch<T>& vector, size_t end) {
+  const size_t begin = vector.size();
+  if (end <= begin) return;
+  vector.resize(end);
+  __builtin_memset(static_cast<void*>(vector.data() + begin), 0, (end - begin) * sizeof(T));
+}
+
+/// Points while they are coded, and sizes of their residuals: codes less a bias, as floats. Components beyond
+/// those that an array has are 0.
 template <unsigned n>
 struct FloatPoints {
   using Point = FloatPoint;
@@ -18,15 +27,24 @@ struct FloatPoints {
   // Sums of three are exact, and what weights give is far from the end of floats.
   static constexpr float most = 1 << 20;
 
-  Unfilled<FloatPoint> points;
+  Scratch<FloatPoint> points;
+  /// Of residuals, eight bits for each component. Not in the points, where the next vertex would wait for
+  /// codes before it knew its contexts.
+  Scratch<uint32_t> sizes;
 
-  void grow(size_t end) {
-    const size_t begin = points.size();
-    if (end <= begin) return;
-    points.resize(end);
-    __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(FloatPoint));
+  void reserve(size_t count) {
+    points.reserve(count);
+    sizes.reserve(count);
   }
-  void clear() { points.clear(); }
+  void grow(size_t end) {
+    grow_zeros(points, end);
+    grow_zeros(sizes, end);
+  }
+  void clear() {
+    points.clear();
+    sizes.clear();
+  }
+  uint32_t size(uint32_t v) const { return sizes[v]; }
   /// The nearest integers, the even one of two: the last bits of a sum whose unit is 1.
   [[gnu::always_inline]] static SignedLanes to_lanes(FloatPoint p) {
     p = p.smaller(FloatPoint::of(most)).larger(FloatPoint::of(-most));
@@ -45,11 +63,12 @@ struct FloatPoints {
     __builtin_memcpy(result.data(), &codes, sizeof codes);
     return result;
   }
-  [[gnu::always_inline]] void set_lanes(uint32_t v, SignedLanes codes) {
+  [[gnu::always_inline]] void set_lanes(uint32_t v, SignedLanes codes, uint32_t size) {
     points[v].v = __builtin_convertvector(codes, FloatLanes);
+    sizes[v] = size;
   }
-  [[gnu::always_inline]] void set(uint32_t v, const Tuple& codes) {
-    set_lanes(v, SignedLanes{codes[0], codes[1], codes[2], codes[3]});
+  [[gnu::always_inline]] void set(uint32_t v, const Tuple& codes, uint32_t size) {
+    set_lanes(v, SignedLanes{codes[0], codes[1], codes[2], codes[3]}, size);
   }
   int32_t code(uint32_t v, unsigned k) const { return static_cast<int32_t>(points[v].v[k]); }
   /// Octaves above 1/4, 0 for less.
@@ -71,23 +90,29 @@ struct DoublePoints {
   static constexpr bool narrow = false;
   static constexpr double most = 0x1p62;
 
-  Unfilled<DoublePoint> points;
-  std::vector<std::array<int64_t, n>> codes;
+  Scratch<DoublePoint> points;
+  Scratch<std::array<int64_t, n>> codes;
+  Scratch<uint32_t> sizes;
   std::array<const NumberMap*, n> curved{};  ///< maps whose codes are not proportional to numbers
   Scalar type = Scalar::f64;
   bool any_curved = false;
 
+  void reserve(size_t count) {
+    points.reserve(count);
+    codes.reserve(count);
+    sizes.reserve(count);
+  }
   void grow(size_t end) {
-    const size_t begin = points.size();
-    if (end <= begin) return;
-    codes.resize(end);
-    points.resize(end);
-    __builtin_memset(static_cast<void*>(points.data() + begin), 0, (end - begin) * sizeof(DoublePoint));
+    grow_zeros(points, end);
+    grow_zeros(codes, end);
+    grow_zeros(sizes, end);
   }
   void clear() {
     points.clear();
     codes.clear();
+    sizes.clear();
   }
+  uint32_t size(uint32_t v) const { return sizes[v]; }
   static double coordinate(const DoublePoint& p, unsigned k) { return k < 2 ? p.xy[k] : p.zw[k - 2]; }
   [[gnu::always_inline]] Tuple to_codes(const DoublePoint& p) const {
     Tuple result{};
@@ -99,8 +124,9 @@ struct DoublePoints {
     x = std::clamp(x, -most, most);
     return static_cast<int64_t>(x + 0x1.8p52 - 0x1.8p52);
   }
-  [[gnu::always_inline]] void set(uint32_t v, const Tuple& to) {
+  [[gnu::always_inline]] void set(uint32_t v, const Tuple& to, uint32_t size) {
     std::array<double, most_components> values{};
+    sizes[v] = size;
     for (unsigned k = 0; k < n; ++k) {
       codes[v][k] = to[k];
       values[k] = value_of(to[k], k);
@@ -161,13 +187,7 @@ struct Repeat {
 template <class Points>
 struct KnownPoints {
   Points points;
-  std::vector<uint32_t> sizes;  ///< of residuals, eight bits for each component
   std::vector<Repeat<Points::components>> repeats;
-
-  void resize(size_t count, bool repeating) {
-    sizes.resize(count);
-    if (repeating) repeats.resize(count);
-  }
 };
 
 // Contexts of all alphabets, one behind the other, with room for any number of components.
@@ -193,7 +213,6 @@ class PositionCoder {
       : coder_(coder),
         coding_(coding),
         points_(known.points),
-        sizes_(known.sizes),
         repeats_(known.repeats),
         size_class_(make_size_classes(coding.first_size, spread_classes_of(coding.with_spread))) {
     for (unsigned k = 0; k < components; ++k) {
@@ -215,8 +234,8 @@ class PositionCoder {
     const Point target = by_gate ? expected.gate : expected.fitted;
     const Point apart = (by_gate ? expected.fitted : expected.mean) - target;
     const Tuple centre = points_.to_codes(target);
-    const uint32_t around = 2 * (sizes_[references.at[R::last]] + sizes_[references.at[R::focus]]) +
-                            sizes_[references.at[R::before]] + sizes_[references.at[R::next]];
+    const auto size = [&](unsigned r) { return points_.size(references.at[r]); };
+    const uint32_t around = 2 * (size(R::last) + size(R::focus)) + size(R::before) + size(R::next);
     std::array<uint32_t, components> context;
     const uint32_t gates = ValenceRows::parallelograms(group) * plane_;
     for (unsigned k = 0; k < components; ++k)
@@ -236,8 +255,8 @@ class PositionCoder {
     if constexpr (!Coder::encoding && Points::narrow && components > 1) {
       read_residuals(v, target, apart, symbol);
     } else {
-      code_residuals(v, centre, signs(apart), symbol);
-      points_.set(v, codes_);
+      const uint32_t residuals = code_residuals(centre, signs(apart), symbol);
+      points_.set(v, codes_, residuals);
     }
     if constexpr (repeating) {
       if (!Coder::encoding && coding_.repeats == Repeats::candidates) find_indices(own_);
@@ -257,9 +276,9 @@ class PositionCoder {
     return {p.xy[0] < 0, p.xy[1] < 0, p.zw[0] < 0, p.zw[1] < 0};
   }
 
-  /// Raw bits of all components, and with them codes and sizes of residuals.
-  [[gnu::always_inline]] void code_residuals(uint32_t v, const Tuple& centre, const Signs& negative,
-                                             const std::array<unsigned, components>& symbol) {
+  /// Raw bits of all components, and with them codes. Returns the sizes of residuals.
+  [[gnu::always_inline]] uint32_t code_residuals(const Tuple& centre, const Signs& negative,
+                                                 const std::array<unsigned, components>& symbol) {
     uint32_t size = 0;
     bool escaped = false;
     for (unsigned k = 0; k < components; ++k) {
@@ -290,7 +309,7 @@ class PositionCoder {
     }
     if (escaped) [[unlikely]]
       code_escapes(symbol, centre);
-    sizes_[v] = size;
+    return size;
   }
 
   /// The same for a decoder of floats, all components side by side: 7 % less time than
@@ -330,8 +349,7 @@ class PositionCoder {
     }
     if (escaped) [[unlikely]]
       codes = read_escapes(symbol, centre, codes);
-    points_.set_lanes(v, codes);
-    sizes_[v] = size;
+    points_.set_lanes(v, codes, size);
     if constexpr (repeating) __builtin_memcpy(codes_.data(), &codes, sizeof codes);
   }
 
@@ -544,7 +562,6 @@ class PositionCoder {
   Coder& coder_;
   const Coding& coding_;
   Points& points_;
-  std::vector<uint32_t>& sizes_;
   std::vector<Own>& repeats_;
   uint32_t plane_ = size_classes * spread_classes_of(coding_.with_spread);
   std::array<ResidualFields<Integer>, components> fields_;

@@ -8,6 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/bytes.h"
+#include "base/pages.h"
 #include "entropy/lane_rans.h"
 #include "entropy/static_rans.h"
 #include "numbers/number_map.h"

@@ -17,7 +17,6 @@ class RunsOf final : public Runs {
     // As the decoder begins: what is not known yet is 0.
     known_.points.clear();
     known_.points.grow(room());
-    known_.sizes.assign(room(), 0);
     known_.repeats.assign(coding.repeats == Repeats::none ? 0 : room(), {});
     points_are_known_ = false;
     writer.events.reserve(size_t{patch_.size()} * Points::components *
@@ -31,7 +30,6 @@ class RunsOf final : public Runs {
       return patch_.size();
     }
     know_points();
-    known_.sizes.resize(room());
     if (coding.repeats != Repeats::none) known_.repeats.resize(room());
     run(coding, writer, sample_ranges());
     return pieces * piece;
@@ -75,7 +73,7 @@ class RunsOf final : public Runs {
   void know_points() {
     if (points_are_known_) return;
     known_.points.grow(room());
-    for (uint32_t v = 0; v < patch_.size(); ++v) known_.points.set(v, codes(v));
+    for (uint32_t v = 0; v < patch_.size(); ++v) known_.points.set(v, codes(v), known_.points.size(v));
     points_are_known_ = true;
   }
 
@@ -175,8 +173,7 @@ uint64_t Measured::OfCentre::bits() const {
 std::unique_ptr<Runs> Runs::make(const Patch& patch, const Bias& bias, std::span<const NumberMap> maps,
                                  Scalar type, bool wide) {
   return with_components(patch.codes.components, [&](auto n) -> std::unique_ptr<Runs> {
-    const size_t room = patch.codes.size() + FanDecoder::most_ahead;
-    if (wide) return std::make_unique<RunsOf<DoublePoints<n>>>(patch, bias, wide_points<n>(maps, type, room));
+    if (wide) return std::make_unique<RunsOf<DoublePoints<n>>>(patch, bias, wide_points<n>(maps, type));
     return std::make_unique<RunsOf<FloatPoints<n>>>(patch, bias, FloatPoints<n>());
   });
 }

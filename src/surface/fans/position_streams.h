@@ -141,11 +141,9 @@ class WindowWeights {
 };
 
 template <unsigned n>
-DoublePoints<n> wide_points(std::span<const NumberMap> maps, Scalar type, size_t count) {
+DoublePoints<n> wide_points(std::span<const NumberMap> maps, Scalar type) {
   DoublePoints<n> points;
   points.type = type;
-  reserve_pages(points.points, count);
-  reserve_pages(points.codes, count);
   for (unsigned k = 0; k < n; ++k) {
     points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
     points.any_curved = points.any_curved || maps[k].is_curved();

@@ -29,12 +29,9 @@ bool fits_positions(const Array& array, const ArrayMaps& maps);
 std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
                                         std::span<const uint32_t> source, const Effort& effort);
 
-/// Do weights follow the valences, so that all connectivity must be known first?
-bool need_valences(Bytes bytes);
 /// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
-/// positions need them. `valences`: those of all vertices, if needed. Safe on any bytes.
-Result<> decode_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes, uint32_t points,
-                          Array& array);
+/// positions need them: all of them where weights follow valences. Safe on any bytes.
+Result<> decode_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array);
 
 /// The same for an array of 1 to 4 components whose elements are not fans' vertices: `around` says what is
 /// around them. `places`: where they are, if that is known. Whatever pays is used, as all connectivity is
@@ -82,8 +79,7 @@ class SharedPositions {
 struct PositionTables;
 /// `type`: of the positions. Safe on any bytes. Error: corrupt.
 Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type);
-bool need_valences(const PositionTables& tables);
-Result<> decode_shared_positions(FanDecoder& fans, std::span<const uint8_t> valences, Bytes bytes,
-                                 const PositionTables& tables, uint32_t points, Array& array);
+Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
+                                 Array& array);
 
 }  // namespace maille

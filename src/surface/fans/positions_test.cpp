@@ -32,7 +32,7 @@ Result<> decode(const Patch& patch, Bytes bytes, uint32_t points, Array& array) 
   const auto corners = 3 * uint64_t{patch.coded.patch.topology.surface.face_count};
   auto decoder = FanPatchDecoder::begin(patch.coded.bytes, points, corners);
   EXPECT_TRUE(decoder);
-  return decode_positions(*decoder->fans, patch.fans().valences, bytes, points, array);
+  return decode_positions(*decoder->fans, bytes, points, array);
 }
 
 std::vector<std::byte> encode(const Patch& patch, const Array& array, const ArrayMaps& maps,

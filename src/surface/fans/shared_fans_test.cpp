@@ -53,11 +53,7 @@ Result<FanPatch> decode(const Patches& patches, size_t i, const SharedFanTables&
   const auto points = static_cast<uint32_t>(patches.meshes[i].point_count());
   auto decoder = FanPatchDecoder::begin_shared(fans, *tables.fans, points, patches.corners(i));
   if (!decoder) return tl::unexpected(decoder.error());
-  auto first = FanPatchDecoder::begin_shared(fans, *tables.fans, points, patches.corners(i))->fans->finish();
-  if (!first) return tl::unexpected(first.error());
-  first->count_valences();
-  if (auto ok = decode_shared_positions(*decoder->fans, first->valences, positions_bytes, *tables.positions,
-                                        points, array);
+  if (auto ok = decode_shared_positions(*decoder->fans, positions_bytes, *tables.positions, points, array);
       !ok)
     return tl::unexpected(ok.error());
   const CellBlock& block = patches.meshes[i].blocks[0];
