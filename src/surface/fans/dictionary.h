@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "entropy/bit_model.h"
@@ -15,6 +16,7 @@ namespace maille {
 class Dictionary {
  public:
   static constexpr uint32_t most = 0xfff0;
+  static constexpr uint32_t parts = 8;
   static constexpr unsigned most_length = 62;  ///< bits of a gap
   static constexpr uint64_t most_range = uint64_t{1} << 62;
 
@@ -55,6 +57,19 @@ class Dictionary {
     return (eighth ^ static_cast<uint32_t>(side)) + 4;
   }
 
+  /// For decoders of many codes: near_part() becomes one look-up, if codes span few. 7 to 13 % of the time of
+  /// meshes with repeats (cheese, 73416, ogre at -3).
+  void tabulate();
+  /// nearest(), and the part() of that.
+  [[gnu::always_inline]] std::pair<uint32_t, uint32_t> near_part(int64_t code) const {
+    if (near_parts_.empty()) {
+      const uint32_t near = nearest(code);
+      return {near, part(near, code)};
+    }
+    const uint32_t found = near_parts_[static_cast<size_t>(std::clamp(code, first_, last_) - first_)];
+    return {found / parts, found % parts};
+  }
+
   /// False: the coded numbers are not ascending, or too many (of damaged bytes).
   template <class Coder>
   bool code(Coder& coder);
@@ -89,12 +104,52 @@ class Dictionary {
     }
   }
 
+  /// The codes from an entry to the one before the next.
+  void tabulate_gap(uint32_t below);
+
   std::vector<int64_t> values_;
   std::vector<int64_t> last_of_;  ///< by entry: the last code that it is nearest to
   std::vector<float> eighths_;    ///< by entry: 16 / the gap below it
   std::vector<uint32_t> begin_;   ///< by bucket: the entry nearest to its first code
   unsigned shift_ = 0;
+  // By code: parts * nearest() + part(). From two codes beyond the ends on all are alike.
+  std::vector<uint32_t> near_parts_;
+  int64_t first_ = 0, last_ = 0;
 };
+
+inline void Dictionary::tabulate() {
+  constexpr int64_t most_codes = 1 << 16, far = int64_t{1} << 62;
+  if (values_.empty() || values_.front() < -far || values_.back() > far ||
+      values_.back() - values_.front() > most_codes)
+    return;
+  first_ = values_.front() - 2;
+  last_ = values_.back() + 2;
+  near_parts_.reserve(static_cast<size_t>(last_ - first_ + 1));
+  const auto add = [&](uint32_t near, int64_t code) {
+    near_parts_.push_back(near * parts + part(near, code));
+  };
+  for (int64_t code = first_; code < values_.front(); ++code) add(0, code);
+  for (uint32_t i = 0; i + 1 < size(); ++i) tabulate_gap(i);
+  for (int64_t code = values_.back(); code <= last_; ++code) add(size() - 1, code);
+}
+
+inline void Dictionary::tabulate_gap(uint32_t below) {
+  const int64_t begin = values_[below], end = values_[below + 1], middle = last_of_[below];
+  // Up to the code before `code`.
+  const auto fill = [&](int64_t code, uint32_t found) {
+    const int64_t next = first_ + static_cast<int64_t>(near_parts_.size());
+    if (next < code) near_parts_.insert(near_parts_.end(), static_cast<size_t>(code - next), found);
+  };
+  // Where eighths begin, as part() finds them: its floats may be off by one.
+  std::array<int64_t, 5> from{0, 0, 0, 0, end - begin};
+  for (unsigned j = 1; j < 4; ++j) {
+    from[j] = std::max<int64_t>(from[j - 1], (end - begin) * j / 8 - 2);
+    while (from[j] < end - begin && part(below, begin + from[j]) < 4 + j) ++from[j];
+  }
+  for (unsigned j = 0; j < 4; ++j) fill(std::min(begin + from[j + 1], middle + 1), below * parts + 4 + j);
+  fill(middle + 1, below * parts + 7);
+  for (unsigned j = 4; j-- > 0;) fill(std::min(end, end - from[j] + 1), (below + 1) * parts + 3 - j);
+}
 
 template <class Coder>
 bool Dictionary::code(Coder& coder) {

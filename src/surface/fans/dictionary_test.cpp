@@ -37,6 +37,33 @@ TEST(Dictionary, NearestIsTheNearestAndTheLowerOfTwo) {
   }
 }
 
+TEST(Dictionary, TablesHoldWhatIsFoundWithoutThem) {
+  Random random(3);
+  for (const uint64_t range : {uint64_t{5}, uint64_t{100}, uint64_t{3000}, uint64_t{60000}}) {
+    for (const unsigned count : {1u, 2u, 5u, 60u}) {
+      if (count > range) continue;
+      Dictionary dictionary;
+      dictionary.set(random_values(random, count, range));
+      dictionary.tabulate();
+      for (int64_t code = -1010; code < static_cast<int64_t>(range) - 980; ++code) {
+        const uint32_t near = dictionary.nearest(code);
+        ASSERT_EQ(dictionary.near_part(code), std::pair(near, uint32_t{dictionary.part(near, code)})) << code;
+      }
+    }
+  }
+}
+
+TEST(Dictionary, CodesFarApartHaveNoTable) {
+  for (const std::vector<int64_t>& values :
+       {std::vector<int64_t>{0, 70000}, {INT64_MIN, INT64_MIN + 3}, {INT64_MAX - 3, INT64_MAX}}) {
+    Dictionary dictionary;
+    dictionary.set(values);
+    dictionary.tabulate();
+    EXPECT_EQ(dictionary.near_part(values[0]), std::pair(0u, 4u));
+    EXPECT_EQ(dictionary.near_part(values[1]), std::pair(1u, 4u));
+  }
+}
+
 TEST(Dictionary, ComesBack) {
   Random random(2);
   for (const uint64_t range : {uint64_t{5000}, uint64_t{1} << 32, uint64_t{1} << 60}) {

@@ -162,6 +162,7 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   if (!coding.with_valences) coding.rows.forget_valences();
   for (unsigned k = 0; k < components && coding.repeats != Repeats::none; ++k) {
     if (!coding.dictionaries[k].code(side)) return corrupt("the dictionaries are damaged");
+    if (!head->wide) coding.dictionaries[k].tabulate();
   }
   for_each_alphabet(coding, [&](const Alphabet& alphabet) {
     const StaticTables tables =
