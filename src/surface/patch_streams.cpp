@@ -406,8 +406,9 @@ class PatchDecoder {
   /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
   /// positions are as many.
   bool knows_validity() const {
-    return fans_ && shapes_.size() == 1 && shapes_[0].type == CellType::triangle &&
-           description_.arrays.empty();
+    if (!fans_ || shapes_.size() != 1 || !description_.arrays.empty()) return false;
+    return shapes_[0].type == CellType::triangle ||
+           (shapes_[0].type == CellType::polygon && topology_.loose.size() == 0);
   }
 
   /// Cells in their blocks, and arrays of cells and corners beside them.

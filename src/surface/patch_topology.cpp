@@ -303,7 +303,8 @@ Result<std::vector<uint64_t>> cells_left(std::span<const BlockShape> blocks, con
   for (const BlockShape& block : blocks) left.push_back(block.cells);
   if (surface.face_count == 0) return left;
   if (blocks.empty()) return corrupt("faces without a block");
-  if (topology.face_block.empty() && surface.half_edges.all_triangles() && offsets.empty()) {
+  const bool triangles = surface.half_edges.all_triangles() && offsets.empty();
+  if (topology.face_block.empty() && (triangles || blocks[0].type == CellType::polygon)) {
     if (!takes_face(blocks[0], 3)) return corrupt("a face in a block of another type");
     if (surface.face_count > left[0]) return corrupt("more faces than a block has");
     left[0] -= surface.face_count;

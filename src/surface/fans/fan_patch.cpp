@@ -446,6 +446,12 @@ void find_places(const FanSurface& fans, const PatchTopology& topology, Assemble
   for (uint32_t i = 0; i < loose.size(); ++i) add(loose.block[i], loose.offsets[i + 1] - loose.offsets[i]);
 }
 
+void find_offsets(const FanSurface& fans, CellBlock& block) {
+  if (fans.faces() == 0) return;
+  if (!fans.offsets.empty()) return block.offsets.assign(fans.offsets.begin(), fans.offsets.end());
+  for (uint32_t face = 0; face < fans.faces(); ++face) block.offsets.push_back(fans.first_corner(face + 1));
+}
+
 }  // namespace
 
 AssembledCells assemble_fans(FanSurface fans, const PatchTopology& topology,
@@ -458,7 +464,9 @@ AssembledCells assemble_fans(FanSurface fans, const PatchTopology& topology,
     result[b].type = blocks[b].type;
     if (nodes_of(blocks[b].type) == 0 && blocks[b].cells > 0) result[b].offsets.push_back(0);
   }
-  if (blocks.size() == 1 && nodes_of(blocks[0].type) != 0 && loose.size() == 0) {
+  const bool polygons = blocks.size() == 1 && blocks[0].type == CellType::polygon;
+  if (blocks.size() == 1 && loose.size() == 0 && (polygons || nodes_of(blocks[0].type) != 0)) {
+    if (polygons) find_offsets(fans, result[0]);
     result[0].connectivity = std::move(fans.corners);
     return cells;
   }
