@@ -57,6 +57,10 @@ class ByteWriter {
 
   size_t size() const { return bytes_.size(); }
   const std::vector<std::byte>& bytes() const { return bytes_; }
+  /// 0, -1, 1, -2, ... as counts.
+  void put_zigzag(int64_t value) {
+    put_count(static_cast<uint64_t>(value) << 1 ^ (value < 0 ? ~uint64_t{0} : 0));
+  }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
@@ -89,6 +93,10 @@ class ByteReader {
     }
     ok_ = false;
     return 0;
+  }
+  int64_t get_zigzag() {
+    const uint64_t count = get_count();
+    return static_cast<int64_t>(count >> 1 ^ (0 - (count & 1)));
   }
   Bytes get_bytes(uint64_t size) {
     if (!has(size)) return {};

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "code/efforts.h"
+#include "numbers/shear.h"
 #include "surface/fans/position_runs.h"
 
 namespace maille::positions {
@@ -11,6 +12,7 @@ namespace maille::positions {
 struct CodedNumbers {
   Scalar type;
   std::vector<NumberMap> maps;
+  Shear shear;  ///< of codes before bias
   Bias bias{};
   bool wide = false;  ///< as doubles
 };

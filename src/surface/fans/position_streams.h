@@ -9,19 +9,20 @@
 namespace maille::positions {
 
 inline constexpr uint8_t flag_wide = 1, flag_gate = 2, flag_valences = 4, flag_spread = 8, flag_levels = 16,
-                         flag_candidates = 32, flag_refined = 64, flag_polygons = 128;
+                         flag_candidates = 32, flag_refined = 64;
+inline constexpr uint16_t flag_sheared = 128, flag_polygons = 256;
 
-inline uint8_t flags_of(const Coding& coding, bool wide) {
-  return static_cast<uint8_t>((wide ? flag_wide : 0) | (coding.centre == Centre::gate ? flag_gate : 0) |
-                              (coding.rows.polygons ? flag_polygons : 0) |
-                              (coding.with_valences ? flag_valences : 0) |
-                              (coding.with_spread ? flag_spread : 0) |
-                              (coding.repeats == Repeats::levels       ? flag_levels
-                               : coding.repeats == Repeats::candidates ? flag_candidates
-                                                                       : 0));
+inline uint16_t flags_of(const Coding& coding, bool wide) {
+  return static_cast<uint16_t>((wide ? flag_wide : 0) | (coding.centre == Centre::gate ? flag_gate : 0) |
+                               (coding.rows.polygons ? flag_polygons : 0) |
+                               (coding.with_valences ? flag_valences : 0) |
+                               (coding.with_spread ? flag_spread : 0) |
+                               (coding.repeats == Repeats::levels       ? flag_levels
+                                : coding.repeats == Repeats::candidates ? flag_candidates
+                                                                        : 0));
 }
-inline bool read_flags(uint8_t flags, Coding& coding) {
-  if ((flags & flag_levels) != 0 && (flags & flag_candidates) != 0) return false;
+inline bool read_flags(uint64_t flags, Coding& coding) {
+  if (flags > 511 || ((flags & flag_levels) != 0 && (flags & flag_candidates) != 0)) return false;
   coding.rows.polygons = (flags & flag_polygons) != 0;
   coding.centre = (flags & flag_gate) != 0 ? Centre::gate : Centre::fitted;
   coding.with_valences = (flags & flag_valences) != 0;
@@ -37,14 +38,6 @@ inline unsigned lanes_of(const Coding& coding) {
   const unsigned last =
       coding.repeats == Repeats::levels ? pattern_lane(coding.components) : coding.components - 1;
   return last + 1;
-}
-
-inline void put_signed(ByteWriter& out, int64_t value) {
-  out.put_count(static_cast<uint64_t>(value) << 1 ^ (value < 0 ? ~uint64_t{0} : 0));
-}
-inline int64_t get_signed(ByteReader& in) {
-  const uint64_t zigzag = in.get_count();
-  return static_cast<int64_t>(zigzag >> 1 ^ (0 - (zigzag & 1)));
 }
 
 /// The contexts of symbols of one kind.

@@ -11,6 +11,7 @@
 #include "entropy/rans.h"
 #include "numbers/number_maps.h"
 #include "numbers/refined_numbers.h"
+#include "numbers/shear.h"
 #include "surface/fans/position_coder.h"
 #include "surface/fans/position_streams.h"
 #include "surface/fans/positions.h"
@@ -46,6 +47,7 @@ struct PositionTables {
   Coding coding;
   bool wide = false;
   std::vector<NumberMap> maps;
+  Shear shear;
   std::array<int64_t, most_components> bias{};
   SymbolTables tables;
 };
@@ -138,7 +140,7 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   const auto placement = placed ? in.get<uint8_t>() : uint8_t{0};
   if (placement >= placement_count) return corrupt("coded in an unknown way");
   head->coding.placement = static_cast<Placement>(placement);
-  const auto flags = in.get<uint8_t>();
+  const uint64_t flags = in.get_count();
   if (!in.ok() || !read_flags(flags, head->coding)) return corrupt("coded in an unknown way");
   head->wide = (flags & flag_wide) != 0;
   for (unsigned k = 0; k < components; ++k) head->maps.push_back(MAILLE_TRY(read_map(in, type)));
@@ -147,7 +149,8 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
     beside->details = MAILLE_TRY(read_details(in, head->maps));
   }
   if (beside != nullptr) beside->exceptions = in.get_bytes(in.get_count());
-  for (unsigned k = 0; k < components && !head->wide; ++k) head->bias[k] = get_signed(in);
+  if ((flags & flag_sheared) != 0) head->shear = MAILLE_TRY(Shear::read(in, components));
+  for (unsigned k = 0; k < components && !head->wide; ++k) head->bias[k] = in.get_zigzag();
   Coding& coding = head->coding;
   for (unsigned k = 0; k < components; ++k) coding.base[k] = in.get<uint8_t>();
   coding.first_size = in.get<uint8_t>();
@@ -238,6 +241,7 @@ void store_codes(const Points& points, const PositionTables& head, uint32_t begi
     for (unsigned k = 0; k < n; ++k)
       codes[n * (v - begin) + k] = static_cast<Code>(code_of(points, head, v, k));
   }
+  for (uint32_t v = begin; v < end && head.shear.any(); ++v) head.shear.undo(codes.data() + n * (v - begin));
   const size_t size = size_of(array.type);
   for (unsigned k = 0; k < n; ++k)
     head.maps[k].store_numbers(array.type, reinterpret_cast<const std::byte*>(codes.data() + k),
@@ -258,6 +262,7 @@ Result<> store_details(const Points& points, const PositionTables& head, const R
   std::vector<int64_t> codes(n * count);
   for (uint32_t v = 0; v < count; ++v) {
     for (unsigned k = 0; k < n; ++k) codes[n * v + k] = code_of(points, head, v, k);
+    head.shear.undo(codes.data() + n * v);
   }
   MAILLE_CHECK(store_refined(details, codes));
   for (size_t i = 0; i < codes.size(); ++i) {

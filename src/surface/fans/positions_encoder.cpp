@@ -10,6 +10,7 @@
 #include "entropy/rans.h"
 #include "numbers/number_maps.h"
 #include "numbers/refined_numbers.h"
+#include "surface/fans/fit_shear.h"
 #include "surface/fans/position_choice.h"
 #include "surface/fans/positions.h"
 #include "surface/patch_topology.h"
@@ -23,9 +24,15 @@ namespace {
 /// The narrow numbers are floats, exact up to twice this.
 constexpr int64_t most_narrow = 1 << 19;
 
+void apply_shear(const Shear& shear, Codes& codes) {
+  for (size_t v = 0; v < codes.size() && shear.any(); ++v) shear.apply(codes[v]);
+}
+
 /// `more_range`: how far codes of other patches may lie from those of this one.
-CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> maps, uint64_t more_range) {
-  CodedNumbers numbers{type, std::move(maps)};
+CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> maps, const Shear& shear,
+                        uint64_t more_range) {
+  CodedNumbers numbers{type, std::move(maps), shear};
+  more_range *= static_cast<uint64_t>(shear.growth());
   Bias low{}, high{};
   for (size_t v = 0; v < codes.size(); ++v) {
     const int64_t* const code = codes[v];
@@ -54,9 +61,10 @@ class PositionEncoder {
 
   /// In bytes, as far as trials tell.
   double size() const {
-    ByteWriter maps;
-    for (const NumberMap& map : numbers_.maps) write_map(maps, map);
-    return chosen_.size + static_cast<double>(maps.size());
+    ByteWriter beside;
+    for (const NumberMap& map : numbers_.maps) write_map(beside, map);
+    if (numbers_.shear.any()) numbers_.shear.write(beside);
+    return chosen_.size + static_cast<double>(beside.size());
   }
 
   /// `beside`: what stands behind the maps.
@@ -86,7 +94,8 @@ class PositionEncoder {
     all.writer = Writer();
     return out.take();
   }
-  /// Another patch, after that. Its codes span no more than those of the sample were said to.
+  /// Another patch, after that. Its codes, sheared as those of the sample, span no more than those were said
+  /// to.
   void write_with_shared(const Patch& patch, ByteWriter& out) const {
     Writer writer(&chosen_.all->tables);
     code_all(patch, writer);
@@ -105,6 +114,7 @@ class PositionEncoder {
     return true;
   }
   const std::vector<NumberMap>& maps() const { return numbers_.maps; }
+  const Shear& shear() const { return numbers_.shear; }
   /// Symbols and raw bits of one, as far as trials tell.
   double bytes_of_point() const { return bytes_of_point_; }
 
@@ -121,10 +131,11 @@ class PositionEncoder {
   void write_head(uint8_t flags, Bytes beside, ByteWriter& out) const {
     const Coding& coding = chosen_.coding;
     if (patch_.places) out.put(static_cast<uint8_t>(coding.placement));
-    out.put(static_cast<uint8_t>(flags | flags_of(coding, numbers_.wide)));
+    out.put_count(flags | flags_of(coding, numbers_.wide) | (numbers_.shear.any() ? flag_sheared : 0u));
     for (const NumberMap& map : numbers_.maps) write_map(out, map);
     out.put_bytes(beside);
-    for (unsigned k = 0; k < coding.components && !numbers_.wide; ++k) put_signed(out, numbers_.bias[k]);
+    if (numbers_.shear.any()) numbers_.shear.write(out);
+    for (unsigned k = 0; k < coding.components && !numbers_.wide; ++k) out.put_zigzag(numbers_.bias[k]);
     for (unsigned k = 0; k < coding.components; ++k) out.put(coding.base[k]);
     out.put(coding.first_size);
     out.put(coding.first_spread);
@@ -192,14 +203,29 @@ std::vector<std::byte> write_exceptions(const Array& array, const std::vector<ui
 
 namespace {
 
+/// With codes as they are or sheared, whichever is smaller.
+PositionEncoder best_encoder(Patch patch, Scalar type, const std::vector<NumberMap>& maps,
+                             const Effort& effort, bool exact, uint64_t more_range = 0) {
+  const bool curved =
+      std::any_of(maps.begin(), maps.end(), [](const NumberMap& map) { return map.is_curved(); });
+  const unsigned n = patch.codes.components;
+  const Shear shear = n < 2 || curved ? Shear() : fit_shear(*patch.fans, patch.codes.numbers, n);
+  CodedNumbers numbers = find_range(patch.codes, type, maps, {}, more_range);
+  if (!shear.any()) return PositionEncoder(std::move(patch), std::move(numbers), effort, exact);
+  PositionEncoder plain(patch, std::move(numbers), effort, exact);
+  apply_shear(shear, patch.codes);
+  numbers = find_range(patch.codes, type, maps, shear, more_range);
+  PositionEncoder sheared(std::move(patch), std::move(numbers), effort, exact);
+  return sheared.size() < plain.size() ? std::move(sheared) : std::move(plain);
+}
+
 /// `places`: of arrays, with which all efforts do the same.
 std::vector<std::byte> encode_with(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
                                    std::span<const uint32_t> source, const Effort& effort,
                                    const std::optional<ElementPlaces>& places) {
   const auto encoder_of = [&](const std::vector<NumberMap>& by) {
-    Codes codes = codes_of(array, maps.exceptions, by, source);
-    CodedNumbers numbers = find_range(codes, array.type, by, 0);
-    return PositionEncoder({&fans, std::move(codes), places}, std::move(numbers), effort, !places);
+    return best_encoder({&fans, codes_of(array, maps.exceptions, by, source), places}, array.type, by, effort,
+                        !places);
   };
   ByteWriter exceptions;
   put_section(exceptions, write_exceptions(array, maps.exceptions, source));
@@ -239,9 +265,8 @@ SharedPositions::SharedPositions(const FanSurface& sample, const Array& array, c
                                  const Effort& effort, uint64_t most_range) {
   std::vector<uint32_t> source(sample.vertices);
   std::iota(source.begin(), source.end(), 0u);
-  Codes codes = codes_of(array, maps.exceptions, maps.maps, source);
-  CodedNumbers numbers = find_range(codes, array.type, maps.maps, most_range);
-  PositionEncoder encoder({&sample, std::move(codes)}, std::move(numbers), effort, false);
+  PositionEncoder encoder = best_encoder({&sample, codes_of(array, maps.exceptions, maps.maps, source)},
+                                         array.type, maps.maps, effort, false, most_range);
   state_ = std::make_unique<State>(State{std::move(encoder)});
   tables_ = state_->encoder.write_shared();
 }
@@ -256,7 +281,8 @@ double SharedPositions::size_of(uint64_t points) const {
 std::optional<std::vector<std::byte>> SharedPositions::encode(const FanSurface& fans, const Array& array,
                                                               const std::vector<uint64_t>& exceptions,
                                                               std::span<const uint32_t> source) const {
-  const Patch patch{&fans, codes_of(array, exceptions, state_->encoder.maps(), source)};
+  Patch patch{&fans, codes_of(array, exceptions, state_->encoder.maps(), source)};
+  apply_shear(state_->encoder.shear(), patch.codes);
   if (!state_->encoder.takes(patch.codes)) return std::nullopt;
   ByteWriter out;
   put_section(out, write_exceptions(array, exceptions, source));

@@ -9,6 +9,7 @@
 #include "support/cases.h"
 #include "support/coded_mesh.h"
 #include "support/half_edges.h"
+#include "support/random.h"
 #include "support/random_mesh.h"
 #include "surface/fans/fan_patch.h"
 
@@ -128,6 +129,34 @@ TEST(Positions, DoublesComeBackBitForBitAndCostWhatFloatsCost) {
 TEST(Positions, ValuesThatComeAgainComeBack) {
   for (const Surface& shape : {shapes::sphere(80, 60), shapes::grid(50, 40), shapes::torus(60, 50)})
     EXPECT_EQ(round_trip(patch_of(shape), levelled(shape)), "");
+}
+
+/// A rolling plane with disordered points, `tilted` out of the plane of two axes.
+Array ground(const Array& flat, bool tilted) {
+  Array points = flat;
+  const auto xyz = points.values<float>();
+  Random random(5);
+  for (size_t i = 0; i < points.count(); ++i) {
+    const double u = xyz[3 * i] + 0.02 * random.unit(), v = xyz[3 * i + 1] + 0.02 * random.unit();
+    const double w = 0.001 * std::sin(9 * u);
+    xyz[3 * i] = static_cast<float>(tilted ? 0.36 * u + 0.48 * v - 0.8 * w : u);
+    xyz[3 * i + 1] = static_cast<float>(tilted ? -0.8 * u + 0.6 * v : v);
+    xyz[3 * i + 2] = static_cast<float>(tilted ? 0.48 * u + 0.64 * v + 0.6 * w : w);
+  }
+  return points;
+}
+
+TEST(Positions, TiltedGroundCostsLittleMoreThanLevelGround) {
+  const Surface shape = shapes::grid(60, 60);
+  const Patch patch = patch_of(shape);
+  const Array flat = to_mesh(triangulated(shape)).points;
+  const auto size = [&](bool tilted) {
+    const Array array = ground(flat, tilted);
+    EXPECT_EQ(round_trip(patch, array, {Tolerance::Kind::absolute, 1e-5}), "");
+    const auto maps = choose_maps(array, {Tolerance::Kind::absolute, 1e-5}, true);
+    return encode(patch, array, *maps).size();
+  };
+  EXPECT_LT(static_cast<double>(size(true)), 1.05 * static_cast<double>(size(false)));
 }
 
 TEST(Positions, PointsBesideTheTrianglesComeBack) {
