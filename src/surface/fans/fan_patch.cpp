@@ -75,8 +75,8 @@ std::vector<uint32_t> canonical(std::span<const uint32_t> corners) {
   return result;
 }
 
-/// Faces that are copies of others, whichever way round: by face the first one with the same corners.
-std::vector<uint32_t> find_first_copies(const Faces& faces) {
+/// Faces that are duplicates of others, whichever way round: by face the first one with the same corners.
+std::vector<uint32_t> find_first_duplicates(const Faces& faces) {
   std::vector<std::pair<uint32_t, uint32_t>> by_lowest;
   for (uint32_t face = 0; face < faces.size(); ++face) {
     const auto corners = faces.face(face);
@@ -91,16 +91,16 @@ std::vector<uint32_t> find_first_copies(const Faces& faces) {
       same.push_back({canonical(faces.face(by_lowest[end].second)), by_lowest[end].second});
     std::sort(same.begin(), same.end());
     for (size_t i = 0; i < same.size(); ++i) {
-      const bool copy = i > 0 && same[i].first == same[i - 1].first;
-      first[same[i].second] = copy ? first[same[i - 1].second] : same[i].second;
+      const bool duplicate = i > 0 && same[i].first == same[i - 1].first;
+      first[same[i].second] = duplicate ? first[same[i - 1].second] : same[i].second;
     }
   }
   return first;
 }
 
-/// Can some face be a copy of another one? Then an edge is not plain, or the other one is across all its
+/// Can some face be a duplicate of another one? Then an edge is not plain, or the other one is across all its
 /// edges.
-bool may_have_copies(const Faces& faces, const GluedSurface& glued) {
+bool may_have_duplicates(const Faces& faces, const GluedSurface& glued) {
   if (!glued.plain) return true;
   const std::vector<uint32_t>& opposite = glued.half_edges.opposite;
   for (uint32_t face = 0; face < faces.size(); ++face) {
@@ -117,23 +117,23 @@ bool may_have_copies(const Faces& faces, const GluedSurface& glued) {
   return false;
 }
 
-/// The faces of a mesh without their copies, and where these went.
+/// The faces of a mesh without their duplicates, and where these went.
 struct UniqueFaces {
-  std::vector<uint32_t> corners, offsets;             ///< empty where there are no copies
-  std::vector<uint32_t> face;                         ///< by unique face: its number among all; likewise
-  std::vector<std::pair<uint32_t, uint32_t>> copies;  ///< unique face and copy, in order
+  std::vector<uint32_t> corners, offsets;                 ///< empty where there are no duplicates
+  std::vector<uint32_t> face;                             ///< by unique face: its number among all; likewise
+  std::vector<std::pair<uint32_t, uint32_t>> duplicates;  ///< unique face and duplicate, in order
 
   uint32_t number(uint32_t unique) const { return face.empty() ? unique : face[unique]; }
 };
 
-UniqueFaces without_copies(const Faces& faces) {
+UniqueFaces without_duplicates(const Faces& faces) {
   UniqueFaces result;
-  const std::vector<uint32_t> first = find_first_copies(faces);
+  const std::vector<uint32_t> first = find_first_duplicates(faces);
   std::vector<uint32_t> number(faces.size());
   if (!faces.offsets.empty()) result.offsets.push_back(0);
   for (uint32_t face = 0; face < faces.size(); ++face) {
     if (first[face] != face) {
-      result.copies.push_back({number[first[face]], face});
+      result.duplicates.push_back({number[first[face]], face});
       continue;
     }
     number[face] = static_cast<uint32_t>(result.face.size());
@@ -185,7 +185,7 @@ void turn_over(FanSurface& fans, uint32_t face) {
                fans.corners.begin() + fans.first_corner(face + 1));
 }
 
-void append_copy(FanSurface& fans, uint32_t face) {
+void append_duplicate(FanSurface& fans, uint32_t face) {
   const uint32_t end = fans.first_corner(face + 1);
   for (uint32_t c = fans.first_corner(face); c < end; ++c) fans.corners.push_back(fans.corners[c]);
   if (!fans.offsets.empty()) fans.offsets.push_back(static_cast<uint32_t>(fans.corners.size()));
@@ -202,11 +202,11 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   const Faces all = faces.view(points);
   GluedSurface glued = glue(all);
   UniqueFaces unique;
-  if (may_have_copies(all, glued)) {
-    unique = without_copies(all);
-    if (!unique.copies.empty()) glued = glue({unique.corners, unique.offsets, points});
+  if (may_have_duplicates(all, glued)) {
+    unique = without_duplicates(all);
+    if (!unique.duplicates.empty()) glued = glue({unique.corners, unique.offsets, points});
   }
-  const Faces glued_faces = unique.copies.empty() ? all : Faces{unique.corners, unique.offsets, points};
+  const Faces glued_faces = unique.duplicates.empty() ? all : Faces{unique.corners, unique.offsets, points};
   EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
 
   std::optional<EncodedFanPatch> result(std::in_place);
@@ -216,7 +216,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   std::vector<uint32_t> face_at;  // by half-edge; triangles do without
   for (uint32_t face = 0; polygons && face < glued_faces.size(); ++face)
     face_at.resize(glued_faces.first(face + 1), face);
-  std::vector<uint32_t> coded_as(unique.copies.empty() ? 0 : glued_faces.size());
+  std::vector<uint32_t> coded_as(unique.duplicates.empty() ? 0 : glued_faces.size());
   for (uint32_t i = 0; i < coded.half_edges.size(); ++i) {
     const uint32_t h = coded.half_edges[i];
     const uint32_t face = polygons ? face_at[h] : h / 3;
@@ -227,21 +227,21 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
     const uint32_t degree = glued_faces.first(face + 1) - glued_faces.first(face);
     tracer.add({unique.number(face), flipped && corner > 0 ? degree - corner : corner, flipped});
   }
-  // Copies in the order of the coded faces.
-  std::vector<std::pair<uint32_t, uint32_t>> copies;
-  for (const auto& [face, copy] : unique.copies) copies.push_back({coded_as[face], copy});
-  std::sort(copies.begin(), copies.end());
-  std::vector<uint32_t> copy_count(copies.empty() ? 0 : coded.half_edges.size());
+  // Duplicates in the order of the coded faces.
+  std::vector<std::pair<uint32_t, uint32_t>> duplicates;
+  for (const auto& [face, duplicate] : unique.duplicates) duplicates.push_back({coded_as[face], duplicate});
+  std::sort(duplicates.begin(), duplicates.end());
+  std::vector<uint32_t> duplicate_count(duplicates.empty() ? 0 : coded.half_edges.size());
   FanSurface& fans = coded.surface;
-  for (const auto& [face, copy] : copies) {
-    ++copy_count[face];
-    append_copy(fans, face);
-    const auto corners = all.face(copy);
+  for (const auto& [face, duplicate] : duplicates) {
+    ++duplicate_count[face];
+    append_duplicate(fans, face);
+    const auto corners = all.face(duplicate);
     const auto coded_corners = fans.face(face);
     const auto at = static_cast<size_t>(
         std::find(corners.begin(), corners.end(), coded.points[coded_corners[0]]) - corners.begin());
     const bool turned = corners[(at + 1) % corners.size()] != coded.points[coded_corners[1]];
-    tracer.add({copy, static_cast<uint32_t>(at), turned});
+    tracer.add({duplicate, static_cast<uint32_t>(at), turned});
   }
   const uint32_t count = fans.faces();
   topology.surface.face_count = count;
@@ -252,7 +252,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
 
   ByteWriter out;
   // With shared tables nothing stands beside most fans: triangles, all points are theirs.
-  const bool alone = copies.empty() && topology.loose.size() == 0 && mesh.blocks.size() == 1 &&
+  const bool alone = duplicates.empty() && topology.loose.size() == 0 && mesh.blocks.size() == 1 &&
                      fans.vertices == points &&
                      std::find(tracer.turned.begin(), tracer.turned.end(), true) == tracer.turned.end();
   const bool shared = models == FanModels::shared;
@@ -268,8 +268,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   } else {
     put_section(out, coded.bytes);
   }
-  put_section(
-      out, encode_runs(static_cast<uint32_t>(copy_count.size()), [&](uint32_t i) { return copy_count[i]; }));
+  put_section(out, encode_runs(static_cast<uint32_t>(duplicate_count.size()),
+                               [&](uint32_t i) { return duplicate_count[i]; }));
   put_section(out, encode_runs(count, [&](uint32_t i) { return uint32_t{tracer.turned[i]}; }));
   put_section(out, encode_runs(static_cast<uint32_t>(topology.face_block.size()),
                                [&](uint32_t i) { return topology.face_block[i]; }));
@@ -295,8 +295,8 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   const Bytes fans = in.get_bytes(in.get_count());
   FanPatchDecoder decoder;
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
-  const uint64_t copied = MAILLE_TRY(decoder.count_copies(corners));
-  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.faces, points, copied));
+  const uint64_t repeated = MAILLE_TRY(decoder.count_duplicates(corners));
+  decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.faces, points, repeated));
   return decoder;
 }
 
@@ -320,7 +320,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
   const Bytes fans = in.get_bytes(in.remaining());
   if (!in.ok()) return corrupt("the stream has the wrong length");
   FanPatchDecoder decoder;
-  uint64_t vertices = points, copied = 0;
+  uint64_t vertices = points, repeated = 0;
   if (beside.empty()) {
     if (corners >= most_patch_corners || corners % 3 != 0) return corrupt("fans of something else");
     decoder.faces = static_cast<uint32_t>(corners / 3);
@@ -330,15 +330,15 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
     vertices = sections.get_count();
     MAILLE_CHECK(decoder.read_sections(sections, triangles, corners));
     if (vertices > points) return corrupt("more vertices than points");
-    copied = MAILLE_TRY(decoder.count_copies(corners));
+    repeated = MAILLE_TRY(decoder.count_duplicates(corners));
   }
   decoder.fans = MAILLE_TRY(
-      FanDecoder::begin(fans, slots, decoder.faces, static_cast<uint32_t>(vertices), copied, buffers));
+      FanDecoder::begin(fans, slots, decoder.faces, static_cast<uint32_t>(vertices), repeated, buffers));
   return decoder;
 }
 
 Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t corners) {
-  copies = in.get_bytes(in.get_count());
+  duplicates = in.get_bytes(in.get_count());
   turned = in.get_bytes(in.get_count());
   block_numbers = in.get_bytes(in.get_count());
   loose = in.get_bytes(in.get_count());
@@ -349,13 +349,13 @@ Result<> FanPatchDecoder::read_sections(ByteReader& in, uint64_t count, uint64_t
   return {};
 }
 
-Result<uint64_t> FanPatchDecoder::count_copies(uint64_t corners) const {
-  uint64_t copied = 0;
-  MAILLE_CHECK(decode_runs(copies, faces, [&](uint32_t begin, uint32_t end, uint32_t copy) {
-    copied += uint64_t{end - begin} * copy;
-    return copied <= corners / 3 - faces;
+Result<uint64_t> FanPatchDecoder::count_duplicates(uint64_t corners) const {
+  uint64_t repeated = 0;
+  MAILLE_CHECK(decode_runs(duplicates, faces, [&](uint32_t begin, uint32_t end, uint32_t duplicate) {
+    repeated += uint64_t{end - begin} * duplicate;
+    return repeated <= corners / 3 - faces;
   }));
-  return copied;
+  return repeated;
 }
 
 Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uint32_t points,
@@ -365,11 +365,11 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   topology.points = points;
   patch.fans = MAILLE_TRY(fans->finish());
   if (patch.fans.corners.size() > corners) return corrupt("more corners than the mesh has");
-  MAILLE_CHECK(decode_runs(copies, faces, [&](uint32_t begin, uint32_t end, uint32_t copy) {
+  MAILLE_CHECK(decode_runs(duplicates, faces, [&](uint32_t begin, uint32_t end, uint32_t duplicate) {
     const uint64_t more = patch.fans.first_corner(end) - patch.fans.first_corner(begin);
-    if (more * copy > corners - patch.fans.corners.size()) return false;
+    if (more * duplicate > corners - patch.fans.corners.size()) return false;
     for (uint32_t face = begin; face < end; ++face) {
-      for (uint32_t i = 0; i < copy; ++i) append_copy(patch.fans, face);
+      for (uint32_t i = 0; i < duplicate; ++i) append_duplicate(patch.fans, face);
     }
     return true;
   }));

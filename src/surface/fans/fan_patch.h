@@ -50,13 +50,13 @@ struct FanPatchDecoder {
 
   Result<> read_sections(ByteReader& in, uint64_t count, uint64_t corners);
   /// How often triangles lie again, in all; corrupt where that does not fit.
-  Result<uint64_t> count_copies(uint64_t corners) const;
+  Result<uint64_t> count_duplicates(uint64_t corners) const;
 
-  Bytes copies;         ///< runs: how often each triangle lies again
+  Bytes duplicates;     ///< runs: how often each triangle lies again
   Bytes turned;         ///< runs: triangles that run the other way
   Bytes block_numbers;  ///< runs
   Bytes loose;
-  uint32_t faces = 0;  ///< without copies
+  uint32_t faces = 0;  ///< without duplicates
 };
 
 /// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on

@@ -70,7 +70,7 @@ void FanSurface::find_polygon_references() {
   references.resize(vertices);
   kinds.resize(vertices);
   uint32_t next = 0;
-  for (uint32_t f = 0; f < across.size(); ++f) {  // copies have no new vertices
+  for (uint32_t f = 0; f < across.size(); ++f) {  // duplicates have no new vertices
     const NewFace in{face(f), across[f]};
     for (uint32_t k = 0; k < in.degree(); ++k) {
       if (in.corners[k] != next) continue;

@@ -143,7 +143,7 @@ class CodingChooser {
   /// long with one centre as with the other; candidates are those of the gate.
   void consider_repeats() {
     const double before = best_.sampled;
-    Tried candidates, levels;
+    Tried candidates, listed;
     if (has_repeated_) take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, {}));
     const bool many_candidates = has_repeated_ && candidates.sampled < 1.1 * before;
     const auto counts = count_codes();
@@ -158,28 +158,28 @@ class CodingChooser {
       }
       if (covered < patch_.codes.numbers.size() / 10 || entries == std::exchange(entries_before, entries))
         continue;
-      Tried tried = with_repeats(Repeats::levels, by_fitted_, dictionaries);
+      Tried tried = with_repeats(Repeats::listed, by_fitted_, dictionaries);
       const bool pays = tried.sampled < before;
-      take_smaller(levels, std::move(tried));
+      take_smaller(listed, std::move(tried));
       if (many_candidates || (has_repeated_ && pays))
         take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, dictionaries));
     }
-    consider_smaller(std::move(levels), std::move(candidates));
+    consider_smaller(std::move(listed), std::move(candidates));
   }
   static void take_smaller(Tried& best, Tried tried) {
     if (best.sampled == 0 || tried.sampled < best.sampled) best = std::move(tried);
   }
   /// What neighbours are, which contexts of candidates tell, is not known around the pieces of a sample: so
   /// all points decide where these say nearly the same (cycloidal at 12 bits: 4 %).
-  void consider_smaller(Tried levels, Tried candidates) {
-    const double least = std::min(levels.sampled, candidates.sampled);
+  void consider_smaller(Tried listed, Tried candidates) {
+    const double least = std::min(listed.sampled, candidates.sampled);
     if (least > 0 && least < 0.98 * best_.sampled &&
-        std::max(levels.sampled, candidates.sampled) < far * least) {
-      know_all(levels);
+        std::max(listed.sampled, candidates.sampled) < far * least) {
+      know_all(listed);
       know_all(candidates);
-      return consider(levels.size < candidates.size ? std::move(levels) : std::move(candidates), 1);
+      return consider(listed.size < candidates.size ? std::move(listed) : std::move(candidates), 1);
     }
-    if (levels.sampled > 0) take_smaller(candidates, std::move(levels));
+    if (listed.sampled > 0) take_smaller(candidates, std::move(listed));
     if (candidates.sampled > 0) consider(std::move(candidates), 0.98);
   }
   Tried with_repeats(Repeats repeats, Coding coding, const Dictionaries& dictionaries) {

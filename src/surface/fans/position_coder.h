@@ -178,7 +178,7 @@ struct Repeat {
   static constexpr uint16_t no_index = 0xffff;
   std::array<uint16_t, n> index;
   std::array<uint8_t, n> candidate{};
-  uint8_t pattern = (1 << n) - 1;  ///< of vertices that are not decoded yet
+  uint8_t listed = (1 << n) - 1;  ///< of vertices that are not decoded yet
 
   Repeat() { index.fill(no_index); }
 };
@@ -191,8 +191,8 @@ struct KnownPoints {
 };
 
 // Contexts of all alphabets, one behind the other, with room for any number of components.
-inline constexpr unsigned first_pattern = residual_contexts_of(most_components, true),
-                          first_index = first_pattern + pattern_contexts_of(most_components),
+inline constexpr unsigned first_listed = residual_contexts_of(most_components, true),
+                          first_index = first_listed + listed_contexts_of(most_components),
                           first_candidate = first_index + index_contexts,
                           known_context = first_candidate + candidate_contexts_of(most_components),
                           all_contexts = known_context + 1;
@@ -206,7 +206,7 @@ class PositionCoder {
   using Tuple = typename Points::Tuple;
   using Own = Repeat<Points::components>;
   static constexpr unsigned components = Points::components;
-  static constexpr unsigned pattern_lane = positions::pattern_lane(components);
+  static constexpr unsigned listed_lane = positions::listed_lane(components);
 
   /// `known` has room for all points.
   PositionCoder(Coder& coder, const Coding& coding, KnownPoints<Points>& known)
@@ -444,20 +444,19 @@ class PositionCoder {
   [[gnu::always_inline]] void code_repeats(Found& at, const VertexReferences& references, unsigned group,
                                            const Forecast<Point>& expected,
                                            std::array<uint32_t, components>& context) {
-    at.own.pattern = 0;
+    at.own.listed = 0;
     if constexpr (Coder::encoding) {
       find_indices(at.codes, at.own);
-      set_pattern(at.own);
+      set_listed(at.own);
     }
     at.third = ValenceRows::is_closed(group) ? R::next : R::before;
-    if (coding_.repeats == Repeats::levels) {
-      const auto pattern = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].pattern; };
-      constexpr uint32_t patterns = patterns_of(components);
-      const uint32_t around =
-          (pattern(R::last) * patterns + pattern(R::focus)) * patterns + pattern(at.third);
-      at.own.pattern = static_cast<uint8_t>(
-          coder_.template symbol<pattern_lane>(first_pattern + around, at.own.pattern) & (patterns - 1));
-      at.known = at.in_dictionary = at.own.pattern & filled_;
+    if (coding_.repeats == Repeats::listed) {
+      const auto listed = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].listed; };
+      constexpr uint32_t masks = listed_symbols_of(components);
+      const uint32_t around = (listed(R::last) * masks + listed(R::focus)) * masks + listed(at.third);
+      at.own.listed = static_cast<uint8_t>(
+          coder_.template symbol<listed_lane>(first_listed + around, at.own.listed) & (masks - 1));
+      at.known = at.in_dictionary = at.own.listed & filled_;
     } else {
       code_candidates(at, references, group, expected, context);
     }
@@ -488,13 +487,13 @@ class PositionCoder {
       to.index[k] = own.index[k];
       to.candidate[k] = own.candidate[k];
     });
-    to.pattern = own.pattern;
+    to.listed = own.listed;
   }
 
-  static void set_pattern(Own& repeat) {
-    unsigned pattern = 0;
-    for (unsigned k = 0; k < components; ++k) pattern |= unsigned{repeat.index[k] != Own::no_index} << k;
-    repeat.pattern = static_cast<uint8_t>(pattern);
+  static void set_listed(Own& repeat) {
+    unsigned listed = 0;
+    for (unsigned k = 0; k < components; ++k) listed |= unsigned{repeat.index[k] != Own::no_index} << k;
+    repeat.listed = static_cast<uint8_t>(listed);
   }
 
   void code_candidates(Found& at, const VertexReferences& references, unsigned group,

@@ -114,15 +114,15 @@ inline constexpr unsigned residual_contexts_of(unsigned components, bool with_sp
 inline constexpr unsigned table_bits = 10, most_residual_tables = 24;
 
 // Repeats: which components are in dictionaries, and where.
-inline constexpr unsigned patterns_of(unsigned components) {
+inline constexpr unsigned listed_symbols_of(unsigned components) {
   return 1u << components;
 }
-inline constexpr unsigned pattern_contexts_of(unsigned components) {
+inline constexpr unsigned listed_contexts_of(unsigned components) {
   return 1u << 3 * components;
 }
-inline constexpr unsigned most_pattern_tables = 16;
+inline constexpr unsigned most_listed_tables = 16;
 /// Behind those of the components; the last one of four.
-inline constexpr unsigned pattern_lane(unsigned components) {
+inline constexpr unsigned listed_lane(unsigned components) {
   return components < symbol_lanes ? components : symbol_lanes - 1;
 }
 inline constexpr unsigned relations = 4;
@@ -153,7 +153,7 @@ auto with_components(unsigned components, Function with) {
 enum class Centre : uint8_t { fitted, gate };
 enum class Repeats : uint8_t {
   none,
-  levels,      ///< which components are in a dictionary comes first, as a pattern
+  listed,      ///< which components are in a dictionary comes first, as a mask
   candidates,  ///< each component may be that of a neighbour or of a parallelogram, or in a dictionary
 };
 

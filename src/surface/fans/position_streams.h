@@ -8,7 +8,7 @@
 
 namespace maille::positions {
 
-inline constexpr uint8_t flag_wide = 1, flag_gate = 2, flag_valences = 4, flag_spread = 8, flag_levels = 16,
+inline constexpr uint8_t flag_wide = 1, flag_gate = 2, flag_valences = 4, flag_spread = 8, flag_listed = 16,
                          flag_candidates = 32, flag_refined = 64;
 inline constexpr uint16_t flag_sheared = 128, flag_polygons = 256;
 
@@ -17,26 +17,26 @@ inline uint16_t flags_of(const Coding& coding, bool wide) {
                                (coding.rows.polygons ? flag_polygons : 0) |
                                (coding.with_valences ? flag_valences : 0) |
                                (coding.with_spread ? flag_spread : 0) |
-                               (coding.repeats == Repeats::levels       ? flag_levels
+                               (coding.repeats == Repeats::listed       ? flag_listed
                                 : coding.repeats == Repeats::candidates ? flag_candidates
                                                                         : 0));
 }
 inline bool read_flags(uint64_t flags, Coding& coding) {
-  if (flags > 511 || ((flags & flag_levels) != 0 && (flags & flag_candidates) != 0)) return false;
+  if (flags > 511 || ((flags & flag_listed) != 0 && (flags & flag_candidates) != 0)) return false;
   coding.rows.polygons = (flags & flag_polygons) != 0;
   coding.centre = (flags & flag_gate) != 0 ? Centre::gate : Centre::fitted;
   coding.with_valences = (flags & flag_valences) != 0;
   coding.with_spread = (flags & flag_spread) != 0;
-  coding.repeats = (flags & flag_levels) != 0       ? Repeats::levels
+  coding.repeats = (flags & flag_listed) != 0       ? Repeats::listed
                    : (flags & flag_candidates) != 0 ? Repeats::candidates
                                                     : Repeats::none;
   return true;
 }
 
-/// One for each component, and one for patterns, if there are that many.
+/// One for each component, and one for masks, if there are that many.
 inline unsigned lanes_of(const Coding& coding) {
   const unsigned last =
-      coding.repeats == Repeats::levels ? pattern_lane(coding.components) : coding.components - 1;
+      coding.repeats == Repeats::listed ? listed_lane(coding.components) : coding.components - 1;
   return last + 1;
 }
 
@@ -50,8 +50,8 @@ void for_each_alphabet(const Coding& coding, Visit visit) {
   const bool spread = coding.with_spread;
   visit(Alphabet{0, residual_contexts_of(n, spread), symbols, most_residual_tables});
   if (coding.repeats == Repeats::none) return;
-  if (coding.repeats == Repeats::levels)
-    visit(Alphabet{first_pattern, pattern_contexts_of(n), patterns_of(n), most_pattern_tables});
+  if (coding.repeats == Repeats::listed)
+    visit(Alphabet{first_listed, listed_contexts_of(n), listed_symbols_of(n), most_listed_tables});
   visit(Alphabet{first_index, index_contexts, index_symbols, most_index_tables});
   if (coding.repeats == Repeats::candidates)
     visit(Alphabet{first_candidate, candidate_contexts_of(n), candidate_symbols, most_candidate_tables});

@@ -61,8 +61,9 @@ tl::unexpected<Error> corrupt(const char* what) {
 constexpr uint32_t window = FanDecoder::window;
 /// Vertices between two looks at whether the bytes end; what they read at most.
 constexpr uint32_t batch = 256;
-constexpr size_t most_batch_words = batch * 9 * sizeof(uint16_t) + 8;  // a pattern, two symbols a component
-constexpr size_t most_batch_raw = batch * most_components * 20 + 8;    // an escape of 72 bits, an index of 16
+constexpr size_t most_batch_words =
+    batch * 9 * sizeof(uint16_t) + 8;  // a mask of what is listed, two symbols a component
+constexpr size_t most_batch_raw = batch * most_components * 20 + 8;  // an escape of 72 bits, an index of 16
 
 /// Bytes that are read without a look at their end. The last ones come from a copy with zeros behind them, as
 /// a copy of all would take a tenth of the time of small meshes.
