@@ -13,7 +13,7 @@ namespace {
 
 using Tuple = std::array<double, Shear::most_components>;
 using Matrix = std::array<Tuple, Shear::most_components>;
-using Order = std::array<uint8_t, Shear::most_components>;
+using ComponentOrder = std::array<uint8_t, Shear::most_components>;
 
 /// What parallelograms leave, at vertices that are evenly spread.
 std::vector<Tuple> sample_residuals(const FanSurface& fans, std::span<const int64_t> codes, unsigned n) {
@@ -54,7 +54,7 @@ Matrix covariance(const std::vector<Tuple>& residuals, unsigned n) {
 }
 
 /// The weights of a component given others, by Gauss; those of components that follow from others are 0.
-Tuple regress(const Matrix& covariance, const Order& order, unsigned count) {
+Tuple regress(const Matrix& covariance, const ComponentOrder& order, unsigned count) {
   std::array<std::array<double, Shear::most_components + 1>, Shear::most_components> a{};
   for (unsigned i = 0; i < count; ++i) {
     for (unsigned j = 0; j < count; ++j) a[i][j] = covariance[order[i]][order[j]];
@@ -71,7 +71,7 @@ Tuple regress(const Matrix& covariance, const Order& order, unsigned count) {
   return weights;
 }
 
-Shear shear_of(const Matrix& covariance, const Order& order, unsigned n) {
+Shear shear_of(const Matrix& covariance, const ComponentOrder& order, unsigned n) {
   std::array<std::array<int32_t, 4>, 4> weights{};
   for (unsigned i = 1; i < n; ++i) {
     const Tuple of = regress(covariance, order, i);
@@ -105,7 +105,7 @@ Shear fit_shear(const FanSurface& fans, std::span<const int64_t> codes, unsigned
   const uint64_t plain = cost_of(residuals, {}, n);
   uint64_t least = plain;
   Shear best;
-  Order order;
+  ComponentOrder order;
   std::iota(order.begin(), order.end(), uint8_t{0});
   do {
     const Shear shear = shear_of(moments, order, n);

@@ -63,6 +63,7 @@ struct DoublePoint {
 /// there are beside the one at its gate, and the share of each.
 struct GatesOfPlace {
   float closing, late, share;
+  uint32_t parallelograms;
 };
 inline constexpr auto gates_of_group = [] {
   std::array<GatesOfPlace, ValenceRows::groups> table{};
@@ -70,7 +71,7 @@ inline constexpr auto gates_of_group = [] {
     const unsigned n = ValenceRows::parallelograms(g);
     // A half, or a quarter of each for all three: nearly the mean, in exact numbers.
     table[g] = {ValenceRows::has_closing(g) ? 1.0f : 0.0f, g % 2 != 0 && n > 0 ? 1.0f : 0.0f,
-                n == 3 ? 0.25f : 0.5f};
+                n == 3 ? 0.25f : 0.5f, n};
     // The straight line says how far to trust the gate, no more.
     if (g / 2 >= first_polygon_place) table[g].share = 0;
   }

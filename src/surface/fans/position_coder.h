@@ -237,9 +237,9 @@ class PositionCoder {
     const auto size = [&](unsigned r) { return points_.size(references.at[r]); };
     const uint32_t around = 2 * (size(R::last) + size(R::focus)) + size(R::before) + size(R::next);
     std::array<uint32_t, components> context;
-    const uint32_t gates = ValenceRows::parallelograms(group) * plane_;
-    for (unsigned k = 0; k < components; ++k)
-      context[k] = 4 * plane_ * k + gates + size_class_[around >> (8 * k) & 255];
+    const uint32_t gates = gates_of_group[group].parallelograms * plane_;
+    for_each_component<components>(
+        [&](auto k) { context[k] = 4 * plane_ * k + gates + size_class_[around >> (8 * k) & 255]; });
     if (coding_.with_spread) {
       const auto octaves = points_.octaves(expected.spread, centre);
       for (unsigned k = 0; k < components; ++k)
@@ -545,7 +545,8 @@ class PositionCoder {
   template <unsigned k>
   [[gnu::always_inline]] uint32_t index_context(Found& at, const VertexReferences& references,
                                                 int64_t expected) {
-    const auto [near, part] = coding_.dictionaries[k].near_part(expected);
+    const auto found = coding_.dictionaries[k].near_part(expected);
+    const uint32_t near = found.first, part = found.second;
     at.near[k] = near;
     const auto relation = [&](unsigned r) -> uint32_t {
       const uint32_t above = repeats_[references.at[r]].index[k] + 1 - near;
