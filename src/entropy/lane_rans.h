@@ -53,13 +53,13 @@ struct LaneRansDecoder {
     const uint64_t state = states[lane];
     const unsigned symbol = table.symbol(state);
     const uint64_t next = table.next(state, symbol);
-    // Without a branch, which would be guessed wrong.
+    // Without a branch, which would be guessed wrong: of a conditional value gcc 12 makes one.
     uint16_t word;
     std::memcpy(&word, words, sizeof word);
-    const bool low = next < lowest_lane_state;
+    const uint64_t low = 0 - uint64_t{next < lowest_lane_state};
     const uint64_t more = next << 16 | word;
-    states[lane] = low ? more : next;
-    words += low ? sizeof word : 0;
+    states[lane] = next ^ ((next ^ more) & low);
+    words += low & sizeof word;
     return symbol;
   }
 };
