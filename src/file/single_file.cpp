@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "code/efforts.h"
 #include "container/file_reader.h"
 #include "container/file_writer.h"
 #include "description/description.h"
@@ -27,14 +28,15 @@ constexpr StreamKey joins_key{"JOIN"};
 constexpr StreamKey order_key{"ORDR"};
 constexpr std::string_view known_types[] = {"DESC", "TOPO", "POSI", "TWIN", "ARRY", "JOIN", "ORDR"};
 
-/// A mesh in the streams of a file, but for the order.
+/// A mesh in the streams of a file.
 struct CodedMesh {
   std::vector<ArrayToCode> arrays;
   EncodedParts encoded;
   Description description;
+  std::vector<std::byte> order;  ///< where it is kept
 
   size_t bytes() const {
-    size_t sum = encoded.joins.size();
+    size_t sum = encoded.joins.size() + order.size();
     for (const EncodedPatch& patch : encoded.patches) sum += patch.bytes();
     return sum;
   }
@@ -86,6 +88,41 @@ std::vector<PatchSources> sources_of(EncodedParts& encoded) {
   return sources;
 }
 
+/// Points at one place as one, or as they are.
+Result<CodedMesh> code_with(const EncodeOptions& options, const Mesh& mesh) {
+  std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
+  const bool whole = mesh.cell_count() <= most_cells_per_part(options, mesh.cell_count());
+  std::optional<WeldedMesh> welded = whole ? weld(mesh, arrays[0]) : std::nullopt;
+  CodedMesh coded = MAILLE_TRY(code_mesh(mesh, std::move(arrays), options));
+  if (welded) {
+    CodedMesh other = MAILLE_TRY(code_welded(*welded, mesh.point_count(), coded.arrays[0].maps, options));
+    if (other.bytes() < coded.bytes()) {
+      coded = std::move(other);
+    } else {
+      welded.reset();
+    }
+  }
+  if (options.order != Order::keep) return coded;
+  EncodedParts& encoded = coded.encoded;
+  ElementOrder elements = original_order(welded ? welded->mesh : mesh, sources_of(encoded), encoded.joined);
+  if (welded) elements.points = original_points(*welded, elements, encoded.patches[0].twin_numbers);
+  coded.order = encode_order(elements);
+  return coded;
+}
+
+/// Where much is mixed, what lower efforts do may still be smaller, all counted: normals of facets and the
+/// order that is kept cost more beside the front than mixing saves (73416, featuretype).
+Result<CodedMesh> code_best(const EncodeOptions& options, const Mesh& mesh) {
+  CodedMesh coded = MAILLE_TRY(code_with(options, mesh));
+  if (!effort_of(options.effort).mixed_surface) return coded;
+  EncodeOptions lower = options;
+  while (effort_of(lower.effort).mixed_surface) --lower.effort;
+  CodedMesh other = MAILLE_TRY(code_with(lower, mesh));
+  if (other.bytes() >= coded.bytes()) return coded;
+  other.description.effort = coded.description.effort;
+  return other;
+}
+
 Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
   MAILLE_CHECK(writer.write_stream(patch.topology.key, patch.topology.bytes));
   if (patch.twins) MAILLE_CHECK(writer.write_stream(patch.twins->key, patch.twins->bytes));
@@ -102,19 +139,8 @@ Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
 Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
-  std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
-  const bool whole = mesh.cell_count() <= most_cells_per_part(options, mesh.cell_count());
-  std::optional<WeldedMesh> welded = whole ? weld(mesh, arrays[0]) : std::nullopt;
-  CodedMesh coded = MAILLE_TRY(code_mesh(mesh, std::move(arrays), options));
-  if (welded) {
-    CodedMesh other = MAILLE_TRY(code_welded(*welded, mesh.point_count(), coded.arrays[0].maps, options));
-    if (other.bytes() < coded.bytes()) {
-      coded = std::move(other);
-    } else {
-      welded.reset();
-    }
-  }
-  EncodedParts& encoded = coded.encoded;
+  const CodedMesh coded = MAILLE_TRY(code_best(options, mesh));
+  const EncodedParts& encoded = coded.encoded;
   EncodeReport report = report_of(mesh, coded.arrays, encoded);
 
   const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(coded.description));
@@ -122,13 +148,8 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
   for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
   if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
-  if (options.order == Order::keep) {
-    ElementOrder elements = original_order(welded ? welded->mesh : mesh, sources_of(encoded), encoded.joined);
-    if (welded) elements.points = original_points(*welded, elements, encoded.patches[0].twin_numbers);
-    const std::vector<std::byte> order = encode_order(elements);
-    report.order_bytes = order.size();
-    MAILLE_CHECK(writer.write_stream(order_key, order));
-  }
+  report.order_bytes = coded.order.size();
+  if (options.order == Order::keep) MAILLE_CHECK(writer.write_stream(order_key, coded.order));
   report.file_bytes = MAILLE_TRY(writer.finish());
   MAILLE_CHECK(sink.commit());
   report.other_bytes =

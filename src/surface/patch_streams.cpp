@@ -207,8 +207,6 @@ class PatchEncoder {
     return stream;
   }
 
-  size_t connectivity_bytes() const { return cells_.encoded.bytes.size(); }
-
   /// What arrays are predicted from.
   void keep_positions(const ArrayToCode& positions) {
     positions_ = decoded_positions(*positions.array, positions.maps, cells_.encoded.sources.points);
@@ -237,35 +235,20 @@ class PatchEncoder {
   std::vector<uint32_t> twins_;        ///< the same as the decoder numbers them
 };
 
-/// A patch without its arrays.
-struct CodedSurface {
-  PatchEncoder encoder;
-  CodedStream positions;
-  size_t bytes() const { return encoder.connectivity_bytes() + positions.bytes.size(); }
-};
-
 /// `mixed`: by the front, else over fans.
-Result<CodedSurface> code_surface(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
-                                  bool mixed, std::optional<SharedFanPatch> shared,
-                                  std::span<const uint32_t> corner_twin) {
+Result<EncodedPatch> encode_all(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
+                                std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
   const bool shared_tables = shared.has_value();  // positions are coded already
   PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
   if (options.order != Order::keep && !shared_tables) encoder.sort_unused_points(arrays[0]);
-  CodedStream positions = MAILLE_TRY(encoder.encode_positions(arrays[0]));
-  return CodedSurface{std::move(encoder), std::move(positions)};
-}
-
-Result<EncodedPatch> code_arrays(CodedSurface surface, uint32_t patch, std::span<const ArrayToCode> arrays,
-                                 bool with_twins) {
-  PatchEncoder encoder = std::move(surface.encoder);
   std::vector<CodedStream> streams;
-  streams.push_back(std::move(surface.positions));
-  if (arrays.size() > 1 || with_twins) encoder.keep_positions(arrays[0]);
+  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
+  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
   std::optional<CodedStream> twins;
   std::vector<uint32_t> twin_numbers;
-  if (with_twins) twins = encoder.encode_twins(twin_numbers);
+  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
   for (size_t i = 1; i < arrays.size(); ++i) {
     if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
       streams.push_back({array_key(patch, i - 1), {}});
@@ -475,21 +458,8 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::optional<SharedFanPatch> shared,
                                   std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  const bool mixed = effort_of(options.effort).mixed_surface;
-  const bool with_twins = !corner_twin.empty();
-  CodedSurface surface =
-      MAILLE_TRY(code_surface(mesh, numbers, patch, arrays, options, mixed, std::move(shared), corner_twin));
-  const size_t surface_bytes = surface.bytes();
-  EncodedPatch encoded = MAILLE_TRY(code_arrays(std::move(surface), patch, arrays, with_twins));
-  if (!mixed || options.mode != Mode::single) return encoded;
-  // A level is never larger than a lower one, all arrays counted: normals of facets may cost more in the
-  // order of the front than mixing saves (73416). By an eighth more they never did, nor did other arrays by a
-  // fiftieth (nine files).
-  CodedSurface lower =
-      MAILLE_TRY(code_surface(mesh, numbers, patch, arrays, options, false, {}, corner_twin));
-  if (lower.bytes() > surface_bytes + (encoded.bytes() - surface_bytes) / 8) return encoded;
-  EncodedPatch other = MAILLE_TRY(code_arrays(std::move(lower), patch, arrays, with_twins));
-  return other.bytes() < encoded.bytes() ? other : encoded;
+  return encode_all(mesh, numbers, patch, arrays, options, effort_of(options.effort).mixed_surface,
+                    std::move(shared), corner_twin);
 }
 
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded) {
