@@ -47,6 +47,14 @@ double nearest_integer(double x) {
   return x - below < 0.5 ? below : below + 1;
 }
 
+/// Nearly 10^-power; only for -22 to 22.
+double about_power(int32_t power) {
+  static constexpr double below[23] = {1e0,   1e-1,  1e-2,  1e-3,  1e-4,  1e-5,  1e-6,  1e-7,
+                                       1e-8,  1e-9,  1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15,
+                                       1e-16, 1e-17, 1e-18, 1e-19, 1e-20, 1e-21, 1e-22};
+  return power > 0 ? below[power] : exact_powers_of_ten[-power];
+}
+
 }  // namespace
 
 /// number * base^power.
@@ -87,7 +95,17 @@ int32_t ScaledDigits::last_place(double number) const {
   // The decimal exponent from the binary one, which is off by one at most.
   int32_t power = std::max(least, (binary_exponent - 1) * 1233 / 4096 - static_cast<int32_t>(digits) - 1);
   const auto limit = static_cast<double>(whole_power(base, digits));
-  while (power < most_exponent(base) && !(nearest_integer(scale(size, -power)) < limit)) ++power;
+  const auto has_room = [&](int32_t at) {
+    if (at >= -22 && at <= 22) {
+      // Two roundings, less than 1e-15 of it: only near the limit it takes the division, which is half the
+      // time of decoding numbers of six digits.
+      const double about = size * about_power(at);
+      if (about < (limit - 0.5) * (1 - 1e-14)) return true;
+      if (about > (limit - 0.5) * (1 + 1e-14)) return false;
+    }
+    return nearest_integer(scale(size, -at)) < limit;
+  };
+  while (power < most_exponent(base) && !has_room(power)) ++power;
   return power;
 }
 
