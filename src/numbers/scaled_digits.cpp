@@ -97,8 +97,8 @@ int32_t ScaledDigits::last_place(double number) const {
   const auto limit = static_cast<double>(whole_power(base, digits));
   const auto has_room = [&](int32_t at) {
     if (at >= -22 && at <= 22) {
-      // Two roundings, less than 1e-15 of it: only near the limit it takes the division, which is half the
-      // time of decoding numbers of six digits.
+      // Two roundings, less than 1e-15 of it: only near the limit it takes a division. Without the others
+      // ogre (six digits, without loss) decodes in three quarters of the time.
       const double about = size * about_power(at);
       if (about < (limit - 0.5) * (1 - 1e-14)) return true;
       if (about > (limit - 0.5) * (1 + 1e-14)) return false;
