@@ -2,6 +2,7 @@
 
 // One loop for both directions: what is expected of a vertex, in which contexts, and what follows.
 
+#include "numbers/table_finder.h"
 #include "surface/fans/position_model.h"
 
 namespace maille::positions {
@@ -94,6 +95,7 @@ struct DoublePoints {
   Scratch<std::array<int64_t, n>> codes;
   Scratch<uint32_t> sizes;
   std::array<const NumberMap*, n> curved{};  ///< maps whose codes are not proportional to numbers
+  std::array<TableFinder, n> finders;        ///< of those with tables
   Scalar type = Scalar::f64;
   bool any_curved = false;
 
@@ -120,6 +122,7 @@ struct DoublePoints {
     return result;
   }
   [[gnu::always_inline]] int64_t to_code(double x, unsigned k) const {
+    if (!finders[k].empty()) return finders[k].nearest(x);
     if (curved[k]) return curved[k]->nearest_code(type, x);
     x = std::clamp(x, -most, most);
     return static_cast<int64_t>(x + 0x1.8p52 - 0x1.8p52);

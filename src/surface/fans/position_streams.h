@@ -139,6 +139,7 @@ DoublePoints<n> wide_points(std::span<const NumberMap> maps, Scalar type) {
   points.type = type;
   for (unsigned k = 0; k < n; ++k) {
     points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
+    if (points.curved[k] && !maps[k].table.empty()) points.finders[k] = TableFinder(maps[k].table);
     points.any_curved = points.any_curved || maps[k].is_curved();
   }
   return points;
