@@ -89,7 +89,7 @@ std::vector<PatchSources> sources_of(EncodedParts& encoded) {
 }
 
 /// Points at one place as one, or as they are.
-Result<CodedMesh> code_with(const EncodeOptions& options, const Mesh& mesh) {
+Result<CodedMesh> code_with_order(const Mesh& mesh, const EncodeOptions& options) {
   std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
   const bool whole = mesh.cell_count() <= most_cells_per_part(options, mesh.cell_count());
   std::optional<WeldedMesh> welded = whole ? weld(mesh, arrays[0]) : std::nullopt;
@@ -112,12 +112,12 @@ Result<CodedMesh> code_with(const EncodeOptions& options, const Mesh& mesh) {
 
 /// Where much is mixed, what lower efforts do may still be smaller, all counted: normals of facets and the
 /// order that is kept cost more beside the front than mixing saves (73416, featuretype).
-Result<CodedMesh> code_best(const EncodeOptions& options, const Mesh& mesh) {
-  CodedMesh coded = MAILLE_TRY(code_with(options, mesh));
+Result<CodedMesh> code_best(const Mesh& mesh, const EncodeOptions& options) {
+  CodedMesh coded = MAILLE_TRY(code_with_order(mesh, options));
   if (!effort_of(options.effort).mixed_surface) return coded;
   EncodeOptions lower = options;
   while (effort_of(lower.effort).mixed_surface) --lower.effort;
-  CodedMesh other = MAILLE_TRY(code_with(lower, mesh));
+  CodedMesh other = MAILLE_TRY(code_with_order(mesh, lower));
   if (other.bytes() >= coded.bytes()) return coded;
   other.description.effort = coded.description.effort;
   return other;
@@ -139,7 +139,7 @@ Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
 Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   MAILLE_CHECK(check_options(mesh, options));
-  const CodedMesh coded = MAILLE_TRY(code_best(options, mesh));
+  const CodedMesh coded = MAILLE_TRY(code_best(mesh, options));
   const EncodedParts& encoded = coded.encoded;
   EncodeReport report = report_of(mesh, coded.arrays, encoded);
 

@@ -45,6 +45,15 @@ inline uint64_t place_on_curve(std::array<uint32_t, 3> point) {
   return place;
 }
 
+/// The same of a point that is so many places from the cube's lowest corner; beyond its sides it is on them,
+/// NaN on the lowest.
+inline uint64_t place_on_curve(const Vector3& places) {
+  std::array<uint32_t, 3> at{};
+  for (unsigned k = 0; k < 3; ++k)
+    at[k] = places[k] > 0 ? static_cast<uint32_t>(std::min(places[k], 1048575.0)) : 0;
+  return place_on_curve(at);
+}
+
 /// Puts elements into the order in which Hilbert's curve through the cube around them passes their places, so
 /// that each is near the one before; those at one place in ascending order. Places are finite.
 template <class Number>
@@ -62,13 +71,8 @@ void sort_along_curve(std::span<const Vector3> places, std::span<Number> element
   const double scale = widest > 0 ? 1048575.0 / widest : 0;
   std::vector<std::pair<uint64_t, Number>> order(elements.size());
   for (size_t i = 0; i < elements.size(); ++i) {
-    std::array<uint32_t, 3> at{};
-    for (unsigned k = 0; k < 3; ++k) {
-      // Not finite where the places lie within less than 1e-300.
-      const double along = (places[i][k] - low[k]) * scale;
-      at[k] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
-    }
-    order[i] = {place_on_curve(at), elements[i]};
+    // Not finite where the places lie within less than 1e-300.
+    order[i] = {place_on_curve((places[i] - low) * scale), elements[i]};
   }
   std::sort(order.begin(), order.end());
   for (size_t i = 0; i < elements.size(); ++i) elements[i] = order[i].second;

@@ -8,6 +8,7 @@
 #include "numbers/float_bits.h"
 #include "numbers/lattice_code.h"
 #include "numbers/scaled_digits.h"
+#include "numbers/table_finder.h"
 
 namespace maille {
 namespace {
@@ -177,13 +178,6 @@ const double* first_not_below(const std::vector<double>& table, double value) {
   return first;
 }
 
-int64_t nearest_rank(const std::vector<double>& table, double value) {
-  const auto above = table.begin() + (first_not_below(table, value) - table.data());
-  if (above == table.begin()) return 0;
-  if (above == table.end()) return static_cast<int64_t>(table.size()) - 1;
-  return above - table.begin() - (value - above[-1] < *above - value ? 1 : 0);
-}
-
 /// Of a number in the table; -0 comes before 0.
 int64_t rank_of(const std::vector<double>& table, double number) {
   auto at = std::lower_bound(table.begin(), table.end(), number);
@@ -308,7 +302,7 @@ double NumberMap::value_of(Scalar type, int64_t code) const {
 
 int64_t NumberMap::nearest_code(Scalar type, double value) const {
   if (!(value == value)) value = 0;
-  if (!table.empty()) return nearest_rank(table, value);
+  if (!table.empty()) return nearer_rank(table, first_not_below(table, value), value);
   if (factor != 0) return code_with_factor(*this, value);
   if (kind == Kind::binary_digits || kind == Kind::decimal_digits) return digits_of(*this).code_of(value);
   switch (kind) {

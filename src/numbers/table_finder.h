@@ -6,6 +6,14 @@
 
 namespace maille {
 
+/// The nearest number of a table, of the first one that is not below the value and the one before.
+inline int64_t nearer_rank(const std::vector<double>& table, const double* above, double value) {
+  const int64_t rank = above - table.data();
+  if (rank == 0) return 0;
+  if (rank == static_cast<int64_t>(table.size())) return rank - 1;
+  return rank - (value - above[-1] < *above - value ? 1 : 0);
+}
+
 /// NumberMap::nearest_code() of a map with a table, for many values: the range of its numbers is cut into as
 /// many equal buckets as there are numbers, and the search looks into one of them. The table must outlive it.
 class TableFinder {
@@ -29,11 +37,7 @@ class TableFinder {
     // Buckets rise with their numbers, so that those of lower ones are below the value, of higher ones above.
     const size_t b = bucket(value);
     const double* const numbers = table_->data();
-    const double* const above = std::lower_bound(numbers + begin_[b], numbers + begin_[b + 1], value);
-    const int64_t rank = above - numbers;
-    if (rank == 0) return 0;
-    if (rank == static_cast<int64_t>(table_->size())) return rank - 1;
-    return rank - (value - above[-1] < *above - value ? 1 : 0);
+    return nearer_rank(*table_, std::lower_bound(numbers + begin_[b], numbers + begin_[b + 1], value), value);
   }
 
  private:

@@ -235,33 +235,6 @@ class PatchEncoder {
   std::vector<uint32_t> twins_;        ///< the same as the decoder numbers them
 };
 
-/// `mixed`: by the front, else over fans.
-Result<EncodedPatch> encode_all(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                                std::span<const ArrayToCode> arrays, const EncodeOptions& options, bool mixed,
-                                std::optional<SharedFanPatch> shared, std::span<const uint32_t> corner_twin) {
-  const bool shared_tables = shared.has_value();  // positions are coded already
-  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
-  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
-  if (options.order != Order::keep && !shared_tables) encoder.sort_unused_points(arrays[0]);
-  std::vector<CodedStream> streams;
-  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
-  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
-  std::optional<CodedStream> twins;
-  std::vector<uint32_t> twin_numbers;
-  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
-  for (size_t i = 1; i < arrays.size(); ++i) {
-    if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
-      streams.push_back({array_key(patch, i - 1), {}});
-    } else {
-      streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
-    }
-  }
-  EncodedPatch encoded = MAILLE_TRY(encoder.finish(std::move(streams)));
-  encoded.twins = std::move(twins);
-  encoded.twin_numbers = std::move(twin_numbers);
-  return encoded;
-}
-
 Array array_of(const ArrayDescription& description) {
   Array array = make_array(description.name, description.domain, description.type, description.components,
                            description.role);
@@ -458,8 +431,28 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::optional<SharedFanPatch> shared,
                                   std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
-  return encode_all(mesh, numbers, patch, arrays, options, effort_of(options.effort).mixed_surface,
-                    std::move(shared), corner_twin);
+  const bool mixed = effort_of(options.effort).mixed_surface;
+  const bool shared_tables = shared.has_value();  // positions are coded already
+  PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
+  MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
+  if (options.order != Order::keep && !shared_tables) encoder.sort_unused_points(arrays[0]);
+  std::vector<CodedStream> streams;
+  streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
+  if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
+  std::optional<CodedStream> twins;
+  std::vector<uint32_t> twin_numbers;
+  if (!corner_twin.empty()) twins = encoder.encode_twins(twin_numbers);
+  for (size_t i = 1; i < arrays.size(); ++i) {
+    if (patch > 0 && arrays[i].array->domain == Domain::mesh) {
+      streams.push_back({array_key(patch, i - 1), {}});
+    } else {
+      streams.push_back(MAILLE_TRY(encoder.encode_array(arrays[i], array_key(patch, i - 1))));
+    }
+  }
+  EncodedPatch encoded = MAILLE_TRY(encoder.finish(std::move(streams)));
+  encoded.twins = std::move(twins);
+  encoded.twin_numbers = std::move(twin_numbers);
+  return encoded;
 }
 
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded) {

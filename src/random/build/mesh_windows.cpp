@@ -134,12 +134,7 @@ Result<> MeshWindows::measure() {
 }
 
 uint64_t MeshWindows::key_of(const Vector3& position) const {
-  std::array<uint32_t, 3> at{};
-  for (unsigned k = 0; k < 3; ++k) {
-    const double along = (position[k] - box_.low[k]) * scale_;
-    at[k] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
-  }
-  return place_on_curve(at);
+  return place_on_curve((position - box_.low) * scale_);
 }
 
 std::vector<uint64_t> MeshWindows::keys_of(const Array& positions) const {

@@ -65,12 +65,9 @@ class CellPlaces {
     MAILLE_CHECK(points_.read(nodes.front(), first.data()));
     MAILLE_CHECK(points_.read(nodes[nodes.size() > 2 ? nodes.size() - 2 : nodes.size() - 1], second.data()));
     const std::array<double, 3> a = position(first.data()), b = position(second.data());
-    std::array<uint32_t, 3> at{};
-    for (unsigned c = 0; c < 3; ++c) {
-      const double along = ((a[c] - low_[c]) + (b[c] - low_[c])) / 2 * scale_;
-      at[c] = along > 0 ? static_cast<uint32_t>(std::min(along, 1048575.0)) : 0;
-    }
-    place.key = place_on_curve(at);
+    Vector3 middle;
+    for (unsigned c = 0; c < 3; ++c) middle[c] = ((a[c] - low_[c]) + (b[c] - low_[c])) / 2 * scale_;
+    place.key = place_on_curve(middle);
     return place;
   }
 
