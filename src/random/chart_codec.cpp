@@ -132,8 +132,7 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   std::vector<Bytes> streams{patch.topology.bytes};
   for (const CodedStream& stream : patch.arrays) streams.push_back(stream.bytes);
   if (shared)
-    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()),
-                                   borders_of_coded(part, patch.sources)));
+    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()), patch.border));
   if (!shared) out.put_count(patch.arrays.size());
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());

@@ -263,6 +263,11 @@ uint32_t next_on_border(const HalfEdges& surface, uint32_t b) {
 /// Closes every border loop with triangles to a dummy vertex.
 void close_borders(HalfEdges& surface, uint32_t point_count) {
   const uint32_t real = surface.size();
+  const auto triangles =
+      static_cast<size_t>(std::count(surface.opposite.begin(), surface.opposite.end(), none));
+  // Doubled by the first triangle, these would be the most that an encoder holds.
+  surface.origin.reserve(real + 3 * triangles);
+  surface.opposite.reserve(real + 3 * triangles);
   uint32_t dummy = point_count;
   const auto add_triangle = [&](uint32_t border) {
     const uint32_t t = surface.size();

@@ -16,6 +16,7 @@
 #include "surface/fans/positions.h"
 #include "surface/fans/shared_fans.h"
 #include "surface/left_out.h"
+#include "surface/parts/shared_points.h"
 
 namespace maille {
 namespace {
@@ -122,6 +123,11 @@ std::span<const uint32_t> sources_of(const PatchSources& sources, const Array& a
   return all;
 }
 
+bool has_domain(std::span<const ArrayToCode> arrays, Domain domain) {
+  return std::any_of(arrays.begin(), arrays.end(),
+                     [&](const ArrayToCode& coded) { return coded.array->domain == domain; });
+}
+
 /// The streams of a patch while they are made.
 class PatchEncoder {
  public:
@@ -131,19 +137,18 @@ class PatchEncoder {
   /// `corner_twin`: of a welded mesh, else empty.
   Result<> find_sources(const Mesh& mesh, const PartNumbers* numbers, std::span<const ArrayToCode> arrays,
                         std::span<const uint32_t> corner_twin) {
-    const bool with_corners =
-        !corner_twin.empty() || std::any_of(arrays.begin(), arrays.end(), [](const ArrayToCode& coded) {
-          return coded.array->domain == Domain::corner;
-        });
-    if (with_corners) {
+    if (!corner_twin.empty() || has_domain(arrays, Domain::corner)) {
       MAILLE_CHECK(build());
       find_corner_sources(mesh, cells_.encoded);
     }
     PatchSources& sources = cells_.encoded.sources;
-    if (numbers != nullptr) sources = in_whole(std::move(sources), mesh, *numbers);
-    if (corner_twin.empty()) return {};
-    for (const uint32_t corner : sources.corners)
-      twin_of_.push_back(corner == none ? none : corner_twin[corner]);
+    if (numbers != nullptr) {
+      border_ = borders_of_coded(mesh, sources.points);
+      sources = in_whole(std::move(sources), mesh, *numbers);
+    }
+    for (size_t i = 0; i < sources.corners.size() && !corner_twin.empty(); ++i)
+      twin_of_.push_back(sources.corners[i] == none ? none : corner_twin[sources.corners[i]]);
+    forget_cells(arrays, !corner_twin.empty());
     return {};
   }
 
@@ -216,10 +221,21 @@ class PatchEncoder {
     PatchSources sources = std::move(cells_.encoded.sources);
     std::vector<uint32_t>().swap(sources.corners);
     CodedStream topology{topology_key(patch_, cells_.coding()), std::move(cells_.encoded.bytes)};
-    return EncodedPatch{std::move(topology), std::move(arrays), {}, {}, std::move(sources)};
+    return EncodedPatch{std::move(topology), std::move(arrays), {}, {},
+                        std::move(sources),  std::move(border_)};
   }
 
  private:
+  /// Positions over fans need little of them.
+  void forget_cells(std::span<const ArrayToCode> arrays, bool welded) {
+    PatchSources& sources = cells_.encoded.sources;
+    if (options_.order != Order::keep && !welded) {
+      std::vector<uint32_t>().swap(sources.first_corner);
+      if (!has_domain(arrays, Domain::cell)) std::vector<uint32_t>().swap(sources.cells);
+    }
+    if (cells_.fans && arrays.size() == 1 && !welded && fits_positions(*arrays[0].array, arrays[0].maps))
+      std::vector<uint32_t>().swap(cells_.fans->corners);
+  }
   Result<> build() {
     if (cells_.fans) MAILLE_CHECK(build_surface(*cells_.fans, cells_.encoded.topology));
     return {};
@@ -233,6 +249,7 @@ class PatchEncoder {
   std::optional<ArrayAround> around_;  ///< begins with the first array: it refers to what is above
   std::vector<uint32_t> twin_of_;      ///< by corner as in PatchElements: the point it had before welding
   std::vector<uint32_t> twins_;        ///< the same as the decoder numbers them
+  std::vector<uint32_t> border_;
 };
 
 Array array_of(const ArrayDescription& description) {
@@ -426,16 +443,24 @@ class PatchDecoder {
 
 }  // namespace
 
-Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
-                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
-                                  std::optional<SharedFanPatch> shared,
-                                  std::span<const uint32_t> corner_twin) {
+namespace {
+
+/// The cells, after which the mesh is not needed any more.
+Result<PatchEncoder> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                 std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                                 std::optional<SharedFanPatch> shared,
+                                 std::span<const uint32_t> corner_twin) {
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
   const bool mixed = effort_of(options.effort).mixed_surface;
   const bool shared_tables = shared.has_value();  // positions are coded already
   PatchEncoder encoder(MAILLE_TRY(encode_cells(mesh, mixed, std::move(shared))), patch, options, mixed);
   MAILLE_CHECK(encoder.find_sources(mesh, numbers, arrays, corner_twin));
   if (options.order != Order::keep && !shared_tables) encoder.sort_unused_points(arrays[0]);
+  return encoder;
+}
+
+Result<EncodedPatch> encode_arrays(PatchEncoder encoder, uint32_t patch, std::span<const ArrayToCode> arrays,
+                                   std::span<const uint32_t> corner_twin) {
   std::vector<CodedStream> streams;
   streams.push_back(MAILLE_TRY(encoder.encode_positions(arrays[0])));
   if (arrays.size() > 1 || !corner_twin.empty()) encoder.keep_positions(arrays[0]);
@@ -453,6 +478,25 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
   encoded.twins = std::move(twins);
   encoded.twin_numbers = std::move(twin_numbers);
   return encoded;
+}
+
+}  // namespace
+
+Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
+                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,
+                                  std::optional<SharedFanPatch> shared,
+                                  std::span<const uint32_t> corner_twin) {
+  PatchEncoder encoder =
+      MAILLE_TRY(begin_patch(mesh, numbers, patch, arrays, options, std::move(shared), corner_twin));
+  return encode_arrays(std::move(encoder), patch, arrays, corner_twin);
+}
+
+Result<EncodedPatch> encode_part(MeshPart part, uint32_t patch, std::span<const ArrayToCode> arrays,
+                                 const EncodeOptions& options) {
+  PatchEncoder encoder =
+      MAILLE_TRY(begin_patch(part.mesh, &part.numbers, patch, arrays, options, std::nullopt, {}));
+  part = {};
+  return encode_arrays(std::move(encoder), patch, arrays, {});
 }
 
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded) {

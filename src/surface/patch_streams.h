@@ -44,8 +44,9 @@ struct EncodedPatch {
   std::vector<CodedStream> arrays;  ///< as given; without those of the mesh as a whole but in patch 0
   std::optional<CodedStream> twins;
   std::vector<uint32_t> twin_numbers;  ///< by corner of the mesh, as the decoder has them
-  /// Where the coded elements are in the whole mesh; without corners.
+  /// Where the coded elements are in the whole mesh: points, and cells where the order is kept.
   PatchSources sources;
+  std::vector<uint32_t> border;  ///< of a part: points_on_borders() of what is decoded
 
   size_t bytes() const {
     size_t sum = topology.bytes.size() + (twins ? twins->bytes.size() : 0);
@@ -61,6 +62,10 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
                                   std::span<const ArrayToCode> arrays, const EncodeOptions& options,
                                   std::optional<SharedFanPatch> shared = std::nullopt,
                                   std::span<const uint32_t> corner_twin = {});
+
+/// The same for a part, which it lets go of before it codes arrays.
+Result<EncodedPatch> encode_part(MeshPart part, uint32_t patch, std::span<const ArrayToCode> arrays,
+                                 const EncodeOptions& options);
 
 /// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded);

@@ -79,6 +79,8 @@ class FanFinder {
       surface.references.resize(points);
       surface.kinds.resize(points);
     }
+    points_.reserve(points);
+    half_edges_.reserve(faces());
     Machine machine(*this, surface, real_ - 2 * faces(), points, polygons);
     machine_ = &machine;
     while (!machine.done()) {
@@ -98,9 +100,9 @@ class FanFinder {
     }
     result.points = std::move(points_);
     result.half_edges = std::move(half_edges_);
+    result.operations = std::move(operations_);
     return result;
   }
-  std::vector<FanOperation>& operations() { return operations_; }
 
   // What the machine calls.
   uint32_t number(FanNumber kind, uint32_t, uint32_t base = 0) {
@@ -564,17 +566,15 @@ void FanSurface::forget_vertices() {
   first = vertices;
 }
 
-EncodedFans encode_fans(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count,
-                        FanModels models) {
-  FanFinder finder(surface, real_half_edges, point_count);
-  EncodedFans result = finder.run();
+EncodedFans encode_fans(HalfEdges surface, uint32_t real_half_edges, uint32_t point_count, FanModels models) {
+  const bool polygons = !surface.all_triangles();
+  EncodedFans result = FanFinder(surface, real_half_edges, point_count).run();
+  surface = {};
   result.surface.count_valences();
-  if (!surface.all_triangles()) result.surface.find_polygon_references();
-  if (models == FanModels::shared) {
-    result.operations = std::move(finder.operations());
-    return result;
-  }
-  result.bytes = write_operations(finder.operations(), result.surface, !surface.all_triangles());
+  if (polygons) result.surface.find_polygon_references();
+  if (models == FanModels::shared) return result;
+  result.bytes = write_operations(result.operations, result.surface, polygons);
+  std::vector<FanOperation>().swap(result.operations);
   return result;
 }
 

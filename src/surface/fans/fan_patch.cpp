@@ -207,7 +207,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
     if (!unique.duplicates.empty()) glued = glue({unique.corners, unique.offsets, points});
   }
   const Faces glued_faces = unique.duplicates.empty() ? all : Faces{unique.corners, unique.offsets, points};
-  EncodedFans coded = encode_fans(glued.half_edges, glued.real_half_edges, points, models);
+  EncodedFans coded = encode_fans(std::move(glued.half_edges), glued.real_half_edges, points, models);
 
   std::optional<EncodedFanPatch> result(std::in_place);
   PatchTopology& topology = result->patch.topology;

@@ -145,10 +145,8 @@ PartDescription describe_part(const Mesh& part) {
   return description;
 }
 
-/// What joins the parts, and the numbers that the decoder will give their points. `borders`: of the coded
-/// parts.
-void join(const ArrayToCode& positions, uint32_t points, std::span<const std::vector<uint32_t>> borders,
-          EncodedParts& parts) {
+/// What joins the parts, and the numbers that the decoder will give their points.
+void join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts) {
   std::vector<std::span<const uint32_t>> whole;
   for (const EncodedPatch& patch : parts.patches) whole.push_back(patch.sources.points);
   const auto place = [&](uint32_t point) { return decoded_place(positions, point); };
@@ -157,7 +155,7 @@ void join(const ArrayToCode& positions, uint32_t points, std::span<const std::ve
   std::vector<PieceOfPoints> pieces;
   for (size_t p = 0; p < shared.size(); ++p) {
     const auto count = static_cast<uint32_t>(whole[p].size());
-    put_section(out, encode_shared(shared[p], count, borders[p]));
+    put_section(out, encode_shared(shared[p], count, parts.patches[p].border));
     PieceOfPoints& piece = pieces.emplace_back(PieceOfPoints{count, shared[p]});
     for (const SharedPoint& point : shared[p]) piece.places.push_back(place(whole[p][point.point]));
   }
@@ -187,16 +185,13 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
   MeshParts parts(mesh, part_of, executor);
   std::vector<uint32_t>().swap(part_of);
   encoded.descriptions.resize(parts.count());
-  std::vector<std::vector<uint32_t>> borders(parts.count());
   encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
       parts.count(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
-        const MeshPart part = parts.take(i);
+        MeshPart part = parts.take(i);
         encoded.descriptions[i] = describe_part(part.mesh);
-        EncodedPatch patch = MAILLE_TRY(encode_patch(part.mesh, &part.numbers, i, arrays, of_patch));
-        borders[i] = borders_of_coded(part.mesh, patch.sources);
-        return patch;
+        return encode_part(std::move(part), i, arrays, of_patch);
       })));
-  join(arrays[0], points, borders, encoded);
+  join(arrays[0], points, encoded);
   return encoded;
 }
 

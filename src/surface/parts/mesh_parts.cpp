@@ -18,6 +18,9 @@ class PointSet {
   /// In ascending order. From here on they can be ranked.
   std::vector<uint32_t> list() {
     std::vector<uint32_t> points;
+    size_t count = 0;
+    for (const uint64_t word : bits_) count += static_cast<size_t>(__builtin_popcountll(word));
+    points.reserve(count);
     below_.reserve(bits_.size());
     for (size_t word = 0; word < bits_.size(); ++word) {
       below_.push_back(static_cast<uint32_t>(points.size()));
@@ -62,17 +65,6 @@ void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit)
   }
 }
 
-Array copy_positions(const Array& from, std::span<const uint32_t> points) {
-  Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
-  to.resize(points.size());
-  const size_t size = from.tuple_size();
-  for (size_t i = 0; i < points.size(); ++i) {
-    std::copy_n(from.bytes.begin() + static_cast<ptrdiff_t>(points[i] * size), size,
-                to.bytes.begin() + static_cast<ptrdiff_t>(i * size));
-  }
-  return to;
-}
-
 void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
   std::vector<uint64_t> first_corner;
   uint64_t corners = 0;
@@ -82,6 +74,11 @@ void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
     corners += block.connectivity.size();
   }
   part.numbers.first_corner.reserve(part.numbers.cells.size());
+  std::vector<size_t> corners_of_block(mesh.blocks.size());
+  visit_cells(mesh, part.numbers.cells,
+              [&](size_t b, uint64_t cell) { corners_of_block[b] += mesh.blocks[b].cell(cell).size(); });
+  for (size_t b = 0; b < corners_of_block.size(); ++b)
+    part.mesh.blocks[b].connectivity.reserve(corners_of_block[b]);
   visit_cells(mesh, part.numbers.cells, [&](size_t b, uint64_t cell) {
     const CellBlock& block = mesh.blocks[b];
     CellBlock& taken = part.mesh.blocks[b];
@@ -99,11 +96,15 @@ void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
 }  // namespace
 
 MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor)
-    : mesh_(mesh), cells_(1), unused_points_(find_unused_points(mesh, executor)) {
-  for (uint32_t cell = 0; cell < part_of.size(); ++cell) {
-    if (part_of[cell] >= cells_.size()) cells_.resize(size_t{part_of[cell]} + 1);
-    cells_[part_of[cell]].push_back(cell);
+    : mesh_(mesh), unused_points_(find_unused_points(mesh, executor)) {
+  std::vector<size_t> count(1);
+  for (const uint32_t part : part_of) {
+    if (part >= count.size()) count.resize(size_t{part} + 1);
+    ++count[part];
   }
+  cells_.resize(count.size());
+  for (size_t part = 0; part < count.size(); ++part) cells_[part].reserve(count[part]);
+  for (uint32_t cell = 0; cell < part_of.size(); ++cell) cells_[part_of[cell]].push_back(cell);
 }
 
 MeshPart MeshParts::take(size_t part) {
@@ -117,7 +118,8 @@ MeshPart MeshParts::take(size_t part) {
     for (const uint32_t point : unused_points_) points.insert(point);
   }
   taken.numbers.points = points.list();
-  taken.mesh.points = copy_positions(mesh_.points, taken.numbers.points);
+  taken.mesh.points = make_array({}, Domain::point, Scalar::u8, 1);
+  taken.mesh.points.resize(taken.numbers.points.size());
   copy_cells(mesh_, points, taken);
   return taken;
 }

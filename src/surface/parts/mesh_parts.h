@@ -20,7 +20,7 @@ struct PartNumbers {
 /// A part of a mesh that is coded by itself: its cells in the order of the whole, its points numbered anew in
 /// that order. Points on the cut are in every part that meets there.
 struct MeshPart {
-  Mesh mesh;  ///< the blocks of the whole, some of them empty; positions; no other arrays
+  Mesh mesh;  ///< the blocks of the whole, some of them empty; so many points, but no positions or arrays
   PartNumbers numbers;
 };
 

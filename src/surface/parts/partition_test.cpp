@@ -92,7 +92,7 @@ TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
     std::vector<unsigned> met(mesh.cell_count());
     for (uint32_t p = 0; p < parts.size(); ++p) {
       const MeshPart& part = parts[p];
-      ASSERT_TRUE(validate(part.mesh));
+      ASSERT_EQ(part.numbers.points.size(), part.mesh.point_count());
       ASSERT_EQ(part.numbers.cells.size(), part.mesh.cell_count());
       uint32_t next = 0;
       for (size_t b = 0; b < mesh.blocks.size(); ++b) {

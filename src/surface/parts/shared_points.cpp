@@ -143,11 +143,10 @@ std::vector<uint32_t> points_on_borders(const Mesh& piece) {
   return find_borders(piece, [](uint32_t point) { return point; });
 }
 
-std::vector<uint32_t> borders_of_coded(const Mesh& piece, const PatchSources& sources) {
-  std::vector<uint64_t> in_whole(sources.points.size());  // number in the whole mesh, coded number
-  for (size_t i = 0; i < in_whole.size(); ++i) in_whole[i] = uint64_t{sources.points[i]} << 32 | i;
-  std::sort(in_whole.begin(), in_whole.end());
-  return find_borders(piece, [&](uint32_t point) { return static_cast<uint32_t>(in_whole[point]); });
+std::vector<uint32_t> borders_of_coded(const Mesh& piece, std::span<const uint32_t> points) {
+  std::vector<uint32_t> number(points.size());
+  for (uint32_t i = 0; i < points.size(); ++i) number[points[i]] = i;
+  return find_borders(piece, [&](uint32_t point) { return number[point]; });
 }
 
 std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,

@@ -10,8 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "surface/patch_topology.h"
-
 namespace maille {
 
 /// Pieces of a mesh that are coded by themselves, parts or charts of level 0, have points in common. Such
@@ -30,8 +28,8 @@ Place place_of(const Array& positions, uint32_t point);
 
 /// Points on edges of one face (of any odd number), up to chance, rising.
 std::vector<uint32_t> points_on_borders(const Mesh& piece);
-/// The same as they are coded. Points of `piece` are those of the coded ones in the order of the whole mesh.
-std::vector<uint32_t> borders_of_coded(const Mesh& piece, const PatchSources& sources);
+/// The same of the piece as it is coded; `points` are its points in this order.
+std::vector<uint32_t> borders_of_coded(const Mesh& piece, std::span<const uint32_t> points);
 
 /// By piece the points that others have as well, rising. `points` are those of the pieces in the whole mesh,
 /// all below `count`. Points of one place are numbered as pieces have them, one after the other.
