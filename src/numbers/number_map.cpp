@@ -8,7 +8,6 @@
 #include "numbers/float_bits.h"
 #include "numbers/lattice_code.h"
 #include "numbers/scaled_digits.h"
-#include "numbers/table_finder.h"
 
 namespace maille {
 namespace {
@@ -176,6 +175,14 @@ const double* first_not_below(const std::vector<double>& table, double value) {
     left -= half;
   }
   return first;
+}
+
+/// The nearest number of a table, of the first one that is not below the value and the one before.
+int64_t nearer_rank(const std::vector<double>& table, const double* above, double value) {
+  const int64_t rank = above - table.data();
+  if (rank == 0) return 0;
+  if (rank == static_cast<int64_t>(table.size())) return rank - 1;
+  return rank - (value - above[-1] < *above - value ? 1 : 0);
 }
 
 /// Of a number in the table; -0 comes before 0.

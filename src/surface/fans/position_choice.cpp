@@ -204,15 +204,21 @@ class CodingChooser {
   FittedRows fit() const {
     std::vector<std::array<double, n>> values(patch_.size());
     std::array<double, n> largest{}, units;
-    const DoublePoints<n> points = wide_points<n>(numbers_.maps, numbers_.type);
+    DoublePoints<n> points = wide_points<n>(numbers_.maps, numbers_.type);
+    for (unsigned k = 0; k < n; ++k) {
+      // Ranks are fitted as ranks. Codes of digits jump by a factor of ten or two where one digit more
+      // begins, and few such jumps spoil the fit (ogre: 17 % instead of 5 % more than by numbers).
+      if (!numbers_.wide && !numbers_.maps[k].table.empty()) points.curved[k] = {};
+    }
     for (size_t v = 0; v < values.size(); ++v) {
       for (unsigned k = 0; k < n; ++k) {
-        values[v][k] = points.value_of(patch_.codes[v][k] - numbers_.bias[k], k);
+        const int64_t bias = points.curved[k] ? 0 : numbers_.bias[k];
+        values[v][k] = points.value_of(patch_.codes[v][k] - bias, k);
         largest[k] = std::max(largest[k], std::fabs(values[v][k]));
       }
     }
     for (unsigned k = 0; k < n; ++k)
-      units[k] = points.curved[k] ? largest_step(*points.curved[k], std::max(largest[k], 1e-30)) : 1;
+      units[k] = points.curved[k] ? largest_step(points.curved[k].map(), std::max(largest[k], 1e-30)) : 1;
     return fit_valence_rows<n>(*patch_.fans, values, units, effort_.valence_rows);
   }
   /// Between the largest numbers; a float has steps of 2^-24 of it at least.

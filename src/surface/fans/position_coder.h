@@ -2,7 +2,7 @@
 
 // One loop for both directions: what is expected of a vertex, in which contexts, and what follows.
 
-#include "numbers/table_finder.h"
+#include "numbers/curved_map.h"
 #include "surface/fans/position_model.h"
 
 namespace maille::positions {
@@ -26,7 +26,7 @@ struct FloatPoints {
   static constexpr unsigned components = n;
   static constexpr bool narrow = true;
   // Sums of three are exact, and what weights give is far from the end of floats.
-  static constexpr float most = 1 << 20;
+  static constexpr float most = 1 << 21;
 
   Scratch<FloatPoint> points;
   /// Of residuals, eight bits for each component. Not in the points, where the next vertex would wait for
@@ -89,15 +89,13 @@ struct DoublePoints {
   using Tuple = std::array<int64_t, most_components>;
   static constexpr unsigned components = n;
   static constexpr bool narrow = false;
-  static constexpr double most = 0x1p62;
+  static constexpr double most = 0x1p62, most_number = 1e37;
 
   Scratch<DoublePoint> points;
   Scratch<std::array<int64_t, n>> codes;
   Scratch<uint32_t> sizes;
-  std::array<const NumberMap*, n> curved{};  ///< maps whose codes are not proportional to numbers
-  std::array<TableFinder, n> finders;        ///< of those with tables
-  Scalar type = Scalar::f64;
-  bool any_curved = false;
+  std::array<CurvedMap, n> curved;    ///< maps whose codes are not proportional to numbers
+  std::array<bool, n> has_numbers{};  ///< coordinates below `most_number` are the floats themselves
 
   void reserve(size_t count) {
     points.reserve(count);
@@ -122,8 +120,7 @@ struct DoublePoints {
     return result;
   }
   [[gnu::always_inline]] int64_t to_code(double x, unsigned k) const {
-    if (!finders[k].empty()) return finders[k].nearest(x);
-    if (curved[k]) return curved[k]->nearest_code(type, x);
+    if (curved[k]) return curved[k].nearest_code(x);
     x = std::clamp(x, -most, most);
     return static_cast<int64_t>(x + 0x1.8p52 - 0x1.8p52);
   }
@@ -138,7 +135,8 @@ struct DoublePoints {
   }
   double value_of(int64_t code, unsigned k) const {
     // Infinities would make NaN, and numbers near the largest overflow.
-    return curved[k] ? std::clamp(curved[k]->value_of(type, code), -1e37, 1e37) : static_cast<double>(code);
+    return curved[k] ? std::clamp(curved[k].value_of(code), -most_number, most_number)
+                     : static_cast<double>(code);
   }
   int64_t code(uint32_t v, unsigned k) const { return codes[v][k]; }
   /// Octaves above a quarter of the step that codes have at `codes`.
@@ -426,7 +424,7 @@ class PositionCoder {
       const uint64_t magnitude = magnitude_of(residual);
       const auto length = static_cast<unsigned>(
           std::min<uint64_t>(coder_.raw(Coder::encoding ? bit_length(magnitude) : 0, escape_length_bits),
-                             Points::narrow ? 21 : 64));
+                             Points::narrow ? 22 : 64));
       const bool negative = coder_.raw(Coder::encoding && residual < 0, 1) != 0;
       const unsigned low = length / 2;
       uint64_t bits = coder_.raw(magnitude & ((uint64_t{1} << low) - 1), low);

@@ -136,11 +136,11 @@ class WindowWeights {
 template <unsigned n>
 DoublePoints<n> wide_points(std::span<const NumberMap> maps, Scalar type) {
   DoublePoints<n> points;
-  points.type = type;
   for (unsigned k = 0; k < n; ++k) {
-    points.curved[k] = maps[k].is_curved() ? &maps[k] : nullptr;
-    if (points.curved[k] && !maps[k].table.empty()) points.finders[k] = TableFinder(maps[k].table);
-    points.any_curved = points.any_curved || maps[k].is_curved();
+    points.curved[k] = CurvedMap(maps[k], type);
+    // Floats' maps with digits have neither decimals nor factors, and those of ordered bits have NaN.
+    points.has_numbers[k] =
+        type == Scalar::f32 && points.curved[k] && maps[k].kind != NumberMap::Kind::ordered;
   }
   return points;
 }
