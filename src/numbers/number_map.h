@@ -37,8 +37,8 @@ struct NumberMap {
   /// Kinds with digits, for doubles: if not negative, the number becomes a float first and then has so many
   /// decimals, as floats have that were printed by "%f".
   int32_t decimals = -1;
-  /// If not 0 (doubles of kinds decimal, binary and with digits): the number becomes a float first and then
-  /// is multiplied by this, as floats are that were turned to other units.
+  /// If not 0 (doubles of kinds decimal, binary and with digits, in NumberSpace ordered, too): the number
+  /// becomes a float first and then is multiplied by this, as floats are that were turned to other units.
   double factor = 0;
   /// If there are any, codes count these numbers instead, and the kind only says how they are stored: finite
   /// ones in the order of their bits. A coder of codes knows that there are no others.

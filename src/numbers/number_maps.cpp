@@ -137,9 +137,10 @@ void write_map(ByteWriter& out, const NumberMap& map) {
 namespace {
 
 /// Is this a map that choose_maps() can make for this type?
-bool is_sensible(const NumberMap& map, Scalar type) {
+bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
   if (map.factor != 0) {
     const bool allowed = map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary ||
+                         (map.kind == NumberMap::Kind::ordered && in_stream) ||
                          (has_digits(map.kind) && map.decimals < 0);
     if (!allowed || type != Scalar::f64 || !(map.factor > 1e-100 && map.factor < 1e100)) return false;
     type = Scalar::f32;  // what the fields belong to
@@ -170,7 +171,7 @@ bool is_sensible(const NumberMap& map, Scalar type) {
 
 }  // namespace
 
-Result<NumberMap> read_map(ByteReader& in, Scalar type) {
+Result<NumberMap> read_map(ByteReader& in, Scalar type, bool in_stream) {
   NumberMap map;
   const auto kind = in.get<uint8_t>();
   map.kind = static_cast<NumberMap::Kind>(kind & ~(table_flag | factor_flag));
@@ -186,7 +187,7 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type) {
     map.origin = in.get<double>();
     map.step = in.get<double>();
   }
-  if (!in.ok() || !is_sensible(map, type) || ((kind & factor_flag) != 0 && map.factor == 0))
+  if (!in.ok() || !is_sensible(map, type, in_stream) || ((kind & factor_flag) != 0 && map.factor == 0))
     return failure(ErrorCode::corrupt, "an array has an impossible number map");
   if ((kind & table_flag) != 0) {
     if (!is_float(type)) return failure(ErrorCode::corrupt, "an array has an impossible number map");

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <memory>
+
 #include "code/residual_model.h"
 #include "numbers/decimal_floats.h"
 #include "numbers/float_bits.h"
@@ -77,48 +80,56 @@ class SignificantDigits {
   int64_t first_ = 1;
 };
 
-/// Where the numbers of one component lie, for prediction: floats that keep their bits at their value, all
-/// others at their code. Predictions are made in doubles there, residuals between codes.
+/// Where the numbers of one component lie, for prediction: floats that keep their bits, and those of a table,
+/// at their value, all others at their code. Predictions are made in doubles there, residuals between codes.
+/// Doubles with a factor are the floats that it belongs to.
 class NumberSpace {
  public:
   NumberSpace(Scalar type, const NumberMap& map)
-      : type_(type), map_(map), ordered_(map.kind == NumberMap::Kind::ordered && map.exponent == 0) {
-    if (map.kind == NumberMap::Kind::ordered && map.exponent > 0) digits_ = SignificantDigits(map.exponent);
-    if (map.kind == NumberMap::Kind::ordered && map.exponent < 0) decimals_ = DecimalFloats(-map.exponent);
+      : type_(map.factor != 0 ? Scalar::f32 : type),
+        factor_(map.factor),
+        map_(std::make_shared<NumberMap>(map)),
+        ordered_(map.kind == NumberMap::Kind::ordered && map.exponent == 0 && map.table.empty()) {
+    map_->factor = 0;
+    if (map.kind != NumberMap::Kind::ordered || !map.table.empty()) return;
+    if (map.exponent > 0) digits_ = SignificantDigits(map.exponent);
+    if (map.exponent < 0) decimals_ = DecimalFloats(-map.exponent);
   }
 
   /// A float that keeps its bits.
-  bool is_float() const { return ordered_ && type_ == Scalar::f32; }
+  bool is_float() const { return is_plain() && type_ == Scalar::f32; }
   /// A float or double that does.
-  bool is_plain() const { return ordered_ && (type_ == Scalar::f32 || type_ == Scalar::f64); }
-  bool exact() const { return ordered_ || map_.kind == NumberMap::Kind::integer; }
+  bool is_plain() const { return ordered_ && factor_ == 0 && (type_ == Scalar::f32 || type_ == Scalar::f64); }
+  bool exact() const {
+    return factor_ == 0 && (ordered_ || (map_->kind == NumberMap::Kind::integer && map_->table.empty()));
+  }
   int64_t code_of(const std::byte* number) const {
-    if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));
-    if (digits_) return digits_.code_of(number_as_double(type_, number));
-    if (decimals_) return decimals_.code_of(number_as_double(type_, number));
-    return map_.code_of(type_, number);
+    if (factor_ == 0) return plain_code_of(number);
+    std::array<std::byte, 8> plain;
+    store(plain.data(), as_float(load<double>(number) / factor_));
+    return plain_code_of(plain.data());
   }
   void store_number(int64_t code, std::byte* out) const {
-    if (ordered_ && type_ == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
-    if (digits_) {
-      const double value = digits_.number_of(code);
-      return type_ == Scalar::f32 ? store(out, static_cast<float>(value)) : store(out, value);
-    }
-    if (decimals_) return store(out, static_cast<float>(decimals_.number_of(code)));
-    map_.store_number(type_, code, out);
+    if (factor_ == 0) return store_plain(code, out);
+    std::array<std::byte, 8> bytes{};
+    store_plain(code, bytes.data());
+    const auto plain = load<float>(bytes.data());
+    store(out, plain == plain ? static_cast<double>(plain) * factor_ : as_double(plain));
   }
   double place_of(int64_t code) const {
     if (digits_) return digits_.number_of(code);
     if (decimals_) return decimals_.number_of(code);
+    if (!map_->table.empty()) return map_->value_of(type_, code);
     if (!ordered_) return static_cast<double>(code);
-    if (type_ != Scalar::f32) return map_.value_of(type_, code);
+    if (type_ != Scalar::f32) return map_->value_of(type_, code);
     const float value = from_ordered(static_cast<int32_t>(code));
     return value == value ? static_cast<double>(value) : 0;
   }
   int64_t code_near(double place) const {
+    if (!map_->table.empty()) return map_->nearest_code(type_, place);
     if (ordered_) {
       constexpr double largest = 3.4028234663852886e38;
-      if (type_ != Scalar::f32) return map_.nearest_code(type_, place);
+      if (type_ != Scalar::f32) return map_->nearest_code(type_, place);
       if (!(place == place)) return 0;
       return ordered_bits(static_cast<float>(place < -largest  ? -largest
                                              : place > largest ? largest
@@ -146,8 +157,25 @@ class NumberSpace {
   }
 
  private:
+  int64_t plain_code_of(const std::byte* number) const {
+    if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));
+    if (digits_) return digits_.code_of(number_as_double(type_, number));
+    if (decimals_) return decimals_.code_of(number_as_double(type_, number));
+    return map_->code_of(type_, number);
+  }
+  void store_plain(int64_t code, std::byte* out) const {
+    if (ordered_ && type_ == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
+    if (digits_) {
+      const double value = digits_.number_of(code);
+      return type_ == Scalar::f32 ? store(out, static_cast<float>(value)) : store(out, value);
+    }
+    if (decimals_) return store(out, static_cast<float>(decimals_.number_of(code)));
+    map_->store_number(type_, code, out);
+  }
+
   Scalar type_;
-  NumberMap map_;
+  double factor_;  ///< 0: none
+  std::shared_ptr<NumberMap> map_;
   bool ordered_;
   SignificantDigits digits_;
   DecimalFloats decimals_;

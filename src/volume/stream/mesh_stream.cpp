@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/result.h"
 #include "numbers/number_space.h"
@@ -86,25 +87,58 @@ bool sample_is_ordered(const Array& array) {
   });
 }
 
-Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {
-  ArrayMaps maps;
-  if (array.role == Role::normal && tolerance.kind != Tolerance::Kind::lossless) {
-    // Octahedral maps are of whole tuples, streams code numbers one by one.
-    Array plain = array;
-    plain.role = Role::none;
-    maps = MAILLE_TRY(choose_maps(plain, tolerance, are_positions));
-  } else if (tolerance.kind == Tolerance::Kind::lossless && sample_is_ordered(array)) {
-    maps.maps.assign(array.components, {.kind = NumberMap::Kind::ordered});
-  } else {
-    maps = MAILLE_TRY(choose_maps(array, tolerance, are_positions));
-  }
-  for (uint32_t c = 0; maps.lossless && c < array.components; ++c) {
-    NumberMap& map = maps.maps[c];
+/// The maps of numbers that are to be kept bit for bit.
+std::vector<NumberMap> exact_maps(const Array& array) {
+  std::vector<NumberMap> maps(array.components, {.kind = NumberMap::Kind::ordered});
+  if (!sample_is_ordered(array)) maps = choose_maps(array, {}, false)->maps;
+  for (uint32_t c = 0; c < array.components; ++c) {
     // Streams count digits in their own way, with exceptions.
-    if (map.kind > NumberMap::Kind::lattice) map = {.kind = NumberMap::Kind::ordered};
-    map = with_decimals(array, c, with_digits(array, c, map));
+    if (maps[c].kind > NumberMap::Kind::lattice) maps[c] = {.kind = NumberMap::Kind::ordered};
+    maps[c] = with_decimals(array, c, with_digits(array, c, maps[c]));
   }
-  list.maps.push_back(std::move(maps.maps));
+  return maps;
+}
+
+/// Doubles that nearly all are floats, as those floats. An exception takes 64 bits: one in 128 half a bit a
+/// number.
+std::optional<Array> as_floats(const Array& array) {
+  if (array.type != Scalar::f64 || array.count() == 0) return {};
+  const auto numbers = array.values<double>();
+  Array floats = make_array(array.name, array.domain, Scalar::f32, array.components, array.role);
+  floats.resize(array.count());
+  const auto out = floats.values<float>();
+  size_t left = numbers.size() / 128;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    out[i] = as_float(numbers[i]);
+    if (bits_as<uint64_t>(as_double(out[i])) == bits_as<uint64_t>(numbers[i])) continue;
+    if (left-- == 0) return {};
+  }
+  return floats;
+}
+
+std::vector<NumberMap> lossless_maps(const Array& array) {
+  const std::optional<Array> floats = as_floats(array);
+  if (!floats) return exact_maps(array);
+  std::vector<NumberMap> maps = exact_maps(*floats);
+  for (NumberMap& map : maps) map.factor = 1;
+  return maps;
+}
+
+Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {
+  if (tolerance.kind == Tolerance::Kind::lossless) {
+    list.maps.push_back(lossless_maps(array));
+    list.bounds.push_back(0);
+    return {};
+  }
+  // Octahedral maps are of whole tuples, streams code numbers one by one.
+  Array plain;
+  if (array.role == Role::normal) {
+    plain = array;
+    plain.role = Role::none;
+  }
+  ArrayMaps maps =
+      MAILLE_TRY(choose_maps(array.role == Role::normal ? plain : array, tolerance, are_positions));
+  list.maps.push_back(maps.lossless ? lossless_maps(array) : std::move(maps.maps));
   list.bounds.push_back(maps.lossless ? 0 : maps.bound);
   return {};
 }

@@ -3,6 +3,11 @@
 
 #include <maille/file.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "numbers/float_bits.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -67,6 +72,63 @@ TEST(StreamFile, KeepsArraysOfEveryTypeBitForBit) {
   Mesh regular = grid(9, 8, 7);
   add_arrays(regular, 4);
   expect_round_trip(regular);
+}
+
+Array widened(const Array& array) {
+  if (array.type != Scalar::f32) return array;
+  Array wide = make_array(array.name, array.domain, Scalar::f64, array.components);
+  wide.resize(array.count());
+  std::transform(array.values<float>().begin(), array.values<float>().end(), wide.values<double>().begin(),
+                 as_double);
+  return wide;
+}
+
+/// A grid with noise, a smooth field, one of decimals, and one with numbers that are none.
+Mesh with_fields_of_floats() {
+  Mesh mesh = grid(20, 20, 20);
+  std::mt19937 random(5);
+  const auto noise = [&] { return static_cast<float>(random() % 1000) * 1e-6F; };
+  const auto positions = mesh.points.values<float>();
+  for (float& x : positions) x += noise();
+  const auto add_field = [&](const char* name, auto value_at) {
+    Array field = make_array(name, Domain::point, Scalar::f32, 1);
+    field.resize(mesh.point_count());
+    for (size_t i = 0; i < field.count(); ++i) field.values<float>()[i] = value_at(i);
+    mesh.arrays.push_back(std::move(field));
+  };
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const float odd[] = {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity, -0.0F};
+  add_field("smooth", [&](size_t i) { return positions[3 * i] * positions[3 * i + 1] + noise(); });
+  add_field("decimals", [&](size_t i) { return std::round(positions[3 * i] * 1e3F) / 1e3F; });
+  add_field("odd", [&](size_t i) { return i % 97 < 4 ? odd[i % 97] : positions[3 * i]; });
+  return mesh;
+}
+
+TEST(StreamFile, DoublesThatHoldFloatsTakeWhatTheFloatsTake) {
+  const Mesh narrow = with_fields_of_floats();
+  Mesh wide = narrow;
+  wide.points = widened(narrow.points);
+  for (Array& array : wide.arrays) array = widened(array);
+  for (const int effort : {2, 5}) {
+    const auto floats = static_cast<double>(encoded(narrow, kept(effort)).size());
+    EXPECT_LE(static_cast<double>(encoded(wide, kept(effort)).size()), 1.003 * floats) << effort;
+    expect_round_trip(wide, effort);
+  }
+}
+
+TEST(StreamFile, KeepsDoublesAmongOthersThatAreFloats) {
+  Mesh mesh = with_fields_of_floats();
+  for (Array& array : mesh.arrays) {
+    array = widened(array);
+    const auto numbers = array.values<double>();
+    numbers[17] = 0.1;
+    numbers[18] = 1e300;
+    numbers[19] = std::numeric_limits<double>::denorm_min();
+    numbers[20] = bits_as<double>(uint64_t{0xfff8000000000001});  // a NaN with bits beyond those of a float
+    numbers[21] = bits_as<double>(uint64_t{0x7ff0000000000001});  // one that as a float were infinite
+  }
+  expect_round_trip(mesh);
+  expect_round_trip(mesh, 1);
 }
 
 TEST(StreamFile, KeepsBlocksNamesAndEmptyBlocks) {

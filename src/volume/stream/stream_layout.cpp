@@ -27,11 +27,12 @@ class Reader : public PlainReader {
  public:
   using PlainReader::PlainReader;
   void map(NumberMap& value, Scalar type) {
-    auto found = read_map(in(), type);
+    auto found = read_map(in(), type, true);
     demand(found.has_value());
     if (!found) return;
     value = *found;
     if (value.kind != NumberMap::Kind::ordered) return;
+    if (value.factor != 0) type = Scalar::f32;
     const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
     value.exponent = byte > 128 ? 128 - byte : byte;
     demand(value.exponent <= most_digits(type));

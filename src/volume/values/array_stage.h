@@ -36,7 +36,7 @@ class ArrayStage {
                                   TupleValueCoder<Coder, 64, 1>, TupleValueCoder<Coder, 64, 4>,
                                   MixedValueCoder<Coder, 32>, MixedValueCoder<Coder, 64>>;
   static TupleCoder coder_for(const StreamedArray& array) {
-    const bool wide = size_of(array.type) == 8;
+    const bool wide = array.is_wide();
     if (array.mixed && wide) return TupleCoder(std::in_place_index<5>, array);
     if (array.mixed) return TupleCoder(std::in_place_index<4>, array);
     if (array.components > 1) {

@@ -2,6 +2,7 @@
 
 #include <maille/mesh.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -26,14 +27,19 @@ struct StreamedArray {
   bool mixed = false;           ///< coded by MixedValueCoder
 
   size_t tuple_size() const { return size_of(type) * components; }
+  /// Are codes of 64 bits? Not those of doubles that all are floats.
+  bool is_wide() const {
+    const auto is_float = [](const NumberMap& map) { return map.factor != 0; };
+    return size_of(type) == 8 && !std::all_of(maps.begin(), maps.end(), is_float);
+  }
 };
 
 /// About what a coder of the array takes before it has met any number: a description could ask for thousands.
 uint64_t tuple_coder_bytes(const StreamedArray& array);
 
 /// The numbers of one array, tuple after tuple, each predicted from those of points or cells in memory. Both
-/// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for types of
-/// eight bytes. Components go in groups of three, side by side in `Width` lanes: 4, or 1 if there is one
+/// directions; the values in memory are in slots, as those of the hull are. `Bits`: 32, or 64 for wide
+/// arrays. Components go in groups of three, side by side in `Width` lanes: 4, or 1 if there is one
 /// component.
 template <class Coder, unsigned Bits, unsigned Width>
 class TupleValueCoder {
