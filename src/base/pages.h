@@ -33,6 +33,13 @@ inline void prepare_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t
 #endif
 }
 
+/// The large pages that lie wholly in this memory are as if never written: they hold zeros. Only a hint.
+inline void drop_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef __linux__
+  advise_pages(memory, bytes, large_page, MADV_DONTNEED);
+#endif
+}
+
 /// For a vector that is about to be filled.
 template <class Vector>
 void reserve_pages(Vector& vector, size_t count) {

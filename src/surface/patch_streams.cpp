@@ -82,13 +82,14 @@ Result<PatchCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<Shar
 
 /// The sources of a part's elements, in the whole mesh.
 PatchSources in_whole(PatchSources sources, const Mesh& part, const PartNumbers& numbers) {
+  for (uint32_t& point : sources.points) point = numbers.points[point];
+  if (sources.cells.empty()) return sources;
   const std::vector<uint32_t> corner_of = table_cells(part).corner;
   for (size_t i = 0; i < sources.cells.size(); ++i) {
     uint32_t& cell = sources.cells[i];
     sources.first_corner[i] += numbers.first_corner[cell] - corner_of[cell];
     cell = numbers.cells[cell];
   }
-  for (uint32_t& point : sources.points) point = numbers.points[point];
   if (sources.corners.empty()) return sources;
   const auto corners = static_cast<uint32_t>(part.corner_count());
   std::vector<uint32_t> whole = numbers.corners;
@@ -128,6 +129,14 @@ bool has_domain(std::span<const ArrayToCode> arrays, Domain domain) {
                      [&](const ArrayToCode& coded) { return coded.array->domain == domain; });
 }
 
+}  // namespace
+
+bool needs_cells(std::span<const ArrayToCode> arrays, Order order) {
+  return order == Order::keep || has_domain(arrays, Domain::cell) || has_domain(arrays, Domain::corner);
+}
+
+namespace {
+
 /// The streams of a patch while they are made.
 class PatchEncoder {
  public:
@@ -142,13 +151,13 @@ class PatchEncoder {
       find_corner_sources(mesh, cells_.encoded);
     }
     PatchSources& sources = cells_.encoded.sources;
+    forget_cells(arrays, !corner_twin.empty());
     if (numbers != nullptr) {
       border_ = borders_of_coded(mesh, sources.points);
       sources = in_whole(std::move(sources), mesh, *numbers);
     }
     for (size_t i = 0; i < sources.corners.size() && !corner_twin.empty(); ++i)
       twin_of_.push_back(sources.corners[i] == none ? none : corner_twin[sources.corners[i]]);
-    forget_cells(arrays, !corner_twin.empty());
     return {};
   }
 
@@ -229,9 +238,9 @@ class PatchEncoder {
   /// Positions over fans need little of them.
   void forget_cells(std::span<const ArrayToCode> arrays, bool welded) {
     PatchSources& sources = cells_.encoded.sources;
-    if (options_.order != Order::keep && !welded) {
+    if (!needs_cells(arrays, options_.order) && !welded) {
+      std::vector<uint32_t>().swap(sources.cells);
       std::vector<uint32_t>().swap(sources.first_corner);
-      if (!has_domain(arrays, Domain::cell)) std::vector<uint32_t>().swap(sources.cells);
     }
     if (cells_.fans && arrays.size() == 1 && !welded && fits_positions(*arrays[0].array, arrays[0].maps))
       std::vector<uint32_t>().swap(cells_.fans->corners);

@@ -55,6 +55,9 @@ struct EncodedPatch {
   }
 };
 
+/// Is it of interest where cells and corners of a patch are in the whole mesh?
+bool needs_cells(std::span<const ArrayToCode> arrays, Order order);
+
 /// Codes a mesh, or a part of one (`numbers`, else nullptr), as patch number `patch`. Only the cells and the
 /// number of points are taken from `mesh`, tuples from `arrays`. `corner_twin`: of a WeldedMesh, which is no
 /// part. Errors: unsupported, cancelled.

@@ -560,9 +560,9 @@ void FanSurface::count_valences() {
 }
 
 void FanSurface::forget_vertices() {
-  references = {};
-  kinds = {};
-  valences = {};
+  references = Scratch<VertexReferences>();
+  kinds = Scratch<uint8_t>();
+  valences = std::vector<uint8_t>();
   first = vertices;
 }
 

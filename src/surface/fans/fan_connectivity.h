@@ -169,6 +169,7 @@ class FanDecoder {
   explicit FanDecoder(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
   std::unique_ptr<FanSurface> complete_;  ///< instead
+  uint32_t kept_ = none;                  ///< of which the references from here on are kept; none: all are
 };
 
 /// All at once, with references, kinds and valences.

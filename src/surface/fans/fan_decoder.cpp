@@ -165,6 +165,8 @@ Result<FanDecoder> FanDecoder::begin(Bytes operations, const FanSlots& slots, ui
   return FanDecoder(std::make_unique<State>(operations, nullptr, slots, triangles, vertices, more, buffers));
 }
 
+constexpr uint32_t references_of_page = large_page / sizeof(VertexReferences);
+
 FanDecoder FanDecoder::over(FanSurface surface) {
   FanDecoder decoder(nullptr);
   decoder.complete_ = std::make_unique<FanSurface>(std::move(surface));
@@ -185,6 +187,7 @@ Result<> FanDecoder::decode_all() {
   complete_->references.resize(complete_->vertices);
   complete_->kinds.resize(complete_->vertices);
   complete_->count_valences();
+  kept_ = 0;
   return {};
 }
 
@@ -211,7 +214,14 @@ const uint8_t* FanDecoder::kinds(uint32_t vertex) const {
 }
 
 void FanDecoder::release(uint32_t end) {
-  if (complete_) return;
+  if (complete_) {
+    // A large page at a time, while positions need more and more memory.
+    const uint32_t passed = end - end % references_of_page;
+    if (passed <= kept_) return;
+    drop_pages(complete_->references.data() + kept_, (passed - kept_) * sizeof(VertexReferences));
+    kept_ = passed;
+    return;
+  }
   FanSurface& surface = state_->surface;
   const uint32_t left = state_->machine.vertices - end;
   std::copy_n(references(end), left, surface.references.data());

@@ -146,16 +146,8 @@ class CodingChooser {
     Tried candidates, listed;
     if (has_repeated_) take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, {}));
     const bool many_candidates = has_repeated_ && candidates.sampled < 1.1 * before;
-    const auto counts = count_codes();
     size_t entries_before = 0;
-    for (const Often& often : {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}}) {
-      Dictionaries dictionaries;
-      uint64_t covered = 0;
-      size_t entries = 0;
-      for (unsigned k = 0; k < components(); ++k) {
-        covered += fill_dictionary(counts[k], often, dictionaries[k]);
-        entries += dictionaries[k].size();
-      }
+    for (const auto& [dictionaries, covered, entries] : list_often()) {
       if (covered < patch_.codes.numbers.size() / 10 || entries == std::exchange(entries_before, entries))
         continue;
       Tried tried = with_repeats(Repeats::listed, by_fitted_, dictionaries);
@@ -187,12 +179,23 @@ class CodingChooser {
     coding.dictionaries = dictionaries;
     return try_out(coding);
   }
-  std::array<ValueCounts, most_components> count_codes() const {
-    std::array<ValueCounts, most_components> result;
+  /// What is there often, in one sense or another.
+  struct Listed {
+    Dictionaries dictionaries;
+    uint64_t covered = 0;  ///< so many numbers
+    size_t entries = 0;
+  };
+  std::array<Listed, 4> list_often() const {
+    constexpr std::array<Often, 4> senses = {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}};
+    std::array<Listed, senses.size()> result;
     std::vector<int64_t> values(patch_.size());
     for (unsigned k = 0; k < components(); ++k) {
       for (size_t v = 0; v < values.size(); ++v) values[v] = patch_.codes[v][k] - numbers_.bias[k];
-      result[k] = count_values(values);
+      const ValueCounts counts = count_values(values);
+      for (size_t i = 0; i < senses.size(); ++i) {
+        result[i].covered += fill_dictionary(counts, senses[i], result[i].dictionaries[k]);
+        result[i].entries += result[i].dictionaries[k].size();
+      }
     }
     return result;
   }

@@ -298,13 +298,14 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
                        Points there, uint32_t count, Array& array) {
   KnownPoints<Points> known{std::move(there), {}};
   const size_t room = size_t{count} + FanDecoder::most_ahead;
-  if (repeating) known.repeats.resize(room);
+  if (repeating) known.repeats.reserve(room);
   Points& points = known.points;
   points.reserve(room);
   PositionCoder<Reader, Points, repeating> coder(reader, head.coding, known);
   for (uint32_t begin = 0; begin < count; begin += window) {
     const uint32_t end = std::min(count, begin + window);
     points.grow(size_t{end} + FanDecoder::most_ahead);
+    if (repeating) known.repeats.resize(size_t{end} + FanDecoder::most_ahead);
     MAILLE_CHECK(windows.decode(begin, end));
     const VertexReferences* const references = windows.references();
     const uint8_t* const kinds = windows.kinds();

@@ -56,7 +56,10 @@ class PositionEncoder {
   PositionEncoder(Patch patch, CodedNumbers numbers, const Effort& effort, bool exact)
       : patch_(std::move(patch)),
         numbers_(std::move(numbers)),
-        chosen_(choose_coding(patch_, numbers_, effort, exact)) {}
+        chosen_(choose_coding(patch_, numbers_, effort, exact)),
+        points_(patch_.size()) {
+    if (chosen_.all) patch_.codes = {};
+  }
 
   /// In bytes, as far as trials tell.
   double size() const {
@@ -75,7 +78,7 @@ class PositionEncoder {
     }
     ByteWriter out;
     write_head(flags, beside, out);
-    write_points(chosen_.all->writer, chosen_.all->tables, patch_.size(), out);
+    write_points(chosen_.all->writer, chosen_.all->tables, points_, out);
     return out.take();
   }
 
@@ -87,8 +90,7 @@ class PositionEncoder {
     ByteWriter out;
     write_head(0, {}, out);
     const size_t symbols = write_symbols(chosen_.coding, all.writer.events, all.tables).size();
-    bytes_of_point_ =
-        (static_cast<double>(all.writer.raw_bits) / 8 + static_cast<double>(symbols)) / patch_.size();
+    bytes_of_point_ = (static_cast<double>(all.writer.raw_bits) / 8 + static_cast<double>(symbols)) / points_;
     patch_.codes = {};
     all.writer = Writer();
     return out.take();
@@ -151,6 +153,7 @@ class PositionEncoder {
   Patch patch_;
   CodedNumbers numbers_;
   ChosenCoding chosen_;
+  uint32_t points_;
   double bytes_of_point_ = 0;
 };
 

@@ -182,7 +182,7 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
     encoded.joined = {{JoinedPart{points, 0, {}, {}}}, points};
     return encoded;
   }
-  MeshParts parts(mesh, part_of, executor);
+  MeshParts parts(mesh, part_of, executor, needs_cells(arrays, options.order));
   std::vector<uint32_t>().swap(part_of);
   encoded.descriptions.resize(parts.count());
   encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(

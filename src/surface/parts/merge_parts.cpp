@@ -16,6 +16,13 @@ struct Merger {
 
   /// One part after the other? Then arrays grow along with them, and are touched once.
   bool in_order() const { return &executor == &serial_executor(); }
+  template <class Vector>
+  void prepare(Vector& vector, size_t count) const {
+    vector.reserve(count);
+    if (in_order()) return;
+    prepare_pages(vector.data(), count * sizeof(*vector.data()));
+    vector.resize(count);
+  }
   template <class Work>
   void for_each_part(Work work) const {
     executor.parallel_for(parts.size(), work);
@@ -47,12 +54,13 @@ template <class ArrayOf>
 Array merge_point_array(const Merger& merger, ArrayOf array_of) {
   Array result = like(array_of(merger.parts[0]));
   const size_t size = result.tuple_size();
-  reserve_pages(result.bytes, merger.joined.count * size);
-  if (!merger.in_order()) result.resize(merger.joined.count);
+  merger.prepare(result.bytes, merger.joined.count * size);
   merger.for_each_part([&](size_t p) {
     const JoinedPart& part = merger.joined.parts[p];
     const std::vector<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
     size_t out = part.first_new * size;
+    if (merger.in_order())
+      prepare_pages(result.bytes.data() + out, (part.points - part.joined.size()) * size);
     copy_new_points(part, [&](size_t begin, size_t end) {
       const std::byte* const first = from.data() + begin * size;
       const size_t bytes = (end - begin) * size;
@@ -122,8 +130,7 @@ std::vector<CellBlock> merge_offsets(const Merger& merger, std::vector<std::vect
       }
       before += block.connectivity.size();
     }
-    reserve_pages(merged.connectivity, before);
-    if (!merger.in_order()) merged.connectivity.resize(before);
+    merger.prepare(merged.connectivity, before);
   }
   return blocks;
 }
@@ -136,6 +143,8 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
     for (size_t b = 0; b < blocks.size(); ++b) {
       CellBlock& from = merger.parts[p].blocks[b];
       std::vector<uint32_t>& to = blocks[b].connectivity;
+      if (merger.in_order())
+        prepare_pages(to.data() + corners[b][p], from.connectivity.size() * sizeof(uint32_t));
       for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {
         const size_t end = std::min(from.connectivity.size(), begin + piece_corners);
         if (merger.in_order()) to.resize(corners[b][p] + end);

@@ -65,27 +65,18 @@ void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit)
   }
 }
 
-void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
-  std::vector<uint64_t> first_corner;
-  uint64_t corners = 0;
-  for (const CellBlock& block : mesh.blocks) {
-    part.mesh.blocks.emplace_back().type = block.type;
-    first_corner.push_back(corners);
-    corners += block.connectivity.size();
+void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const PointSet& points, Mesh& part) {
+  std::vector<size_t> corners(mesh.blocks.size());
+  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) { corners[b] += mesh.blocks[b].cell(cell).size(); });
+  for (size_t b = 0; b < corners.size(); ++b) {
+    CellBlock& block = part.blocks.emplace_back();
+    block.type = mesh.blocks[b].type;
+    block.connectivity.reserve(corners[b]);
   }
-  part.numbers.first_corner.reserve(part.numbers.cells.size());
-  std::vector<size_t> corners_of_block(mesh.blocks.size());
-  visit_cells(mesh, part.numbers.cells,
-              [&](size_t b, uint64_t cell) { corners_of_block[b] += mesh.blocks[b].cell(cell).size(); });
-  for (size_t b = 0; b < corners_of_block.size(); ++b)
-    part.mesh.blocks[b].connectivity.reserve(corners_of_block[b]);
-  visit_cells(mesh, part.numbers.cells, [&](size_t b, uint64_t cell) {
+  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) {
     const CellBlock& block = mesh.blocks[b];
-    CellBlock& taken = part.mesh.blocks[b];
-    const auto nodes = block.cell(cell);
-    const auto corner = static_cast<uint64_t>(nodes.data() - block.connectivity.data());
-    part.numbers.first_corner.push_back(static_cast<uint32_t>(first_corner[b] + corner));
-    for (const uint32_t node : nodes) taken.connectivity.push_back(points.rank(node));
+    CellBlock& taken = part.blocks[b];
+    for (const uint32_t node : block.cell(cell)) taken.connectivity.push_back(points.rank(node));
     if (!block.types.empty()) taken.types.push_back(block.types[cell]);
     if (block.offsets.empty()) return;
     if (taken.offsets.empty()) taken.offsets.push_back(0);
@@ -93,10 +84,26 @@ void copy_cells(const Mesh& mesh, const PointSet& points, MeshPart& part) {
   });
 }
 
+std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint32_t> cells) {
+  std::vector<uint64_t> before;  // by block: corners of those before
+  uint64_t corners = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    before.push_back(corners);
+    corners += block.connectivity.size();
+  }
+  std::vector<uint32_t> first;
+  first.reserve(cells.size());
+  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) {
+    const auto in_block = mesh.blocks[b].cell(cell).data() - mesh.blocks[b].connectivity.data();
+    first.push_back(static_cast<uint32_t>(before[b] + static_cast<uint64_t>(in_block)));
+  });
+  return first;
+}
+
 }  // namespace
 
-MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor)
-    : mesh_(mesh), unused_points_(find_unused_points(mesh, executor)) {
+MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor, bool with_cells)
+    : mesh_(mesh), with_cells_(with_cells), unused_points_(find_unused_points(mesh, executor)) {
   std::vector<size_t> count(1);
   for (const uint32_t part : part_of) {
     if (part >= count.size()) count.resize(size_t{part} + 1);
@@ -109,9 +116,9 @@ MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Execut
 
 MeshPart MeshParts::take(size_t part) {
   MeshPart taken;
-  taken.numbers.cells = std::move(cells_[part]);
+  std::vector<uint32_t> cells = std::move(cells_[part]);
   PointSet points(mesh_.point_count());
-  visit_cells(mesh_, taken.numbers.cells, [&](size_t b, uint64_t cell) {
+  visit_cells(mesh_, cells, [&](size_t b, uint64_t cell) {
     for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.insert(node);
   });
   if (part == 0) {
@@ -120,7 +127,11 @@ MeshPart MeshParts::take(size_t part) {
   taken.numbers.points = points.list();
   taken.mesh.points = make_array({}, Domain::point, Scalar::u8, 1);
   taken.mesh.points.resize(taken.numbers.points.size());
-  copy_cells(mesh_, points, taken);
+  copy_cells(mesh_, cells, points, taken.mesh);
+  if (with_cells_) {
+    taken.numbers.first_corner = first_corners(mesh_, cells);
+    taken.numbers.cells = std::move(cells);
+  }
   return taken;
 }
 

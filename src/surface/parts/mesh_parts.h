@@ -12,8 +12,8 @@ namespace maille {
 /// Where the elements of a part are in the whole mesh.
 struct PartNumbers {
   std::vector<uint32_t> points;        ///< by point
-  std::vector<uint32_t> cells;         ///< by cell, counted over all blocks
-  std::vector<uint32_t> first_corner;  ///< by cell: its first corner
+  std::vector<uint32_t> cells;         ///< by cell, counted over all blocks; if wanted
+  std::vector<uint32_t> first_corner;  ///< by cell: its first corner; if wanted
   std::vector<uint32_t> corners;       ///< by corner; empty: those of a cell follow its first one
 };
 
@@ -25,9 +25,10 @@ struct MeshPart {
 };
 
 /// The parts that a partition names, by cell. Points without a cell belong to part 0. `mesh` must stay.
+/// `with_cells`: where cells are in the whole mesh is wanted.
 class MeshParts {
  public:
-  MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor);
+  MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor, bool with_cells = true);
 
   size_t count() const { return cells_.size(); }
   /// Each part can be taken once; several of them at once.
@@ -35,6 +36,7 @@ class MeshParts {
 
  private:
   const Mesh& mesh_;
+  bool with_cells_;
   std::vector<std::vector<uint32_t>> cells_;  // by part
   std::vector<uint32_t> unused_points_;
 };
