@@ -101,8 +101,15 @@ bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count
 /// in an order of faces made by the same walk, each of these rules chooses the same face again.
 class GluingWalk {
  public:
-  GluingWalk(HalfEdges& surface, const Faces& faces, const EdgeTable& table)
-      : surface_(surface), faces_(faces), table_(table), rank_(faces.size(), none), flipped_(faces.size()) {
+  /// `plain`: by half-edge the other one of a plain edge.
+  GluingWalk(HalfEdges& surface, const Faces& faces, const EdgeTable& table,
+             const std::vector<uint32_t>& plain)
+      : surface_(surface),
+        faces_(faces),
+        table_(table),
+        plain_(plain),
+        rank_(faces.size(), none),
+        flipped_(faces.size()) {
     find_crowds();
     if (!surface.all_triangles()) {
       face_of_.resize(surface.size());
@@ -158,7 +165,7 @@ class GluingWalk {
   uint32_t best_of_few(uint32_t h) {
     uint32_t best = none;
     std::pair<uint32_t, uint32_t> best_rank;
-    const auto edge = same_edge(table_, surface_, h);
+    const auto edge = plain_[h] != none ? std::span(&plain_[h], 1) : same_edge(table_, surface_, h);
     for (const uint32_t k : edge) {
       if (surface_.opposite[k] != none || face_of(k) == face_of(h)) continue;
       const uint32_t visited = rank_[face_of(k)];
@@ -189,6 +196,8 @@ class GluingWalk {
   void find_crowds() {
     const std::span<const uint32_t> table(table_.half_edges);
     for (size_t i = 0, end = 0; i < table.size(); i = end) {
+      end = i + 2;
+      if (plain_[table[i]] != none) continue;
       const Edge edge = edge_of(surface_, table[i]);
       for (end = i + 1; end < table.size(); ++end) {
         const Edge other = edge_of(surface_, table[end]);
@@ -222,6 +231,7 @@ class GluingWalk {
   HalfEdges& surface_;
   const Faces& faces_;
   const EdgeTable& table_;
+  const std::vector<uint32_t>& plain_;
   std::vector<uint32_t> rank_;  // by face: when it was reached
   std::vector<bool> flipped_;
   std::vector<uint32_t> face_of_;
@@ -314,8 +324,9 @@ GluedSurface glue(const Faces& faces) {
   {
     EdgeTable table = make_edge_table(surface, faces.point_count);
     if (!glue_plain_edges(surface, table, faces.point_count)) {
-      std::fill(surface.opposite.begin(), surface.opposite.end(), none);
-      GluingWalk walk(surface, faces, table);
+      const std::vector<uint32_t> plain =
+          std::exchange(surface.opposite, std::vector<uint32_t>(surface.size(), none));
+      GluingWalk walk(surface, faces, table, plain);
       walk.run();
       result.plain = false;
       result.chosen = walk.chosen();

@@ -178,9 +178,9 @@ class FanFinder {
     uint32_t entry = none;
     uint32_t ring = none;  ///< among those that wait; none: the ring at hand
   };
-  /// The entry with gate h, if there is one.
+  /// The entry with gate h, if there is one: it is beyond a face, not on the border.
   Place place_of_gate(uint32_t h) const {
-    if (h >= real_) return {};
+    if (h >= real_ || edges_.opposite[h] >= real_) return {};
     const uint32_t number = number_of_[edges_.origin[edges_.next(h)]];
     uint32_t e = number < machine_->vertices ? place_of_[number] : none;
     if (e == none) return {};

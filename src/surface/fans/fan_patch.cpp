@@ -1,6 +1,7 @@
 #include "surface/fans/fan_patch.h"
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 
 #include "base/bytes.h"
@@ -75,24 +76,53 @@ std::vector<uint32_t> canonical(std::span<const uint32_t> corners) {
   return result;
 }
 
+/// The two points beside the lowest one, the lower one first: duplicates have the same, and all triangles
+/// that have the same are duplicates.
+uint64_t beside_lowest(std::span<const uint32_t> corners, size_t lowest) {
+  const uint32_t before = corners[lowest > 0 ? lowest - 1 : corners.size() - 1],
+                 after = corners[lowest + 1 < corners.size() ? lowest + 1 : 0];
+  return uint64_t{std::min(before, after)} << 32 | std::max(before, after);
+}
+
+using NearFaces = std::vector<std::pair<uint64_t, uint32_t>>;
+/// Among faces that are the same there.
+void find_first(const Faces& faces, std::span<const NearFaces::value_type> near,
+                std::vector<uint32_t>& first) {
+  std::vector<std::pair<std::vector<uint32_t>, uint32_t>> same;
+  for (const auto& [beside, face] : near) {
+    if (faces.offsets.empty()) first[face] = near[0].second;
+    if (!faces.offsets.empty()) same.push_back({canonical(faces.face(face)), face});
+  }
+  std::sort(same.begin(), same.end());
+  for (size_t i = 1; i < same.size(); ++i) {
+    if (same[i].first == same[i - 1].first) first[same[i].second] = first[same[i - 1].second];
+  }
+}
+
 /// Faces that are duplicates of others, whichever way round: by face the first one with the same corners.
 std::vector<uint32_t> find_first_duplicates(const Faces& faces) {
-  std::vector<std::pair<uint32_t, uint32_t>> by_lowest;
-  for (uint32_t face = 0; face < faces.size(); ++face) {
+  std::vector<uint32_t> first(faces.size()), end_of(size_t{faces.point_count} + 1), by_lowest(faces.size());
+  std::iota(first.begin(), first.end(), 0u);
+  const auto lowest = [&](uint32_t face) {
     const auto corners = faces.face(face);
-    by_lowest.push_back({*std::min_element(corners.begin(), corners.end()), face});
-  }
-  std::sort(by_lowest.begin(), by_lowest.end());
-  std::vector<uint32_t> first(faces.size());
-  std::vector<std::pair<std::vector<uint32_t>, uint32_t>> same;
-  for (size_t begin = 0, end = 0; begin < by_lowest.size(); begin = end) {
-    same.clear();
-    for (; end < by_lowest.size() && by_lowest[end].first == by_lowest[begin].first; ++end)
-      same.push_back({canonical(faces.face(by_lowest[end].second)), by_lowest[end].second});
-    std::sort(same.begin(), same.end());
-    for (size_t i = 0; i < same.size(); ++i) {
-      const bool duplicate = i > 0 && same[i].first == same[i - 1].first;
-      first[same[i].second] = duplicate ? first[same[i - 1].second] : same[i].second;
+    return static_cast<size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
+  };
+  for (uint32_t face = 0; face < faces.size(); ++face) ++end_of[faces.face(face)[lowest(face)] + 1];
+  std::partial_sum(end_of.begin(), end_of.end(), end_of.begin());
+  for (uint32_t face = 0; face < faces.size(); ++face)
+    by_lowest[end_of[faces.face(face)[lowest(face)]]++] = face;
+  NearFaces near;
+  for (size_t point = 0, begin = 0; point < faces.point_count; begin = end_of[point++]) {
+    near.clear();
+    for (size_t i = begin; i < end_of[point]; ++i) {
+      const uint32_t face = by_lowest[i];
+      near.push_back({beside_lowest(faces.face(face), lowest(face)), face});
+    }
+    std::sort(near.begin(), near.end());
+    for (size_t i = 0, end = 0; i < near.size(); i = end) {
+      end = i + 1;
+      while (end < near.size() && near[end].first == near[i].first) ++end;
+      if (end - i > 1) find_first(faces, std::span(near).subspan(i, end - i), first);
     }
   }
   return first;
