@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/lanes.h"
 #include "entropy/bit_model.h"
 #include "entropy/integer_model.h"
 
@@ -257,40 +258,55 @@ class Clustering {
   // Contexts that occur less often could not pay for a table of their own.
   static constexpr uint64_t least_count = 32;
   // Another table than that of the context before begins a run of the map: about a byte.
-  static constexpr uint64_t run_price = 8 << 16;
+  static constexpr float run_price = 8;
 
   /// Each context goes with the cluster that suits it; `run_price`: for another one than that of the context
   /// before.
-  void join(uint64_t run_price) {
+  void join(float run_price) {
     // By symbol, then cluster: a context has few symbols, and asks all clusters about each.
-    std::vector<std::array<uint32_t, most_clusters>> costs(symbols_);
+    using Costs = std::array<FloatLanes, most_clusters / 4>;
+    std::vector<Costs> costs(symbols_);
     for (size_t n = 0; n < nodes_.size(); ++n) set_costs(nodes_[n].counts, n, costs);
     for (Node& node : nodes_) node.counts = {};
+    const size_t lanes = (nodes_.size() + 3) / 4;
     uint32_t before = unused;
     for (size_t i = 0; i < occurring_.size();) {
       const uint32_t context = occurring_[i].context;
-      std::array<uint64_t, most_clusters> cost;
-      cost.fill(run_price);
-      if (before != unused) cost[before] = 0;
+      Costs cost;
+      cost.fill(FloatLanes{} + run_price);
+      if (before != unused) cost[before / 4][before % 4] = 0;
       for (; i < occurring_.size() && occurring_[i].context == context; ++i) {
         const auto& [at, symbol, count] = occurring_[i];
-        for (size_t n = 0; n < nodes_.size(); ++n) cost[n] += uint64_t{count} * costs[symbol][n];
+        const FloatLanes times = FloatLanes{} + static_cast<float>(count);
+        for (size_t l = 0; l < lanes; ++l) cost[l] += times * costs[symbol][l];
       }
-      const auto least = std::min_element(cost.begin(), cost.begin() + nodes_.size());
-      before = static_cast<uint32_t>(least - cost.begin());
-      cluster_[context] = before;
-      add_to(nodes_[before].counts, counts_[context]);
+      uint32_t least = 0;
+      for (uint32_t n = 1; n < nodes_.size(); ++n)
+        if (cost[n / 4][n % 4] < cost[least / 4][least % 4]) least = n;
+      before = cluster_[context] = least;
+      add_to(nodes_[least].counts, counts_[context]);
     }
   }
-  /// What symbols of others would cost with the distribution of a cluster, in 1/65536 bits each. What does
-  /// not occur there is as likely as an eighth of a symbol.
-  void set_costs(const Histogram& counts, size_t n, std::vector<std::array<uint32_t, most_clusters>>& costs) {
+  /// What symbols of others would cost with the distribution of a cluster, in bits each. What does not occur
+  /// there is as likely as an eighth of a symbol.
+  template <class Costs>
+  void set_costs(const Histogram& counts, size_t n, std::vector<Costs>& costs) {
     const auto total = static_cast<uint32_t>(std::min<uint64_t>(8 * total_of(counts) + symbols_, UINT32_MAX));
-    for (unsigned s = 0; s < symbols_; ++s)
-      costs[s][n] = log2_fixed(total) - log2_fixed(std::min<uint32_t>(counts[s], UINT32_MAX / 16) * 8 + 1);
+    const uint32_t of_all = log2_fixed(total);
+    for (unsigned s = 0; s < symbols_; ++s) {
+      const uint32_t bits = of_all - log2_fixed(std::min<uint32_t>(counts[s], UINT32_MAX / 16) * 8 + 1);
+      costs[s][n / 4][n % 4] = static_cast<float>(static_cast<int32_t>(bits)) / 65536;
+    }
   }
 
-  static uint64_t log_weight(uint32_t count) { return uint64_t{count} * log2_fixed(count); }
+  static uint64_t log_weight(uint32_t count) {
+    static const auto of_small = [] {
+      std::array<uint32_t, 4096> table{};
+      for (uint32_t n = 0; n < table.size(); ++n) table[n] = n * log2_fixed(n);
+      return table;
+    }();
+    return count < of_small.size() ? of_small[count] : uint64_t{count} * log2_fixed(count);
+  }
   void weigh(Node& node) const {
     node.total = 0;
     node.there = 0;
@@ -359,7 +375,7 @@ TableCoder best_resolution(TableCoder coded, std::span<const Histogram> counts, 
     uint64_t cost = uint64_t{trial.finish().size()} << 19;
     const StaticTables tables = tables_of(written, symbols, bits);
     for (size_t i = 0; i < counts.size(); ++i) cost += cost_of(counts[i], tables.tables[i], bits);
-    if (cost >= best_cost) continue;
+    if (cost >= best_cost) break;
     best_cost = cost;
     best = coded;
   }

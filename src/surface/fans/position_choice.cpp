@@ -19,20 +19,27 @@ class CodingChooser {
 
   ChosenCoding choose(bool exact) {
     const FittedRows fitted = fit();
-    Coding plain;
-    plain.components = components();
-    plain.rows = fitted.by_place;
-    consider_centres(plain);
-    if (patch_.places && !patch_.places->positions.empty()) consider_placements();
+    Coding coding;
+    coding.components = components();
+    // Each row by itself, as trials of both take long; what lower efforts have is tried where it may be
+    // smaller.
+    const auto saves = [&](double part) {
+      return fitted.bits_by_valence < (1 - part) * fitted.bits_by_place;
+    };
+    const bool with_valences = effort_.valence_rows && saves(effort_.least_gain_of_valences);
+    if (!with_valences || !saves(surely_smaller)) {
+      coding.rows = fitted.by_place;
+      consider_centres(coding);
+      if (patch_.places && !patch_.places->positions.empty()) consider_placements();
+    }
+    if (with_valences) {
+      end_step();
+      coding.rows = fitted.by_valence;
+      coding.with_valences = true;
+      consider_centres(coding);
+    }
     if (effort_.valence_rows) {
       end_step();
-      // All connectivity is decoded twice for them. Where less was saved (bunny, the MRI surface), files were
-      // not smaller.
-      if (fitted.bits_by_valence < 0.99 * fitted.bits_by_place) {
-        plain.rows = fitted.by_valence;
-        plain.with_valences = true;
-        consider_centres(plain);
-      }
       consider_repeats();
     }
     if (effort_.spread) {
@@ -103,6 +110,9 @@ class CodingChooser {
     }
   }
 
+  /// Where rows that follow valences save so much of the lengths of residuals, trials always took them.
+  static constexpr double surely_smaller = 0.05;
+
   /// By what is fitted and by the gate; the latter is what repeats go with.
   void consider_centres(const Coding& coding) {
     const Measured measured = runs_->measure(coding);
@@ -142,22 +152,26 @@ class CodingChooser {
   /// Repeats take longer to decode, so they must save something. Residuals beside dictionaries are about as
   /// long with one centre as with the other; candidates are those of the gate.
   void consider_repeats() {
-    const double before = best_.sampled;
-    Tried candidates, listed;
-    if (has_repeated_) take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, {}));
-    const bool many_candidates = has_repeated_ && candidates.sampled < 1.1 * before;
+    Tried listed;
     size_t entries_before = 0;
-    for (const auto& [dictionaries, covered, entries] : list_often()) {
-      if (covered < patch_.codes.numbers.size() / 10 || entries == std::exchange(entries_before, entries))
+    for (const Listed& found : list_often()) {
+      if (found.covered < patch_.codes.numbers.size() / 10 ||
+          found.bits < least_bits_to_entry * static_cast<double>(found.covered))
         continue;
-      Tried tried = with_repeats(Repeats::listed, by_fitted_, dictionaries);
-      const bool pays = tried.sampled < before;
-      take_smaller(listed, std::move(tried));
-      if (many_candidates || (has_repeated_ && pays))
-        take_smaller(candidates, with_repeats(Repeats::candidates, by_gate_, dictionaries));
+      if (found.entries == std::exchange(entries_before, found.entries)) continue;
+      take_smaller(listed, with_repeats(Repeats::listed, by_fitted_, found.dictionaries));
     }
+    // With the dictionaries that are best without candidates: others were at most 0.3 % smaller.
+    Tried candidates;
+    const bool pays = listed.sampled > 0 && listed.sampled < best_.sampled;
+    if (has_repeated_)
+      candidates =
+          with_repeats(Repeats::candidates, by_gate_, pays ? listed.coding.dictionaries : Dictionaries());
     consider_smaller(std::move(listed), std::move(candidates));
   }
+  /// Where entries lie closer than this, 10 codes, residuals are no longer than indices: dictionaries were 10
+  /// to 80 % larger (build/data/tri, 14 bits; those that were smaller have 3.7 and more).
+  static constexpr double least_bits_to_entry = 3.3;
   static void take_smaller(Tried& best, Tried tried) {
     if (best.sampled == 0 || tried.sampled < best.sampled) best = std::move(tried);
   }
@@ -165,14 +179,15 @@ class CodingChooser {
   /// all points decide where these say nearly the same (cycloidal at 12 bits: 4 %).
   void consider_smaller(Tried listed, Tried candidates) {
     const double least = std::min(listed.sampled, candidates.sampled);
-    if (least > 0 && least < 0.98 * best_.sampled &&
+    const double part = 1 - effort_.least_gain_of_repeats;
+    if (least > 0 && least < part * best_.sampled &&
         std::max(listed.sampled, candidates.sampled) < far * least) {
       know_all(listed);
       know_all(candidates);
       return consider(listed.size < candidates.size ? std::move(listed) : std::move(candidates), 1);
     }
     if (listed.sampled > 0) take_smaller(candidates, std::move(listed));
-    if (candidates.sampled > 0) consider(std::move(candidates), 0.98);
+    if (candidates.sampled > 0) consider(std::move(candidates), part);
   }
   Tried with_repeats(Repeats repeats, Coding coding, const Dictionaries& dictionaries) {
     coding.repeats = repeats;
@@ -184,6 +199,7 @@ class CodingChooser {
     Dictionaries dictionaries;
     uint64_t covered = 0;  ///< so many numbers
     size_t entries = 0;
+    double bits = 0;  ///< log2 of the codes to an entry, summed over these numbers
   };
   std::array<Listed, 4> list_often() const {
     constexpr std::array<Often, 4> senses = {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}};
@@ -193,8 +209,15 @@ class CodingChooser {
       for (size_t v = 0; v < values.size(); ++v) values[v] = patch_.codes[v][k] - numbers_.bias[k];
       const ValueCounts counts = count_values(values);
       for (size_t i = 0; i < senses.size(); ++i) {
-        result[i].covered += fill_dictionary(counts, senses[i], result[i].dictionaries[k]);
-        result[i].entries += result[i].dictionaries[k].size();
+        Listed& to = result[i];
+        const uint64_t covered = fill_dictionary(counts, senses[i], to.dictionaries[k]);
+        if (covered == 0) continue;
+        const uint64_t range =
+            static_cast<uint64_t>(counts.back().first) - static_cast<uint64_t>(counts.front().first);
+        to.covered += covered;
+        to.entries += to.dictionaries[k].size();
+        to.bits +=
+            static_cast<double>(covered) * std::log2(static_cast<double>(range) / to.dictionaries[k].size());
       }
     }
     return result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "code/symmetric_solver.h"
 #include "entropy/static_rans.h"
@@ -17,24 +18,43 @@ constexpr unsigned terms = ValenceRows::terms;
 /// Vertices that rows are fitted to: with all of them files are 0.1 to 0.3 % smaller, measured on armadillo
 /// and turbineblade, and take three times as long.
 constexpr uint32_t most_samples = 1 << 14;
+/// Of those with the same rows: most vertices of a mesh are in one or two groups. Without a limit files are
+/// as large in the mean (build/data/tri, 14 bits), with 2,048 the dragon is 1.4 % larger.
+constexpr uint32_t most_of_group = 3072;
 constexpr uint32_t samples_in_a_row = 64;
 constexpr uint32_t fewest_samples = 48;
 
 using PairOfDoubles = double __attribute__((vector_size(16)));
-/// The lower half of a symmetric matrix of references, row by row, and behind it the right side.
+/// The lower half of a symmetric matrix of references in pairs, row by row, and behind it the right side.
+constexpr unsigned pairs_before(unsigned row) {
+  return (row + 1) * (row + 1) / 4;
+}
+constexpr unsigned all_pairs(unsigned count) {
+  return pairs_before(count) + (count + 1) / 2;
+}
 struct Equations {
-  static constexpr unsigned most = references * (references + 1) / 2 + references;
-  std::array<PairOfDoubles, (most + 1) / 2> pairs{};
-  double* numbers() { return reinterpret_cast<double*>(pairs.data()); }
-  const double* numbers() const { return reinterpret_cast<const double*>(pairs.data()); }
-  static constexpr unsigned at(unsigned i, unsigned j) { return i * (i + 1) / 2 + j; }
+  std::array<PairOfDoubles, all_pairs(references)> pairs{};
+
+  double at(unsigned i, unsigned j) const { return pairs[pairs_before(i) + j / 2][j % 2]; }
 };
 /// Weighted normal equations for all rows of a group: for each pair of terms those of references, likewise.
+constexpr unsigned pair_of_terms(unsigned a, unsigned b) {
+  return a * (a + 1) / 2 + b;
+}
 struct Normals {
   static constexpr unsigned size = terms * references;
-  std::array<Equations, terms*(terms + 1) / 2> pairs{};
+  std::array<Equations, pair_of_terms(terms, 0)> pairs{};
   uint32_t samples = 0;
 };
+
+/// Calls `with` with 0 to n - 1 as constants: compilers leave loops of two levels as they are.
+template <unsigned n, class Function>
+[[gnu::always_inline]] inline void unrolled(Function with) {
+  [&]<unsigned... i>(std::integer_sequence<unsigned, i...>) {
+    (with(std::integral_constant<unsigned, i>{}), ...);
+  }
+  (std::make_integer_sequence<unsigned, n>{});
+}
 
 /// The references that are useful in a group.
 struct Useful {
@@ -49,9 +69,9 @@ struct Useful {
 
 template <unsigned components>
 struct Sample {
-  std::array<std::array<double, components>, references> x;  ///< relative to the last reference
+  /// Of the useful references, relative to the last one; then zeros.
+  std::array<std::array<PairOfDoubles, (references + 1) / 2>, components> x;
   std::array<double, components> target;
-  std::array<double, components> last;
   std::array<double, terms> factors;
   unsigned group;
 };
@@ -68,6 +88,10 @@ class Fitter {
         rows_of_samples_(std::min(most_samples, fans.vertices) / samples_in_a_row + 1),
         with_valences_(with_valences) {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) useful_.emplace_back(g);
+    std::array<uint32_t, ValenceRows::groups> count{};
+    visit_vertices(1, [&](uint32_t v) { ++count[group_of(v)]; });
+    for (unsigned g = 0; g < ValenceRows::groups; ++g)
+      stride_[g] = std::max(1u, (count[g] + most_of_group - 1) / most_of_group);
   }
 
   FittedRows run() {
@@ -75,7 +99,7 @@ class Fitter {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       std::array<ValenceRows::Row, terms> plain{};
       plain[0] = ValenceRows::plain_row(g);
-      (*by_place)[g] = (*by_valence)[g] = from_rows(plain);
+      (*by_place)[g] = (*by_valence)[g] = from_rows(plain, g);
     }
     // Each round says anew which samples lie far out; few suffice for that at first. With three rounds files
     // were 0.2 to 4 % larger (eleven of fourteen meshes of build/data/tri and poly, 14 bits).
@@ -93,39 +117,51 @@ class Fitter {
       }
     }
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
-      rows_by_place_[g] = to_rows((*by_place)[g], 1);
-      rows_by_valence_[g] = to_rows((*by_valence)[g], terms);
+      rows_by_place_[g] = to_rows((*by_place)[g], g, 1);
+      rows_by_valence_[g] = to_rows((*by_valence)[g], g, terms);
     }
     return without_useless();
   }
 
  private:
-  /// One of `part` of the samples.
+  unsigned group_of(uint32_t v) const { return ValenceRows::group_of(fans_.kinds[v]); }
+  /// One of `part` of the rows of samples.
   template <class Visit>
-  void visit(uint32_t part, Visit visit) const {
+  void visit_vertices(uint32_t part, Visit visit) const {
     // Rows of neighbours: what they refer to is near in memory.
     for (uint32_t row = 0; row < rows_of_samples_; row += part) {
       const auto begin = static_cast<uint32_t>(uint64_t{fans_.vertices} * row / rows_of_samples_),
                  end = static_cast<uint32_t>(uint64_t{fans_.vertices} * (row + 1) / rows_of_samples_);
-      for (uint32_t v = std::max(begin, 1u); v < std::min(end, begin + samples_in_a_row); ++v) {
-        Sample<components> sample;
-        if (find(v, sample)) visit(sample);
-      }
+      for (uint32_t v = std::max(begin, 1u); v < std::min(end, begin + samples_in_a_row); ++v) visit(v);
     }
   }
-  bool find(uint32_t v, Sample<components>& sample) const {
-    sample.group = ValenceRows::group_of(fans_.kinds[v]);
-    const unsigned useful = ValenceRows::useful(sample.group);
-    if (useful == 0) return false;
+  /// Of groups that have more than enough, only some.
+  template <class Visit>
+  void visit(uint32_t part, Visit visit) const {
+    std::array<uint32_t, ValenceRows::groups> seen{};
+    visit_vertices(part, [&](uint32_t v) {
+      const unsigned g = group_of(v);
+      if (useful_[g].count == 0 || seen[g]++ % stride_[g] != 0) return;
+      visit(sample_of(v));
+    });
+  }
+  Sample<components> sample_of(uint32_t v) const {
+    Sample<components> sample;
+    sample.group = group_of(v);
     const auto& at = fans_.references[v].at;
     const auto value = [&](uint32_t r) { return r < v ? values_[r] : Tuple{}; };
-    sample.last = value(at[R::last]);
-    for (unsigned r = 0; r < references; ++r) {
-      sample.x[r] = {};
-      if ((useful >> r & 1) == 0) continue;
-      for (unsigned k = 0; k < components; ++k) sample.x[r][k] = value(at[r])[k] - sample.last[k];
+    const Tuple last = value(at[R::last]);
+    for (unsigned k = 0; k < components; ++k) {
+      sample.x[k] = {};
+      sample.target[k] = values_[v][k] - last[k];
     }
-    for (unsigned k = 0; k < components; ++k) sample.target[k] = values_[v][k] - sample.last[k];
+    const Useful& useful = useful_[sample.group];
+    for (unsigned i = 0; i < useful.count; ++i) {
+      const Tuple of_reference = value(at[useful.at[i]]);
+      for (unsigned k = 0; k < components; ++k) sample.x[k][i / 2][i % 2] = of_reference[k] - last[k];
+    }
+    sample.factors = {1};
+    if (!with_valences_) return sample;
     const auto deviation = [&](uint32_t r) { return double{valence_deviations[fans_.valences[r]]}; };
     sample.factors = {1,
                       deviation(at[R::focus]),
@@ -134,101 +170,111 @@ class Fitter {
                       deviation(at[R::next]),
                       deviation(v)};
     if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next)) sample.factors[ValenceRows::by_next] = 0;
-    return true;
+    return sample;
   }
 
+  /// Weights of the useful references, by term.
+  using Solution = std::array<double, Normals::size>;
+  using Solutions = std::array<Solution, ValenceRows::groups>;
+
   template <unsigned used>
-  Tuple predict(const Sample<components>& sample, const std::array<double, Normals::size>& rows) const {
+  Tuple predict(const Sample<components>& sample, const Solution& rows) const {
     Tuple sum{};
-    const Useful& useful = useful_[sample.group];
-    for (unsigned i = 0; i < useful.count; ++i) {
-      const unsigned r = useful.at[i];
-      double weight = rows[r];
-      for (unsigned t = 1; t < used; ++t) weight += sample.factors[t] * rows[t * references + r];
-      for (unsigned k = 0; k < components; ++k) sum[k] += weight * sample.x[r][k];
+    for (unsigned i = 0; i < useful_[sample.group].count; ++i) {
+      double weight = rows[i];
+      for (unsigned t = 1; t < used; ++t) weight += sample.factors[t] * rows[t * references + i];
+      for (unsigned k = 0; k < components; ++k) sum[k] += weight * sample.x[k][i / 2][i % 2];
     }
     return sum;
   }
 
-  using Solutions = std::array<std::array<double, Normals::size>, ValenceRows::groups>;
   template <unsigned used>
-  void add(const Sample<components>& sample, const std::array<double, Normals::size>& rows,
-           Normals& normals) const {
+  void add(const Sample<components>& sample, const Solution& rows, Normals& normals) const {
+    const unsigned count = useful_[sample.group].count;
+    ++normals.samples;
+    if (count <= 2) return add<used, 2>(sample, rows, normals);
+    if (count <= 4) return add<used, 4>(sample, rows, normals);
+    add<used, references>(sample, rows, normals);
+  }
+  /// With as many references, of which the last ones may be zeros: loops that a compiler unrolls.
+  template <unsigned used, unsigned count>
+  void add(const Sample<components>& sample, const Solution& rows, Normals& normals) const {
     const Tuple predicted = predict<used>(sample, rows);
-    const Useful& useful = useful_[sample.group];
     Equations one;
-    double* const matrix = one.numbers();
-    double* const right = matrix + Equations::at(useful.count, 0);
     for (unsigned k = 0; k < components; ++k) {
       const double weight = 1 / (std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5);
       const double scale = weight / (units_[k] * units_[k]);
-      for (unsigned i = 0; i < useful.count; ++i) {
-        const double x = sample.x[useful.at[i]][k] * scale;
-        for (unsigned j = 0; j <= i; ++j) matrix[Equations::at(i, j)] += x * sample.x[useful.at[j]][k];
-        right[i] += x * sample.target[k];
-      }
+      const auto& x = sample.x[k];
+      unrolled<count + 1>([&](auto i) {
+        constexpr unsigned row = i, pairs = row < count ? row / 2 + 1 : (count + 1) / 2;
+        const double left = (row < count ? x[row / 2][row % 2] : sample.target[k]) * scale;
+        unrolled<pairs>([&](auto j) {
+          one.pairs[pairs_before(row) + j] += PairOfDoubles{left, left} * x[j];
+        });
+      });
     }
-    const unsigned pairs = (Equations::at(useful.count, useful.count) + 1) / 2;
     for (unsigned a = 0; a < used; ++a) {
       for (unsigned b = 0; b <= a; ++b) {
         const double factor = sample.factors[a] * sample.factors[b];
         // Most vertices have six neighbours, and no deviation.
         if (factor == 0) continue;
-        Equations& sum = normals.pairs[Equations::at(a, b)];
-        for (unsigned i = 0; i < pairs; ++i) sum.pairs[i] += PairOfDoubles{factor, factor} * one.pairs[i];
+        Equations& sum = normals.pairs[pair_of_terms(a, b)];
+        unrolled<all_pairs(count)>([&](auto i) {
+          sum.pairs[i] += PairOfDoubles{factor, factor} * one.pairs[i];
+        });
       }
     }
-    ++normals.samples;
   }
 
   /// With a little added to the diagonal; false when there is nothing to solve.
-  bool solve(const Normals& normals, unsigned group, unsigned used_terms,
-             std::array<double, Normals::size>& solution) const {
-    const Useful& useful = useful_[group];
-    const unsigned m = useful.count, n = used_terms * m;
+  bool solve(const Normals& normals, unsigned group, unsigned used_terms, Solution& solution) const {
+    const unsigned m = useful_[group].count, n = used_terms * m;
+    // The right side is behind the rows that add() has.
+    const unsigned right = m <= 2 ? 2 : m <= 4 ? 4 : references;
     std::vector<double> rows(size_t{n} * n), x(n);
     for (unsigned i = 0; i < n; ++i) {
-      for (unsigned j = 0; j <= i; ++j) {
-        const unsigned p = std::max(i % m, j % m), q = std::min(i % m, j % m);
-        rows[i * n + j] = normals.pairs[Equations::at(i / m, j / m)].numbers()[Equations::at(p, q)];
-      }
+      for (unsigned j = 0; j <= i; ++j)
+        rows[i * n + j] =
+            normals.pairs[pair_of_terms(i / m, j / m)].at(std::max(i % m, j % m), std::min(i % m, j % m));
       double& diagonal = rows[i * n + i];
       diagonal = diagonal > 0 ? diagonal * (i < m ? 1 + 1e-6 : 1 + 1e-3) : 1;
-      x[i] = normals.pairs[Equations::at(i / m, 0)].numbers()[Equations::at(m, i % m)];
+      x[i] = normals.pairs[pair_of_terms(i / m, 0)].at(right, i % m);
     }
     bool solved = false;
     solve_symmetric(rows.data(), n, x.data(), 0, solved);
     if (!solved) return false;
     solution = {};
-    for (unsigned i = 0; i < n; ++i) solution[i / m * references + useful.at[i % m]] = x[i];
+    for (unsigned i = 0; i < n; ++i) solution[i / m * references + i % m] = x[i];
     return true;
   }
 
-  static std::array<ValenceRows::Row, terms> to_rows(const std::array<double, Normals::size>& solution,
-                                                     unsigned used_terms) {
+  std::array<ValenceRows::Row, terms> to_rows(const Solution& solution, unsigned group,
+                                              unsigned used_terms) const {
     std::array<ValenceRows::Row, terms> rows{};
     for (unsigned t = 0; t < used_terms; ++t) {
       const double unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
-      for (unsigned r = 0; r < references; ++r) {
-        const double weight = std::floor(solution[t * references + r] * unit + 0.5);
-        rows[t][r] = static_cast<int16_t>(weight > ValenceRows::largest    ? ValenceRows::largest
-                                          : weight > -ValenceRows::largest ? weight
-                                                                           : -ValenceRows::largest);
+      for (unsigned i = 0; i < useful_[group].count; ++i) {
+        const double weight = std::floor(solution[t * references + i] * unit + 0.5);
+        rows[t][useful_[group].at[i]] =
+            static_cast<int16_t>(weight > ValenceRows::largest    ? ValenceRows::largest
+                                 : weight > -ValenceRows::largest ? weight
+                                                                  : -ValenceRows::largest);
       }
     }
     return rows;
   }
-  static std::array<double, Normals::size> from_rows(const std::array<ValenceRows::Row, terms>& rows) {
-    std::array<double, Normals::size> result{};
+  Solution from_rows(const std::array<ValenceRows::Row, terms>& rows, unsigned group) const {
+    Solution result{};
     for (unsigned t = 0; t < terms; ++t) {
       const double unit = t == 0 ? ValenceRows::base_unit : ValenceRows::deviation_unit;
-      for (unsigned r = 0; r < references; ++r) result[t * references + r] = rows[t][r] / unit;
+      for (unsigned i = 0; i < useful_[group].count; ++i)
+        result[t * references + i] = rows[t][useful_[group].at[i]] / unit;
     }
     return result;
   }
   /// About log2 of what is left, in 1/65536 bits.
   template <unsigned used>
-  uint64_t cost(const Sample<components>& sample, const std::array<double, Normals::size>& rows) const {
+  uint64_t cost(const Sample<components>& sample, const Solution& rows) const {
     const Tuple predicted = predict<used>(sample, rows);
     uint64_t sum = 0;
     for (unsigned k = 0; k < components; ++k) {
@@ -255,13 +301,13 @@ class Fitter {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
       std::array<ValenceRows::Row, terms> plain{};
       plain[0] = ValenceRows::plain_row(g);
-      (*rows[0])[g] = from_rows(plain);
-      (*rows[1])[g] = from_rows(rows_by_place_[g]);
-      (*rows[2])[g] = from_rows(rows_by_valence_[g]);
+      (*rows[0])[g] = from_rows(plain, g);
+      (*rows[1])[g] = from_rows(rows_by_place_[g], g);
+      (*rows[2])[g] = from_rows(rows_by_valence_[g], g);
     }
     uint64_t samples = 0;
     visit(1, [&](const Sample<components>& sample) {
-      ++samples;
+      samples += stride_[sample.group];
       const unsigned g = sample.group;
       if (!found_[g]) return;
       costs[0][g] += cost<1>(sample, (*rows[0])[g]);
@@ -276,7 +322,7 @@ class Fitter {
       const auto bits = [&](unsigned kept) {
         const double of_rows =
             kept == 0 ? 0 : bits_of(kept == 1 ? rows_by_place_[g] : rows_by_valence_[g], g);
-        return each * static_cast<double>(costs[kept][g]) / 65536 + of_rows;
+        return each * stride_[g] * static_cast<double>(costs[kept][g]) / 65536 + of_rows;
       };
       const unsigned by_place = bits(1) < bits(0) ? 1 : 0;
       const unsigned by_valence = with_valences_ && bits(2) < bits(by_place) ? 2 : by_place;
@@ -299,7 +345,8 @@ class Fitter {
   uint32_t rows_of_samples_;
   bool with_valences_;
   std::vector<Useful> useful_;
-  std::array<bool, ValenceRows::groups> found_{};  ///< there were samples enough
+  std::array<uint32_t, ValenceRows::groups> stride_;  ///< how many vertices of a group there are for a sample
+  std::array<bool, ValenceRows::groups> found_{};     ///< there were samples enough
   std::array<std::array<ValenceRows::Row, terms>, ValenceRows::groups> rows_by_place_{}, rows_by_valence_{};
 };
 
