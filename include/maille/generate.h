@@ -23,6 +23,23 @@ struct GradingSection {
 /// How the cells of an edge are spaced; never empty.
 using Grading = std::vector<GradingSection>;
 
+/// A surface that vertices, edges and faces of blocks are projected to: each point goes to the nearest one.
+struct BlockSurface {
+  enum class Kind : uint8_t {
+    sphere,    ///< centre a, radius
+    cylinder,  ///< from a to b, with both lids, radius
+    plane,     ///< through a, normal b
+    box,       ///< its six sides, or one plate, with opposite corners a and b
+    triangles
+  };
+  std::string name;  ///< how messages call it
+  Kind kind = Kind::sphere;
+  Position a{}, b{};
+  double radius = 0;
+  std::vector<Position> points;  ///< of triangles
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+
 enum class CurveKind : uint8_t {
   line,
   arc,       ///< circle through both ends and one point; sets off towards it by the shorter way
@@ -30,6 +47,7 @@ enum class CurveKind : uint8_t {
   spline,    ///< Catmull-Rom through the points, a segment as long as its chord
   b_spline,  ///< cubic B-spline near the points
   bezier,    ///< Bezier curve of both ends and the points
+  projected  ///< the chord on surfaces, by length
 };
 
 /// The shape of an edge between two vertices, in that direction.
@@ -37,7 +55,8 @@ struct BlockCurve {
   CurveKind kind = CurveKind::line;
   uint32_t from = 0;
   uint32_t to = 0;
-  std::vector<Position> points;  ///< between the ends
+  std::vector<Position> points;         ///< between the ends
+  std::vector<uint32_t> surfaces = {};  ///< of a projected one; several: where they meet
 };
 
 /// A hexahedron of cells. Corners in VTK's order, which is OpenFOAM's: 0-1 along x, 0-3 along y, 0-4 along z.
@@ -58,12 +77,27 @@ struct BlockPatch {
   std::vector<std::array<uint32_t, 4>> faces;
 };
 
+/// A vertex, or a face of blocks by its corners in any order, that lies on surfaces: where they meet, if
+/// there are several. Edges stay where they are when a face is projected; the points within the blocks beside
+/// it move with it, the less the farther.
+struct ProjectedVertex {
+  uint32_t vertex = 0;
+  std::vector<uint32_t> surfaces;
+};
+struct ProjectedFace {
+  std::array<uint32_t, 4> corners{};
+  std::vector<uint32_t> surfaces;
+};
+
 /// A mesh of transfinite hexahedral blocks. Blocks with a face of the same four vertices are joined there.
 struct BlockDescription {
   std::vector<Position> vertices;
   std::vector<HexBlock> blocks;
   std::vector<BlockCurve> curves;
   std::vector<BlockPatch> patches;
+  std::vector<BlockSurface> surfaces;
+  std::vector<ProjectedVertex> projected_vertices;
+  std::vector<ProjectedFace> projected_faces;
   /// Where outer faces go which are in no patch.
   BlockPatch default_patch{"defaultFaces", "empty", {}};
 };
@@ -103,10 +137,10 @@ struct GenerateOptions {
   bool streaming_order = false;
 };
 
-/// Generates the mesh of a description. Memory: tables along the edges of blocks and a row of cells, whatever
-/// the size of the mesh. Coordinates are made with sin, cos, atan2 and pow of the machine's library: they can
-/// differ in the last digits from machine to machine. Errors: malformed_input, naming the block; unsupported;
-/// those of `output`.
+/// Generates the mesh of a description. Memory: tables along the edges of blocks, their projected faces and a
+/// row of cells, whatever the size of the mesh. Coordinates are made with sin, cos, atan2 and pow of the
+/// machine's library: they can differ in the last digits from machine to machine. Errors: malformed_input,
+/// naming the block; unsupported; those of `output`.
 Result<> generate(const BlockDescription& description, const GenerateOptions& options,
                   GeneratedOutput& output);
 

@@ -19,6 +19,21 @@ unsigned second_of(unsigned axis) {
   return axis == 2 ? 1 : 2;
 }
 
+/// Does the block have these corners at one end of an axis, in any order?
+bool has_corners(const HexBlock& block, unsigned axis, unsigned end, std::array<uint32_t, 4> corners) {
+  std::array<uint32_t, 4> own{};
+  for (unsigned uv = 0; uv < 4; ++uv) {
+    std::array<unsigned, 3> at{};
+    at[axis] = end;
+    at[first_of(axis)] = uv & 1;
+    at[second_of(axis)] = uv >> 1;
+    own[uv] = block.corners[corner_at(at[0], at[1], at[2])];
+  }
+  std::sort(own.begin(), own.end());
+  std::sort(corners.begin(), corners.end());
+  return own == corners;
+}
+
 bool same(const Grading& a, const Grading& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
     return x.length == y.length && x.cells == y.cells && x.expansion == y.expansion;
@@ -28,7 +43,7 @@ bool same(const Grading& a, const Grading& b) {
 }  // namespace
 
 Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const BlockTopology& topology,
-                                      size_t block) {
+                                      const Surfaces& surfaces, size_t block) {
   const HexBlock& from = description.blocks[block];
   BlockPoints points;
   for (unsigned i = 0; i < 8; ++i) points.corners_[i] = description.vertices[from.corners[i]];
@@ -56,7 +71,7 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
     }
   }
   for (unsigned e = 0; e < 12; ++e) {
-    const auto curved = points.add_curve(description, from, e, topology.curve[block][e]);
+    const auto curved = points.add_curve(description, from, surfaces, e, topology.curve[block][e]);
     if (!curved) {
       return failure(curved.error().code, block_text(description, block) + ": edge " +
                                               std::to_string(from.corners[points.edges_[e].from]) + " " +
@@ -64,17 +79,44 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
                                               curved.error().message);
     }
   }
+  // All of them before the first counts: their borders are common, and stay.
+  std::vector<Projected> projected;
+  for (const ProjectedFace& face : description.projected_faces)
+    points.add_projected(face, from, surfaces, topology.divisions[block], projected);
+  points.projected_ = std::move(projected);
   return points;
 }
 
-Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block, unsigned e,
-                                int32_t number) {
+void BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block, const Surfaces& surfaces,
+                                const std::array<uint32_t, 3>& divisions, std::vector<Projected>& to) const {
+  for (unsigned side = 0; side < 6; ++side) {
+    const unsigned axis = side / 2, end = side % 2;
+    if (!has_corners(block, axis, end, face.corners)) continue;
+    const unsigned u = first_of(axis), v = second_of(axis);
+    Projected added{static_cast<uint8_t>(axis), static_cast<uint8_t>(end), static_cast<uint8_t>(u),
+                    static_cast<uint8_t>(v),    divisions[u] + 1,          {}};
+    added.offset.resize(size_t{added.stride} * (divisions[v] + 1));
+    Place at{};
+    at[axis] = end != 0 ? divisions[axis] : 0;
+    for (at[v] = 1; at[v] < divisions[v]; ++at[v]) {
+      for (at[u] = 1; at[u] < divisions[u]; ++at[u]) {
+        std::array<double, 3> parameters;
+        const Position from = by_edges(at, parameters);
+        added.offset[size_t{at[v]} * added.stride + at[u]] = surfaces.project(from, face.surfaces) - from;
+      }
+    }
+    to.push_back(std::move(added));
+  }
+}
+
+Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block,
+                                const Surfaces& surfaces, unsigned e, int32_t number) {
   Edge& edge = edges_[e];
   const uint32_t from = block.corners[edge.from];
   if (number < 0) return {};
   const BlockCurve& given = description.curves[static_cast<size_t>(number)];
-  const Curve curve =
-      MAILLE_TRY(Curve::make(given, description.vertices[given.from], description.vertices[given.to]));
+  const Curve curve = MAILLE_TRY(
+      Curve::make(given, description.vertices[given.from], description.vertices[given.to], surfaces));
   const bool backwards = given.from != from;
   for (const double t : tables_[edge.parameters]) {
     const Position chord = (1 - t) * corners_[edge.from] + t * corners_[edge.to];
@@ -93,7 +135,8 @@ Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBl
   return {};
 }
 
-Position BlockPoints::general(const Place& at) const {
+Position BlockPoints::general(const Place& at, std::array<double, 3>& parameters) const {
+  parameters = {};
   Position straight{};
   Position bent{};
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -123,6 +166,7 @@ Position BlockPoints::general(const Place& at) const {
       const Edge& edge = edges_[edge_at(axis, uv & 1, uv >> 1)];
       const double t = tables_[edge.parameters][at[axis]];
       const double w = weights[uv] / sum;
+      parameters[axis] += w * t;
       straight = straight + w * ((1 - t) * corners_[edge.from] + t * corners_[edge.to]);
       if (!edge.offset.empty()) bent = bent + w * edge.offset[at[axis]];
     }
@@ -131,10 +175,10 @@ Position BlockPoints::general(const Place& at) const {
 }
 
 // Terms and factors in an order that does not depend on anything: the same bits in any order of points.
-Position BlockPoints::uniform(const Place& at) const {
+Position BlockPoints::uniform(const Place& at, std::array<double, 3>& parameters) const {
   double w[3][2];
   for (unsigned axis = 0; axis < 3; ++axis) {
-    w[axis][1] = parameter(4 * axis, at[axis]);
+    w[axis][1] = parameters[axis] = parameter(4 * axis, at[axis]);
     w[axis][0] = 1 - w[axis][1];
   }
   Position sum{};
@@ -151,13 +195,23 @@ Position BlockPoints::uniform(const Place& at) const {
   return sum;
 }
 
+Position BlockPoints::point(const Place& at) const {
+  std::array<double, 3> parameters;
+  Position sum = by_edges(at, parameters);
+  for (const Projected& face : projected_) {
+    const double t = parameters[face.axis];
+    sum = sum + (face.end != 0 ? t : 1 - t) * face.offset[size_t{at[face.v]} * face.stride + at[face.u]];
+  }
+  return sum;
+}
+
 void BlockPoints::row(Place at, unsigned axis, uint32_t first, uint32_t last,
                       std::vector<double>& out) const {
   const size_t start = out.size();
   out.resize(start + 3 * (size_t{last} - first + 1));
   double* p = out.data() + start;
   for (at[axis] = first; at[axis] <= last; ++at[axis], p += 3) {
-    const Position x = uniform_ ? uniform(at) : general(at);
+    const Position x = point(at);
     std::copy(x.begin(), x.end(), p);
   }
 }

@@ -40,11 +40,22 @@ Result<Position> arc_middle_about(const Position& from, const Position& to, cons
   return centre + (radius / length(between)) * between;
 }
 
-Result<Curve> Curve::make(const BlockCurve& curve, const Position& from, const Position& to) {
+Result<Curve> Curve::make(const BlockCurve& curve, const Position& from, const Position& to,
+                          const Surfaces& surfaces) {
   Curve made;
   made.kind_ = curve.kind;
   made.points_.push_back(from);
   made.points_.insert(made.points_.end(), curve.points.begin(), curve.points.end());
+  if (curve.kind == CurveKind::projected) {
+    made.surfaces_ = &surfaces;
+    made.on_ = curve.surfaces;
+    // Fine enough that lengths of a half circle are right to 1e-3 before points are projected again.
+    constexpr unsigned segments = 64;
+    for (unsigned i = 1; i < segments; ++i) {
+      const double t = static_cast<double>(i) / segments;
+      made.points_.push_back(surfaces.project((1 - t) * from + t * to, made.on_));
+    }
+  }
   made.points_.push_back(to);
   if (curve.kind == CurveKind::arc) {
     if (curve.points.size() != 1) return bad("an arc has one point between its ends");
@@ -109,6 +120,7 @@ Position Curve::on_segments(double t) const {
   const Position b = points_[i - 1];
   const Position c = points_[i];
   if (kind_ == CurveKind::polyline || kind_ == CurveKind::line) return (1 - s) * b + s * c;
+  if (kind_ == CurveKind::projected) return surfaces_->project((1 - s) * b + s * c, on_);
   const Position a = knot(i - 1);
   const Position d = knot(i + 2);
   if (kind_ == CurveKind::spline) {

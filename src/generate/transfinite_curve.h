@@ -3,6 +3,8 @@
 #include <maille/generate.h>
 #include <vector>
 
+#include "generate/surfaces.h"
+
 namespace maille {
 
 /// The point halfway along the arc of `degrees` about an axis, right-handed from one point to another. Error
@@ -17,8 +19,10 @@ Result<Position> arc_middle_about(const Position& from, const Position& to, cons
 /// A curve ready to be evaluated.
 class Curve {
  public:
-  /// Error (malformed_input): an arc whose points are on a line, no point where one is needed.
-  static Result<Curve> make(const BlockCurve& curve, const Position& from, const Position& to);
+  /// `surfaces` must outlive a projected one. Error (malformed_input): an arc whose points are on a line, no
+  /// point where one is needed.
+  static Result<Curve> make(const BlockCurve& curve, const Position& from, const Position& to,
+                            const Surfaces& surfaces = {});
   /// t in [0, 1]; lengths along polyline and splines are those of the polygon of their points.
   Position at(double t) const;
 
@@ -35,6 +39,8 @@ class Curve {
   std::vector<double> lengths_;             ///< from the start to each point, the last 1
   Position centre_{}, across_{}, along_{};  ///< arc: centre + cos * across + sin * along
   double angle_ = 0;
+  const Surfaces* surfaces_ = nullptr;
+  std::vector<uint32_t> on_;  ///< of a projected one
 };
 
 }  // namespace maille

@@ -22,13 +22,16 @@ struct PointRow {
 /// Points of blocks, made when they are first asked for.
 class BlockTables {
  public:
-  BlockTables(const BlockDescription& description, const BlockTopology& topology)
-      : description_(description), topology_(topology), tables_(description.blocks.size()) {}
+  BlockTables(const BlockDescription& description, const BlockTopology& topology, const Surfaces& surfaces)
+      : description_(description),
+        topology_(topology),
+        surfaces_(surfaces),
+        tables_(description.blocks.size()) {}
 
   Result<const BlockPoints*> of(uint32_t block) {
     if (tables_[block] == nullptr) {
-      tables_[block] =
-          std::make_unique<BlockPoints>(MAILLE_TRY(BlockPoints::make(description_, topology_, block)));
+      tables_[block] = std::make_unique<BlockPoints>(
+          MAILLE_TRY(BlockPoints::make(description_, topology_, surfaces_, block)));
       held_.push_back(block);
     }
     return tables_[block].get();
@@ -42,6 +45,7 @@ class BlockTables {
  private:
   const BlockDescription& description_;
   const BlockTopology& topology_;
+  const Surfaces& surfaces_;
   std::vector<std::unique_ptr<BlockPoints>> tables_;
   std::vector<uint32_t> held_;
 };
@@ -276,13 +280,19 @@ Result<BlockTopology> checked_topology(const BlockDescription& description, uint
 
 }  // namespace
 
-Result<> generate(const BlockDescription& description, const GenerateOptions& options,
-                  GeneratedOutput& output) {
+Result<> generate(const BlockDescription& given, const GenerateOptions& options, GeneratedOutput& output) {
+  const Surfaces surfaces = MAILLE_TRY(Surfaces::make(given));
+  BlockDescription description = given;
+  description.surfaces.clear();
+  for (const ProjectedVertex& projected : given.projected_vertices) {
+    Position& at = description.vertices[projected.vertex];
+    at = surfaces.project(at, projected.surfaces);
+  }
   const BlockTopology topology = MAILLE_TRY(checked_topology(description, options.refine));
   const SweepOrder order(topology,
                          options.streaming_order ? plan_streaming(topology) : plan_block_by_block(topology));
   MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
-  BlockTables tables(description, topology);
+  BlockTables tables(description, topology, surfaces);
   for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {
     MAILLE_CHECK(sweep_together(order, sweep, tables, output));
     tables.forget();

@@ -422,5 +422,92 @@ TEST(GenerateMesh, RefusesWhatDoesNotFitIntoMemory) {
   EXPECT_EQ(mesh.error().code, ErrorCode::memory_bound);
 }
 
+/// Two cubes side by side within a ball, with everything outside on it.
+BlockDescription ball() {
+  BlockDescription d;
+  for (const double z : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      for (const double x : {-1.0, 0.0, 1.0}) d.vertices.push_back({x, y, z});
+    }
+  }
+  d.blocks.push_back(block({0, 1, 4, 3, 6, 7, 10, 9}, {3, 4, 5}, 2));
+  d.blocks.push_back(block({1, 2, 5, 4, 7, 8, 11, 10}, {3, 4, 5}));
+  BlockSurface sphere;
+  sphere.radius = 2;
+  d.surfaces.push_back(sphere);
+  for (uint32_t v = 0; v < 12; ++v) d.projected_vertices.push_back({v, {0}});
+  const auto edge = [&](uint32_t a, uint32_t b) {
+    BlockCurve curve;
+    curve.kind = CurveKind::projected;
+    curve.from = a;
+    curve.to = b;
+    curve.surfaces = {0};
+    d.curves.push_back(curve);
+  };
+  for (const uint32_t v : {0u, 1u, 3u, 4u, 6u, 7u, 9u, 10u}) edge(v, v + 1);
+  for (const uint32_t v : {0u, 1u, 2u, 6u, 7u, 8u}) edge(v, v + 3);
+  for (uint32_t v = 0; v < 6; ++v) edge(v, v + 6);
+  d.projected_faces = {{{0, 3, 9, 6}, {0}},  {{0, 1, 7, 6}, {0}},   {{3, 4, 10, 9}, {0}},
+                       {{0, 1, 4, 3}, {0}},  {{6, 7, 10, 9}, {0}},  {{2, 5, 11, 8}, {0}},
+                       {{1, 2, 8, 7}, {0}},  {{4, 5, 11, 10}, {0}}, {{1, 2, 5, 4}, {0}},
+                       {{7, 8, 11, 10}, {0}}};
+  return d;
+}
+
+TEST(Generate, ProjectsVerticesEdgesAndFaces) {
+  const auto mesh = generate_mesh(ball(), {});
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  std::vector<bool> outside(mesh->point_count());
+  for (const CellBlock& cells : mesh->blocks) {
+    if (!is_face(cells.type)) continue;
+    for (const uint32_t point : cells.connectivity) outside[point] = true;
+  }
+  const auto positions = mesh->points.values<double>();
+  size_t inside = 0;
+  for (size_t i = 0; i < outside.size(); ++i) {
+    const double far = length({positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]});
+    if (outside[i]) {
+      EXPECT_NEAR(far, 2, 1e-12) << i;
+    } else {
+      EXPECT_LT(far, 1.9) << i;
+    }
+    inside += outside[i] ? 0 : 1;
+  }
+  EXPECT_EQ(inside, 5u * 3 * 4);
+}
+
+TEST(Generate, ProjectedMeshesAreTheSameInStreamingOrder) {
+  GenerateOptions streaming;
+  streaming.streaming_order = true;
+  const auto mesh = generate_mesh(ball(), {}), other = generate_mesh(ball(), streaming);
+  ASSERT_TRUE(mesh && other);
+  EXPECT_TRUE(compare(*mesh, *other).equal);
+}
+
+TEST(Generate, ProjectedEdgesAreSpacedByLength) {
+  BlockDescription d = cube({4, 1, 1});
+  BlockSurface cylinder;
+  cylinder.kind = BlockSurface::Kind::cylinder;
+  cylinder.a = {0.5, -9, 0};
+  cylinder.b = {0.5, 9, 0};
+  cylinder.radius = 0.5;
+  d.surfaces.push_back(cylinder);
+  BlockCurve curve;
+  curve.kind = CurveKind::projected;
+  curve.from = 4;
+  curve.to = 5;
+  curve.surfaces = {0};
+  d.curves.push_back(curve);
+  d.vertices[4] = {0.5 - 0.5 * std::cos(0.5), 0, 0.5 * std::sin(0.5)};
+  d.vertices[5] = {0.5 + 0.5 * std::cos(0.5), 0, 0.5 * std::sin(0.5)};
+  const auto mesh = generate_mesh(d, {});
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  const auto positions = mesh->points.values<double>();
+  const auto angle = [&](size_t i) { return std::atan2(positions[3 * i + 2], 0.5 - positions[3 * i]); };
+  const double pi = 3.14159265358979323846;
+  for (size_t i = 0; i <= 4; ++i)
+    EXPECT_NEAR(angle(10 + i), 0.5 + (pi - 1) * static_cast<double>(i) / 4, 1e-3) << i;
+}
+
 }  // namespace
 }  // namespace maille

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "base/result.h"
 #include "generate/transfinite_curve.h"
+#include "io/foam/foam_surface.h"
 
 namespace maille {
 
@@ -18,9 +20,11 @@ class BlockReader {
 
   Result<BlockDictionary> read() {
     MAILLE_CHECK(refuse_what_is_missing());
+    MAILLE_CHECK(geometry());
     MAILLE_CHECK(vertices());
     MAILLE_CHECK(edges());
     MAILLE_CHECK(blocks());
+    MAILLE_CHECK(faces());
     MAILLE_CHECK(boundary());
     MAILLE_CHECK(default_patch());
     MAILLE_CHECK(scale());
@@ -40,9 +44,6 @@ class BlockReader {
   }
 
   Result<> refuse_what_is_missing() const {
-    if (const Entry* faces = find("faces"); faces != nullptr && !is_empty_list(*faces)) {
-      return file_.unsupported(faces->at, "entry 'faces': projection to surfaces is not supported");
-    }
     if (const Entry* pairs = find("mergePatchPairs"); pairs != nullptr && !is_empty_list(*pairs)) {
       return file_.unsupported(pairs->at,
                                "entry 'mergePatchPairs': merging of patches which do not match is not "
@@ -65,6 +66,42 @@ class BlockReader {
     return p;
   }
 
+  /// Surfaces are read when something lies on them: tutorials describe more than they use.
+  Result<> geometry() {
+    const Entry* entry = find("geometry");
+    if (entry == nullptr || entry->dictionary == nullptr) return {};
+    for (const Entry& surface : entry->dictionary->entries()) {
+      if (surface.dictionary == nullptr) continue;
+      // Older dictionaries call it by its file, with a name beside.
+      std::string name = surface.keyword;
+      if (const Entry* other = surface.dictionary->find("name"); other != nullptr) {
+        FoamCursor at(file_, *other);
+        name = MAILLE_TRY(at.word());
+      }
+      surfaces_[name] = {&surface, {}};
+    }
+    return {};
+  }
+
+  Result<uint32_t> surface(FoamCursor& at) {
+    const std::string name = MAILLE_TRY(at.word());
+    const auto found = surfaces_.find(name);
+    if (found == surfaces_.end()) return at.bad("there is no surface '" + name + "' in 'geometry'");
+    KnownSurface& known = found->second;
+    if (!known.number) {
+      known.number = static_cast<uint32_t>(description().surfaces.size());
+      description().surfaces.push_back(MAILLE_TRY(read_foam_surface(file_, *known.entry, name)));
+    }
+    return *known.number;
+  }
+  Result<std::vector<uint32_t>> surfaces(FoamCursor& at) {
+    std::vector<uint32_t> list;
+    MAILLE_CHECK(at.open_list());
+    while (!at.take(')')) list.push_back(MAILLE_TRY(surface(at)));
+    if (list.empty()) return at.bad("a projection to no surface");
+    return list;
+  }
+
   Result<> vertices() {
     FoamCursor at(file_, *MAILLE_TRY(needed("vertices")));
     MAILLE_CHECK(at.open_list());
@@ -73,8 +110,11 @@ class BlockReader {
         const auto number = static_cast<uint32_t>(description().vertices.size());
         vertex_names_[MAILLE_TRY(at.word())] = number;
       }
-      if (at.at_word("project")) return at.unsupported("projection to surfaces is not supported");
+      const bool projected = at.take("project");
       description().vertices.push_back(MAILLE_TRY(position(at)));
+      if (!projected) continue;
+      const auto number = static_cast<uint32_t>(description().vertices.size() - 1);
+      description().projected_vertices.push_back({number, MAILLE_TRY(surfaces(at))});
     }
     return {};
   }
@@ -108,12 +148,14 @@ class BlockReader {
 
   Result<BlockCurve> edge(FoamCursor& at) {
     static const std::map<std::string, CurveKind> kinds{
-        {"line", CurveKind::line},     {"arc", CurveKind::arc},          {"polyLine", CurveKind::polyline},
-        {"spline", CurveKind::spline}, {"BSpline", CurveKind::b_spline}, {"bezier", CurveKind::bezier}};
+        {"line", CurveKind::line},        {"arc", CurveKind::arc},          {"polyLine", CurveKind::polyline},
+        {"spline", CurveKind::spline},    {"BSpline", CurveKind::b_spline}, {"bezier", CurveKind::bezier},
+        {"project", CurveKind::projected}};
     const auto kind = kinds.find(at.peek().text);
     if (kind == kinds.end()) {
-      return at.unsupported("edges of type '" + at.peek().text +
-                            "' are not supported; known: arc, spline, polyLine, BSpline, bezier, line");
+      return at.unsupported(
+          "edges of type '" + at.peek().text +
+          "' are not supported; known: arc, spline, polyLine, BSpline, bezier, line, project");
     }
     at.take();
     BlockCurve curve;
@@ -122,6 +164,8 @@ class BlockReader {
     curve.to = MAILLE_TRY(vertex(at));
     if (curve.kind == CurveKind::arc) {
       curve.points.push_back(MAILLE_TRY(arc_point(at, curve)));
+    } else if (curve.kind == CurveKind::projected) {
+      curve.surfaces = MAILLE_TRY(surfaces(at));
     } else if (curve.kind != CurveKind::line) {
       MAILLE_CHECK(at.open_list());
       while (!at.take(')')) curve.points.push_back(MAILLE_TRY(position(at)));
@@ -193,6 +237,23 @@ class BlockReader {
       return at.bad("1, 3 or 12 expansion ratios expected, " + std::to_string(list.size()) + " found");
     }
     for (size_t edge = 0; edge < 12; ++edge) block.gradings[edge] = list[edge * list.size() / 12];
+    return {};
+  }
+
+  Result<> faces() {
+    const Entry* entry = find("faces");
+    if (entry == nullptr) return {};
+    FoamCursor at(file_, *entry);
+    MAILLE_CHECK(at.open_list());
+    while (!at.take(')')) {
+      if (!at.take("project")) return at.bad("'project', four vertices and a surface are expected");
+      ProjectedFace face;
+      MAILLE_CHECK(at.open_list());
+      for (uint32_t& corner : face.corners) corner = MAILLE_TRY(vertex(at));
+      MAILLE_CHECK(at.expect(')'));
+      face.surfaces = at.at('(') ? MAILLE_TRY(surfaces(at)) : std::vector<uint32_t>{MAILLE_TRY(surface(at))};
+      description().projected_faces.push_back(std::move(face));
+    }
     return {};
   }
 
@@ -336,6 +397,13 @@ class BlockReader {
     for (BlockCurve& curve : description().curves) {
       for (Position& p : curve.points) multiply(p, factor);
     }
+    for (BlockSurface& surface : description().surfaces) {
+      multiply(surface.a, factor);
+      // The normal of a plane stays one.
+      multiply(surface.b, factor);
+      surface.radius *= factor;
+      for (Position& p : surface.points) multiply(p, factor);
+    }
     return {};
   }
   static void multiply(Position& p, double factor) {
@@ -349,6 +417,11 @@ class BlockReader {
   BlockDictionary result_;
   std::map<std::string, uint32_t> vertex_names_;
   std::map<std::string, uint32_t> block_names_;
+  struct KnownSurface {
+    const Entry* entry;
+    std::optional<uint32_t> number;  ///< in the description, if it is used
+  };
+  std::map<std::string, KnownSurface> surfaces_;
   std::set<std::pair<uint32_t, uint32_t>> curves_;
 };
 

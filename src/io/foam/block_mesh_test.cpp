@@ -115,15 +115,62 @@ TEST(BlockMesh, ReadsOldPatches) {
 TEST(BlockMesh, RefusesWhatIsNotSupportedByName) {
   const std::string all = vertices + blocks;
   for (const std::string& text :
-       {all + "faces (project (0 1 2 3) sphere);", all + "edges (project 0 1 (sphere));",
-        all + "edges (projectCurve 0 1 (sphere));", all + "mergePatchPairs ((a b));",
-        "vertices (project (0 0 0) (sphere));" + blocks}) {
+       {all + "edges (projectCurve 0 1 (sphere));", all + "mergePatchPairs ((a b));",
+        "geometry { tube { type extrudedCircle; } }" + all + "faces (project (0 1 2 3) tube);",
+        "geometry { p { type plane; planeType embeddedPoints; } }" + all + "edges (project 0 1 (p));",
+        "geometry { s { type triSurfaceMesh; file \"../x.obj\"; } }" + all + "edges (project 0 1 (s));"}) {
     EXPECT_EQ(code_of(text), ErrorCode::unsupported) << text;
     EXPECT_THAT(error_of(text), HasSubstr("dict: line")) << text;
     EXPECT_THAT(error_of(text), HasSubstr("not supported")) << text;
   }
   EXPECT_EQ(code_of(all + "faces (); mergePatchPairs (); geometry { sphere { type sphere; } }"),
             ErrorCode::differs);
+}
+
+const std::string geometry =
+    "geometry { ball { type searchableSphere; centre (1 2 3); radius 4; }"
+    " tube { type cylinder; point1 (0 0 0); point2 (0 0 1); radius 2; }"
+    " floor { type plane; planeType pointAndNormal; pointAndNormalDict { point (0 0 1); normal (0 0 2); } }"
+    " crate { type box; min (0 0 0); max (1 1 1); }"
+    " sheet.obj { type plate; name sheet; origin (1 1 1); span (0 2 2); } }";
+
+TEST(BlockMesh, ReadsSurfacesAndWhatLiesOnThem) {
+  const BlockDescription d = description(
+      "scale 2;" + geometry +
+      "vertices ((0 0 0) project (1 0 0) (ball tube) (1 1 0)(0 1 0)(0 0 1)(1 0 1)(1 1 1)(0 1 1));" + blocks +
+      "edges (project 0 1 (floor)); faces (project (0 1 2 3) crate project (4 5 6 7) (sheet));");
+  ASSERT_EQ(d.surfaces.size(), 5u);
+  EXPECT_EQ(d.surfaces[0].kind, BlockSurface::Kind::sphere);
+  EXPECT_EQ(d.surfaces[0].a, (Position{2, 4, 6}));
+  EXPECT_EQ(d.surfaces[0].radius, 8);
+  EXPECT_EQ(d.surfaces[1].kind, BlockSurface::Kind::cylinder);
+  EXPECT_EQ(d.surfaces[1].b, (Position{0, 0, 2}));
+  EXPECT_EQ(d.surfaces[2].kind, BlockSurface::Kind::plane);
+  EXPECT_EQ(d.surfaces[2].a, (Position{0, 0, 2}));
+  EXPECT_EQ(d.surfaces[3].kind, BlockSurface::Kind::box);
+  EXPECT_EQ(d.surfaces[4].b, (Position{2, 6, 6}));
+  ASSERT_EQ(d.projected_vertices.size(), 1u);
+  EXPECT_EQ(d.projected_vertices[0].vertex, 1u);
+  EXPECT_THAT(d.projected_vertices[0].surfaces, ElementsAre(0, 1));
+  ASSERT_EQ(d.curves.size(), 1u);
+  EXPECT_EQ(d.curves[0].kind, CurveKind::projected);
+  EXPECT_THAT(d.curves[0].surfaces, ElementsAre(2));
+  ASSERT_EQ(d.projected_faces.size(), 2u);
+  EXPECT_THAT(d.projected_faces[1].corners, ElementsAre(4, 5, 6, 7));
+  EXPECT_THAT(d.projected_faces[1].surfaces, ElementsAre(4));
+}
+
+TEST(BlockMesh, RefusesProjectionsToWhatIsNotThere) {
+  EXPECT_THAT(error_of(geometry + vertices + blocks + "edges (project 0 1 (cube));"),
+              HasSubstr("there is no surface 'cube' in 'geometry'"));
+  EXPECT_THAT(error_of(geometry + vertices + blocks + "faces (project (0 1 2 3) ());"),
+              HasSubstr("a projection to no surface"));
+  EXPECT_THAT(error_of("geometry { s { type sphere; centre (0 0 0); } }" + vertices + blocks +
+                       "edges (project 0 1 (s));"),
+              HasSubstr("surface 's' has no entry 'radius'"));
+  EXPECT_THAT(error_of("geometry { s { type triSurfaceMesh; file \"s.stl\"; } }" + vertices + blocks +
+                       "edges (project 0 1 (s));"),
+              HasSubstr("there is no 's.stl' in constant/triSurface or constant/geometry"));
 }
 
 TEST(BlockMesh, NamesFileLineAndEntry) {

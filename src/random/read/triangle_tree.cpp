@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "random/mesh_geometry.h"
@@ -63,8 +64,9 @@ double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
   return maille::squared_distance(p, position(v[0]), position(v[1]), position(v[2]));
 }
 
-double TriangleTree::squared_distance(const Vector3& from, double bound, double enough) const {
-  if (nodes_.empty()) return bound;
+template <class See>
+void TriangleTree::search(const Vector3& from, const double& bound, double enough, See see) const {
+  if (nodes_.empty()) return;
   std::array<uint32_t, 96> stack;  // one for each level: 3/4 to the power of 77 is 2 to the power of -32
   unsigned size = 0;
   stack[size++] = 0;
@@ -73,7 +75,7 @@ double TriangleTree::squared_distance(const Vector3& from, double bound, double 
     const Node& node = nodes_[at];
     if (maille::squared_distance(from, node.box) >= bound) continue;
     if (node.right == 0) {
-      for (uint32_t i = node.begin; i < node.end; ++i) bound = std::min(bound, to_triangle(from, order_[i]));
+      for (uint32_t i = node.begin; i < node.end; ++i) see(order_[i]);
       continue;
     }
     const Node &left = nodes_[at + 1], &right = nodes_[node.right];
@@ -82,7 +84,23 @@ double TriangleTree::squared_distance(const Vector3& from, double bound, double 
     stack[size++] = left_first ? node.right : at + 1;
     stack[size++] = left_first ? at + 1 : node.right;
   }
+}
+
+double TriangleTree::squared_distance(const Vector3& from, double bound, double enough) const {
+  search(from, bound, enough, [&](uint32_t i) { bound = std::min(bound, to_triangle(from, i)); });
   return bound;
+}
+
+uint32_t TriangleTree::nearest(const Vector3& from) const {
+  double bound = std::numeric_limits<double>::infinity();
+  uint32_t found = 0;
+  search(from, bound, -1, [&](uint32_t i) {
+    const double distance = to_triangle(from, i);
+    if (!(distance < bound)) return;
+    bound = distance;
+    found = i;
+  });
+  return found;
 }
 
 }  // namespace maille

@@ -18,6 +18,8 @@ class TriangleTree {
   /// triangle that is not above `enough`.
   double squared_distance(const Vector3& from, double bound, double enough = 0) const;
   double to_triangle(const Vector3& from, uint32_t triangle) const;
+  /// The nearest triangle; there must be one.
+  uint32_t nearest(const Vector3& from) const;
 
  private:
   struct Node {
@@ -32,6 +34,9 @@ class TriangleTree {
     Box box;
     Vector3 corners;  ///< their sum
   };
+  /// Calls see(triangle) for those that may be nearer than `bound`, which it may lower.
+  template <class See>
+  void search(const Vector3& from, const double& bound, double enough, See see) const;
   uint32_t build(const std::vector<Placed>& placed, uint32_t begin, uint32_t end);
 
   std::span<const uint32_t> triangles_;
