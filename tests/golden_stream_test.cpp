@@ -168,6 +168,17 @@ Mesh with_fields() {
   return mesh;
 }
 
+/// Positions that hold floats, and numbers of cells that come again in no order: floats times a factor of 1,
+/// and a table.
+Mesh with_doubles() {
+  Mesh mesh = bricks(6, Scalar::f64);
+  for (double& x : mesh.points.values<double>()) x = static_cast<float>(x);
+  Array& density = mesh.arrays.emplace_back(make_array("density", Domain::cell, Scalar::f64, 1));
+  density.resize(mesh.cell_count());
+  for (uint32_t i = 0; i < density.count(); ++i) density.values<double>()[i] = 1 / (3.0 + i * i * 7919 % 13);
+  return mesh;
+}
+
 std::vector<GoldenFile> goldens() {
   std::vector<GoldenFile> all;
   const auto add = [&](const char* name, Mesh mesh) -> GoldenFile& {
@@ -186,6 +197,7 @@ std::vector<GoldenFile> goldens() {
   mixed.options.order = Order::canonical;
   add("polyhedra", polyhedra());
   add("fields", with_fields());
+  add("doubles", with_doubles());
   GoldenFile& lossy = add("lossy_fields", with_fields());
   lossy.is_lossy = true;
   lossy.options.positions = {Tolerance::Kind::bits, 12};

@@ -85,12 +85,12 @@ void write_table(ByteWriter& out, const NumberMap& map) {
   out.put_bytes(gaps);
 }
 
-Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
+Result<> read_table(ByteReader& in, Scalar type, uint64_t most, NumberMap& map) {
   const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has a damaged table of numbers"); };
   const uint64_t count = in.get_count();
   auto code = in.get<int64_t>();
   const Bytes gaps = in.get_bytes(in.get_count());
-  if (!in.ok() || count == 0 || count / 16384 > gaps.size() + 16) return corrupt();
+  if (!in.ok() || count == 0 || count > most || count / 16384 > gaps.size() + 16) return corrupt();
   RansDecoder decoder(gaps, 1);
   const auto model = std::make_unique<GapModel>();
   std::vector<double> table;
@@ -115,7 +115,7 @@ Result<> read_table(ByteReader& in, Scalar type, NumberMap& map) {
 
 }  // namespace
 
-void write_map(ByteWriter& out, const NumberMap& map) {
+void write_map(ByteWriter& out, const NumberMap& map, ByteWriter* tables) {
   out.put(static_cast<uint8_t>(static_cast<unsigned>(map.kind) | (map.table.empty() ? 0 : table_flag) |
                                (map.factor == 0 ? 0 : factor_flag)));
   if (map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary) {
@@ -131,7 +131,7 @@ void write_map(ByteWriter& out, const NumberMap& map) {
     out.put(map.origin);
     out.put(map.step);
   }
-  if (!map.table.empty()) write_table(out, map);
+  if (!map.table.empty()) write_table(tables ? *tables : out, map);
 }
 
 namespace {
@@ -171,7 +171,7 @@ bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
 
 }  // namespace
 
-Result<NumberMap> read_map(ByteReader& in, Scalar type, bool in_stream) {
+Result<NumberMap> read_map(ByteReader& in, Scalar type, ByteReader* tables) {
   NumberMap map;
   const auto kind = in.get<uint8_t>();
   map.kind = static_cast<NumberMap::Kind>(kind & ~(table_flag | factor_flag));
@@ -187,11 +187,13 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type, bool in_stream) {
     map.origin = in.get<double>();
     map.step = in.get<double>();
   }
-  if (!in.ok() || !is_sensible(map, type, in_stream) || ((kind & factor_flag) != 0 && map.factor == 0))
+  if (!in.ok() || !is_sensible(map, type, tables != nullptr) ||
+      ((kind & factor_flag) != 0 && map.factor == 0))
     return failure(ErrorCode::corrupt, "an array has an impossible number map");
   if ((kind & table_flag) != 0) {
     if (!is_float(type)) return failure(ErrorCode::corrupt, "an array has an impossible number map");
-    MAILLE_CHECK(read_table(in, type, map));
+    const uint64_t most = tables ? most_streamed_numbers : ~uint64_t{0};
+    MAILLE_CHECK(read_table(tables ? *tables : in, type, most, map));
   }
   return map;
 }

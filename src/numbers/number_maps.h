@@ -9,11 +9,14 @@
 
 namespace maille {
 
-/// A number map as streams of arrays have it.
-void write_map(ByteWriter& out, const NumberMap& map);
-/// Inverse. Error: corrupt, for a map that choose_maps() cannot make for this type. `in_stream`: the bits of
-/// floats may have a factor, too, as NumberSpace has it.
-Result<NumberMap> read_map(ByteReader& in, Scalar type, bool in_stream = false);
+/// A number map as streams of arrays have it. `tables`: where mode `stream` has its tables, of at most
+/// most_streamed_numbers each.
+void write_map(ByteWriter& out, const NumberMap& map, ByteWriter* tables = nullptr);
+/// Inverse. Error: corrupt, for a map that choose_maps() cannot make for this type. In mode `stream` the bits
+/// of floats may have a factor, too, as NumberSpace has it.
+Result<NumberMap> read_map(ByteReader& in, Scalar type, ByteReader* tables = nullptr);
+
+inline constexpr uint64_t most_streamed_numbers = 1 << 16;
 
 /// The same maps, with tables of their numbers where these save more than they take. `source`: the tuples of
 /// the array that are coded, and none. `savings`, if given: for each map how many bits its table saves, in

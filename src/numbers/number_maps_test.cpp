@@ -97,6 +97,29 @@ TEST(NumberTable, KeepsToWhatIsCoded) {
   EXPECT_FALSE(map.table.empty());
 }
 
+TEST(NumberTable, OfAStreamIsRefusedIfItIsLong) {
+  for (const size_t size : {most_streamed_numbers, most_streamed_numbers + 1}) {
+    NumberMap map{.kind = Kind::binary};
+    for (size_t i = 0; i < size; ++i) map.table.push_back(static_cast<double>(i));
+    ByteWriter out, tables;
+    write_map(out, map, &tables);
+    ByteReader in(out.bytes()), in_tables(tables.bytes());
+    EXPECT_EQ(read_map(in, Scalar::f32, &in_tables).has_value(), size == most_streamed_numbers);
+    EXPECT_TRUE(read(written(map), Scalar::f32)) << "elsewhere";
+  }
+}
+
+TEST(NumberMaps, OnlyOfStreamsHaveBitsOfFloatsAFactor) {
+  NumberMap map{.kind = Kind::ordered};
+  map.factor = 1;
+  const auto bytes = written(map);
+  EXPECT_FALSE(read(bytes, Scalar::f64));
+  ByteReader in(bytes), tables(Bytes{});
+  const auto back = read_map(in, Scalar::f64, &tables);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->factor, 1);
+}
+
 TEST(NumberMaps, TruncatedOrDamagedGiveAMapOrAnError) {
   const auto bytes = written(map_of(column(few_numbers(400, 7))));
   for (size_t size = 0; size < bytes.size(); ++size) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "base/result.h"
 #include "numbers/number_space.h"
@@ -99,23 +98,6 @@ std::vector<NumberMap> exact_maps(const Array& array) {
   return maps;
 }
 
-/// Doubles that nearly all are floats, as those floats. An exception takes 64 bits: one in 128 half a bit a
-/// number.
-std::optional<Array> as_floats(const Array& array) {
-  if (array.type != Scalar::f64 || array.count() == 0) return {};
-  const auto numbers = array.values<double>();
-  Array floats = make_array(array.name, array.domain, Scalar::f32, array.components, array.role);
-  floats.resize(array.count());
-  const auto out = floats.values<float>();
-  size_t left = numbers.size() / 128;
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    out[i] = as_float(numbers[i]);
-    if (bits_as<uint64_t>(as_double(out[i])) == bits_as<uint64_t>(numbers[i])) continue;
-    if (left-- == 0) return {};
-  }
-  return floats;
-}
-
 std::vector<NumberMap> lossless_maps(const Array& array) {
   const std::optional<Array> floats = as_floats(array);
   if (!floats) return exact_maps(array);
@@ -144,6 +126,21 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
 }
 
 }  // namespace
+
+std::optional<Array> as_floats(const Array& array) {
+  if (array.type != Scalar::f64 || array.count() == 0) return {};
+  const auto numbers = array.values<double>();
+  Array floats = make_array(array.name, array.domain, Scalar::f32, array.components, array.role);
+  floats.resize(array.count());
+  const auto out = floats.values<float>();
+  size_t left = numbers.size() / 128;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    out[i] = as_float(numbers[i]);
+    if (bits_as<uint64_t>(as_double(out[i])) == bits_as<uint64_t>(numbers[i])) continue;
+    if (left-- == 0) return {};
+  }
+  return floats;
+}
 
 double declared_width(const StreamArray& array) {
   return array.range ? array.range->second - array.range->first : 0;

@@ -2,6 +2,7 @@
 
 #include <maille/stream.h>
 
+#include <optional>
 #include <vector>
 
 #include "numbers/number_map.h"
@@ -23,6 +24,10 @@ struct ArrayMapsList {
 /// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:
 /// usage.
 Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options);
+
+/// Doubles that nearly all are floats, as those floats. An exception takes 64 bits: one in 128 half a bit a
+/// number.
+std::optional<Array> as_floats(const Array& array);
 
 /// A lattice for a declared range, or the numbers as they are. Error: usage.
 Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);

@@ -248,8 +248,9 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
   stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
-  ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream));
-  maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
+  const bool fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
+  ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream, mixes_values(options.effort, fast)));
+  maps.mixing_is_fast = fast;
   PointsWithCellsAhead points(mesh, space.memory / 4);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

@@ -4,11 +4,12 @@
 #include <cmath>
 
 #include "base/result.h"
+#include "volume/stream/table_maps.h"
 
 namespace maille {
 namespace {
 
-constexpr uint64_t tuples_in_all = 1 << 16;
+constexpr uint64_t tuples_in_all = TableSearch::most_tuples;
 constexpr uint64_t tuples_at_once = 1 << 10;
 constexpr size_t positions = ~size_t{0};
 
@@ -65,16 +66,31 @@ Result<Array> sample_of(MeshSource& mesh, size_t array, Array sample, const Tole
   return sample;
 }
 
+Result<FirstCells> first_cells_of(MeshSource& mesh) {
+  FirstCells first;
+  CellPiece cells;
+  MAILLE_CHECK(mesh.read_cells(0, std::min(FirstCells::most, mesh.description().cells), cells));
+  for (uint64_t i = 0; i < cells.size(); ++i) {
+    const auto points = std::span(std::as_const(cells.connectivity))
+                            .subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
+    first.add(static_cast<CellType>(cells.types[i]), points, i);
+  }
+  return first;
+}
+
 }  // namespace
 
-Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options) {
+Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options, bool mixes_values) {
   const MeshDescription& description = mesh.description();
+  TableSearch tables(mixes_values, [&] { return first_cells_of(mesh); });
   StreamOptions one;
   one.positions = options.positions;
   Mesh sample;
   sample.points = make_array("position", Domain::point, description.point_type, 3);
   sample.points = MAILLE_TRY(sample_of(mesh, positions, sample.points, one.positions.tolerance));
   ArrayMapsList list = MAILLE_TRY(choose_stream_maps(sample, one));
+  if (list.bounds[0] == 0 && description.points <= tuples_in_all)
+    MAILLE_CHECK(tables.add_tables(sample.points, list.maps[0]));
   one.positions.tolerance = {};
   // One after the other: all samples together could be large.
   for (size_t i = 0; i < description.arrays.size(); ++i) {
@@ -86,6 +102,8 @@ Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& 
     ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(sample, one));
     list.maps.push_back(std::move(maps.maps[1]));
     list.bounds.push_back(maps.bounds[1]);
+    if (list.bounds.back() == 0 && description.count_of(description.arrays[i]) <= tuples_in_all)
+      MAILLE_CHECK(tables.add_tables(sample.arrays[0], list.maps.back()));
   }
   return list;
 }

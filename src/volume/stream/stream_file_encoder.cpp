@@ -12,6 +12,7 @@
 #include "volume/order/gate_order.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/mesh_stream.h"
+#include "volume/stream/table_maps.h"
 
 namespace maille {
 namespace {
@@ -404,6 +405,33 @@ class MeshFeeder {
   std::vector<std::vector<std::byte>> arrays_;
 };
 
+FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
+  FirstCells first(ordering.borders.empty() ? nullptr : &ordering.borders);
+  uint64_t before = 0, done = 0;
+  for (size_t b = 0; b < mesh.blocks.size(); before += mesh.blocks[b++].size()) {
+    const CellBlock& block = mesh.blocks[b];
+    const std::vector<uint64_t>& order = ordering.orders[b];
+    for (uint64_t i = 0; i < block.size(); ++i, ++done) {
+      if (done == FirstCells::most) return first;
+      const uint64_t cell = order.empty() ? i : order[i];
+      first.add(block.type_of(cell), block.cell(cell), before + cell);
+    }
+  }
+  return first;
+}
+
+Result<> add_tables(const Mesh& mesh, const Ordering& ordering, int effort, ArrayMapsList& maps) {
+  TableSearch tables(mixes_values(effort, maps.mixing_is_fast),
+                     [&] { return first_cells_of(mesh, ordering); });
+  if (maps.bounds[0] == 0) MAILLE_CHECK(tables.add_tables(mesh.points, maps.maps[0]));
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    if (maps.bounds[++next] == 0) MAILLE_CHECK(tables.add_tables(array, maps.maps[next]));
+  }
+  return {};
+}
+
 ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
                       uint64_t coded_bytes) {
   ArrayReport report = report_of(array);
@@ -453,6 +481,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);
   }
+  MAILLE_CHECK(add_tables(mesh, ordering, options.effort, maps));
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
   MAILLE_CHECK(MeshFeeder(mesh, writer, ordering, options).feed());
   const StreamReport stream = MAILLE_TRY(writer.finish());

@@ -17,20 +17,42 @@ constexpr int most_digits(Scalar type) {
 class Writer : public PlainWriter {
  public:
   void map(const NumberMap& value, Scalar) {
-    write_map(out(), value);
+    write_map(out(), value, &tables_);
     if (value.kind == NumberMap::Kind::ordered)
       out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
   }
+  /// What was written, coded as bytes, behind the tables. These are coded already, but where gaps come again
+  /// it takes a tenth from them.
+  Result<std::vector<std::byte>> pack(const char* what) {
+    if (out().size() > most_plain_bytes)
+      return failure(ErrorCode::unsupported, std::string(what) + " take more than the 16 MiB a file holds");
+    ByteWriter packed;
+    packed.put_count(tables_.size());
+    if (tables_.size() > 0) {
+      const std::vector<std::byte> coded = encode_bytes(tables_.bytes());
+      const Bytes smaller = coded.size() < tables_.size() ? Bytes(coded) : tables_.bytes();
+      packed.put_count(smaller.size());
+      packed.put_bytes(smaller);
+    }
+    packed.put_count(out().size());
+    packed.put_bytes(encode_bytes(out().bytes()));
+    return packed.take();
+  }
+
+ private:
+  ByteWriter tables_;
 };
 
 class Reader : public PlainReader {
  public:
-  using PlainReader::PlainReader;
+  explicit Reader(Bytes bytes, Bytes tables = {}) : PlainReader(bytes), tables_(tables) {}
   void map(NumberMap& value, Scalar type) {
-    auto found = read_map(in(), type, true);
+    auto found = read_map(in(), type, &tables_);
     demand(found.has_value());
     if (!found) return;
     value = *found;
+    table_numbers_ += value.table.size();
+    demand(table_numbers_ <= most_table_numbers);
     if (value.kind != NumberMap::Kind::ordered) return;
     if (value.factor != 0) type = Scalar::f32;
     const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
@@ -38,7 +60,34 @@ class Reader : public PlainReader {
     demand(value.exponent <= most_digits(type));
     demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
   }
+  bool at_end() { return PlainReader::at_end() && tables_.ok() && tables_.remaining() == 0; }
+
+ private:
+  ByteReader tables_;
+  uint64_t table_numbers_ = 0;
 };
+
+/// What Writer::pack() made.
+struct Unpacked {
+  std::vector<std::byte> tables, plain;
+};
+Result<Unpacked> unpack(Bytes bytes, const char* damaged) {
+  ByteReader in(bytes);
+  Unpacked unpacked;
+  const uint64_t table_bytes = in.get_count();
+  if (table_bytes > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  if (table_bytes > 0) {
+    const Bytes tables = in.get_bytes(in.get_count());
+    unpacked.tables.assign(tables.begin(), tables.end());
+    if (tables.size() < table_bytes) unpacked.tables = decode_bytes(tables, table_bytes);
+  }
+  const uint64_t size = in.get_count();
+  if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  unpacked.plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  if (unpacked.plain.size() != size || unpacked.tables.size() != table_bytes)
+    return failure(ErrorCode::corrupt, damaged);
+  return unpacked;
+}
 
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {
@@ -201,28 +250,16 @@ StreamedArray StreamHeader::with_models(StreamedArray array) const {
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
   Writer writer;
   visit_header(writer, header);
-  if (writer.out().size() > most_plain_bytes) {
-    return failure(ErrorCode::unsupported,
-                   "names, labels, metadata and arrays of the mesh take more than the 16 MiB "
-                   "a file holds");
-  }
-  ByteWriter out;
-  out.put_count(writer.out().size());
-  out.put_bytes(encode_bytes(writer.out().bytes()));
-  return out.take();
+  return writer.pack("names, labels, metadata and arrays of the mesh");
 }
 
 Result<StreamHeader> decode_header(Bytes bytes) {
-  ByteReader in(bytes);
-  const uint64_t size = in.get_count();
-  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of the stream is damaged");
-  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  constexpr const char* damaged = "the description of the stream is damaged";
+  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, damaged));
   StreamHeader header;
-  Reader reader(plain);
+  Reader reader(unpacked.plain, unpacked.tables);
   visit_header(reader, header);
-  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header)) {
-    return failure(ErrorCode::corrupt, "the description of the stream is damaged");
-  }
+  if (!reader.ok() || !reader.at_end() || !is_sensible(header)) return failure(ErrorCode::corrupt, damaged);
   for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
   return header;
 }
@@ -230,25 +267,17 @@ Result<StreamHeader> decode_header(Bytes bytes) {
 Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
   Writer writer;
   visit_step(writer, header);
-  if (writer.out().size() > most_plain_bytes)
-    return failure(ErrorCode::unsupported,
-                   "names and labels of arrays take more than the 16 MiB a file holds");
-  ByteWriter out;
-  out.put_count(writer.out().size());
-  out.put_bytes(encode_bytes(writer.out().bytes()));
-  return out.take();
+  return writer.pack("names and labels of arrays");
 }
 
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays) {
-  ByteReader in(bytes);
-  const uint64_t size = in.get_count();
-  if (size > most_plain_bytes) return failure(ErrorCode::corrupt, "the description of a step is damaged");
-  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  constexpr const char* damaged = "the description of a step is damaged";
+  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, damaged));
   StepHeader header;
-  Reader reader(plain);
+  Reader reader(unpacked.plain, unpacked.tables);
   visit_step(reader, header);
-  if (!reader.ok() || !reader.at_end() || plain.size() != size || !is_sensible(header, arrays))
-    return failure(ErrorCode::corrupt, "the description of a step is damaged");
+  if (!reader.ok() || !reader.at_end() || !is_sensible(header, arrays))
+    return failure(ErrorCode::corrupt, damaged);
   return header;
 }
 

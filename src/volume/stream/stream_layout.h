@@ -16,6 +16,9 @@ namespace maille {
 // What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
 // stream".
 
+/// Numbers in the tables of all maps: a damaged file must not ask for more than some megabytes.
+inline constexpr uint64_t most_table_numbers = 1 << 20;
+
 /// DESC: what is known before the first cell.
 struct StreamHeader {
   StreamDescription description;

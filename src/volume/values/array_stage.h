@@ -17,7 +17,9 @@ class ArrayStage {
   static constexpr bool encoding = Coder::encoding;
 
   ArrayStage(const StreamedArray& array, Domain domain)
-      : array_(array), domain_(domain), tuples_(coder_for(array)) {}
+      : array_(array), domain_(domain), tuples_(coder_for(array)) {
+    array_.maps.clear();  // with their tables
+  }
 
   Domain domain() const { return domain_; }
   size_t tuple_size() const { return array_.tuple_size(); }

@@ -60,6 +60,7 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
            std::vector<WideCell>(scale_bins * kinds * nodes)},
       followers_(size_t{followers} << follower_bits) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
+  array_.maps.clear();  // with their tables
   for (unsigned c = 0; c < array.components; ++c) situations_.push_back(std::make_unique<Situations>());
   for (auto& ratios : ratios_) ratios.fill(1.0F);
 }

@@ -30,18 +30,22 @@ constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 }  // namespace
 
 uint64_t tuple_coder_bytes(const StreamedArray& array) {
-  if (array.mixed) return mixed_coder_bytes(array);
+  uint64_t tables = 0;
+  for (const NumberMap& map : array.maps) tables += map.table.size() * sizeof(double);
+  if (array.mixed) return mixed_coder_bytes(array) + tables;
   const uint64_t lanes = array.components == 1 ? 1 : 4;
   const uint64_t groups = array.components == 1 ? 1 : (array.components + 2) / 3;
   const uint64_t records = PointStencil::situations * 3 * uint64_t{4};
   const uint64_t fits = array.components <= most_fitted ? most_corners * uint64_t{256} : 0;
-  return (uint64_t{256} << 10) + groups * (256 + lanes * (records + fits)) + array.components * uint64_t{64};
+  return (uint64_t{256} << 10) + groups * (256 + lanes * (records + fits)) + array.components * uint64_t{64} +
+         tables;
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
 TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
     : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
+  array_.maps.clear();  // with their tables
   plain_ = Width == 4 && array.components == 3;
   for (const NumberSpace& space : spaces_) {
     exact_ = exact_ && space.exact();
