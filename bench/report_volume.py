@@ -6,6 +6,7 @@ import math
 import statistics
 
 GENERIC = 'delta+shuffle+zstd -19'
+XZ = 'xz -9'
 BEST, DEFAULT = 'maille -9', 'maille -5'
 ANY = ' --any-order'
 HEXALAB = ('2014_', '2015_', '2016_', '2017_')  # its files carry the year of their paper
@@ -157,6 +158,16 @@ def aims(results):
     yield f'whole mesh / {GENERIC}, unstructured, any order', geometric_mean(ratios), 0.65, 0.5
     ratios = [mesh_bytes(rows[BEST + ANY]) / best_mesh(rows) for _, rows in results.each('tet') if BEST + ANY in rows]
     yield 'tets: whole mesh, any order / best generic', geometric_mean(ratios), 0.5, 0.4
+    for precision in results.meshes:
+        for codec in (DEFAULT, DEFAULT + ANY):
+            ratios = [(rows[codec]['bytes'] / rows[XZ]['bytes'], mesh) for (_, mesh), rows in results.meshes[precision].items() if codec in rows and XZ in rows]
+            if ratios:
+                worst, mesh = max(ratios)
+                yield f'{codec} / {XZ} of the raw arrays, {precision}: worst file, {mesh}', worst, 1, 0.7
+            tets = [rows[codec]['bytes'] / rows[XZ]['bytes'] for (folder, _), rows in results.meshes[precision].items() if folder == 'tet' and codec in rows and XZ in rows]
+            if tets and precision == 'f32':
+                bar, stretch = (0.42, 0.35) if codec == DEFAULT else (0.24, 0.22)
+                yield f'{codec} / {XZ} of the raw arrays, {precision}: tets', geometric_mean(tets), bar, stretch
     # Floats are what fpzip takes; in arrays of some hundred bytes headers decide.
     ratios = [rows[BEST]['field_bytes'][name] / size for _, rows in results.each() if BEST in rows and 'fpzip' in rows
               for name, size in rows[GENERIC]['field_bytes'].items()
