@@ -33,7 +33,8 @@ inline void prepare_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t
 #endif
 }
 
-/// The large pages that lie wholly in this memory are as if never written: they hold zeros. Only a hint.
+/// Gives the large pages that lie wholly in this memory back to the system. Their contents may be lost, so it
+/// is for memory that will be written before it is read again.
 inline void drop_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
 #ifdef __linux__
   advise_pages(memory, bytes, large_page, MADV_DONTNEED);

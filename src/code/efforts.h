@@ -29,7 +29,9 @@ struct Effort {
   /// must then be decoded before the positions: 3.5 % smaller in the median, 8.5 % in the mean (the same
   /// meshes), decoded at two thirds of the speed.
   bool valence_rows;
-  /// What they, and repeats, must save for that: parts of the lengths of residuals, and of the bytes.
+  /// What rows by valences must save of the lengths of residuals, and repeats of the bytes, to be used: with
+  /// a tenth for repeats -3 decodes 1.15 times as fast for 1.4 % more bytes; with 15 % cycloidal is a fifth
+  /// larger.
   double least_gain_of_valences, least_gain_of_repeats;
   /// Tables of positions depend on how far predictions lie apart: 0.2 % smaller in the median, 0.5 % in the
   /// mean (the same meshes), for a tenth of the encoder's time.

@@ -80,9 +80,8 @@ class Surfaces::Surface {
     if (given.kind != Kind::triangles) return;
     for (const auto& triangle : given.triangles)
       corners_.insert(corners_.end(), triangle.begin(), triangle.end());
-    // Floats only say which triangle is the nearest one.
     for (const Position& point : given.points) {
-      for (const double x : point) positions_.push_back(static_cast<float>(x));
+      for (const double x : in_box(point)) positions_.push_back(static_cast<float>(x));
     }
     tree_.emplace(corners_, positions_);
   }
@@ -95,6 +94,7 @@ class Surfaces::Surface {
     const Position found = nearest(p);
     return length(found - p) < reach_ ? found : p;
   }
+  double reach() const { return reach_; }
 
  private:
   Position nearest(const Position& p) const {
@@ -110,9 +110,15 @@ class Surfaces::Surface {
       case Kind::triangles:
         break;
     }
-    const auto& corner = given_.triangles[tree_->nearest(Vector3{p[0], p[1], p[2]})];
+    const Position at = in_box(p);
+    const auto& corner = given_.triangles[tree_->nearest(Vector3{at[0], at[1], at[2]})];
     return nearest_on_triangle(p, given_.points[corner[0]], given_.points[corner[1]],
                                given_.points[corner[2]]);
+  }
+  /// Floats only say which triangle is the nearest one, and there they are fine enough wherever the surface
+  /// is.
+  Position in_box(const Position& p) const {
+    return (reach_ > 0 ? 1 / reach_ : 1) * (p - 0.5 * (low_ + high_));
   }
   void enclose(const Position& p, const Position& around = {}) {
     for (unsigned k = 0; k < 3; ++k) {
@@ -212,12 +218,17 @@ Result<Surfaces> Surfaces::make(const BlockDescription& description) {
 
 Position Surfaces::project(Position at, std::span<const uint32_t> surfaces) const {
   if (surfaces.size() == 1) return surfaces_[surfaces[0]]->project(at);
-  // Where surfaces meet at right angles the way is short; it halves each time at 45 degrees.
+  // The way left halves with each round at 45 degrees, and takes 0.97 of what it was at 10; surfaces that do
+  // not meet have no end.
   constexpr unsigned most_rounds = 1000;
+  constexpr double near_enough = 1e-14;  // of the smallest surface
+  double size = INFINITY;
+  for (const uint32_t surface : surfaces) size = std::min(size, surfaces_[surface]->reach());
+  if (size == INFINITY) size = length(at);
   for (unsigned round = 0; round < most_rounds; ++round) {
     const Position before = at;
     for (const uint32_t surface : surfaces) at = surfaces_[surface]->project(at);
-    if (!(length(at - before) > 1e-15 * length(at))) break;
+    if (!(length(at - before) > near_enough * size)) break;
   }
   return at;
 }

@@ -61,6 +61,18 @@ TEST(Surfaces, TakePointsToTheNearestTriangleExactly) {
   expect_near(projected({corner}, {3, 3, 0.1}), {2, 2, 0.1});
 }
 
+TEST(Surfaces, TakePointsToTheNearestTriangleFarFromTheOrigin) {
+  const double far = 1e7;
+  BlockSurface stairs;
+  stairs.kind = Kind::triangles;
+  for (uint32_t i = 0; i < 9; ++i) {
+    const double z = far + 0.125 * i;
+    stairs.points.insert(stairs.points.end(), {{far, far, z}, {far + 1, far, z}, {far, far + 1, z}});
+    stairs.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  expect_near(projected({stairs}, {far + 0.25, far + 0.25, far + 0.3}), {far + 0.25, far + 0.25, far + 0.25});
+}
+
 TEST(Surfaces, MeetInAPointOfAllOfThem) {
   const Position at = projected({surface(Kind::cylinder, {0, 0, -9}, {0, 0, 9}, 1),
                                  surface(Kind::cylinder, {-9, 0, 0}, {9, 0, 0}, 1.5)},

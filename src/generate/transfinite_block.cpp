@@ -11,6 +11,9 @@ namespace maille {
 
 namespace {
 
+/// Offsets of a face are held, 24 bytes each: 400 MB.
+constexpr uint64_t most_projected_points = uint64_t{1} << 24;
+
 // The two axes other than `axis`, in order.
 unsigned first_of(unsigned axis) {
   return axis == 0 ? 1 : 0;
@@ -79,15 +82,19 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
                                               curved.error().message);
     }
   }
-  // All of them before the first counts: their borders are common, and stay.
+  // Offsets of all faces are found before any counts; the borders that they share do not move.
   std::vector<Projected> projected;
-  for (const ProjectedFace& face : description.projected_faces)
-    points.add_projected(face, from, surfaces, topology.divisions[block], projected);
+  for (const ProjectedFace& face : description.projected_faces) {
+    if (points.add_projected(face, from, surfaces, topology.divisions[block], projected)) continue;
+    return failure(ErrorCode::memory_bound, block_text(description, block) +
+                                                ": a projected face has more than " +
+                                                std::to_string(most_projected_points) + " points");
+  }
   points.projected_ = std::move(projected);
   return points;
 }
 
-void BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block, const Surfaces& surfaces,
+bool BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block, const Surfaces& surfaces,
                                 const std::array<uint32_t, 3>& divisions, std::vector<Projected>& to) const {
   for (unsigned side = 0; side < 6; ++side) {
     const unsigned axis = side / 2, end = side % 2;
@@ -95,7 +102,9 @@ void BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block
     const unsigned u = first_of(axis), v = second_of(axis);
     Projected added{static_cast<uint8_t>(axis), static_cast<uint8_t>(end), static_cast<uint8_t>(u),
                     static_cast<uint8_t>(v),    divisions[u] + 1,          {}};
-    added.offset.resize(size_t{added.stride} * (divisions[v] + 1));
+    const uint64_t count = uint64_t{added.stride} * (uint64_t{divisions[v]} + 1);
+    if (count > most_projected_points) return false;
+    added.offset.resize(count);
     Place at{};
     at[axis] = end != 0 ? divisions[axis] : 0;
     for (at[v] = 1; at[v] < divisions[v]; ++at[v]) {
@@ -107,6 +116,7 @@ void BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block
     }
     to.push_back(std::move(added));
   }
+  return true;
 }
 
 Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBlock& block,

@@ -54,7 +54,8 @@ class BlockPoints {
 
   Result<> add_curve(const BlockDescription& description, const HexBlock& block, const Surfaces& surfaces,
                      unsigned edge, int32_t curve);
-  void add_projected(const ProjectedFace& face, const HexBlock& block, const Surfaces& surfaces,
+  /// False: the face has too many points.
+  bool add_projected(const ProjectedFace& face, const HexBlock& block, const Surfaces& surfaces,
                      const std::array<uint32_t, 3>& divisions, std::vector<Projected>& to) const;
   Position point(const Place& at) const;
   /// By the edges alone, with the parameter of each axis.

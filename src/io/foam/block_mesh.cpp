@@ -399,8 +399,7 @@ class BlockReader {
     }
     for (BlockSurface& surface : description().surfaces) {
       multiply(surface.a, factor);
-      // The normal of a plane stays one.
-      multiply(surface.b, factor);
+      multiply(surface.b, factor);  // the length of a plane's normal says nothing
       surface.radius *= factor;
       for (Position& p : surface.points) multiply(p, factor);
     }

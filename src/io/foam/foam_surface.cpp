@@ -21,10 +21,10 @@ class SurfaceReader {
     surface_.name = name;
     const std::string type = MAILLE_TRY(type_of());
     if (type == "sphere") {
-      MAILLE_CHECK(round(BlockSurface::Kind::sphere));
+      MAILLE_CHECK(with_radius(BlockSurface::Kind::sphere));
       surface_.a = MAILLE_TRY(position(find("origin") != nullptr ? "origin" : "centre"));
     } else if (type == "cylinder") {
-      MAILLE_CHECK(round(BlockSurface::Kind::cylinder));
+      MAILLE_CHECK(with_radius(BlockSurface::Kind::cylinder));
       surface_.a = MAILLE_TRY(position("point1"));
       surface_.b = MAILLE_TRY(position("point2"));
     } else if (type == "plane") {
@@ -80,7 +80,7 @@ class SurfaceReader {
     MAILLE_CHECK(at.expect(')'));
     return p;
   }
-  Result<> round(BlockSurface::Kind kind) {
+  Result<> with_radius(BlockSurface::Kind kind) {
     surface_.kind = kind;
     surface_.radius = MAILLE_TRY(number("radius"));
     return {};
@@ -111,11 +111,13 @@ class SurfaceReader {
       name = at.peek().text;
     }
     const ReadResult read = MAILLE_TRY(read_mesh(MAILLE_TRY(path_of(name))));
+    const double scale = find("scale") != nullptr ? MAILLE_TRY(number("scale")) : 1;
     const Array& points = read.mesh.points;
     for (uint64_t i = 0; i < points.count(); ++i) {
       Position p{};
       for (size_t k = 0; k < 3; ++k)
-        p[k] = number_as_double(points.type, points.bytes.data() + (3 * i + k) * size_of(points.type));
+        p[k] =
+            scale * number_as_double(points.type, points.bytes.data() + (3 * i + k) * size_of(points.type));
       surface_.points.push_back(p);
     }
     for_each_cell(read.mesh, [&](CellType type, uint64_t, uint64_t, std::span<const uint32_t> nodes) {

@@ -21,13 +21,13 @@ class CodingChooser {
     const FittedRows fitted = fit();
     Coding coding;
     coding.components = components();
-    // Each row by itself, as trials of both take long; what lower efforts have is tried where it may be
-    // smaller.
+    // Trials of both kinds of rows take long, so rows by place, which lower efforts have, are tried only
+    // where they may be smaller. Placements are compared with them alone.
     const auto saves = [&](double part) {
       return fitted.bits_by_valence < (1 - part) * fitted.bits_by_place;
     };
     const bool with_valences = effort_.valence_rows && saves(effort_.least_gain_of_valences);
-    if (!with_valences || !saves(surely_smaller)) {
+    if (!with_valences || !saves(surely_smaller) || patch_.places) {
       coding.rows = fitted.by_place;
       consider_centres(coding);
       if (patch_.places && !patch_.places->positions.empty()) consider_placements();
@@ -154,9 +154,9 @@ class CodingChooser {
   void consider_repeats() {
     Tried listed;
     size_t entries_before = 0;
-    for (const Listed& found : list_often()) {
+    for (const DictionaryTrial& found : list_often()) {
       if (found.covered < patch_.codes.numbers.size() / 10 ||
-          found.bits < least_bits_to_entry * static_cast<double>(found.covered))
+          found.bits < least_bits_to_entry * static_cast<double>(found.spread))
         continue;
       if (found.entries == std::exchange(entries_before, found.entries)) continue;
       take_smaller(listed, with_repeats(Repeats::listed, by_fitted_, found.dictionaries));
@@ -194,28 +194,31 @@ class CodingChooser {
     coding.dictionaries = dictionaries;
     return try_out(coding);
   }
-  /// What is there often, in one sense or another.
-  struct Listed {
+  /// Dictionaries of what is there often, by one threshold or another.
+  struct DictionaryTrial {
     Dictionaries dictionaries;
     uint64_t covered = 0;  ///< so many numbers
     size_t entries = 0;
-    double bits = 0;  ///< log2 of the codes to an entry, summed over these numbers
+    uint64_t spread = 0;  ///< of these, those of components that are not constant
+    double bits = 0;      ///< log2 of the codes to an entry, summed over the spread ones
   };
-  std::array<Listed, 4> list_often() const {
-    constexpr std::array<Often, 4> senses = {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}};
-    std::array<Listed, senses.size()> result;
+  std::array<DictionaryTrial, 4> list_often() const {
+    constexpr std::array<Often, 4> thresholds = {Often{8, 2}, Often{8, 0}, Often{32, 0}, Often{128, 0}};
+    std::array<DictionaryTrial, thresholds.size()> result;
     std::vector<int64_t> values(patch_.size());
     for (unsigned k = 0; k < components(); ++k) {
       for (size_t v = 0; v < values.size(); ++v) values[v] = patch_.codes[v][k] - numbers_.bias[k];
       const ValueCounts counts = count_values(values);
-      for (size_t i = 0; i < senses.size(); ++i) {
-        Listed& to = result[i];
-        const uint64_t covered = fill_dictionary(counts, senses[i], to.dictionaries[k]);
+      for (size_t i = 0; i < thresholds.size(); ++i) {
+        DictionaryTrial& to = result[i];
+        const uint64_t covered = fill_dictionary(counts, thresholds[i], to.dictionaries[k]);
         if (covered == 0) continue;
         const uint64_t range =
             static_cast<uint64_t>(counts.back().first) - static_cast<uint64_t>(counts.front().first);
         to.covered += covered;
         to.entries += to.dictionaries[k].size();
+        if (range == 0) continue;
+        to.spread += covered;
         to.bits +=
             static_cast<double>(covered) * std::log2(static_cast<double>(range) / to.dictionaries[k].size());
       }

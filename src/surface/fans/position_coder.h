@@ -25,8 +25,7 @@ struct FloatPoints {
   using Tuple = std::array<int32_t, most_components>;
   static constexpr unsigned components = n;
   static constexpr bool narrow = true;
-  // Sums of three are exact, and what weights give is far from the end of floats.
-  static constexpr float most = 1 << 21;
+  static constexpr float most = most_narrow_forecast;
 
   Scratch<FloatPoint> points;
   /// Of residuals, eight bits for each component. Not in the points, where the next vertex would wait for
@@ -424,7 +423,7 @@ class PositionCoder {
       const uint64_t magnitude = magnitude_of(residual);
       const auto length = static_cast<unsigned>(
           std::min<uint64_t>(coder_.raw(Coder::encoding ? bit_length(magnitude) : 0, escape_length_bits),
-                             Points::narrow ? 22 : 64));
+                             Points::narrow ? most_narrow_length : 64));
       const bool negative = coder_.raw(Coder::encoding && residual < 0, 1) != 0;
       const unsigned low = length / 2;
       uint64_t bits = coder_.raw(magnitude & ((uint64_t{1} << low) - 1), low);

@@ -30,6 +30,12 @@ inline constexpr unsigned escape = 63;
 inline constexpr unsigned known_symbol = symbols;  ///< of components that have no residual
 inline constexpr unsigned longest = 16;            ///< bits beyond `base` that have symbols
 inline constexpr unsigned escape_length_bits = 7;
+/// Narrow codes count from the bias and are floats, exact up to sums of three forecasts. A residual of one
+/// has most_narrow_length bits at most.
+inline constexpr int32_t most_narrow_code = 1 << 20, most_narrow_forecast = 1 << 21;
+inline constexpr unsigned most_narrow_length = 22;
+static_assert(3 * most_narrow_forecast < 1 << 24);
+static_assert(most_narrow_code + most_narrow_forecast < 1 << most_narrow_length);
 inline constexpr unsigned most_narrow_base = 4;  // so that three fields are at most 57 bits
 inline constexpr unsigned most_wide_base = 40;
 

@@ -134,6 +134,11 @@ struct Beside {
   Bytes exceptions;
 };
 
+bool is_narrow(const Dictionary& dictionary) {
+  const uint32_t size = dictionary.size();
+  return size == 0 || (dictionary[0] >= -most_narrow_code && dictionary[size - 1] <= most_narrow_code);
+}
+
 /// `beside`: of one patch alone; nullptr: tables of many.
 Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, unsigned components,
                                                   Beside* beside, bool placed = false) {
@@ -166,7 +171,8 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   coding.rows.code(side);
   if (!coding.with_valences) coding.rows.forget_valences();
   for (unsigned k = 0; k < components && coding.repeats != Repeats::none; ++k) {
-    if (!coding.dictionaries[k].code(side)) return corrupt("the dictionaries are damaged");
+    if (!coding.dictionaries[k].code(side) || (!head->wide && !is_narrow(coding.dictionaries[k])))
+      return corrupt("the dictionaries are damaged");
     if (!head->wide) coding.dictionaries[k].tabulate();
   }
   for_each_alphabet(coding, [&](const Alphabet& alphabet) {
@@ -246,7 +252,10 @@ bool store_coordinates(const DoublePoints<n>& points, unsigned k, uint32_t begin
   if (!points.has_numbers[k]) return false;
   for (uint32_t v = begin; v < end; ++v) {
     const double number = points.coordinate(points.points[v], k);
-    if (std::fabs(number) >= points.most_number) return false;
+    const int64_t code = points.code(v, k);
+    // Numbers that coordinates were clamped for, and codes that are cut to 32 bits, are those of no file that
+    // an encoder writes.
+    if (std::fabs(number) >= points.most_number || code != static_cast<int32_t>(code)) return false;
     maille::store(array.bytes.data() + (size_t{n} * v + k) * sizeof(float), static_cast<float>(number));
   }
   return true;
@@ -264,7 +273,7 @@ void store_codes(const Points& points, const PositionTables& head, uint32_t begi
   for (uint32_t v = begin; v < end && head.shear.any(); ++v) head.shear.undo(codes.data() + n * (v - begin));
   const size_t size = size_of(array.type);
   for (unsigned k = 0; k < n; ++k) {
-    if (store_coordinates(points, k, begin, end, array)) continue;
+    if (!head.shear.any() && store_coordinates(points, k, begin, end, array)) continue;
     head.maps[k].store_numbers(array.type, reinterpret_cast<const std::byte*>(codes.data() + k),
                                array.bytes.data() + (n * begin + k) * size, n, end - begin);
   }

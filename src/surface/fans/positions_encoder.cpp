@@ -21,9 +21,6 @@ using namespace positions;
 
 namespace {
 
-/// Codes around the bias that are coded as floats, which are exact up to sums of twelve of them.
-constexpr int64_t most_narrow = 1 << 20;
-
 void apply_shear(const Shear& shear, Codes& codes) {
   for (size_t v = 0; v < codes.size() && shear.any(); ++v) shear.apply(codes[v]);
 }
@@ -43,7 +40,8 @@ CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> 
   }
   for (unsigned k = 0; k < codes.components; ++k) {
     const uint64_t range = static_cast<uint64_t>(high[k]) - static_cast<uint64_t>(low[k]);
-    numbers.wide = numbers.wide || range >= 2 * most_narrow - 1 || more_range >= uint64_t{most_narrow};
+    numbers.wide = numbers.wide || range >= 2 * int64_t{most_narrow_code} - 1 ||
+                   more_range >= uint64_t{most_narrow_code};
     numbers.bias[k] = static_cast<int64_t>(static_cast<uint64_t>(low[k]) + (range + 1) / 2);
   }
   if (numbers.wide) numbers.bias = {};
@@ -109,7 +107,7 @@ class PositionEncoder {
       for (unsigned k = 0; k < codes.components; ++k) {
         const auto number =
             static_cast<int64_t>(static_cast<uint64_t>(code[k]) - static_cast<uint64_t>(numbers_.bias[k]));
-        if (number <= -most_narrow || number >= most_narrow) return false;
+        if (number <= -most_narrow_code || number >= most_narrow_code) return false;
       }
     }
     return true;
