@@ -22,8 +22,16 @@ unsigned second_of(unsigned axis) {
   return axis == 2 ? 1 : 2;
 }
 
-/// Does the block have these corners at one end of an axis, in any order?
-bool has_corners(const HexBlock& block, unsigned axis, unsigned end, std::array<uint32_t, 4> corners) {
+bool same(const Grading& a, const Grading& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.length == y.length && x.cells == y.cells && x.expansion == y.expansion;
+  });
+}
+
+}  // namespace
+
+bool BlockPoints::has_corners(const HexBlock& block, unsigned axis, unsigned end,
+                              std::array<uint32_t, 4> corners) {
   std::array<uint32_t, 4> own{};
   for (unsigned uv = 0; uv < 4; ++uv) {
     std::array<unsigned, 3> at{};
@@ -36,14 +44,6 @@ bool has_corners(const HexBlock& block, unsigned axis, unsigned end, std::array<
   std::sort(corners.begin(), corners.end());
   return own == corners;
 }
-
-bool same(const Grading& a, const Grading& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
-    return x.length == y.length && x.cells == y.cells && x.expansion == y.expansion;
-  });
-}
-
-}  // namespace
 
 Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const BlockTopology& topology,
                                       const Surfaces& surfaces, size_t block) {

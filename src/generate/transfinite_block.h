@@ -27,6 +27,10 @@ class BlockPoints {
   static Result<BlockPoints> make(const BlockDescription& description, const BlockTopology& topology,
                                   const Surfaces& surfaces, size_t block);
 
+  /// Does the block have these corners at one end of an axis, in any order?
+  static bool has_corners(const HexBlock& block, unsigned axis, unsigned end,
+                          std::array<uint32_t, 4> corners);
+
   using Place = std::array<uint32_t, 3>;
 
   /// The points first, first + 1, ..., last of a row along `axis` through `at`; three coordinates each.

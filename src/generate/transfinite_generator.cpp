@@ -270,6 +270,25 @@ Result<> sweep_together(const SweepOrder& order, const SweepPlan::Sweep& sweep, 
   return {};
 }
 
+/// Each projected face must be one of a block, as blockMesh has it, too: else it is a slip of the pen.
+Result<> check_projected_faces(const BlockDescription& description) {
+  for (const ProjectedFace& face : description.projected_faces) {
+    const bool found =
+        std::any_of(description.blocks.begin(), description.blocks.end(), [&](const auto& block) {
+          for (unsigned side = 0; side < 6; ++side) {
+            if (BlockPoints::has_corners(block, side / 2, side % 2, face.corners)) return true;
+          }
+          return false;
+        });
+    if (found) continue;
+    std::string corners;
+    for (const uint32_t corner : face.corners)
+      corners += (corners.empty() ? "" : " ") + std::to_string(corner);
+    return failure(ErrorCode::malformed_input, "the projected face (" + corners + ") is no face of a block");
+  }
+  return {};
+}
+
 Result<BlockTopology> checked_topology(const BlockDescription& description, uint32_t refine) {
   BlockTopology topology = MAILLE_TRY(join_blocks(description, refine));
   double cells = 0;
@@ -282,6 +301,7 @@ Result<BlockTopology> checked_topology(const BlockDescription& description, uint
 
 Result<> generate(const BlockDescription& given, const GenerateOptions& options, GeneratedOutput& output) {
   const Surfaces surfaces = MAILLE_TRY(Surfaces::make(given));
+  MAILLE_CHECK(check_projected_faces(given));
   BlockDescription description = given;
   description.surfaces.clear();
   for (const ProjectedVertex& projected : given.projected_vertices) {

@@ -476,6 +476,14 @@ TEST(Generate, ProjectsVerticesEdgesAndFaces) {
   EXPECT_EQ(inside, 5u * 3 * 4);
 }
 
+TEST(Generate, RefusesAProjectedFaceThatNoBlockHas) {
+  BlockDescription d = ball();
+  d.projected_faces.push_back({{0, 1, 2, 3}, {0}});
+  const auto mesh = generate_mesh(d, {});
+  ASSERT_FALSE(mesh);
+  EXPECT_EQ(mesh.error().message, "the projected face (0 1 2 3) is no face of a block");
+}
+
 TEST(Generate, ProjectedMeshesAreTheSameInStreamingOrder) {
   GenerateOptions streaming;
   streaming.streaming_order = true;
