@@ -12,10 +12,10 @@ namespace maille {
 
 inline constexpr uint32_t no_cell = 0xffffffff;
 
-/// By cell and face: the cell across. Of three cells or more with a face, the next higher one (for the last
-/// the one before).
+/// By cell and face: the cell across. Cells with the same face go in pairs, in order, so that of three the
+/// third has none across; nor has a cell that has the face twice.
 using Neighbours = std::vector<std::array<uint32_t, most_faces>>;
-/// `on_border`, if given, has an entry for each point: points of faces that only one cell has are set to 1.
+/// `on_border`, if given, has an entry for each point: points of faces that are not in a pair are set to 1.
 Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border = nullptr);
 
 /// The cells of a block in an order that is cheap to code and keeps the front small: always the cell that
