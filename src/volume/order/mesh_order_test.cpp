@@ -1,5 +1,6 @@
 #include "volume/order/mesh_order.h"
 
+#include "volume/order/cell_order.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -128,6 +129,16 @@ RC_GTEST_PROP(MeshOrder, MakesSomeOrderOrNoneOfDamagedBytes, ()) {
   }
   Mesh back = in_coded_order(mesh, orders);
   if (restore_order(back, bytes)) RC_ASSERT(validate(back).has_value());
+}
+
+TEST(MeshOrder, CellsWithOneFaceAreNeighboursInPairs) {
+  CellBlock block;
+  block.type = CellType::tetrahedron;
+  block.connectivity = {0, 1, 2, 3, 0, 2, 1, 4, 1, 0, 2, 5};  // the last face of each is that of 0, 1 and 2
+  const Neighbours found = neighbours_of(block);
+  EXPECT_EQ(found[0][3], 1u);
+  EXPECT_EQ(found[1][3], 0u);
+  EXPECT_EQ(found[2][3], no_cell);
 }
 
 }  // namespace
