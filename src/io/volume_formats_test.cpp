@@ -443,6 +443,14 @@ TEST(ExodusReader, ReadsBlocksSetsAndTheLastStep) {
   EXPECT_THAT(result->notes, ElementsAre("variables are those of the last of 2 time steps"));
 }
 
+TEST(ExodusReader, ReadsTheTableOfVariablesOfOlderFiles) {
+  const auto result = read_file(exodus_format(), sample_path("table_of_variables.e"));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(values_of<double>(result->mesh, "heat", Domain::point), ElementsAre(10, 11, 12, 13));
+  EXPECT_THAT(values_of<double>(result->mesh, "load", Domain::point), ElementsAre(14, 15, 16, 17));
+  EXPECT_THAT(result->notes, ElementsAre("variables are those of the last of 2 time steps"));
+}
+
 TEST(ExodusReader, SurvivesRandomDamageAndCuts) {
   const auto file = file_source(sample_path("small.e"));
   ASSERT_TRUE(file);

@@ -118,6 +118,7 @@ class ExodusReader {
   Result<> read_side_set(uint64_t number, const std::string& name);
   Result<> read_node_sets();
   Result<> read_numbers(const char* variable, const char* name, Domain domain, uint64_t count);
+  Result<> read_point_table(const NetcdfFile::Variable& table, const std::vector<std::string>& names);
   Result<> read_point_variables();
   Result<> read_cell_variables();
   Result<> read_globals();
@@ -329,8 +330,29 @@ Result<> ExodusReader::read_numbers(const char* variable, const char* name, Doma
   return {};
 }
 
+/// The older layout: one table of all variables of nodes, by step of time.
+Result<> ExodusReader::read_point_table(const NetcdfFile::Variable& table,
+                                        const std::vector<std::string>& names) {
+  const Array all =
+      MAILLE_TRY(file_.read(table, step_, make_array("", Domain::mesh, table.type, 1), budget_));
+  if (all.count() != names.size() * points_)
+    return malformed("\"vals_nod_var\" has not as many values as there are variables of nodes");
+  MAILLE_CHECK(budget_.take(all.bytes.size(), 1));
+  const size_t size = points_ * all.tuple_size();
+  for (size_t v = 0; v < names.size(); ++v) {
+    Array array = make_array(names[v], Domain::point, all.type, 1);
+    const auto from = all.bytes.begin() + static_cast<ptrdiff_t>(v * size);
+    array.bytes.assign(from, from + static_cast<ptrdiff_t>(size));
+    mesh_.arrays.push_back(std::move(array));
+  }
+  return {};
+}
+
 Result<> ExodusReader::read_point_variables() {
   const std::vector<std::string> names = MAILLE_TRY(file_.strings("name_nod_var", budget_));
+  const NetcdfFile::Variable* const table = file_.find("vals_nod_var");
+  if (steps_ != 0 && table != nullptr && table->has_records && table->shape.size() == 3)
+    return read_point_table(*table, names);
   for (uint64_t v = 0; steps_ != 0 && v < names.size(); ++v) {
     const NetcdfFile::Variable* const variable = file_.find(numbered("vals_nod_var", v));
     if (variable == nullptr || !variable->has_records) {
