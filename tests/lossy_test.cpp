@@ -84,6 +84,8 @@ double allowed(const Array& array, bool positions, const Tolerance& tolerance) {
       // Unit normals lie on an octahedral lattice, which is up to three times coarser in one component.
       return length / (std::exp2(tolerance.value) - 1) / 2 * (array.role == Role::normal ? 3 : 1);
     }
+    default:  // bounded_fields_test.cpp has the others
+      break;
   }
   return 0;
 }

@@ -294,9 +294,7 @@ Result<int> compress_series(CompressOptions options) {
     }
     return named;
   };
-  append.quality.error = of_arrays(options.error);
-  append.quality.relative_error = of_arrays(options.relative_error);
-  append.quality.bits = of_arrays(options.bits);
+  for (const auto& [kind, bounds] : options.bounds) append.quality.bounds[kind] = of_arrays(bounds);
   const Series later{list, [&](const std::string& file) {
                        append.file = file;
                        return append_series(append, options.output);

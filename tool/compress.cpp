@@ -4,6 +4,7 @@
 #include <maille/version.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "compress_one.h"
@@ -25,9 +26,11 @@ std::string provenance_of(const CompressOptions& options) {
   const size_t slash = options.input.rfind('/');
   const std::string name = slash == std::string::npos ? options.input : options.input.substr(slash + 1);
   std::string text = fmt::format("maille {}: {}", library_version(), input_name(name));
-  for (const std::string& value : options.error) text += " --error " + value;
-  for (const std::string& value : options.relative_error) text += " --rel-error " + value;
-  for (const std::string& value : options.bits) text += " --bits " + value;
+  for (const BoundOption& option : bound_options) {
+    const auto texts = options.bounds.find(option.kind);
+    if (texts == options.bounds.end()) continue;
+    for (const std::string& value : texts->second) text += std::string(" ") + option.name + " " + value;
+  }
   return text;
 }
 
@@ -88,7 +91,9 @@ Result<> report(const CompressOptions& options, const Compressed& done, const st
     text += fmt::format("{} of time: {}\n", counted(done.steps->count, "step"),
                         human_bytes(static_cast<double>(done.steps->coded_bytes)));
   }
-  if (!options.lossless && options.error.empty() && options.relative_error.empty() && options.bits.empty()) {
+  const bool exact = std::all_of(options.bounds.begin(), options.bounds.end(),
+                                 [](const auto& texts) { return texts.second.empty(); });
+  if (!options.lossless && exact) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
   text.pop_back();
@@ -159,6 +164,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
   if (const auto note = note_of_size(tolerances, loaded.mesh))
     say_notes(input_name(options.input), {*note}, options.common.quiet);
+  say_notes(input_name(options.input), notes_of_ranges(tolerances, loaded.mesh), options.common.quiet);
   const Threads threads(options.common.threads);
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);

@@ -7,6 +7,7 @@
 #include <maille/subdivide.h>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -41,10 +42,8 @@ struct CompressOptions {
   bool keep_order = false;
   bool any_order = false;
   uint64_t delay = 0;  ///< cells held back; 0: none
-  /// As typed: "X" for positions or "NAME=X".
-  std::vector<std::string> error;
-  std::vector<std::string> relative_error;
-  std::vector<std::string> bits;
+  /// By kind, as typed: "X" for positions or "NAME=X".
+  std::map<Tolerance::Kind, std::vector<std::string>> bounds;
   bool lossless = false;
   bool force = false;
   bool provenance = true;

@@ -3,6 +3,7 @@
 #include <maille/encode.h>
 
 #include "parser_names.h"
+#include "tolerance.h"
 
 namespace maille::tool {
 namespace {
@@ -44,20 +45,10 @@ void Parser::add_compress() {
               "file whatever its name")
       ->group(files_group);
 
-  repeatable(c->add_option("-e,--error", compress.error,
-                           "Largest error allowed per coordinate of the positions, in file units, or per "
-                           "component of the array NAME; repeatable"),
-             "X|NAME=X");
-  repeatable(
-      c->add_option("--rel-error", compress.relative_error,
-                    "The same as a fraction of the bounding box diagonal (positions) or of the range of "
-                    "values (NAME); repeatable"),
-      "X|NAME=X");
-  repeatable(
-      c->add_option("--bits", compress.bits,
-                    "Lattice of 2^N values over the longest side of the bounding box (positions) or over "
-                    "the range of values (NAME); repeatable"),
-      "N|NAME=N");
+  for (const BoundOption& option : bound_options) {
+    const std::string name = option.kind == Tolerance::Kind::absolute ? "-e,--error" : option.name;
+    repeatable(c->add_option(name, compress.bounds[option.kind], option.meaning), option.arguments);
+  }
   c->add_flag("--lossless", compress.lossless, "Bit for bit (default)")->group(quality_group);
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
@@ -144,15 +135,13 @@ void Parser::add_append() {
                 "TimeValue, or the number of the step)")
       ->type_name("T")
       ->group(files_group);
-  repeatable(a->add_option("-e,--error", append.quality.error,
-                           "Largest error allowed per component of the array NAME; repeatable"),
-             "NAME=X");
-  repeatable(a->add_option("--rel-error", append.quality.relative_error,
-                           "The same as a fraction of the range of values; repeatable"),
-             "NAME=X");
-  repeatable(a->add_option("--bits", append.quality.bits,
-                           "2^N values over the range of values of the array NAME; repeatable"),
-             "NAME=N");
+  for (const BoundOption& option : bound_options) {
+    const std::string name = option.kind == Tolerance::Kind::absolute ? "-e,--error" : option.name;
+    const std::string arguments = option.arguments;
+    repeatable(
+        a->add_option(name, append.quality.bounds[option.kind], "As for compress, of arrays; repeatable"),
+        arguments.substr(arguments.find('|') + 1));
+  }
   add_work(a, append.common);
 }
 

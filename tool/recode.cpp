@@ -148,7 +148,7 @@ class Recoder {
   std::vector<uint64_t> late_;
 };
 
-ArrayReport report_of(const StreamArray& array, uint64_t count, uint64_t coded_bytes) {
+ArrayReport report_of(const StreamArray& array, uint64_t count, uint64_t coded_bytes, double error) {
   ArrayReport report;
   report.name = array.name;
   report.domain = array.domain;
@@ -159,6 +159,8 @@ ArrayReport report_of(const StreamArray& array, uint64_t count, uint64_t coded_b
   report.coded_bytes = coded_bytes;
   report.lossless = array.tolerance.kind == Tolerance::Kind::lossless;
   report.bound = array.tolerance.kind == Tolerance::Kind::absolute ? array.tolerance.value : 0;
+  report.asked = array.tolerance;
+  report.maximum_error = error;
   return report;
 }
 
@@ -174,11 +176,11 @@ EncodeReport report_of(const StreamOptions& options, const StreamReport& stream)
   report.connectivity.raw_bytes = stream.corners * 4;
   report.connectivity.coded_bytes = stream.cell_bytes;
   report.order_bytes = stream.number_bytes;
-  report.positions = report_of(options.positions, stream.points, stream.position_bytes);
+  report.positions = report_of(options.positions, stream.points, stream.position_bytes, stream.errors[0]);
   report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
   for (size_t i = 0; i < options.arrays.size(); ++i) {
     const uint64_t count = options.arrays[i].domain == Domain::point ? stream.points : stream.cells;
-    report.arrays.push_back(report_of(options.arrays[i], count, stream.array_bytes[i]));
+    report.arrays.push_back(report_of(options.arrays[i], count, stream.array_bytes[i], stream.errors[i + 1]));
     report.other_bytes -= stream.array_bytes[i];
   }
   return report;

@@ -13,8 +13,22 @@ std::string bits_each(uint64_t bytes, uint64_t elements) {
   return quotient(8.0 * static_cast<double>(bytes), static_cast<double>(elements));
 }
 
-std::string bound_text(bool lossless, double bound) {
-  return lossless ? "lossless" : number(bound);
+/// "0.0125 (0.001 of 12.5)" for a relative bound.
+std::string bound_text(bool lossless, double bound, const Tolerance& asked, const std::string& extent) {
+  if (lossless) return "lossless";
+  const std::string value = number(asked.value);
+  switch (asked.kind) {
+    case Tolerance::Kind::relative:
+      return fmt::format("{} ({} of {})", number(bound), value, extent);
+    case Tolerance::Kind::norm:
+      return fmt::format("{} (norm {})", number(bound), value);
+    case Tolerance::Kind::psnr:
+      return fmt::format("{} ({} dB of {})", number(bound), value, extent);
+    case Tolerance::Kind::pointwise:
+      return fmt::format("{} of each", value);
+    default:
+      return number(bound);
+  }
 }
 
 void add_row(Table& table, const ArrayReport& array) {
@@ -22,7 +36,15 @@ void add_row(Table& table, const ArrayReport& array) {
              fmt::format("{}", array.raw_bytes), fmt::format("{}", array.coded_bytes),
              bits_each(array.coded_bytes, array.elements),
              quotient(static_cast<double>(array.raw_bytes), static_cast<double>(array.coded_bytes)),
-             bound_text(array.lossless, array.bound), number(array.maximum_error)});
+             bound_text(array.lossless, array.bound, array.asked, number(array.extent)),
+             number(array.maximum_error)});
+}
+
+Json json_of(const Tolerance& asked) {
+  constexpr const char* kinds[] = {"lossless",   "error", "rel-error",   "bits",
+                                   "norm-error", "psnr",  "pw-rel-error"};
+  const bool lossless = asked.kind == Tolerance::Kind::lossless;
+  return {{"kind", kinds[static_cast<size_t>(asked.kind)]}, {"value", lossless ? Json() : Json(asked.value)}};
 }
 
 Json json_of(const ArrayReport& array) {
@@ -38,6 +60,8 @@ Json json_of(const ArrayReport& array) {
                                                           static_cast<double>(array.elements))},
           {"lossless", array.lossless},
           {"bound", array.bound},
+          {"asked", json_of(array.asked)},
+          {"extent", array.extent},
           {"maximum_error", array.maximum_error},
           {"step", array.step}};
 }
@@ -54,6 +78,8 @@ Json json_of(const ArrayInfo& array) {
           {"coded_bytes", array.coded_bytes},
           {"lossless", array.lossless},
           {"bound", array.bound},
+          {"asked", json_of(array.asked)},
+          {"maximum_error", array.maximum_error},
           {"step", array.step},
           {"ranges", ranges},
           {"nans", array.nans}};
@@ -180,8 +206,11 @@ void add_row(Table& table, const ArrayInfo& array, bool with_ranges) {
                                   fmt::format("{}", array.count),
                                   fmt::format("{}", array.coded_bytes),
                                   bits_each(array.coded_bytes, array.count),
-                                  bound_text(array.lossless, array.bound)};
-  if (with_ranges) row.push_back(range_text(array));
+                                  bound_text(array.lossless, array.bound, array.asked, "range")};
+  if (with_ranges) {
+    row.push_back(number(array.maximum_error));
+    row.push_back(range_text(array));
+  }
   table.row(row);
 }
 
@@ -274,7 +303,10 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
   std::vector<std::string> head = {"array",    "domain",      "type",         "role",
                                    "elements", "coded bytes", "bits/element", "bound"};
   const bool with_ranges = !info.positions.ranges.empty();
-  if (with_ranges) head.push_back("range");
+  if (with_ranges) {
+    head.push_back("max error");
+    head.push_back("range");
+  }
   Table table(head, 4, with_ranges);
   add_row(table, info.connectivity, with_ranges);
   add_row(table, info.positions, with_ranges);

@@ -37,6 +37,9 @@ Result<double> parse_value(const std::string& option, const std::string& text, T
   } else if (!(value > 0)) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: the error allowed must be above 0; leave it out for lossless", option));
+  } else if (kind == Tolerance::Kind::pointwise && value >= 1) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: {} is not below 1, so all would become 0", option, text));
   }
   return value;
 }
@@ -59,19 +62,36 @@ Result<> add(Tolerances& all, const std::string& option, const std::string& text
 
 }  // namespace
 
+const std::array<BoundOption, 6> bound_options = {{
+    {Tolerance::Kind::absolute, "--error", "X|NAME=X",
+     "Largest error allowed per coordinate of the positions, in file units, or per component of the array "
+     "NAME; repeatable"},
+    {Tolerance::Kind::relative, "--rel-error", "X|NAME=X",
+     "The same as a fraction of the bounding box diagonal (positions) or of the range of values (NAME), the "
+     "widest one of all components; repeatable"},
+    {Tolerance::Kind::pointwise, "--pw-rel-error", "X|NAME=X",
+     "The same as a fraction of each value, below 1: zeros and signs are kept; mode stream; repeatable"},
+    {Tolerance::Kind::norm, "--norm-error", "X|NAME=X",
+     "Largest length of the error of a vector: of positions, or of the tuples of NAME; repeatable"},
+    {Tolerance::Kind::psnr, "--psnr", "DB|NAME=DB",
+     "Least ratio of peak signal to noise, in decibels: 20 log10 of the range over the root of the mean "
+     "squared "
+     "error; repeatable"},
+    {Tolerance::Kind::bits, "--bits", "N|NAME=N",
+     "Lattice of 2^N values over the longest side of the bounding box (positions) or over the range of "
+     "values "
+     "(NAME); repeatable"},
+}};
+
 Result<Tolerances> parse_tolerances(const CompressOptions& options) {
   Tolerances all;
-  for (const std::string& text : options.error) {
-    TOOL_CHECK(add(all, "--error", text, Tolerance::Kind::absolute));
-  }
-  for (const std::string& text : options.relative_error) {
-    TOOL_CHECK(add(all, "--rel-error", text, Tolerance::Kind::relative));
-  }
-  for (const std::string& text : options.bits) {
-    TOOL_CHECK(add(all, "--bits", text, Tolerance::Kind::bits));
+  for (const BoundOption& option : bound_options) {
+    const auto texts = options.bounds.find(option.kind);
+    if (texts == options.bounds.end()) continue;
+    for (const std::string& text : texts->second) TOOL_CHECK(add(all, option.name, text, option.kind));
   }
   if (options.lossless && !all.lossless()) {
-    return failure(ErrorCode::usage, "--lossless contradicts --error, --rel-error and --bits; give only one");
+    return failure(ErrorCode::usage, "--lossless contradicts every bound of an error; give only one");
   }
   return all;
 }
@@ -123,6 +143,53 @@ std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh
   if (!(diagonal > 0) || error < much * diagonal) return {};
   return fmt::format("an error of {} is {:.0f} % of the size of the mesh, whose box has a diagonal of {:.4g}",
                      error, 100 * error / diagonal, diagonal);
+}
+
+namespace {
+
+/// The component with the widest range: its finite values.
+std::vector<double> widest_component(const Array& array) {
+  std::vector<double> widest;
+  double range = -1;
+  for (size_t k = 0; k < array.components; ++k) {
+    std::vector<double> values;
+    for (size_t i = k; i < array.count() * array.components; i += array.components) {
+      const double value = array.type == Scalar::f32 ? static_cast<double>(array.values<float>()[i])
+                                                     : array.values<double>()[i];
+      if (std::isfinite(value)) values.push_back(value);
+    }
+    if (values.empty()) continue;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    if (*high - *low > range) {
+      range = *high - *low;
+      widest = std::move(values);
+    }
+  }
+  return widest;
+}
+
+}  // namespace
+
+std::vector<std::string> notes_of_ranges(const Tolerances& tolerances, const Mesh& mesh) {
+  std::vector<std::string> notes;
+  for (const Array& array : mesh.arrays) {
+    const auto found = tolerances.arrays.find(array.name);
+    if (found == tolerances.arrays.end() || found->second.kind != Tolerance::Kind::relative) continue;
+    if (array.type != Scalar::f32 && array.type != Scalar::f64) continue;
+    std::vector<double> values = widest_component(array);
+    const size_t few = std::min<size_t>(values.size() / 200, 8);  // at either end
+    if (few == 0) continue;
+    std::sort(values.begin(), values.end());
+    const double range = values.back() - values.front();
+    const double inner = values[values.size() - 1 - few] - values[few];
+    if (inner >= range / 2) continue;
+    notes.push_back(
+        fmt::format("the bound of '{}' is a part of its range, {:.4g}, but all values except {} lie within "
+                    "{:.4g}; --error "
+                    "gives a bound that does not depend on these few",
+                    array.name, range, 2 * few, inner));
+  }
+  return notes;
 }
 
 }  // namespace maille::tool

@@ -3,13 +3,24 @@
 #include <maille/encode.h>
 #include <maille/mesh.h>
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "options.h"
 
 namespace maille::tool {
+
+/// An option that allows an error.
+struct BoundOption {
+  Tolerance::Kind kind;
+  const char* name;       ///< as in "--bits"
+  const char* arguments;  ///< of compress, "X|NAME=X"; behind the bar those of append
+  const char* meaning;
+};
+extern const std::array<BoundOption, 6> bound_options;
 
 /// The loss asked for on the command line.
 struct Tolerances {
@@ -19,7 +30,7 @@ struct Tolerances {
   bool lossless() const { return !positions && arrays.empty(); }
 };
 
-/// Reads -e, --rel-error, --bits and --lossless. Errors (usage): no number, a number out of range, two
+/// Reads the options of bounds, and --lossless. Errors (usage): no number, a number out of range, two
 /// tolerances for one array, --lossless beside a tolerance.
 Result<Tolerances> parse_tolerances(const CompressOptions& options);
 
@@ -29,5 +40,8 @@ Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::
 /// A note where an error allowed is so large that the shape goes: for files in metres and bounds in
 /// millimetres.
 std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh& mesh);
+
+/// Notes on relative bounds of arrays most of whose range a few values make: others are all but lost then.
+std::vector<std::string> notes_of_ranges(const Tolerances& tolerances, const Mesh& mesh);
 
 }  // namespace maille::tool

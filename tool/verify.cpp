@@ -40,8 +40,14 @@ struct Verdict {
   }
 };
 
+/// In the measure that the bound is of.
+double error_of(const ArrayInfo& info, const ArrayDifference& difference) {
+  return info.asked.kind == Tolerance::Kind::pointwise ? difference.maximum_relative : difference.maximum;
+}
+
 ArrayVerdict verdict_of(const ArrayInfo& info, const ArrayDifference& difference) {
-  const bool good = info.lossless ? difference.unequal == 0 : difference.maximum <= info.bound;
+  bool good = info.lossless ? difference.unequal == 0 : error_of(info, difference) <= info.bound;
+  if (info.asked.kind == Tolerance::Kind::norm && difference.maximum_norm > info.asked.value) good = false;
   return {info, difference, good};
 }
 
@@ -54,7 +60,7 @@ std::vector<ArrayVerdict> verdicts(const FileInfo& info, const std::vector<Array
     const auto found = std::find_if(differences.begin(), differences.end(), [&](const ArrayDifference& d) {
       return d.name == array.name && d.domain == array.domain;
     });
-    const ArrayDifference none{array.name, array.domain, 0, 0, 0};
+    const ArrayDifference none{.name = array.name, .domain = array.domain};
     result.push_back(verdict_of(array, found == differences.end() ? none : *found));
   }
   return result;
@@ -90,7 +96,8 @@ Result<> hold_lossy_against(const Mesh& original, const Mesh& decoded, const Fil
     if (array.good) continue;
     verdict.same = false;
     verdict.differences.push_back(fmt::format("{}: error {} is above the bound {}", array.info.name,
-                                              number(array.difference.maximum), number(array.info.bound)));
+                                              number(error_of(array.info, array.difference)),
+                                              number(array.info.bound)));
   }
   return {};
 }
@@ -126,8 +133,9 @@ std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
   Table table({"array", "domain", "bound", "max error", "rms error", "unequal"}, 2);
   for (const ArrayVerdict& array : verdict.arrays) {
     table.row({array.info.name, maille::name_of(array.info.domain),
-               array.info.lossless ? "lossless" : number(array.info.bound), number(array.difference.maximum),
-               number(array.difference.root_mean_square), fmt::format("{}", array.difference.unequal)});
+               array.info.lossless ? "lossless" : number(array.info.bound),
+               number(error_of(array.info, array.difference)), number(array.difference.root_mean_square),
+               fmt::format("{}", array.difference.unequal)});
   }
   return text + table.str();
 }

@@ -33,7 +33,9 @@ Comparison compare(const Mesh& a, const Mesh& b, const CompareOptions& options =
 struct ArrayDifference {
   std::string name;
   Domain domain = Domain::point;
-  double maximum = 0;  ///< largest |a - b| over finite components
+  double maximum = 0;           ///< largest |a - b| over finite components
+  double maximum_norm = 0;      ///< largest length of b - a, all components of a tuple together
+  double maximum_relative = 0;  ///< largest |a - b| / |a|; infinity where a is 0 and b is not
   double root_mean_square = 0;
   uint64_t unequal = 0;  ///< tuples whose bits differ
 };

@@ -16,12 +16,18 @@ enum class Mode : uint8_t { single = 0, stream = 1, random = 2 };
 /// How far decoded values may be from the original ones.
 struct Tolerance {
   enum class Kind : uint8_t {
-    lossless,  ///< bit for bit, NaN payloads and negative zeros included
-    absolute,  ///< |decoded - original| <= value for every component, measured on the decoded type
-    relative,  ///< absolute with value x diagonal of the bounding box (positions) or x range of the finite
-               ///< values
-    bits,      ///< a lattice of 2^value points along the longest side (positions) or range (arrays)
+    lossless,   ///< bit for bit, NaN payloads and negative zeros included
+    absolute,   ///< |decoded - original| <= value for every component, measured on the decoded type
+    relative,   ///< absolute with value x diagonal of the bounding box (positions) or x range of the finite
+                ///< values
+    bits,       ///< a lattice of 2^value points along the longest side (positions) or range (arrays)
+    norm,       ///< the length of (decoded - original), all components of a tuple together, <= value
+    psnr,       ///< 20 log10(range / root of the mean squared error) >= value, in decibels; the range is that
+                ///< of `relative`
+    pointwise,  ///< |decoded - original| <= value x |original| for every number, which keeps signs and zeros;
+                ///< value < 1, mode stream only
   };
+  static constexpr unsigned kind_count = 7;
   Kind kind = Kind::lossless;
   double value = 0;
 };
@@ -68,6 +74,8 @@ struct ArrayReport {
   uint64_t coded_bytes = 0;  ///< in the file, without chunk headers
   bool lossless = true;
   double bound = 0;          ///< largest error promised; 0 when lossless
+  Tolerance asked;           ///< what the bound was made from
+  double extent = 0;         ///< what a relative bound is a part of: the diagonal, or the widest range
   double maximum_error = 0;  ///< measured on the decoded values
   double step = 0;           ///< lattice step; 0 when there is none
 };

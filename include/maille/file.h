@@ -29,8 +29,9 @@ struct ArrayInfo {
   uint64_t coded_bytes = 0;
   bool lossless = true;
   Tolerance asked;  ///< what the encoder was asked for; lossless also where the bound was finer than the type
-  double bound = 0;  ///< largest error promised; 0 when lossless
-  double step = 0;   ///< lattice step; 0 when there is none
+  double bound = 0;          ///< largest error promised; 0 when lossless
+  double maximum_error = 0;  ///< mode stream: the largest one there is, measured by the encoder
+  double step = 0;           ///< lattice step; 0 when there is none
   /// Mode stream: least and largest value of each component as they were compressed, as doubles; one pair for
   /// all components where there are more than 16; least > largest where no component is a number.
   std::vector<std::pair<double, double>> ranges;
@@ -41,6 +42,7 @@ struct ArrayInfo {
 struct StepInfo {
   double time = 0;
   std::vector<std::string> arrays;
+  std::vector<double> maximum_errors;  ///< by array, measured by the encoder
   uint64_t coded_bytes = 0;
 };
 

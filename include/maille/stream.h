@@ -75,6 +75,7 @@ struct StreamReport {
   uint64_t number_bytes = 0;  ///< the input's numbers of points
   uint64_t position_bytes = 0;
   std::vector<uint64_t> array_bytes;  ///< by array, as declared
+  std::vector<double> errors;         ///< the largest error of positions, then of each array, after decoding
   uint32_t most_live_points = 0;      ///< in memory at once: what decides a reader's memory
   uint32_t most_live_cells = 0;
 };
@@ -134,6 +135,7 @@ class StreamWriter {
 struct StreamStep {
   double time = 0;
   std::vector<StreamArray> arrays;
+  std::vector<double> errors;  ///< the largest of each array, measured by the encoder
   uint64_t coded_bytes = 0;
 };
 
@@ -156,12 +158,15 @@ struct StepReport {
   uint64_t number = 0;  ///< of the step
   uint64_t file_bytes = 0;
   std::vector<uint64_t> array_bytes;
+  std::vector<double> errors;  ///< the largest of each array, after decoding
 };
 
 /// Appends a step to a file of mode stream that keeps the order of its points. Steps are counted from 1; what
-/// the mesh was compressed with is step 0. Each can be read without the others. Arrays that have the values
-/// of step 0 take no room. What is in the file is not touched: until all of the step is there, also after a
-/// crash, the file reads as it was. Errors: usage, cannot_read, corrupt, write_failed.
+/// the mesh was compressed with is step 0. Arrays that keep their bound with the values of step 0, or of the
+/// step before, take no room; others may be coded as differences to the step before, but not in every
+/// sixteenth step: no step needs more than the fifteen before it. What is in the file is not touched: until
+/// all of the step is there, also after a crash, the file reads as it was. Errors: usage, cannot_read,
+/// corrupt, write_failed.
 Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values);
 /// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
 /// in which the file has them. Of `options`, bounds of arrays and the executor count.

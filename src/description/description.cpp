@@ -33,7 +33,7 @@ void visit_array(Visitor& v, Array& array) {
   v.list(array.labels, [&](auto& label) { v.text(label); });
   if (array.domain == Domain::mesh) v.count(array.mesh_tuples, none - 1);
   // Only what was asked, no measured error: a mesh decoded and encoded again must give the same bytes.
-  v.choice(array.asked.kind, 4);
+  v.choice(array.asked.kind, Tolerance::kind_count);
   if (array.asked.kind == Tolerance::Kind::lossless) return;
   v.real(array.asked.value);
   v.real(array.bound);

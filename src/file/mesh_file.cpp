@@ -15,9 +15,19 @@ Result<Mode> mode_of(const Source& source) {
   return MAILLE_TRY(read_file_header(Bytes(front).first(size), source.name())).mode;
 }
 
+/// Other modes have predictions in numbers, and no logarithms.
+Result<> check_bounds(const EncodeOptions& options) {
+  const auto is_pointwise = [](const Tolerance& bound) { return bound.kind == Tolerance::Kind::pointwise; };
+  bool any = is_pointwise(options.positions);
+  for (const auto& [name, bound] : options.arrays) any = any || is_pointwise(bound);
+  if (!any || options.mode == Mode::stream) return {};
+  return failure(ErrorCode::usage, "errors relative to each number are for files of mode \"stream\"");
+}
+
 }  // namespace
 
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+  MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::single) return encode_single(mesh, sink, options);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options);
   return encode_random(mesh, sink, options);
@@ -25,6 +35,7 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
 
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space) {
+  MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options, space);
   if (options.mode == Mode::random) return encode_random(mesh, sink, options, {.sizes = {}, .space = space});
   return failure(

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "base/chunks.h"
 #include "base/result.h"
-#include "numbers/lattice_code.h"
+#include "numbers/bounded_maps.h"
+#include "numbers/fixed_log.h"
 #include "numbers/number_map.h"
 
 namespace maille {
@@ -98,64 +100,93 @@ double distance(Number a, Number b) {
   }
 }
 
+/// One finite number in so many may be beyond a lattice and stand for itself: where there are more, the
+/// others hardly make up for what these take.
+constexpr size_t least_per_outlier = 64;
+
+/// How far off the lattice point nearest to a number is; none where the lattice does not reach it.
+template <class Number>
+std::optional<double> lattice_error(const NumberMap& map, Scalar type, Number number) {
+  const auto* const bytes = reinterpret_cast<const std::byte*>(&number);
+  if (!map.reaches(type, bytes)) return {};
+  auto back = number;
+  map.store_number(type, map.code_of(type, bytes), reinterpret_cast<std::byte*>(&back));
+  const double error = distance(back, number);
+  if (map.kind != NumberMap::Kind::logarithm || error == 0) return error;
+  return error / std::fabs(static_cast<double>(number));
+}
+
 /// What a lattice does to some of the numbers.
 struct Measured {
-  bool holds = true;  ///< no code is too large, and the bound is kept
+  bool keeps_bound = true;
   double error = 0;
+  double squares = 0;   ///< sum of squared errors
+  size_t outliers = 0;  ///< exceptions that are finite
   std::vector<uint64_t> exceptions;
 };
 
 template <class Number>
 Measured measure_numbers(std::span<const Number> numbers, size_t begin, size_t end, Scalar type,
                          double allowed, std::span<const NumberMap> maps) {
-  const double largest = sizeof(Number) == 8 ? 4503599627370496.0 : 2147483647.0;
   Measured measured;
-  for (size_t i = begin; i < end && measured.holds; ++i) {
-    const auto number = static_cast<double>(numbers[i]);
-    if (!std::isfinite(number)) {
+  for (size_t i = begin; i < end && measured.keeps_bound; ++i) {
+    const std::optional<double> error = lattice_error(maps[i % maps.size()], type, numbers[i]);
+    if (!error) {
       measured.exceptions.push_back(i);
+      measured.outliers += std::isfinite(static_cast<double>(numbers[i]));
       continue;
     }
-    const NumberMap& map = maps[i % maps.size()];
-    auto back = numbers[i];
-    map.store_number(type, lattice_code(number, map.origin, map.step), reinterpret_cast<std::byte*>(&back));
-    const double error = distance(back, numbers[i]);
-    measured.holds = std::fabs((number - map.origin) / map.step) < largest && !(error > allowed);
-    measured.error = std::max(measured.error, error);
+    if (*error > allowed && maps[0].kind == NumberMap::Kind::logarithm) {  // such as denormal numbers
+      measured.exceptions.push_back(i);
+      ++measured.outliers;
+      continue;
+    }
+    measured.keeps_bound = !(*error > allowed);
+    measured.error = std::max(measured.error, *error);
+    measured.squares += *error * *error;
   }
   return measured;
 }
 
-/// Measures the error of a lattice on every number. False: some code is too large, or the bound is exceeded.
-bool measure(const Array& array, double allowed, Executor& executor, ArrayMaps& maps) {
+/// What a tolerance comes to: the largest error of a number, and the largest mean of squared errors.
+struct Allowed {
+  double error = std::numeric_limits<double>::infinity();
+  double mean_square = std::numeric_limits<double>::infinity();
+};
+
+/// Measures the error of a lattice on every number. False: too many are beyond it, or the bound is exceeded.
+bool measure(const Array& array, const Allowed& allowed, Executor& executor, ArrayMaps& maps) {
   const size_t count = array.count() * array.components;
   std::vector<Measured> chunks(chunks_of(count));
   with_numbers(array, [&](auto numbers) {
     for_each_chunk(executor, count, [&](size_t chunk, size_t begin, size_t end) {
-      chunks[chunk] = measure_numbers(numbers, begin, end, array.type, allowed, maps.maps);
+      chunks[chunk] = measure_numbers(numbers, begin, end, array.type, allowed.error, maps.maps);
     });
   });
   maps.maximum_error = 0;
   maps.exceptions.clear();
+  size_t outliers = 0;
+  double squares = 0;
   for (const Measured& chunk : chunks) {
-    if (!chunk.holds) return false;
+    squares += chunk.squares;
+    outliers += chunk.outliers;
+    if (!chunk.keeps_bound || outliers > count / least_per_outlier) return false;
     maps.maximum_error = std::max(maps.maximum_error, chunk.error);
     maps.exceptions.insert(maps.exceptions.end(), chunk.exceptions.begin(), chunk.exceptions.end());
   }
-  return true;
+  return !(squares > allowed.mean_square * static_cast<double>(count));
 }
 
 /// Are all numbers exactly those of lattice points? Then they were decoded from that lattice and must fall on
-/// it again.
+/// it again. Numbers that no lattice holds count as such.
 bool lies_on(const Array& array, const std::vector<NumberMap>& maps) {
   return with_numbers(array, [&](auto numbers) {
     for (size_t i = 0; i < numbers.size(); ++i) {
-      const auto number = static_cast<double>(numbers[i]);
-      if (!std::isfinite(number)) continue;
-      const NumberMap& map = maps[i % array.components];
+      const auto* const number = reinterpret_cast<const std::byte*>(&numbers[i]);
+      const NumberMap& map = maps[i % maps.size()];
+      if (!map.reaches(array.type, number)) continue;
       auto back = numbers[i];
-      map.store_number(array.type, lattice_code(number, map.origin, map.step),
-                       reinterpret_cast<std::byte*>(&back));
+      map.store_number(array.type, map.code_of(array.type, number), reinterpret_cast<std::byte*>(&back));
       if (std::memcmp(&back, &numbers[i], sizeof back) != 0) return false;
     }
     return true;
@@ -203,25 +234,29 @@ double step_to_the_end(const Array& array, const Bounds& bounds, double steps) {
   return exact;
 }
 
-/// Not for integers with a step below theirs, nor for floats so large that lattice points overflow.
-bool pays(const Array& array, const Bounds& bounds, double step) {
+/// Not for integers with a step below theirs, nor for floats so large that lattice points overflow: with an
+/// absolute bound these few are exceptions, others have grown with them.
+bool pays(const Array& array, const Bounds& bounds, const Tolerance& tolerance, double step) {
   if (!is_float(array.type)) return step > 1;
   const double largest =
       array.type == Scalar::f32 ? std::numeric_limits<float>::max() : std::numeric_limits<double>::max();
-  double farthest = 0;
-  for (size_t k = 0; k < bounds.low.size(); ++k) {
+  double farthest = step;
+  for (size_t k = 0; k < bounds.low.size() && tolerance.kind != Tolerance::Kind::absolute; ++k) {
     farthest = std::max({farthest, std::fabs(bounds.low[k]), std::fabs(bounds.high[k])});
   }
-  return farthest < largest / 4 && std::isfinite(step);
+  return farthest < largest / 4;
 }
 
 /// Number of tuples of codes in the box of all tuples: what maps are compared by. (A product, since log2 is
-/// not the same everywhere.)
-double code_volume(const Array& array, const ArrayMaps& maps, Executor& executor) {
+/// not the same everywhere.) `exceptions` are not counted.
+double code_volume(const Array& array, const std::vector<NumberMap>& maps,
+                   const std::vector<uint64_t>& exceptions, Executor& executor) {
   std::vector<Range> ranges(array.components);
   executor.parallel_for(array.components, [&](size_t k) {
-    for (size_t i = k; i < array.count() * array.components; i += array.components)
-      ranges[k].add(maps.maps[k].code_of(array.type, array.bytes.data() + i * size_of(array.type)));
+    for (size_t i = k; i < array.count() * array.components; i += array.components) {
+      if (!exceptions.empty() && std::binary_search(exceptions.begin(), exceptions.end(), i)) continue;
+      ranges[k].add(maps[k].code_of(array.type, array.bytes.data() + i * size_of(array.type)));
+    }
   });
   double volume = 1;
   for (const Range& range : ranges) volume *= range.width() + 1;
@@ -248,20 +283,56 @@ double least_lossless_volume(const Array& array, Executor& executor) {
   return volume;
 }
 
-/// Largest error that the tolerance allows.
-double allowed_error(const Bounds& bounds, const Tolerance& tolerance, bool are_positions) {
-  if (tolerance.kind == Tolerance::Kind::absolute) return tolerance.value;
-  // Only the number of lattice points was asked for.
-  if (tolerance.kind == Tolerance::Kind::bits) return std::numeric_limits<double>::infinity();
-  return tolerance.value * (are_positions ? bounds.diagonal() : bounds.longest_side());
+/// 10^(-decibels / 20): the factors of 1/20 by squaring, as pow() is not the same everywhere.
+double amplitude_of(double decibels) {
+  double amplitude = 1;
+  double root = 0.31622776601683794;  // 10 decibels
+  double part = 10;
+  for (; decibels >= part && amplitude > 0; decibels -= part) amplitude *= root;
+  for (int i = 0; i < 40; ++i) {
+    part /= 2;
+    root = std::sqrt(root);
+    if (decibels < part) continue;
+    decibels -= part;
+    amplitude *= root;
+  }
+  return amplitude;
+}
+
+/// `extent`: what relative bounds are parts of.
+Allowed allowed_by(const Array& array, const Tolerance& tolerance, double extent) {
+  Allowed allowed;
+  switch (tolerance.kind) {
+    case Tolerance::Kind::absolute:
+    case Tolerance::Kind::pointwise:
+      allowed.error = tolerance.value;
+      break;
+    case Tolerance::Kind::relative:
+      allowed.error = tolerance.value * extent;
+      break;
+    case Tolerance::Kind::norm:
+      // A cube in the ball; a little less, as sums of squares are rounded.
+      allowed.error = tolerance.value / std::sqrt(array.components) * (1 - 1e-12);
+      break;
+    case Tolerance::Kind::psnr: {
+      const double deviation = extent * amplitude_of(tolerance.value);
+      allowed.mean_square = deviation * deviation;
+      break;
+    }
+    default:  // only the number of lattice points was asked for
+      break;
+  }
+  return allowed;
 }
 
 /// What the file says of the error. It must be the same for a mesh that is encoded again, so it is made from
 /// the step, and from what decoding leaves alone.
 double promised_error(const Array& array, const Bounds& bounds, const Tolerance& tolerance, double step) {
-  if (tolerance.kind == Tolerance::Kind::absolute) return tolerance.value;
+  if (tolerance.kind == Tolerance::Kind::absolute || tolerance.kind == Tolerance::Kind::pointwise)
+    return tolerance.value;
   // Steps of relative bounds are rounded down by less than a sixteenth of an octave.
   if (tolerance.kind == Tolerance::Kind::relative) return step / 2 * sixteenth_of_octave(1);
+  if (tolerance.kind == Tolerance::Kind::norm) return step / 2;
   // Half a step, and the rounding of the farthest number to its type.
   double farthest = 0;
   for (const double low : bounds.low) {
@@ -296,9 +367,9 @@ ArrayMaps lossless_maps(const Array& array, Executor& executor) {
 
 /// Do the codes of the numbers as they are take fewer bits? Then an error would buy nothing.
 bool lossless_is_smaller(const Array& array, const ArrayMaps& maps, Executor& executor) {
-  const double volume = code_volume(array, maps, executor);
+  const double volume = code_volume(array, maps.maps, maps.exceptions, executor);
   return volume > least_lossless_volume(array, executor) &&
-         volume > code_volume(array, lossless_maps(array, executor), executor);
+         volume > code_volume(array, lossless_maps(array, executor).maps, maps.exceptions, executor);
 }
 
 Result<> check_tolerance(const Array& array, const Tolerance& tolerance) {
@@ -308,53 +379,159 @@ Result<> check_tolerance(const Array& array, const Tolerance& tolerance) {
       (tolerance.value > 62 || tolerance.value != std::floor(tolerance.value)))
     return failure(ErrorCode::usage,
                    "the bits of \"" + array.name + "\" must be a whole number from 1 to 62");
+  if (tolerance.kind == Tolerance::Kind::pointwise && tolerance.value >= 1)
+    return failure(ErrorCode::usage,
+                   "the error of \"" + array.name + "\" relative to each number must be below 1");
   return {};
 }
 
+void set_step(ArrayMaps& maps, double step) {
+  maps.step = step;
+  for (NumberMap& map : maps.maps) map.step = step;
+}
+
 /// The coarsest lattice that the tolerance asks for; a step of 0 where there is none.
-ArrayMaps coarsest_lattice(const Array& array, const Bounds& bounds, const Tolerance& tolerance,
-                           double allowed) {
-  ArrayMaps maps;
-  maps.lossless = false;
+void set_coarsest(const Array& array, const Bounds& bounds, const Tolerance& tolerance, double allowed,
+                  bool again, ArrayMaps& maps) {
   maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
   if (tolerance.kind == Tolerance::Kind::bits) {
-    maps.step = step_to_the_end(array, bounds, std::ldexp(1.0, static_cast<int>(tolerance.value)) - 1);
+    set_step(maps, step_to_the_end(array, bounds, std::ldexp(1.0, static_cast<int>(tolerance.value)) - 1));
     for (uint32_t k = 0; k < array.components; ++k)
       maps.maps[k].origin = bounds.low[k] + 0.0;  // never -0, which would decode as +0
-  } else if (tolerance.kind == Tolerance::Kind::absolute) {
-    maps.step = 2 * allowed;
+  } else if (tolerance.kind != Tolerance::Kind::relative || !again) {
+    set_step(maps, 2 * allowed);
   } else if (allowed > 0) {
-    maps.step = relative_step(array, 2 * allowed);
+    set_step(maps, relative_step(array, 2 * allowed));
   }
-  return maps;
+}
+
+/// A lattice that keeps a bound. False: none does, or none pays.
+bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed& allowed, bool again,
+                  Executor& executor, ArrayMaps& maps) {
+  const Bounds bounds = bounds_of(array);
+  set_coarsest(array, bounds, tolerance, allowed.error, again, maps);
+  if (!(maps.step > 0) || !pays(array, bounds, tolerance, maps.step)) return false;
+  const double coarsest = maps.step;
+  const bool as_allowed = tolerance.kind == Tolerance::Kind::relative && !again;
+  maps.bound = as_allowed ? allowed.error : promised_error(array, bounds, tolerance, coarsest);
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
+  for (const bool decoded_before : {true, false}) {
+    for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
+      set_step(maps, coarsest * finer);
+      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, executor, maps))
+        continue;
+      return decoded_before || !lossless_is_smaller(array, maps, executor);
+    }
+  }
+  return false;
+}
+
+/// The coarsest of some lattices whose errors are small enough in the mean: where many numbers fall on
+/// lattice points, such as 0, it is coarser than the one that an even distribution of errors asks for.
+bool find_lattice_of_mean(const Array& array, const Tolerance& tolerance, const Allowed& allowed,
+                          Executor& executor, ArrayMaps& maps) {
+  const Bounds bounds = bounds_of(array);
+  const double even = std::sqrt(12 * allowed.mean_square);
+  maps.maps.assign(array.components, NumberMap{.kind = NumberMap::Kind::lattice});
+  constexpr int32_t octave = 16;
+  for (int32_t finer = 3 * octave; finer >= -octave; finer -= 2) {
+    set_step(maps, even * sixteenth_of_octave(finer));
+    if (!(maps.step > 0) || !pays(array, bounds, tolerance, maps.step)) continue;
+    if (!measure(array, allowed, executor, maps)) continue;
+    maps.bound = promised_error(array, bounds, tolerance, maps.step);
+    return !lossless_is_smaller(array, maps, executor);
+  }
+  return false;
+}
+
+/// The step of logarithms that keeps numbers within `part` of themselves, wherever in an octave they are; 0
+/// where the type has no numbers as close as that.
+double logarithmic_step(Scalar type, double part) {
+  const double rounding =
+      type == Scalar::f32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
+  if (!is_float(type) || !(part > 2 * rounding)) return 0;
+  part -= rounding;
+  constexpr int places = 256;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < places; ++i) {
+    const double x = 1 + static_cast<double>(i) / places;
+    least = std::min(least, FixedLog::of(x * (1 + part)) - FixedLog::of(x));
+  }
+  return 2 * least * (1 - 1e-4);  // between the places
+}
+
+/// By component; infinity where all are 0.
+std::vector<double> least_sizes(const Array& array) {
+  std::vector<double> least(array.components, std::numeric_limits<double>::infinity());
+  with_numbers(array, [&](auto numbers) {
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      const double size = std::fabs(static_cast<double>(numbers[i]));
+      if (size > 0 && size < least[i % array.components]) least[i % array.components] = size;
+    }
+  });
+  return least;
+}
+
+/// Logarithms with one step for all components, each of which counts from its least number on.
+bool find_logarithms(const Array& array, const Allowed& allowed, Executor& executor, ArrayMaps& maps) {
+  const double step = logarithmic_step(array.type, allowed.error);
+  if (step == 0) return false;
+  for (const double least : least_sizes(array)) {
+    NumberMap& map = maps.maps.emplace_back(NumberMap{.kind = NumberMap::Kind::logarithm});
+    if (std::isfinite(least)) map.origin = std::floor(FixedLog::of(least) / step + 0.5) - 1;
+  }
+  set_step(maps, step);
+  maps.bound = allowed.error;
+  return measure(array, allowed, executor, maps) && !lossless_is_smaller(array, maps, executor);
+}
+
+bool may_be_octahedral(const Tolerance& tolerance) {
+  using Kind = Tolerance::Kind;
+  return tolerance.kind == Kind::absolute || tolerance.kind == Kind::relative || tolerance.kind == Kind::bits;
+}
+
+/// `again`: numbers that were decoded give the same maps again.
+Result<ArrayMaps> find_maps(const Array& array, const Tolerance& tolerance, bool are_positions, bool again,
+                            Executor& executor) {
+  using Kind = Tolerance::Kind;
+  if (tolerance.kind == Kind::lossless) return lossless_maps(array, executor);
+  MAILLE_CHECK(check_tolerance(array, tolerance));
+  if (may_be_octahedral(tolerance)) {
+    if (auto choice = choose_octahedral_map(array, tolerance))
+      return octahedral_maps(std::move(*choice), tolerance);
+  }
+  const Bounds bounds = bounds_of(array);
+  ArrayMaps maps;
+  maps.lossless = false;
+  maps.asked = tolerance;
+  maps.extent = are_positions ? bounds.diagonal() : bounds.longest_side();
+  const Allowed allowed = allowed_by(array, tolerance, maps.extent);
+  const bool found = tolerance.kind == Kind::pointwise ? find_logarithms(array, allowed, executor, maps)
+                     : tolerance.kind == Kind::psnr
+                         ? find_lattice_of_mean(array, tolerance, allowed, executor, maps)
+                         : find_lattice(array, tolerance, allowed, again, executor, maps);
+  return found ? maps : lossless_maps(array, executor);
 }
 
 }  // namespace
 
+std::optional<NumberMap> logarithm_of_any(Scalar type, double part) {
+  NumberMap map{.kind = NumberMap::Kind::logarithm};
+  map.step = logarithmic_step(type, part);
+  if (map.step == 0) return std::nullopt;
+  const double least_exponent = type == Scalar::f32 ? -149 : -1074;
+  map.origin = std::floor(least_exponent / map.step) - 1;
+  return map;
+}
+
 Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions,
                               Executor& executor) {
-  if (tolerance.kind == Tolerance::Kind::lossless) return lossless_maps(array, executor);
-  MAILLE_CHECK(check_tolerance(array, tolerance));
-  if (auto choice = choose_octahedral_map(array, tolerance))
-    return octahedral_maps(std::move(*choice), tolerance);
-  const Bounds bounds = bounds_of(array);
-  const double allowed = allowed_error(bounds, tolerance, are_positions);
-  ArrayMaps maps = coarsest_lattice(array, bounds, tolerance, allowed);
-  if (!(maps.step > 0) || !pays(array, bounds, maps.step)) return lossless_maps(array, executor);
-  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
-  const double coarsest = maps.step;
-  for (const bool decoded_before : {true, false}) {
-    for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
-      maps.step = coarsest * finer;
-      for (NumberMap& map : maps.maps) map.step = maps.step;
-      if ((decoded_before && !lies_on(array, maps.maps)) || !measure(array, allowed, executor, maps))
-        continue;
-      if (!decoded_before && lossless_is_smaller(array, maps, executor)) break;
-      maps.bound = promised_error(array, bounds, tolerance, coarsest);
-      return maps;
-    }
-  }
-  return lossless_maps(array, executor);
+  return find_maps(array, tolerance, are_positions, true, executor);
+}
+
+Result<ArrayMaps> choose_maps_once(const Array& array, const Tolerance& tolerance, bool are_positions,
+                                   Executor& executor) {
+  return find_maps(array, tolerance, are_positions, false, executor);
 }
 
 }  // namespace maille

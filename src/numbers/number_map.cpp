@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "numbers/fixed_log.h"
 #include "numbers/float_bits.h"
 #include "numbers/lattice_code.h"
 #include "numbers/scaled_digits.h"
@@ -151,6 +152,20 @@ int64_t code_with_factor(const NumberMap& map, double number) {
   return without_factor(map).code_of(Scalar::f32, reinterpret_cast<const std::byte*>(&floated));
 }
 
+double number_of_logarithm(const NumberMap& map, double code) {
+  if (code == 0) return 0;
+  const double log = (map.origin + std::fabs(code)) * map.step;
+  const double size = FixedLog::power(log < 2000 ? log > -2000 ? log : -2000 : 2000);
+  return code < 0 ? -size : size;
+}
+/// 0 for what has no code: smaller numbers than the map was made for, and too large ones.
+int64_t code_of_logarithm(const NumberMap& map, double number) {
+  if (number == 0 || !std::isfinite(number)) return 0;
+  const double code = std::floor(FixedLog::of(std::fabs(number)) / map.step + 0.5) - map.origin;
+  if (!(code >= 1 && code < 4503599627370496.0)) return 0;
+  return number < 0 ? -static_cast<int64_t>(code) : static_cast<int64_t>(code);
+}
+
 /// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
 /// exact.
 double printed_float(double number, int32_t decimals) {
@@ -208,12 +223,23 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
       return lattice_code(number_as_double(type, number) * power_of_two(-exponent), 0, 1);
     case Kind::lattice:
       break;
+    case Kind::logarithm:
+      return reaches(type, number) ? code_of_logarithm(*this, number_as_double(type, number)) : 0;
     case Kind::binary_digits:
     case Kind::decimal_digits:
       if (decimals >= 0) return digits_of(*this).code_of(rounded_to<float>(number_as_double(type, number)));
       return digits_of(*this).code_of(number_as_double(type, number));
   }
-  return lattice_code(number_as_double(type, number), origin, step);
+  return reaches(type, number) ? lattice_code(number_as_double(type, number), origin, step) : 0;
+}
+
+bool NumberMap::reaches(Scalar type, const std::byte* number) const {
+  // Of 64 bits only those that doubles tell apart.
+  const double most = size_of(type) == 8 ? 4503599627370496.0 : 2147483647.0;
+  const double value = number_as_double(type, number);
+  if (kind != Kind::logarithm) return std::fabs((value - origin) / step) < most;
+  const auto code = static_cast<double>(code_of_logarithm(*this, value));
+  return value == 0 || (code != 0 && std::fabs(code) < most);
 }
 
 void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
@@ -231,6 +257,8 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
       return store_rounded(type, real * power_of_two(exponent), out);
     case Kind::lattice:
       return store_rounded(type, origin + real * step, out);
+    case Kind::logarithm:
+      return store_rounded(type, number_of_logarithm(*this, real), out);
     case Kind::binary_digits:
     case Kind::decimal_digits:
       if (decimals >= 0)
@@ -269,7 +297,7 @@ void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* ou
       }
     }
   };
-  const bool real = kind != Kind::integer && !is_curved() && factor == 0;
+  const bool real = kind != Kind::integer && kind != Kind::logarithm && !is_curved() && factor == 0;
   if (real && type == Scalar::f32) return store_reals(0.0f);
   if (real && type == Scalar::f64) return store_reals(0.0);
   if (kind == Kind::integer && size_of(type) == 4 && table.empty() && factor == 0) {
@@ -321,6 +349,8 @@ int64_t NumberMap::nearest_code(Scalar type, double value) const {
       return lattice_code(value, 0, 1);
     case Kind::lattice:
       return lattice_code(value, origin, step);
+    case Kind::logarithm:
+      return code_of_logarithm(*this, value);
     default:
       break;
   }

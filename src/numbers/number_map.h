@@ -26,8 +26,10 @@ struct NumberMap {
     lattice,        ///< origin + code x step, rounded to the type: the lossy form
     binary_digits,  ///< see ScaledDigits: floats, but none finer than 2^exponent
     decimal_digits,  ///< the same with base 10: numbers that were written with so many significant digits
+    logarithm,  ///< zero, and 2^((origin + |code|) x step) with the sign of the code, by FixedLog: the lossy
+                ///< form for bounds relative to each number
   };
-  static constexpr unsigned kind_count = 7;
+  static constexpr unsigned kind_count = 8;
 
   Kind kind = Kind::integer;
   int32_t exponent = 0;
@@ -54,8 +56,10 @@ struct NumberMap {
   double number_near(Scalar type, int64_t code) const;
 
   /// The code of a number of this type. Exact for lossless kinds when the map was made for it; lattice: the
-  /// nearest (finite numbers only).
+  /// nearest, 0 for what it does not reach.
   int64_t code_of(Scalar type, const std::byte* number) const;
+  /// Lossy kinds: has the number a code of the size that the type has? Infinities and NaN have none.
+  bool reaches(Scalar type, const std::byte* number) const;
   /// Writes the number of a code, size_of(type) bytes. Any code is fine.
   void store_number(Scalar type, int64_t code, std::byte* out) const;
   /// The same for `count` codes of 8 bytes for types of 8 bytes, else of 4, taking one code in `stride` and
@@ -77,12 +81,19 @@ struct ArrayMaps {
   std::vector<NumberMap> maps;  ///< one per component; octahedral: two of kind integer, for the two codes
   std::optional<OctahedralMap> octahedral;
   bool lossless = true;
-  double bound = 0;          ///< largest error promised; 0: lossless
+  double bound = 0;  ///< largest error promised; 0: lossless
+  Tolerance asked;
+  double extent = 0;         ///< what a relative bound is a part of
   double maximum_error = 0;  ///< measured on decoded numbers, over finite ones
   double step = 0;
-  /// Numbers the lattice cannot hold (infinities and NaN), by tuple * components + component, ascending.
+  /// Numbers the lattice does not reach (infinities, NaN, outliers), by tuple * components + component,
+  /// ascending.
   std::vector<uint64_t> exceptions;
 };
+
+/// A map of kind logarithm for numbers of any size, which keeps each within `part` of itself; none where the
+/// type has no numbers as close as that.
+std::optional<NumberMap> logarithm_of_any(Scalar type, double part);
 
 /// Chooses maps that keep `tolerance`, with one step for all components. A relative bound is one of the
 /// bounding box's diagonal for positions, of the widest component's range for other arrays. Falls back to

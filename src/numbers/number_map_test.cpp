@@ -1,5 +1,7 @@
 #include "numbers/number_map.h"
 
+#include "numbers/bounded_maps.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -359,6 +361,19 @@ TEST(LatticeMap, ListsNumbersThatAreNotFinite) {
   EXPECT_EQ(maps.exceptions, (std::vector<uint64_t>{1, 3, 5}));
 }
 
+TEST(LatticeMap, AnOutlierStandsForItself) {
+  std::vector<double> numbers;
+  for (int i = 0; i < 1000; ++i) numbers.push_back(std::sin(i));
+  numbers[500] = 1e30;
+  const Array one = array_of(Scalar::f64, numbers);
+  const ArrayMaps maps = maps_of(one, {Tolerance::Kind::absolute, 1e-4});
+  ASSERT_FALSE(maps.lossless);
+  EXPECT_EQ(maps.exceptions, (std::vector<uint64_t>{500}));
+  EXPECT_LE(maps.maximum_error, 1e-4);
+  for (size_t i = 0; i < numbers.size(); i += 20) numbers[i] = 1e30;
+  EXPECT_TRUE(maps_of(array_of(Scalar::f64, numbers), {Tolerance::Kind::absolute, 1e-4}).lossless);
+}
+
 TEST(LatticeMap, IsLeftOutWhereItCannotPay) {
   const auto is_lossless = [](const Array& array, const Tolerance& tolerance) {
     return maps_of(array, tolerance).lossless;
@@ -370,7 +385,7 @@ TEST(LatticeMap, IsLeftOutWhereItCannotPay) {
   EXPECT_TRUE(is_lossless(floats, {Tolerance::Kind::absolute, 1e-9}));  // finer than floats of 1e6 are
   EXPECT_FALSE(is_lossless(floats, {Tolerance::Kind::absolute, 0.1}));
   const Array huge = array_of(Scalar::f32, std::vector{3e38f, -3e38f});
-  EXPECT_TRUE(is_lossless(huge, {Tolerance::Kind::absolute, 1e30}));
+  EXPECT_TRUE(is_lossless(huge, {Tolerance::Kind::absolute, 1e38}));
   const Array constant = array_of(Scalar::f64, std::vector{7.0, 7.0});
   EXPECT_TRUE(is_lossless(constant, {Tolerance::Kind::relative, 0.1}));
   EXPECT_TRUE(
@@ -395,8 +410,8 @@ TEST(LatticeMap, OfBitsHasTwoToTheBitsPoints) {
 }
 
 TEST(LatticeMap, RelativeBoundsAreOfTheDiagonalOrTheRange) {
-  // Sides of 3, 4 and 12, a diagonal of 13; the step is the next sixteenth of an octave below twice the
-  // bound.
+  // Sides of 3, 4 and 12, a diagonal of 13. Where it is to be found again, the step is the next sixteenth of
+  // an octave below twice the bound.
   const Array box =
       array_of(Scalar::f64, std::vector<double>{.1, .1, .1, 3.1, 4.1, 12.1, 1.23, 3.45, 5.67}, 3);
   for (const bool are_positions : {true, false}) {
@@ -406,6 +421,11 @@ TEST(LatticeMap, RelativeBoundsAreOfTheDiagonalOrTheRange) {
     EXPECT_GT(maps.step, 2 * allowed / sixteenth_of_octave(1));
     EXPECT_LE(largest_error(box, decoded(box, maps)), allowed);
     EXPECT_EQ(largest_error(box, decoded(box, maps)), maps.maximum_error);
+    const auto once = choose_maps_once(box, {Tolerance::Kind::relative, 0.01}, are_positions);
+    ASSERT_TRUE(once);
+    EXPECT_NEAR(once->step, 2 * allowed, 1e-12);
+    EXPECT_NEAR(once->bound, allowed, 1e-12);
+    EXPECT_LE(largest_error(box, decoded(box, *once)), once->bound);
   }
 }
 

@@ -20,6 +20,10 @@ bool has_digits(NumberMap::Kind kind) {
   return kind == NumberMap::Kind::binary_digits || kind == NumberMap::Kind::decimal_digits;
 }
 
+bool is_lossy(NumberMap::Kind kind) {
+  return kind == NumberMap::Kind::lattice || kind == NumberMap::Kind::logarithm;
+}
+
 constexpr unsigned table_flag = 128;
 constexpr unsigned factor_flag = 64;
 
@@ -127,7 +131,7 @@ void write_map(ByteWriter& out, const NumberMap& map, ByteWriter* tables) {
     out.put(static_cast<int16_t>(map.exponent));
   }
   if (map.factor != 0) out.put(map.factor);
-  if (map.kind == NumberMap::Kind::lattice) {
+  if (is_lossy(map.kind)) {
     out.put(map.origin);
     out.put(map.step);
   }
@@ -156,6 +160,8 @@ bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
       return is_float(type) && map.exponent >= -1100 && map.exponent <= 1023;
     case NumberMap::Kind::lattice:
       return true;
+    case NumberMap::Kind::logarithm:
+      return is_float(type) && map.step > 0 && std::fabs(map.origin) < 9007199254740992.0;
     case NumberMap::Kind::binary_digits:
     case NumberMap::Kind::decimal_digits: {
       const uint32_t base = map.kind == NumberMap::Kind::binary_digits ? 2 : 10;
@@ -183,7 +189,7 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type, ByteReader* tables) {
     map.exponent = in.get<int16_t>();
   }
   if ((kind & factor_flag) != 0) map.factor = in.get<double>();
-  if (map.kind == NumberMap::Kind::lattice) {
+  if (is_lossy(map.kind)) {
     map.origin = in.get<double>();
     map.step = in.get<double>();
   }
@@ -261,7 +267,7 @@ std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> ma
   if (savings) savings->assign(maps.size(), 0);
   if (!is_float(array.type)) return maps;
   for (uint32_t k = 0; k < maps.size(); ++k) {
-    if (maps[k].kind == NumberMap::Kind::lattice || maps[k].kind == NumberMap::Kind::ordered) continue;
+    if (is_lossy(maps[k].kind) || maps[k].kind == NumberMap::Kind::ordered) continue;
     int64_t saving = 0;
     maps[k].table = make_table(array, maps[k], k, source, saving);
     if (savings && saving > 0) (*savings)[k] = saving;

@@ -103,6 +103,8 @@ class NumberSpace {
   bool exact() const {
     return factor_ == 0 && (ordered_ || (map_->kind == NumberMap::Kind::integer && map_->table.empty()));
   }
+  /// Errors are relative to each number.
+  bool is_logarithm() const { return map_->kind == NumberMap::Kind::logarithm; }
   int64_t code_of(const std::byte* number) const {
     if (factor_ == 0) return plain_code_of(number);
     std::array<std::byte, 8> plain;

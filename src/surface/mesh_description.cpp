@@ -100,6 +100,8 @@ ArrayReport report_of(const Array& array, const ArrayMaps& maps, size_t coded_by
   report.coded_bytes = coded_bytes;
   report.lossless = maps.lossless;
   report.bound = maps.bound;
+  report.asked = maps.asked;
+  report.extent = maps.extent;
   report.maximum_error = maps.maximum_error;
   report.step = maps.step;
   return report;

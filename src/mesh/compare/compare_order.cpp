@@ -112,15 +112,19 @@ Result<ArrayDifference> difference_of(const Array& a, const Array& b) {
   uint64_t finite = 0;
   for (uint64_t i = 0; i < a.count(); ++i) {
     bool equal = true;
+    double length = 0;  // squared
     for (uint64_t k = i * a.components; k < (i + 1) * a.components && !texts; ++k) {
       const double x = number_at(a, k), y = number_at(b, k);
       if (a.type != b.type && bits_as<uint64_t>(x) != bits_as<uint64_t>(y)) equal = false;
       if (!std::isfinite(x) || !std::isfinite(y)) continue;
       const double d = distance(a, k, b, k);
       difference.maximum = std::max(difference.maximum, d);
-      squares += d * d;
+      if (d > 0) difference.maximum_relative = std::max(difference.maximum_relative, d / std::fabs(x));
+      length += d * d;
       ++finite;
     }
+    squares += length;
+    difference.maximum_norm = std::max(difference.maximum_norm, std::sqrt(length));
     if (a.type == b.type || texts) equal = equal_tuples(a, i, b, i);
     if (!equal) ++difference.unequal;
   }

@@ -97,7 +97,7 @@ class ArraySampler {
   }
   bool fits(const ArrayMaps& maps, uint32_t component, const std::byte* number) const {
     const double value = number_as_double(sample_.type, number);
-    if (!maps.lossless && !std::isfinite(value)) return true;
+    if (!maps.lossless && !maps.maps[component].reaches(sample_.type, number)) return true;  // an exception
     const int64_t code = maps.maps[component].code_of(sample_.type, number);
     const int64_t most = size_of(sample_.type) == 8 ? int64_t{1} << 52 : 0x7fffffff;
     const bool any_code = maps.maps[component].kind == NumberMap::Kind::ordered;
@@ -158,10 +158,10 @@ Result<std::vector<ArrayMaps>> sample_maps(MeshSource& mesh, const EncodeOptions
 
 ArrayToCode piece_to_code(const Array& piece, const ArrayMaps& maps) {
   ArrayToCode coded{&piece, maps};
-  if (maps.lossless || !is_float(piece.type)) return coded;
+  if (maps.lossless) return coded;
   const size_t size = size_of(piece.type);
   for (size_t i = 0; i < piece.bytes.size() / size; ++i) {
-    if (!std::isfinite(number_as_double(piece.type, piece.bytes.data() + i * size)))
+    if (!maps.maps[i % piece.components].reaches(piece.type, piece.bytes.data() + i * size))
       coded.maps.exceptions.push_back(i);
   }
   return coded;

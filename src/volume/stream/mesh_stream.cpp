@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/result.h"
+#include "numbers/bounded_maps.h"
 #include "numbers/number_space.h"
 
 namespace maille {
@@ -110,6 +111,7 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
   if (tolerance.kind == Tolerance::Kind::lossless) {
     list.maps.push_back(lossless_maps(array));
     list.bounds.push_back(0);
+    list.extents.push_back(0);
     return {};
   }
   // Octahedral maps are of whole tuples, streams code numbers one by one.
@@ -119,9 +121,10 @@ Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_posit
     plain.role = Role::none;
   }
   ArrayMaps maps =
-      MAILLE_TRY(choose_maps(array.role == Role::normal ? plain : array, tolerance, are_positions));
+      MAILLE_TRY(choose_maps_once(array.role == Role::normal ? plain : array, tolerance, are_positions));
   list.maps.push_back(maps.lossless ? lossless_maps(array) : std::move(maps.maps));
   list.bounds.push_back(maps.lossless ? 0 : maps.bound);
+  list.extents.push_back(maps.extent);
   return {};
 }
 
@@ -142,6 +145,17 @@ std::optional<Array> as_floats(const Array& array) {
   return floats;
 }
 
+void add_error(const ArrayMapsList& maps, const StreamReport& stream, const Tolerance& asked, size_t i,
+               ArrayReport& report) {
+  report.bound = maps.bounds[i];
+  report.lossless = report.bound == 0;
+  if (report.lossless) return;
+  report.asked = asked;
+  report.extent = maps.extents[i];
+  report.step = maps.maps[i][0].step;
+  report.maximum_error = stream.errors[i];
+}
+
 double declared_width(const StreamArray& array) {
   return array.range ? array.range->second - array.range->first : 0;
 }
@@ -156,12 +170,22 @@ Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double di
   if (!(tolerance.value > 0) || !std::isfinite(tolerance.value)) {
     return failure(ErrorCode::usage, "the error bound of \"" + array.name + "\" must be a positive number");
   }
-  if (tolerance.kind != Kind::absolute && !array.range) {
+  if (tolerance.kind == Kind::psnr) {
+    return failure(ErrorCode::usage,
+                   "a bound of \"" + array.name + "\" in decibels needs all of its values at once");
+  }
+  if (tolerance.kind == Kind::pointwise) {
+    const auto map = logarithm_of_any(array.type, tolerance.value);
+    bound = map ? tolerance.value : 0;
+    return std::vector<NumberMap>(array.components, map.value_or(exact));
+  }
+  if ((tolerance.kind == Kind::relative || tolerance.kind == Kind::bits) && !array.range) {
     return failure(ErrorCode::usage,
                    "a bound of \"" + array.name + "\" in bits, or relative, needs the range of its values");
   }
   double step = 2 * tolerance.value;
   const double width = array.range ? array.range->second - array.range->first : 0;
+  if (tolerance.kind == Kind::norm) step /= std::sqrt(array.components);
   if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
   if (tolerance.kind == Kind::bits)
     step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);

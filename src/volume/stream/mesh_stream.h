@@ -13,6 +13,7 @@ namespace maille {
 struct ArrayMapsList {
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
+  std::vector<double> extents;  ///< what relative bounds are parts of
   /// Not empty: the stream of the input's order, where cells are given in another one (mesh_order.h).
   std::vector<std::byte> order_apart;
   /// Not empty: cells come at gates, and these are the faces where no later cell is (gate_order.h).
@@ -20,6 +21,10 @@ struct ArrayMapsList {
   /// Mixed models of values take no long time here, as far as that is known.
   bool mixing_is_fast = false;
 };
+
+/// Whether array i (0: positions) is exact, else its bound and its largest error.
+void add_error(const ArrayMapsList& maps, const StreamReport& stream, const Tolerance& asked, size_t i,
+               ArrayReport& report);
 
 /// The maps with the smallest range of codes, found by a look at all numbers: for meshes in memory. Error:
 /// usage.

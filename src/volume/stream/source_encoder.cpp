@@ -19,11 +19,6 @@
 namespace maille {
 namespace {
 
-Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
-  const auto found = options.arrays.find(array.name);
-  return found == options.arrays.end() ? Tolerance{} : found->second;
-}
-
 Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
   StreamOptions stream;
   stream.positions.type = mesh.point_type;
@@ -174,8 +169,7 @@ class SourceFeeder {
   uint64_t block_end_ = 0;
 };
 
-ArrayReport report_of(const Array& array, uint64_t count, const std::vector<NumberMap>& maps, double bound,
-                      uint64_t coded_bytes) {
+ArrayReport report_of(const Array& array, uint64_t count) {
   ArrayReport report;
   report.name = array.name;
   report.domain = array.domain;
@@ -183,14 +177,11 @@ ArrayReport report_of(const Array& array, uint64_t count, const std::vector<Numb
   report.components = array.components;
   report.elements = count;
   report.raw_bytes = count * array.tuple_size();
-  report.coded_bytes = coded_bytes;
-  report.lossless = bound == 0;
-  report.bound = bound;
-  if (!maps.empty() && bound > 0) report.step = maps[0].step;
   return report;
 }
 
-EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, const ArrayMapsList& maps) {
+EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options, const StreamReport& stream,
+                       const ArrayMapsList& maps) {
   EncodeReport report;
   report.points = stream.points;
   report.cells = stream.cells;
@@ -203,15 +194,17 @@ EncodeReport report_of(const MeshDescription& mesh, const StreamReport& stream, 
   report.connectivity.raw_bytes = mesh.corners * 4;
   report.order_bytes = stream.number_bytes;
   const Array positions = make_array("position", Domain::point, mesh.point_type, 3);
-  report.positions = report_of(positions, mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.positions = report_of(positions, mesh.points);
+  report.positions.coded_bytes = stream.position_bytes;
+  add_error(maps, stream, options.positions, 0, report.positions);
   report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
   for (size_t i = 0; i < mesh.arrays.size(); ++i) {
-    report.arrays.push_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i]), maps.maps[i + 1],
-                                      maps.bounds[i + 1], stream.array_bytes[i]));
+    ArrayReport& array = report.arrays.emplace_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i])));
+    array.coded_bytes = stream.array_bytes[i];
+    add_error(maps, stream, tolerance_of(mesh.arrays[i], options), i + 1, array);
     report.other_bytes -= stream.array_bytes[i];
   }
-  for (const Array& array : mesh.mesh_arrays)
-    report.arrays.push_back(report_of(array, array.count(), {}, 0, 0));
+  for (const Array& array : mesh.mesh_arrays) report.arrays.push_back(report_of(array, array.count()));
   return report;
 }
 
@@ -255,7 +248,7 @@ Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOpt
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
   MAILLE_CHECK(SourceFeeder(mesh, points, writer, uses).feed(options.progress));
-  return report_of(mesh.description(), MAILLE_TRY(writer.finish()), maps);
+  return report_of(mesh.description(), options, MAILLE_TRY(writer.finish()), maps);
 }
 
 }  // namespace maille

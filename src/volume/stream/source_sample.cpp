@@ -78,6 +78,12 @@ Result<FirstCells> first_cells_of(MeshSource& mesh) {
   return first;
 }
 
+/// A sample does not tell how small numbers are.
+void use_logarithms_of_any(const StreamArray& array, std::vector<NumberMap>& maps) {
+  if (maps[0].kind != NumberMap::Kind::logarithm) return;
+  if (const auto any = logarithm_of_any(array.type, array.tolerance.value)) maps.assign(maps.size(), *any);
+}
+
 }  // namespace
 
 Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options, bool mixes_values) {
@@ -100,10 +106,12 @@ Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& 
     sample.arrays.push_back(
         MAILLE_TRY(sample_of(mesh, i, description.arrays[i], options.arrays[i].tolerance)));
     ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(sample, one));
+    use_logarithms_of_any(options.arrays[i], maps.maps[1]);
     list.maps.push_back(std::move(maps.maps[1]));
     list.bounds.push_back(maps.bounds[1]);
     if (list.bounds.back() == 0 && description.count_of(description.arrays[i]) <= tuples_in_all)
       MAILLE_CHECK(tables.add_tables(sample.arrays[0], list.maps.back()));
+    list.extents.push_back(maps.extents[1]);
   }
   return list;
 }

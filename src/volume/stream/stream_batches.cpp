@@ -292,6 +292,9 @@ Result<StreamReport> StreamBatches::finish() {
   report_.corners = tail.corners;
   tail.most_live_points = report_.most_live_points;
   tail.most_live_cells = report_.most_live_cells;
+  for (const auto& stage : stages_) report_.errors.push_back(stage.largest_error());
+  if (std::any_of(header_.bounds.begin(), header_.bounds.end(), [](double bound) { return bound > 0; }))
+    tail.errors = report_.errors;
   MAILLE_CHECK(file_.write_stream({"TAIL", 0, 0}, encode_tail(tail)));
   report_.file_bytes = MAILLE_TRY(file_.finish());
   MAILLE_CHECK(sink_.commit());

@@ -44,8 +44,7 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
   StreamOptions stream;
   stream.positions = describe(mesh.points, options.positions);
   for (const Array& array : mesh.arrays) {
-    const auto found = options.arrays.find(array.name);
-    const Tolerance tolerance = found == options.arrays.end() ? Tolerance{} : found->second;
+    const Tolerance tolerance = tolerance_of(array, options);
     if (array.domain == Domain::mesh) {
       stream.mesh_arrays.push_back(array);
     } else {
@@ -432,33 +431,31 @@ Result<> add_tables(const Mesh& mesh, const Ordering& ordering, int effort, Arra
   return {};
 }
 
-ArrayReport report_of(const Array& array, const std::vector<NumberMap>& maps, double bound,
-                      uint64_t coded_bytes) {
+/// Array i, positions being 0.
+ArrayReport report_of(const Array& array, const Tolerance& asked, const ArrayMapsList& maps,
+                      const StreamReport& stream, size_t i) {
   ArrayReport report = report_of(array);
-  report.coded_bytes = coded_bytes;
-  report.lossless = bound == 0;
-  report.bound = bound;
-  if (!maps.empty() && bound > 0) report.step = maps[0].step;
+  report.coded_bytes = i == 0 ? stream.position_bytes : stream.array_bytes[i - 1];
+  add_error(maps, stream, asked, i, report);
   return report;
 }
 
-EncodeReport report_of(const Mesh& mesh, const StreamReport& stream, const ArrayMapsList& maps,
-                       const std::optional<CodedOrder>& order) {
+EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const StreamReport& stream,
+                       const ArrayMapsList& maps, const std::optional<CodedOrder>& order) {
   EncodeReport report = report_of(mesh);
   report.file_bytes = stream.file_bytes;
   report.connectivity.coded_bytes = stream.cell_bytes + (order ? order->cells.size() : 0);
   report.order_bytes = stream.number_bytes + (order ? order->points.size() : 0);
-  report.positions = report_of(mesh.points, maps.maps[0], maps.bounds[0], stream.position_bytes);
+  report.positions = report_of(mesh.points, options.positions, maps, stream, 0);
   report.other_bytes =
       stream.file_bytes - report.connectivity.coded_bytes - report.order_bytes - stream.position_bytes;
   size_t next = 0;
   for (const Array& array : mesh.arrays) {
     if (array.domain == Domain::mesh) {
-      report.arrays.push_back(report_of(array, {}, 0, 0));
+      report.arrays.push_back(report_of(array));
       continue;
     }
-    report.arrays.push_back(
-        report_of(array, maps.maps[next + 1], maps.bounds[next + 1], stream.array_bytes[next]));
+    report.arrays.push_back(report_of(array, tolerance_of(array, options), maps, stream, next + 1));
     report.other_bytes -= stream.array_bytes[next++];
   }
   return report;
@@ -485,7 +482,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
   MAILLE_CHECK(MeshFeeder(mesh, writer, ordering, options).feed());
   const StreamReport stream = MAILLE_TRY(writer.finish());
-  return report_of(mesh, stream, maps, ordering.apart);
+  return report_of(mesh, options, stream, maps, ordering.apart);
 }
 
 }  // namespace maille

@@ -26,13 +26,14 @@ ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, 
   return info;
 }
 
-void add_range(const StreamTail& tail, size_t number, ArrayInfo& info) {
+void add_from_tail(const StreamTail& tail, size_t number, ArrayInfo& info) {
   if (number >= tail.ranges.size()) return;
   for (const ValueRange::Component& each : tail.ranges[number].components) {
     constexpr double none = std::numeric_limits<double>::infinity();
     info.ranges.emplace_back(each.any ? each.low : none, each.any ? each.high : -none);
   }
   info.nans = tail.ranges[number].nans;
+  if (number < tail.errors.size()) info.maximum_error = tail.errors[number];
 }
 
 /// Models and buffers; slots of points, cells and values; a bit for each point that is written. Measured: a
@@ -86,12 +87,12 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.connectivity.type = Scalar::u64;
   info.connectivity.count = tail.corners;
   info.positions = info_of(header.description.positions, header.bounds[0], header.maps[0][0], tail.points);
-  add_range(tail, 0, info.positions);
+  add_from_tail(tail, 0, info.positions);
   for (size_t i = 0; i < header.description.arrays.size(); ++i) {
     const StreamArray& array = header.description.arrays[i];
     info.arrays.push_back(info_of(array, header.bounds[i + 1], header.maps[i + 1][0],
                                   array.domain == Domain::point ? tail.points : tail.cells));
-    add_range(tail, i + 1, info.arrays.back());
+    add_from_tail(tail, i + 1, info.arrays.back());
   }
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
@@ -102,6 +103,7 @@ Result<FileInfo> inspect_stream(const Source& source) {
     StepInfo& added = info.steps.emplace_back();
     added.time = step.time;
     added.coded_bytes = step.coded_bytes;
+    added.maximum_errors = step.errors;
     for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
   }
   info.metadata = header.description.metadata;

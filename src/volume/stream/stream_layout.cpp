@@ -1,5 +1,7 @@
 #include "volume/stream/stream_layout.h"
 
+#include <algorithm>
+
 #include "base/result.h"
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
@@ -97,7 +99,7 @@ void visit_array(Visitor& v, Array& array) {
   v.count(array.components, 0xffff);
   v.choice(array.role, role_count);
   v.list(array.labels, [&](auto& label) { v.text(label); });
-  v.choice(array.tolerance.kind, 4);
+  v.choice(array.tolerance.kind, Tolerance::kind_count);
   v.real(array.tolerance.value);
 }
 
@@ -182,6 +184,7 @@ void visit_tail(Visitor& v, Tail& tail) {
     });
     v.count(range.nans, ~uint64_t{0});
   });
+  v.list(tail.errors, [&](auto& error) { v.real(error); });
 }
 
 template <class Visitor, class Header>
@@ -195,22 +198,31 @@ void visit_step(Visitor& v, Header& header) {
     ++i;
   });
   v.list(header.bounds, [&](auto& bound) { v.real(bound); });
-  v.list(header.same_as, [&](auto& same) { v.count(same, 0xffffffff); });
+  v.list(header.codings, [&](auto& coding) {
+    v.choice(coding.method, 4);
+    v.count(coding.of, 0xffffffff);
+  });
+  v.list(header.errors, [&](auto& error) { v.real(error); });
 }
 
+bool are_lattices(const std::vector<NumberMap>& maps) {
+  return std::all_of(maps.begin(), maps.end(),
+                     [](const NumberMap& map) { return map.kind == NumberMap::Kind::lattice; });
+}
+
+/// What `of` names in a step before is looked at where that step is at hand.
 bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& arrays) {
   const size_t count = header.arrays.size();
-  bool sensible =
-      header.maps.size() == count && header.bounds.size() == count && header.same_as.size() == count;
+  bool sensible = header.maps.size() == count && header.bounds.size() == count &&
+                  header.codings.size() == count && header.errors.size() == count;
   for (size_t i = 0; sensible && i < count; ++i) {
     const StreamArray& array = header.arrays[i];
+    const StepCoding& coding = header.codings[i];
     sensible = array.components > 0 && header.maps[i].size() == array.components &&
                (array.domain == Domain::point || array.domain == Domain::cell);
-    if (!sensible || header.same_as[i] == 0) continue;
-    sensible = header.same_as[i] <= arrays.size();
-    if (!sensible) break;
-    const StreamArray& same = arrays[header.same_as[i] - 1];
-    sensible = same.domain == array.domain && same.type == array.type && same.components == array.components;
+    if (coding.method == StepCoding::as_mesh)
+      sensible = sensible && coding.of < arrays.size() && are_alike(arrays[coding.of], array);
+    if (coding.method == StepCoding::difference) sensible = sensible && are_lattices(header.maps[i]);
   }
   return sensible;
 }
@@ -240,6 +252,21 @@ StreamedArray StreamHeader::positions() const {
 StreamedArray StreamHeader::array(size_t i) const {
   return with_models(
       {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]});
+}
+
+bool StepHeader::needs_before() const {
+  return std::any_of(codings.begin(), codings.end(),
+                     [](const StepCoding& coding) { return coding.method >= StepCoding::as_before; });
+}
+
+StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh) {
+  return mesh.with_models({size_of(array.type) == 8 ? Scalar::i64 : Scalar::i32, array.components,
+                           std::vector<NumberMap>(array.components), 0});
+}
+
+StreamedArray StepHeader::array(size_t i, const StreamHeader& mesh) const {
+  if (codings[i].method == StepCoding::difference) return differences_of(arrays[i], mesh);
+  return mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
 }
 
 StreamedArray StreamHeader::with_models(StreamedArray array) const {

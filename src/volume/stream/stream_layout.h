@@ -78,10 +78,24 @@ struct StreamTail {
   MeshDescription::Polyhedra polyhedra;
   /// Of positions, then of each array, as they were given.
   std::vector<ValueRange> ranges;
+  /// The largest error of each of these after decoding, as the encoder met them; none where all are exact.
+  std::vector<double> errors;
 };
 std::vector<std::byte> encode_tail(const StreamTail& tail);
 /// Error: corrupt.
 Result<StreamTail> decode_tail(Bytes bytes);
+
+/// How the values of an array of a step are told.
+struct StepCoding {
+  enum Method : uint8_t {
+    alone,
+    as_mesh,     ///< by array `of` of the mesh, which keeps the bound
+    as_before,   ///< by array `of` of the step before; that of the first step is the mesh
+    difference,  ///< codes less those of array `of` of the step before
+  };
+  Method method = alone;
+  uint32_t of = 0;
+};
 
 /// STEP: arrays with their values at one time.
 struct StepHeader {
@@ -89,13 +103,19 @@ struct StepHeader {
   std::vector<StreamArray> arrays;
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
-  std::vector<uint32_t> same_as;  ///< by array: 0, or 1 + the array of the mesh that has the same values
+  std::vector<StepCoding> codings;
+  std::vector<double> errors;  ///< the largest of each array, after decoding
 
-  /// `mesh`: the header of the stream.
-  StreamedArray array(size_t i, const StreamHeader& mesh) const {
-    return mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
-  }
+  bool needs_before() const;
+  /// What is coded of array i, if anything. `mesh`: the header of the stream.
+  StreamedArray array(size_t i, const StreamHeader& mesh) const;
 };
+/// The same domain, type and number of components.
+inline bool are_alike(const StreamArray& a, const StreamArray& b) {
+  return a.domain == b.domain && a.type == b.type && a.components == b.components;
+}
+/// Differences of the codes of an array with a bound, as numbers of their own.
+StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh);
 Result<std::vector<std::byte>> encode_step(const StepHeader& header);
 /// `arrays`: of the mesh. Error: corrupt.
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);

@@ -3,9 +3,8 @@
 
 #include "base/result.h"
 #include "volume/stream/chunk_pull.h"
+#include "volume/stream/step_chain.h"
 #include "volume/stream/stream_layout.h"
-#include "volume/stream/time_steps.h"
-#include "volume/values/array_stage.h"
 
 namespace maille {
 namespace {
@@ -55,7 +54,7 @@ class StreamReader::Implementation {
   Result<std::vector<std::byte>> rest_of_stream(const ChunkHeader& first, Bytes content);
   Result<bool> begin_batch();
   Result<bool> read_batch();
-  void take_step(StepValues step);
+  Result<> take_step(StepValues step);
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
   uint64_t decode_alike(Block& block, uint64_t most);
@@ -73,13 +72,12 @@ class StreamReader::Implementation {
   Executor& executor_;
   StreamHeader header_;
   std::optional<CellCoder<RangeDecoder>> coder_;
-  std::vector<ArrayStage<RansDecoder>> stages_;  ///< positions, then the arrays that are given out
-  std::vector<Domain> domains_;                  ///< of the arrays in the stream
-  std::vector<uint32_t> stage_of_array_;         ///< by array in the stream; 0: it is passed over
+  std::vector<ValueChain> chains_;  ///< positions, then the arrays that are given out
+  std::vector<Domain> domains_;     ///< of the arrays in the stream
   std::optional<StepValues> step_;
   BatchHeader batch_;
   std::vector<std::byte> cell_stream_, number_stream_;
-  std::vector<std::vector<std::byte>> value_streams_;
+  std::vector<std::vector<std::byte>> value_streams_;  ///< positions, then the arrays in the stream
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
   std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
@@ -114,25 +112,19 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
         ErrorCode::unsupported,
         pull_.name() + ": cells and points stand in another order than in the mesh; decode() reads it");
   }
-  for (const StreamArray& array : header_.description.arrays) {
-    stage_of_array_.push_back(step ? 0 : static_cast<uint32_t>(stage_of_array_.size() + 1));
-    domains_.push_back(array.domain);
-  }
-  if (step) take_step(std::move(*step));
+  for (const StreamArray& array : header_.description.arrays) domains_.push_back(array.domain);
   uint64_t models = tuple_coder_bytes(header_.positions());
-  for (size_t i = 0; i < header_.description.arrays.size(); ++i)
-    models += tuple_coder_bytes(header_.array(i));
+  for (size_t i = 0; i < domains_.size() && !step; ++i) models += tuple_coder_bytes(header_.array(i));
   if (models > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": the models of the arrays take more memory than allowed");
   }
   coder_.emplace(header_.mixing, !header_.description.any_order);
   if (header_.gated) coder_->use_gates(nullptr);
-  stages_.emplace_back(header_.positions(), Domain::point);
-  for (size_t i = 0; i < header_.description.arrays.size(); ++i) {
-    stages_.emplace_back(header_.array(i), header_.description.arrays[i].domain);
-  }
-  value_streams_.resize(stages_.size());
+  value_streams_.resize(1 + domains_.size());
+  chains_.push_back(ValueChain::of_mesh(header_, {}));
+  if (step) return take_step(std::move(*step));
+  for (size_t i = 0; i < domains_.size(); ++i) chains_.push_back(ValueChain::of_mesh(header_, i));
   return {};
 }
 
@@ -196,25 +188,25 @@ Result<bool> StreamReader::Implementation::read_batch() {
   return true;
 }
 
-/// The arrays of the step instead of the mesh's own, of which only those are read that the step has, too.
-void StreamReader::Implementation::take_step(StepValues step) {
-  const StepHeader& from = step.header();
-  StreamHeader mesh = header_;
-  header_.description.arrays = from.arrays;
-  header_.maps.resize(1);
-  header_.bounds.resize(1);
-  for (size_t i = 0; i < from.arrays.size(); ++i) {
-    const uint32_t same = from.same_as[i];
-    if (same != 0) stage_of_array_[same - 1] = static_cast<uint32_t>(i + 1);
-    header_.maps.push_back(same != 0 ? mesh.maps[same] : from.maps[i]);
-    header_.bounds.push_back(same != 0 ? mesh.bounds[same] : from.bounds[i]);
+/// The arrays of the step instead of the mesh's own, of which only those are read that the step needs.
+Result<> StreamReader::Implementation::take_step(StepValues step) {
+  uint64_t models = 0;
+  for (size_t i = 0; i < step.header().arrays.size(); ++i) {
+    chains_.push_back(MAILLE_TRY(ValueChain::of_step(header_, step, i)));
+    models += chains_.back().coder_bytes();
+    if (models > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound,
+                     pull_.name() + ": the models of the arrays take more memory than allowed");
+    }
   }
+  header_.description.arrays = step.header().arrays;
   // What VTK and Exodus call the time of all that a file holds.
   for (Array& array : header_.description.mesh_arrays) {
     if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
-      store(array.bytes.data(), from.time);
+      store(array.bytes.data(), step.header().time);
   }
   step_.emplace(std::move(step));
+  return {};
 }
 
 Result<> StreamReader::Implementation::read_values() {
@@ -232,17 +224,18 @@ Result<> StreamReader::Implementation::read_values() {
         return damaged("numbers are missing");
       }
       std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
-      const uint32_t stage = s == 0 ? 0 : stage_of_array_[s - 1];
-      if (s == 0 || stage != 0) value_streams_[stage] = std::move(bytes);
+      value_streams_[s] = std::move(bytes);
     }
   }
-  for (size_t s = 1; step_ && s < stages_.size(); ++s) {
-    const uint64_t tuples = stages_[s].domain() == Domain::point ? batch_.points : batch_.cells;
-    if (tuples > 0 && step_->header().same_as[s - 1] == 0)
-      value_streams_[s] = MAILLE_TRY(step_->read(static_cast<uint32_t>(batches_), s - 1));
+  for (size_t s = 0; s < chains_.size(); ++s) {
+    const uint64_t tuples = chains_[s].domain() == Domain::point ? batch_.points : batch_.cells;
+    if (tuples == 0) {
+      chains_[s].begin_empty_batch();
+      continue;
+    }
+    const Bytes of_mesh = value_streams_[s == 0 ? 0 : chains_[s].mesh_array()];
+    MAILLE_CHECK(chains_[s].begin_batch(of_mesh, step_ ? &*step_ : nullptr, static_cast<uint32_t>(batches_)));
   }
-  for (size_t s = 0; s < stages_.size(); ++s)
-    stages_[s].begin_batch(RansDecoder(value_streams_[s], stages_[s].lanes()));
   return {};
 }
 
@@ -402,10 +395,10 @@ bool StreamReader::Implementation::prepare_values(Block& block) {
   StreamPiece& piece = block.piece;
   size_t of_points = 0, of_cells = 0;
   tuples_.clear();
-  for (size_t s = 0; s < stages_.size(); ++s) {
-    const bool on_points = stages_[s].domain() == Domain::point;
+  for (size_t s = 0; s < chains_.size(); ++s) {
+    const bool on_points = chains_[s].domain() == Domain::point;
     const size_t size =
-        (on_points ? block.cells.points.size() : block.cells.size()) * stages_[s].tuple_size();
+        (on_points ? block.cells.points.size() : block.cells.size()) * chains_[s].tuple_size();
     if (size > options_.limits.mesh_bytes) return false;
     auto& arrays = on_points ? piece.point_arrays : piece.cell_arrays;
     size_t& next = on_points ? of_points : of_cells;
@@ -438,13 +431,13 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   // The cells first: they take longest.
   const size_t ahead = records_left_ > 0 ? 1 : 0;
   Result<> cells;
-  std::vector<uint8_t> whole(stages_.size());
-  executor_.parallel_for(ahead + stages_.size() + 1, [&](size_t task) {
+  std::vector<uint8_t> whole(chains_.size());
+  executor_.parallel_for(ahead + chains_.size() + 1, [&](size_t task) {
     if (task < ahead) {
       cells = decode_cells(following);
-    } else if (task < ahead + stages_.size()) {
+    } else if (task < ahead + chains_.size()) {
       const size_t stage = task - ahead;
-      whole[stage] = stages_[stage].code(block.cells, tuples_[stage]);
+      whole[stage] = chains_[stage].code(block.cells, tuples_[stage]);
     } else {
       complete(block);
     }

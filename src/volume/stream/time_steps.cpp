@@ -2,37 +2,31 @@
 #include "volume/stream/time_steps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/result.h"
 #include "container/chunk_finder.h"
 #include "volume/stream/cell_replay.h"
 #include "volume/stream/mesh_stream.h"
+#include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/values/array_stage.h"
 
 namespace maille {
 namespace {
 
-/// Key of the values of array i of a step in a batch. Error: unsupported, beyond 2^32 of them.
-Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays) {
-  const uint64_t number = batch * arrays + array;
-  if (step > UINT32_MAX || number > UINT32_MAX)
-    return failure(ErrorCode::unsupported, "more steps, or arrays in a step, than a file can hold");
-  return StreamKey{"SVAL", static_cast<uint32_t>(step), static_cast<uint32_t>(number)};
+Result<StreamHeader> header_of(const FileReader& file) {
+  return decode_header(MAILLE_TRY(file.read_stream({"DESC"})));
 }
+
+}  // namespace
 
 uint64_t count_steps(const FileReader& file) {
   uint64_t count = 0;
   while (count < UINT32_MAX && file.has_stream({"STEP", static_cast<uint32_t>(count + 1), 0})) ++count;
   return count;
 }
-
-Result<StreamHeader> header_of(const FileReader& file) {
-  return decode_header(MAILLE_TRY(file.read_stream({"DESC"})));
-}
-
-}  // namespace
 
 Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays) {
   // A source whose bytes arrive later is asked for all of them before the first that is missing is an error.
@@ -45,121 +39,238 @@ Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::ve
   return steps;
 }
 
-Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
-  FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  MAILLE_CHECK(file.check_complete());
-  const uint64_t count = count_steps(file);
-  if (number == 0 || number > count) {
-    return failure(ErrorCode::usage, source.name() + ": has no step " + std::to_string(number) +
-                                         "; the last one is " + std::to_string(count));
-  }
-  const StreamHeader mesh = MAILLE_TRY(header_of(file));
-  const auto step = static_cast<uint32_t>(number);
-  StepHeader header =
-      MAILLE_TRY(decode_step(MAILLE_TRY(file.read_stream({"STEP", step, 0})), mesh.description.arrays));
-  return StepValues(std::move(file), step, std::move(header));
-}
-
-Result<std::vector<std::byte>> StepValues::read(uint32_t batch, size_t array) const {
-  return file_.read_stream(MAILLE_TRY(key_of(number_, batch, array, header_.arrays.size())));
-}
-
 namespace {
 
-/// Arrays that have, element by element, the values that the mesh came with: 1 + its array; else 0. The
-/// mesh's values are read until all arrays differ.
-Result<std::vector<uint32_t>> find_same(const Source& source, const std::vector<StreamArray>& arrays,
-                                        const StreamHeader& mesh, StepSource& values,
-                                        const StepOptions& options) {
-  std::vector<uint32_t> same(arrays.size());
-  const std::vector<StreamArray>& known = mesh.description.arrays;
-  size_t left = 0;
-  for (size_t i = 0; i < arrays.size(); ++i) {
-    for (size_t k = 0; k < known.size() && same[i] == 0; ++k) {
-      const bool alike = known[k].name == arrays[i].name && known[k].domain == arrays[i].domain &&
-                         known[k].type == arrays[i].type && known[k].components == arrays[i].components;
-      if (alike && mesh.bounds[k + 1] == 0) same[i] = static_cast<uint32_t>(k + 1);
-    }
-    left += same[i] != 0;
+/// How an array of the new step goes with one of an earlier step while that is read.
+struct Partner {
+  size_t array = 0;         ///< of the step, in the new one
+  uint32_t of = 0;          ///< in the earlier one
+  bool keeps = true;        ///< its values are within the bound so far
+  double error = 0;         ///< the largest
+  bool on_lattice = false;  ///< all values of the new array are within the bound on `maps`
+  double lattice_error = 0;
+  std::vector<NumberMap> maps;         ///< of differences
+  std::vector<std::byte> before = {};  ///< all tuples of the earlier array, as they are read
+};
+
+/// Is a number that is read as `back` within the bound? Then the largest error is `error` at least.
+bool is_kept(const StreamedArray& array, size_t component, const std::byte* number, const std::byte* back,
+             double& error) {
+  if (std::equal(number, number + size_of(array.type), back)) return true;
+  if (array.bound == 0) return false;
+  const double value = number_as_double(array.type, number);
+  double off = std::fabs(value - number_as_double(array.type, back));
+  if (array.maps[component].kind == NumberMap::Kind::logarithm && off > 0) off /= std::fabs(value);
+  if (!(off <= array.bound)) return false;
+  error = std::max(error, off);
+  return true;
+}
+
+/// The step before an array's partner had a finer lattice: on the same one errors do not add up.
+std::vector<NumberMap> lattice_for(const std::vector<NumberMap>& now, const std::vector<NumberMap>& before) {
+  for (size_t k = 0; k < now.size(); ++k) {
+    if (now[k].kind != NumberMap::Kind::lattice) return {};
+    const bool same = k < before.size() && before[k].kind == NumberMap::Kind::lattice &&
+                      before[k].step <= now[k].step && before[k].step >= now[k].step / 2;
+    if (!same) return now;
   }
-  if (left == 0) return same;
-  StreamReader reader = MAILLE_TRY(StreamReader::open(
-      source_stream(source), {.limits = options.limits, .any_order = true, .executor = options.executor}));
-  StreamPiece piece;
-  std::vector<std::byte> tuple;
-  while (left > 0 && MAILLE_TRY(reader.next(piece))) {
-    for (size_t i = 0; i < arrays.size(); ++i) {
-      if (same[i] == 0) continue;
-      const bool points = arrays[i].domain == Domain::point;
-      size_t place = 0;  // among the arrays of the domain
-      for (size_t k = 0; k + 1 < same[i]; ++k) place += known[k].domain == arrays[i].domain;
-      const auto& bytes = points ? piece.point_arrays[place] : piece.cell_arrays[place];
-      const size_t size = arrays[i].tuple_size();
-      tuple.resize(size);
-      for (size_t at = 0; at * size < bytes.size() && same[i] != 0; ++at) {
-        MAILLE_CHECK(values.read(i, points ? piece.points[at] : piece.first_cell + at, tuple.data()));
-        if (std::equal(tuple.begin(), tuple.end(), bytes.begin() + static_cast<ptrdiff_t>(at * size)))
-          continue;
-        same[i] = 0;
-        --left;
+  return before;
+}
+
+/// Holds the arrays of a new step against those of an earlier one.
+class Comparison {
+ public:
+  Comparison(const StepHeader& step, StepSource& values) : step_(step), values_(values) {}
+
+  /// `differences`: values may be coded as such. `maps` of the earlier arrays.
+  void add_partners(const std::vector<StreamArray>& known, const std::vector<std::vector<NumberMap>>& maps,
+                    bool differences) {
+    for (size_t i = 0; i < step_.arrays.size(); ++i) {
+      for (size_t k = 0; k < known.size(); ++k) {
+        if (known[k].name != step_.arrays[i].name || !are_alike(known[k], step_.arrays[i])) continue;
+        Partner& partner = partners_.emplace_back();
+        partner.array = i;
+        partner.of = static_cast<uint32_t>(k);
+        if (differences && step_.bounds[i] > 0) partner.maps = lattice_for(step_.maps[i], maps[k]);
+        partner.on_lattice = !partner.maps.empty();
+        break;
       }
     }
   }
-  return same;
+  std::vector<Partner>& partners() { return partners_; }
+  /// All values of the earlier step, until no array needs them.
+  Result<> read(StreamReader& reader, const std::vector<StreamArray>& known) {
+    StreamPiece piece;
+    while (is_any_left() && MAILLE_TRY(reader.next(piece))) {
+      for (Partner& partner : partners_) {
+        if (!partner.keeps && !partner.on_lattice) continue;
+        size_t place = 0;  // among the arrays of the domain
+        for (size_t k = 0; k < partner.of; ++k) place += known[k].domain == known[partner.of].domain;
+        const bool points = known[partner.of].domain == Domain::point;
+        MAILLE_CHECK(compare(partner, piece, points ? piece.point_arrays[place] : piece.cell_arrays[place]));
+      }
+    }
+    return {};
+  }
+
+ private:
+  bool is_any_left() const {
+    return std::any_of(partners_.begin(), partners_.end(),
+                       [](const Partner& partner) { return partner.keeps || partner.on_lattice; });
+  }
+  Result<> compare(Partner& partner, const StreamPiece& piece, Bytes tuples) {
+    const size_t i = partner.array;
+    const StreamedArray array{step_.arrays[i].type, step_.arrays[i].components, step_.maps[i],
+                              step_.bounds[i]};
+    const size_t size = array.tuple_size(), number_size = size_of(array.type);
+    tuple_.resize(size);
+    if (partner.on_lattice) partner.before.insert(partner.before.end(), tuples.begin(), tuples.end());
+    for (size_t at = 0; at * size < tuples.size() && (partner.keeps || partner.on_lattice); ++at) {
+      const bool points = step_.arrays[i].domain == Domain::point;
+      MAILLE_CHECK(values_.read(i, points ? piece.points[at] : piece.first_cell + at, tuple_.data()));
+      for (size_t c = 0; c < array.components; ++c) {
+        const std::byte* const number = tuple_.data() + c * number_size;
+        partner.keeps = partner.keeps &&
+                        is_kept(array, c, number, tuples.data() + at * size + c * number_size, partner.error);
+        if (!partner.on_lattice) continue;
+        std::array<std::byte, 8> back{};
+        partner.maps[c].store_number(array.type, partner.maps[c].code_of(array.type, number), back.data());
+        partner.on_lattice = is_kept(array, c, number, back.data(), partner.lattice_error);
+      }
+    }
+    if (!partner.on_lattice) partner.before = {};
+    return {};
+  }
+
+  const StepHeader& step_;
+  StepSource& values_;
+  std::vector<Partner> partners_;
+  std::vector<std::byte> tuple_;
+};
+
+/// Arrays that values of the mesh, or of the step before, serve within the bound are marked so. What is
+/// returned may be coded as differences.
+Result<std::vector<Partner>> compare_with_earlier(const Source& source, const StreamHeader& mesh,
+                                                  uint64_t number, StepHeader& step, StepSource& values,
+                                                  const StepOptions& options) {
+  const StreamReadOptions reading{.limits = options.limits, .any_order = true, .executor = options.executor};
+  const bool by_itself = number % key_steps == 0;
+  std::vector<Partner> differences;
+  const auto hold = [&](uint64_t earlier, const std::vector<StreamArray>& known, const auto& maps,
+                        StepCoding::Method method) -> Result<> {
+    Comparison comparison(step, values);
+    comparison.add_partners(known, maps, earlier + 1 == number && !by_itself);
+    StreamReader reader = MAILLE_TRY(StreamReader::open(source, earlier, reading));
+    MAILLE_CHECK(comparison.read(reader, known));
+    for (Partner& partner : comparison.partners()) {
+      if (step.codings[partner.array].method != StepCoding::alone) continue;
+      if (partner.keeps) {
+        step.codings[partner.array] = {method, partner.of};
+        step.errors[partner.array] = partner.error;
+      } else if (partner.on_lattice) {
+        differences.push_back(std::move(partner));
+      }
+    }
+    return {};
+  };
+  const std::vector<std::vector<NumberMap>> of_arrays(mesh.maps.begin() + 1, mesh.maps.end());
+  MAILLE_CHECK(hold(0, mesh.description.arrays, of_arrays, StepCoding::as_mesh));
+  if (number == 1 || by_itself) return differences;
+  const auto before = StepValues::open(source, number - 1);
+  const Result<> held =
+      before ? hold(number - 1, before->header().arrays, before->header().maps, StepCoding::as_before)
+             : Result<>(tl::unexpected(before.error()));
+  // What is damaged is of no use to later steps, and no reason against them.
+  if (!held && held.error().code != ErrorCode::corrupt) return tl::unexpected(held.error());
+  return differences;
 }
 
-/// Codes the values of one step behind the cells, batch by batch.
+/// One way to code an array of a step: by itself, or as differences. All batches are coded, so that the
+/// smaller one can be chosen.
+struct CodedArray {
+  size_t array;
+  ArrayStage<RansEncoder> stage;
+  const Partner* partner = nullptr;  ///< of differences
+  size_t at = 0;                     ///< bytes of the partner that have been used
+  std::vector<std::byte> tuples = {};
+  std::vector<std::pair<uint32_t, std::vector<std::byte>>> batches = {};
+  uint64_t bytes = 0;
+};
+
+/// Codes the values of one step behind the cells.
 class StepWriter {
  public:
-  StepWriter(const FileReader& file, const StreamHeader& mesh, const StepHeader& step, uint64_t number,
-             StepSource& values, const StepOptions& options, FileWriter writer)
+  StepWriter(const FileReader& file, const StreamHeader& mesh, StepHeader& step, uint64_t number,
+             const std::vector<Partner>& partners, StepSource& values, const StepOptions& options,
+             FileWriter writer)
       : step_(step),
         number_(number),
         values_(values),
         executor_(options.executor ? *options.executor : serial_executor()),
         replay_(file, mesh, options.limits),
         writer_(std::move(writer)) {
-    for (size_t i = 0; i < step.arrays.size(); ++i)
-      stages_.emplace_back(step.array(i, mesh), step.arrays[i].domain);
-    tuples_.resize(stages_.size());
-    report_.array_bytes.resize(stages_.size());
+    for (size_t i = 0; i < step.arrays.size(); ++i) {
+      if (step.codings[i].method == StepCoding::alone)
+        ways_.push_back({i, {step.array(i, mesh), step.arrays[i].domain}});
+    }
+    for (const Partner& partner : partners) {
+      const StreamArray& array = step.arrays[partner.array];
+      ways_.push_back({partner.array, {differences_of(array, mesh), array.domain}, &partner});
+    }
+    tuples_.resize(step.arrays.size());
+    report_.array_bytes.resize(step.arrays.size());
   }
 
   Result<StepReport> write() {
+    while (MAILLE_TRY(replay_.next_batch())) MAILLE_CHECK(code_batch());
+    for (const CodedArray& way : ways_) {
+      if (is_chosen(way)) MAILLE_CHECK(write_array(way));
+    }
+    // Errors are known now.
     const StreamKey key{"STEP", static_cast<uint32_t>(number_), 0};
     MAILLE_CHECK(writer_.write_stream(key, MAILLE_TRY(encode_step(step_))));
-    while (MAILLE_TRY(replay_.next_batch())) MAILLE_CHECK(write_batch());
     report_.number = number_;
+    report_.errors = step_.errors;
     report_.file_bytes = MAILLE_TRY(writer_.finish());
     return report_;
   }
 
  private:
-  Result<> write_batch() {
-    for (auto& stage : stages_) stage.begin_batch(RansEncoder(stage.lanes()));
+  Result<> code_batch() {
+    for (CodedArray& way : ways_) way.stage.begin_batch(RansEncoder(way.stage.lanes()));
     while (MAILLE_TRY(replay_.next_block(cells_))) {
       MAILLE_CHECK(take_values());
-      executor_.parallel_for(stages_.size(), [&](size_t i) {
-        if (step_.same_as[i] == 0) stages_[i].code(cells_, tuples_[i].data());
-      });
+      executor_.parallel_for(ways_.size(), [&](size_t i) { code_block(ways_[i]); });
       first_cell_ += cells_.size();
     }
-    for (size_t i = 0; i < stages_.size(); ++i) {
+    for (CodedArray& way : ways_) {
       const BatchHeader& batch = replay_.batch();
-      const uint64_t count = stages_[i].domain() == Domain::point ? batch.points : batch.cells;
-      if (count == 0 || step_.same_as[i] != 0) continue;
-      const std::vector<std::byte> bytes = stages_[i].coder().finish();
-      report_.array_bytes[i] += bytes.size();
-      const StreamKey key = MAILLE_TRY(key_of(number_, replay_.batch_number(), i, stages_.size()));
-      MAILLE_CHECK(writer_.write_stream(key, bytes));
+      if ((way.stage.domain() == Domain::point ? batch.points : batch.cells) == 0) continue;
+      way.batches.emplace_back(replay_.batch_number(), way.stage.coder().finish());
+      way.bytes += way.batches.back().second.size();
     }
     return {};
   }
+  void code_block(CodedArray& way) {
+    std::vector<std::byte>& tuples = tuples_[way.array];
+    if (way.partner == nullptr) {
+      way.stage.code(cells_, tuples.data());
+      return;
+    }
+    const Scalar type = step_.arrays[way.array].type;
+    way.tuples.resize(tuples.size() / size_of(type) *
+                      size_of(size_of(type) == 8 ? Scalar::i64 : Scalar::i32));
+    const Bytes before = Bytes(way.partner->before).subspan(way.at, tuples.size());
+    find_differences(type, way.partner->maps, before, tuples, way.tuples.data());
+    way.at += tuples.size();
+    way.stage.code(cells_, way.tuples.data());
+  }
   Result<> take_values() {
-    for (size_t i = 0; i < stages_.size(); ++i) {
-      if (step_.same_as[i] != 0) continue;
-      const bool points = stages_[i].domain() == Domain::point;
-      const size_t size = stages_[i].tuple_size(), count = points ? cells_.points.size() : cells_.size();
+    for (size_t i = 0; i < tuples_.size(); ++i) {
+      if (step_.codings[i].method != StepCoding::alone) continue;
+      const bool points = step_.arrays[i].domain == Domain::point;
+      const size_t size = step_.arrays[i].tuple_size();
+      const size_t count = points ? cells_.points.size() : cells_.size();
       tuples_[i].resize(count * size);
       for (size_t k = 0; k < count; ++k) {
         const uint64_t number = points ? cells_.points[k].number : first_cell_ + k;
@@ -168,15 +279,36 @@ class StepWriter {
     }
     return {};
   }
+  /// Of two ways the smaller; by itself where they are the same.
+  bool is_chosen(const CodedArray& way) const {
+    return std::none_of(ways_.begin(), ways_.end(), [&](const CodedArray& other) {
+      if (other.array != way.array || &other == &way) return false;
+      return way.partner == nullptr ? other.bytes < way.bytes : other.bytes <= way.bytes;
+    });
+  }
+  Result<> write_array(const CodedArray& way) {
+    step_.errors[way.array] = way.stage.largest_error();
+    if (way.partner != nullptr) {
+      step_.codings[way.array] = {StepCoding::difference, way.partner->of};
+      step_.maps[way.array] = way.partner->maps;
+      step_.errors[way.array] = way.partner->lattice_error;
+    }
+    report_.array_bytes[way.array] = way.bytes;
+    for (const auto& [batch, bytes] : way.batches) {
+      const StreamKey key = MAILLE_TRY(key_of(number_, batch, way.array, step_.arrays.size()));
+      MAILLE_CHECK(writer_.write_stream(key, bytes));
+    }
+    return {};
+  }
 
-  const StepHeader& step_;
+  StepHeader& step_;
   uint64_t number_;
   StepSource& values_;
   Executor& executor_;
   CellReplay replay_;
   FileWriter writer_;
-  std::vector<ArrayStage<RansEncoder>> stages_;
-  std::vector<std::vector<std::byte>> tuples_;
+  std::vector<CodedArray> ways_;
+  std::vector<std::vector<std::byte>> tuples_;  ///< of a block, by array
   CodedCells cells_;
   uint64_t first_cell_ = 0;
   StepReport report_;
@@ -227,9 +359,12 @@ class InOrderOfStream final : public StepSource {
 Result<StepReport> write_step(const std::string& path, const Source& source, const FileReader& file,
                               const StreamHeader& mesh, StepHeader step, StepSource& values,
                               const StepOptions& options) {
-  step.same_as = MAILLE_TRY(find_same(source, step.arrays, mesh, values, options));
+  const uint64_t number = count_steps(file) + 1;
+  step.codings.resize(step.arrays.size());
+  step.errors.resize(step.arrays.size());
+  const auto partners = MAILLE_TRY(compare_with_earlier(source, mesh, number, step, values, options));
   const std::unique_ptr<Sink> sink = MAILLE_TRY(append_sink(path, file.end()));
-  StepWriter writer(file, mesh, step, count_steps(file) + 1, values, options,
+  StepWriter writer(file, mesh, step, number, partners, values, options,
                     FileWriter::resume(*sink, file.end(), file.digest()));
   const StepReport report = MAILLE_TRY(writer.write());
   MAILLE_CHECK(sink->commit());
@@ -308,10 +443,14 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
   StreamOptions stream;
   for (const Array& array : mesh.arrays) {
     if (array.domain == Domain::mesh) continue;
-    const auto found = options.arrays.find(array.name);
-    const Tolerance tolerance = found == options.arrays.end() ? Tolerance{} : found->second;
-    stream.arrays.push_back(
-        {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}});
+    stream.arrays.push_back({array.name,
+                             array.domain,
+                             array.type,
+                             array.components,
+                             array.role,
+                             array.labels,
+                             tolerance_of(array, options),
+                             {}});
     columns.push_back(&array);
   }
   step.arrays = stream.arrays;
@@ -351,7 +490,7 @@ Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
   const StreamHeader mesh = MAILLE_TRY(header_of(file));
   std::vector<StreamStep> steps;
   for (StepHeader& header : MAILLE_TRY(read_steps(file, mesh.description.arrays)))
-    steps.push_back({header.time, std::move(header.arrays), 0});
+    steps.push_back({header.time, std::move(header.arrays), std::move(header.errors), 0});
   for (const ChunkRecord& record : file.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
     if ((type == "STEP" || type == "SVAL") && record.header.patch >= 1 && record.header.patch <= steps.size())

@@ -23,6 +23,10 @@ class ArrayStage {
 
   Domain domain() const { return domain_; }
   size_t tuple_size() const { return array_.tuple_size(); }
+  /// Encoder: of what was coded so far.
+  double largest_error() const {
+    return std::visit([](const auto& coder) { return coder.largest_error(); }, tuples_);
+  }
   /// A coder begins with each batch; models go on.
   void begin_batch(Coder coder) { coder_.emplace(std::move(coder)); }
   Coder& coder() { return *coder_; }

@@ -74,7 +74,7 @@ void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stenci
   tuple_ratio_ = 1;
   before_ = {};
   for (component_ = 0; component_ < count; ++component_) {
-    code_number(coder, stencil, tuple + component_ * number_size_);
+    code_number(coder, stencil, slot, tuple + component_ * number_size_);
     values_[size_t{slot} * count + component_] = value_;
     before_ = {value_, before_[0]};
   }
@@ -82,9 +82,10 @@ void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stenci
 }
 
 template <class Coder, unsigned Bits>
-void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil& stencil, std::byte* number) {
+void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                               std::byte* number) {
   expect(stencil);
-  if (code_exception(coder, number)) {
+  if (code_exception(coder, stencil, slot, number)) {
     value_ = {};
     value_.place = mean_[best];
     value_.code = static_cast<Code>(centre_);
@@ -426,30 +427,20 @@ void MixedValueCoder<Coder, Bits>::learn_repeats(Wide code) {
   *follower_[1] = *follower_[2] = static_cast<Code>(code - centre_);
 }
 
-template <class Coder, unsigned Bits>
-bool MixedValueCoder<Coder, Bits>::keeps(const std::byte* number) const {
-  std::array<std::byte, 8> back{};
-  space().store_number(static_cast<Code>(space().code_of(number)), back.data());
-  if (array_.bound == 0) return std::equal(number, number + number_size_, back.data());
-  const double difference =
-      number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
-  return difference <= array_.bound && -difference <= array_.bound;
-}
-
 /// Numbers that the map does not hold are written as they are.
 template <class Coder, unsigned Bits>
-bool MixedValueCoder<Coder, Bits>::code_exception(Coder& coder, std::byte* number) {
+bool MixedValueCoder<Coder, Bits>::code_exception(Coder& coder, const PointStencil& stencil, uint32_t slot,
+                                                  std::byte* number) {
   if (space().exact()) return false;
   bool exception = false;
-  if constexpr (encoding) exception = !keeps(number);
-  if (!exceptions_[component_].code(coder, exception)) return false;
-  for (size_t at = 0; at < number_size_; at += 2) {
-    uint16_t bits = 0;
-    const size_t size = std::min<size_t>(2, number_size_ - at);
-    if constexpr (encoding) std::memcpy(&bits, number + at, size);
-    bits = static_cast<uint16_t>(coder.code_raw(bits, static_cast<unsigned>(8 * size)));
-    if constexpr (!encoding) std::memcpy(number + at, &bits, size);
-  }
+  if constexpr (encoding)
+    exception = !keeps(array_, space(), number, static_cast<Code>(space().code_of(number)), largest_error_);
+  const std::span near(stencil.near.data(), stencil.near_count);
+  if (!exceptions_.code(coder, exception, component_, near, slot)) return false;
+  uint64_t bits = 0;
+  if constexpr (encoding) std::memcpy(&bits, number, number_size_);
+  bits = exceptions_.code_bits(coder, bits, number_size_);
+  if constexpr (!encoding) std::memcpy(number, &bits, number_size_);
   return true;
 }
 

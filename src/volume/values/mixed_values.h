@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "code/online_least_squares.h"
-#include "entropy/bit_model.h"
 #include "entropy/mixer.h"
 #include "entropy/rans.h"
 #include "surface/front/repeat_candidates.h"
@@ -35,6 +34,8 @@ class MixedValueCoder {
 
   /// One tuple. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
+  /// Encoder: the largest error of numbers with a bound, so far.
+  double largest_error() const { return largest_error_; }
   void prefetch(uint32_t slot) const {
     const size_t place = size_t{slot} * array_.components;
     if (place < values_.size()) __builtin_prefetch(&values_[place]);
@@ -78,7 +79,7 @@ class MixedValueCoder {
   };
   using Situations = std::array<Situation, PointStencil::situations>;
 
-  void code_number(Coder& coder, const PointStencil& stencil, std::byte* number);
+  void code_number(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* number);
   void expect(const PointStencil& stencil);
   void add_features(const PointStencil& stencil, const std::array<double, 3>& sums);
   void find_sums(const PointStencil& stencil, std::array<double, 3>& sums);
@@ -94,8 +95,7 @@ class MixedValueCoder {
   unsigned expected_length(bool up) const;
   void learn(Wide code);
   void learn_repeats(Wide code);
-  bool code_exception(Coder& coder, std::byte* number);
-  bool keeps(const std::byte* number) const;
+  bool code_exception(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* number);
 
   const NumberSpace& space() const { return spaces_[component_]; }
   const Value& at(uint32_t slot) const { return values_[size_t{slot} * array_.components + component_]; }
@@ -117,7 +117,8 @@ class MixedValueCoder {
   StreamedArray array_;
   size_t number_size_;
   std::vector<NumberSpace> spaces_;
-  std::vector<BitModel> exceptions_;
+  Exceptions exceptions_;
+  double largest_error_ = 0;
   std::vector<Value> values_;  ///< by slot and component
   std::vector<Value> last_;    ///< the tuple before
   std::vector<std::unique_ptr<Situations>> situations_;

@@ -1,6 +1,7 @@
 #include "volume/values/tuple_values.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "volume/values/mixed_values.h"
 
@@ -28,6 +29,19 @@ template <unsigned N, class Work>
 constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
 }  // namespace
+
+bool keeps(const StreamedArray& array, const NumberSpace& space, const std::byte* number, int64_t code,
+           double& error) {
+  std::array<std::byte, 8> back{};
+  space.store_number(code, back.data());
+  if (array.bound == 0) return std::equal(number, number + size_of(array.type), back.data());
+  const double value = number_as_double(array.type, number);
+  double off = std::fabs(value - number_as_double(array.type, back.data()));
+  if (space.is_logarithm() && off > 0) off /= std::fabs(value);
+  if (!(off <= array.bound)) return false;
+  error = std::max(error, off);
+  return true;
+}
 
 uint64_t tuple_coder_bytes(const StreamedArray& array) {
   uint64_t tables = 0;
@@ -92,7 +106,7 @@ void TupleValueCoder<Coder, Bits, Width>::code_group(Coder& coder, const PointSt
   Ints unit;
   find_codes(group, expected, guess, unit);
   find_contexts(stencil, group, unit, guess);
-  find_residuals(coder, group, numbers, guess);
+  find_residuals(coder, stencil, group, slot, numbers, guess);
   code_residuals(coder, group, guess, numbers);
   Value value;
   find_value(group, expected, guess, unit, numbers, value);
@@ -203,14 +217,21 @@ template <class Coder, unsigned Bits, unsigned Width>
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
-void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const Group& group,
+void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const PointStencil& stencil,
+                                                         const Group& group, uint32_t slot,
                                                          const std::byte* numbers, Guess& guess) {
   guess.exceptions = 0;
+  const std::span near(stencil.near.data(), stencil.near_count);
   for (unsigned k = 0; k < group.count; ++k) {
     const std::byte* number = numbers + k * number_size_;
+    const NumberSpace& space = spaces_[group.first + k];
     Code code = 0;
-    if constexpr (encoding) code = static_cast<Code>(spaces_[group.first + k].code_of(number));
-    if (!exact_ && code_exception(coder, group.first + k, number, code)) guess.exceptions |= 1u << k;
+    if constexpr (encoding) code = static_cast<Code>(space.code_of(number));
+    if (!exact_ && !space.exact()) {
+      bool exception = false;
+      if constexpr (encoding) exception = !keeps(array_, space, number, code, largest_error_);
+      if (exceptions_.code(coder, exception, group.first + k, near, slot)) guess.exceptions |= 1u << k;
+    }
     if (encoding && (guess.exceptions >> k & 1) == 0) guess.residual[k] = difference(code, guess.code[k]);
   }
 }
@@ -439,35 +460,11 @@ void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t
 }
 
 template <class Coder, unsigned Bits, unsigned Width>
-bool TupleValueCoder<Coder, Bits, Width>::keeps(unsigned c, const std::byte* number, Code code) const {
-  std::array<std::byte, 8> back{};
-  spaces_[c].store_number(code, back.data());
-  if (array_.bound == 0) return std::equal(number, number + number_size_, back.data());
-  const double difference =
-      number_as_double(array_.type, number) - number_as_double(array_.type, back.data());
-  return difference <= array_.bound && -difference <= array_.bound;
-}
-
-/// Numbers that the map does not hold are written as they are.
-template <class Coder, unsigned Bits, unsigned Width>
-bool TupleValueCoder<Coder, Bits, Width>::code_exception(Coder& coder, unsigned c, const std::byte* number,
-                                                         Code code) {
-  if (spaces_[c].exact()) return false;
-  bool exception = false;
-  if constexpr (encoding) exception = !keeps(c, number, code);
-  return exceptions_[c].code(coder, exception);
-}
-
-template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code_bits(Coder& coder, std::byte* bytes) {
-  const size_t size = number_size_;
   uint64_t bits = 0;
-  if constexpr (encoding) std::memcpy(&bits, bytes, size);
-  const uint64_t low =
-      coder.code_raw(static_cast<uint32_t>(bits), static_cast<unsigned>(std::min<size_t>(size, 4) * 8));
-  const uint64_t high = size == 8 ? coder.code_raw(static_cast<uint32_t>(bits >> 32), 32) : 0;
-  bits = high << 32 | low;
-  if constexpr (!encoding) std::memcpy(bytes, &bits, size);
+  if constexpr (encoding) std::memcpy(&bits, bytes, number_size_);
+  bits = exceptions_.code_bits(coder, bits, number_size_);
+  if constexpr (!encoding) std::memcpy(bytes, &bits, number_size_);
 }
 
 template class TupleValueCoder<RansEncoder, 32, 1>;

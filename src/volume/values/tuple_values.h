@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "entropy/bit_model.h"
+#include "code/exceptions.h"
 #include "entropy/rans.h"
 #include "numbers/number_space.h"
 #include "volume/values/lane_least_squares.h"
@@ -23,8 +23,8 @@ struct StreamedArray {
   Scalar type = Scalar::f32;
   uint32_t components = 1;
   std::vector<NumberMap> maps;  ///< one per component
-  double bound = 0;             ///< largest error allowed; 0: the same bits
-  bool mixed = false;           ///< coded by MixedValueCoder
+  double bound = 0;    ///< largest error allowed, of logarithms relative to the number; 0: the same bits
+  bool mixed = false;  ///< coded by MixedValueCoder
 
   size_t tuple_size() const { return size_of(type) * components; }
   /// Are codes of 64 bits? Not those of doubles that all are floats.
@@ -33,6 +33,11 @@ struct StreamedArray {
     return size_of(type) == 8 && !std::all_of(maps.begin(), maps.end(), is_float);
   }
 };
+
+/// Is the number of the code the number itself, or within the bound? Then the largest error is `error` at
+/// least.
+bool keeps(const StreamedArray& array, const NumberSpace& space, const std::byte* number, int64_t code,
+           double& error);
 
 /// About what a coder of the array takes before it has met any number: a description could ask for thousands.
 uint64_t tuple_coder_bytes(const StreamedArray& array);
@@ -56,6 +61,8 @@ class TupleValueCoder {
   /// The same as code() for the last corner of a hexahedron, if is_plain(); `nodes`: slots of all corners.
   void code_full(Coder& coder, const uint32_t* nodes, unsigned corner, uint32_t slot,
                  std::byte* tuple) requires(Width == 4);
+  /// Encoder: the largest error of numbers with a bound, so far.
+  double largest_error() const { return largest_error_; }
   /// A hint that the value in a slot is wanted soon: those of the last layer are far away.
   void prefetch(uint32_t slot) const {
     for (const Group& group : groups_) {
@@ -140,21 +147,21 @@ class TupleValueCoder {
   void expect(const PointStencil& stencil, const Group& group, Expectation& expectation) const;
   void find_codes(const Group& group, const Doubles& expected, Guess& guess, Ints& unit) const;
   void find_contexts(const PointStencil& stencil, const Group& group, const Ints& unit, Guess& guess) const;
-  void find_residuals(Coder& coder, const Group& group, const std::byte* numbers, Guess& guess);
+  void find_residuals(Coder& coder, const PointStencil& stencil, const Group& group, uint32_t slot,
+                      const std::byte* numbers, Guess& guess);
   void code_residuals(Coder& coder, const Group& group, Guess& guess, std::byte* numbers);
   void find_value(const Group& group, const Doubles& expected, const Guess& guess, const Ints& unit,
                   std::byte* numbers, Value& value) const;
   void learn(const PointStencil& stencil, Group& group, const Expectation& expectation, const Value& value);
-  bool code_exception(Coder& coder, unsigned component, const std::byte* number, Code code);
   void code_bits(Coder& coder, std::byte* bytes);
-  bool keeps(unsigned component, const std::byte* number, Code code) const;
 
   StreamedArray array_;
   size_t number_size_;
   std::vector<NumberSpace> spaces_;
   std::vector<Group> groups_;
   ValueResiduals<Bits> residuals_;
-  std::vector<BitModel> exceptions_;
+  Exceptions exceptions_;
+  double largest_error_ = 0;
   bool exact_ = true;  ///< no map needs exceptions
   bool plain_ = false;
   uint32_t samples_ = 0;

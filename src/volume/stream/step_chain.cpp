@@ -1,0 +1,160 @@
+// Values of later times, behind those of the step before. docs/format.md, "Steps".
+#include "volume/stream/step_chain.h"
+
+#include <algorithm>
+
+#include "base/result.h"
+#include "volume/stream/time_steps.h"
+
+namespace maille {
+
+Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays) {
+  const uint64_t number = batch * arrays + array;
+  if (step > UINT32_MAX || number > UINT32_MAX)
+    return failure(ErrorCode::unsupported, "more steps, or arrays in a step, than a file can hold");
+  return StreamKey{"SVAL", static_cast<uint32_t>(step), static_cast<uint32_t>(number)};
+}
+
+Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
+  FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  MAILLE_CHECK(file.check_complete());
+  const uint64_t count = count_steps(file);
+  if (number == 0 || number > count) {
+    return failure(ErrorCode::usage, source.name() + ": has no step " + std::to_string(number) +
+                                         "; the last one is " + std::to_string(count));
+  }
+  const StreamHeader mesh = MAILLE_TRY(decode_header(MAILLE_TRY(file.read_stream({"DESC"}))));
+  StepValues values(std::move(file), number);
+  for (uint64_t step = number;; --step) {
+    const StreamKey key{"STEP", static_cast<uint32_t>(step), 0};
+    StepHeader header =
+        MAILLE_TRY(decode_step(MAILLE_TRY(values.file_.read_stream(key)), mesh.description.arrays));
+    const bool needs_before = header.needs_before();
+    if (needs_before && step % key_steps == 0)
+      return failure(ErrorCode::corrupt, source.name() + ": step " + std::to_string(step) +
+                                             " is to be read without others, but needs the one before");
+    values.headers_.push_front(std::move(header));
+    if (!needs_before || step == 1) return values;
+  }
+}
+
+Result<std::vector<std::byte>> StepValues::read(uint64_t step, uint32_t batch, size_t array) const {
+  return file_.read_stream(MAILLE_TRY(key_of(step, batch, array, header_of(step).arrays.size())));
+}
+
+void ValueChain::add(uint64_t step, size_t array, const StreamedArray& coded, Domain domain,
+                     std::vector<NumberMap> maps) {
+  coder_bytes_ += tuple_coder_bytes(coded);
+  links_.push_back({step, array, ArrayStage<RansDecoder>(coded, domain), std::move(maps)});
+}
+
+ValueChain ValueChain::of_mesh(const StreamHeader& mesh, std::optional<size_t> array) {
+  const StreamArray& described = array ? mesh.description.arrays[*array] : mesh.description.positions;
+  ValueChain chain(described.type, described.components);
+  chain.add(0, array.value_or(0), array ? mesh.array(*array) : mesh.positions(),
+            array ? described.domain : Domain::point);
+  return chain;
+}
+
+Result<ValueChain> ValueChain::of_step(const StreamHeader& mesh, const StepValues& values, size_t array) {
+  const StreamArray wanted = values.header().arrays[array];
+  ValueChain chain(wanted.type, wanted.components);
+  // From the last link to the first.
+  std::vector<std::pair<uint64_t, size_t>> links;
+  uint64_t step = values.number();
+  for (;; --step) {
+    const auto& arrays = step == 0 ? mesh.description.arrays : values.header_of(step).arrays;
+    if (array >= arrays.size() || !are_alike(arrays[array], wanted))
+      return failure(ErrorCode::corrupt, "a step has differences to an array that is not there");
+    if (step == 0) break;
+    const StepCoding coding = values.header_of(step).codings[array];
+    if (coding.method == StepCoding::alone || coding.method == StepCoding::difference)
+      links.emplace_back(step, array);
+    if (coding.method == StepCoding::alone) break;
+    array = coding.of;
+    if (coding.method == StepCoding::as_mesh) step = 1;  // the mesh comes next
+  }
+  if (step == 0) chain.add(0, array, mesh.array(array), wanted.domain);
+  for (size_t i = links.size(); i-- > 0;) {
+    const StepHeader& header = values.header_of(links[i].first);
+    const size_t at = links[i].second;
+    const bool differs = header.codings[at].method == StepCoding::difference;
+    chain.add(links[i].first, at, header.array(at, mesh), wanted.domain,
+              differs ? header.maps[at] : std::vector<NumberMap>{});
+  }
+  return chain;
+}
+
+Result<> ValueChain::begin_batch(Bytes of_mesh, const StepValues* values, uint32_t batch) {
+  for (Link& link : links_) {
+    if (link.step == 0) {
+      link.bytes.assign(of_mesh.begin(), of_mesh.end());
+    } else {
+      link.bytes = MAILLE_TRY(values->read(link.step, batch, link.array));
+    }
+    link.stage.begin_batch(RansDecoder(link.bytes, link.stage.lanes()));
+  }
+  return {};
+}
+
+void ValueChain::begin_empty_batch() {
+  for (Link& link : links_) {
+    link.bytes.clear();
+    link.stage.begin_batch(RansDecoder(link.bytes, link.stage.lanes()));
+  }
+}
+
+bool ValueChain::code(const CodedCells& cells, std::byte* tuples) {
+  const size_t count = domain() == Domain::point ? cells.points.size() : cells.size();
+  for (Link& link : links_) {
+    if (link.maps.empty()) {
+      if (!link.stage.code(cells, tuples)) return false;
+      continue;
+    }
+    differences_.resize(count * link.stage.tuple_size());
+    if (!link.stage.code(cells, differences_.data())) return false;
+    add_differences(type_, link.maps, differences_, tuples);
+  }
+  return true;
+}
+
+namespace {
+
+template <class Code>
+void add_as(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, std::byte* tuples) {
+  using Unsigned = std::make_unsigned_t<Code>;
+  for (size_t i = 0; i < differences.size() / sizeof(Code); ++i) {
+    std::byte* const number = tuples + i * size_of(type);
+    const NumberMap& map = maps[i % maps.size()];
+    const auto before = static_cast<Unsigned>(map.code_of(type, number));
+    const auto code = static_cast<Code>(before + load<Unsigned>(differences.data() + i * sizeof(Code)));
+    map.store_number(type, code, number);
+  }
+}
+
+template <class Code>
+void find_as(Scalar type, const std::vector<NumberMap>& maps, Bytes before, Bytes tuples,
+             std::byte* differences) {
+  using Unsigned = std::make_unsigned_t<Code>;
+  for (size_t i = 0; i < tuples.size() / size_of(type); ++i) {
+    const NumberMap& map = maps[i % maps.size()];
+    const auto code = static_cast<Unsigned>(map.code_of(type, tuples.data() + i * size_of(type)));
+    const auto known = static_cast<Unsigned>(map.code_of(type, before.data() + i * size_of(type)));
+    store(differences + i * sizeof(Code), static_cast<Code>(code - known));
+  }
+}
+
+}  // namespace
+
+void add_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, std::byte* tuples) {
+  if (size_of(type) == 8) return add_as<int64_t>(type, maps, differences, tuples);
+  add_as<int32_t>(type, maps, differences, tuples);
+}
+
+void find_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes before, Bytes tuples,
+                      std::byte* differences) {
+  if (size_of(type) == 8) return find_as<int64_t>(type, maps, before, tuples, differences);
+  find_as<int32_t>(type, maps, before, tuples, differences);
+}
+
+}  // namespace maille

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <maille/stream.h>
+
+#include <deque>
+
+#include "container/file_reader.h"
+#include "volume/stream/stream_layout.h"
+#include "volume/values/array_stage.h"
+
+namespace maille {
+
+/// Steps whose number is a multiple of this need no other one.
+inline constexpr uint64_t key_steps = 16;
+
+/// The values of one step in a file, apart from the mesh, and of the steps before it that it needs.
+class StepValues {
+ public:
+  /// Step `number` of the file, counted from 1. `source` must outlive it. Errors: usage (there is no such
+  /// step), corrupt (also of a step before that is needed), cannot_read, unsupported.
+  static Result<StepValues> open(const Source& source, uint64_t number);
+
+  uint64_t number() const { return number_; }
+  const StepHeader& header() const { return headers_.back(); }
+  /// Of this step, or of one that it needs.
+  const StepHeader& header_of(uint64_t step) const {
+    return headers_[headers_.size() - 1 - static_cast<size_t>(number_ - step)];
+  }
+  /// Coded tuples of an array in a batch.
+  Result<std::vector<std::byte>> read(uint64_t step, uint32_t batch, size_t array) const;
+
+ private:
+  StepValues(FileReader file, uint64_t number) : file_(std::move(file)), number_(number) {}
+  FileReader file_;
+  uint64_t number_;
+  std::deque<StepHeader> headers_;  ///< of the steps up to this one
+};
+
+/// Key of the values of array i of a step in a batch. Error: unsupported, beyond 2^32 of them.
+Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays);
+
+/// One array as a reader gives it out: coded by itself, or as differences of codes to that of the step
+/// before, which may be differences, too.
+class ValueChain {
+ public:
+  /// Array `i` (positions: none) of the mesh.
+  static ValueChain of_mesh(const StreamHeader& mesh, std::optional<size_t> array);
+  /// Array `i` of the step. Error: corrupt, where the step before has no array like it.
+  static Result<ValueChain> of_step(const StreamHeader& mesh, const StepValues& values, size_t array);
+
+  Domain domain() const { return links_.front().stage.domain(); }
+  size_t tuple_size() const { return size_of(type_) * components_; }
+  /// The array of the mesh that all begins with, counted from 1; 0: none.
+  size_t mesh_array() const { return links_.front().step == 0 ? links_.front().array + 1 : 0; }
+  /// What the coders take before they have met any number.
+  uint64_t coder_bytes() const { return coder_bytes_; }
+
+  /// `of_mesh`: the bytes of mesh_array() in the batch; `values`: what of_step() was given.
+  Result<> begin_batch(Bytes of_mesh, const StepValues* values, uint32_t batch);
+  /// A batch of which this domain has no tuples.
+  void begin_empty_batch();
+  /// Decodes the tuples of a block. False: the stream is damaged.
+  bool code(const CodedCells& cells, std::byte* tuples);
+
+ private:
+  struct Link {
+    uint64_t step;
+    size_t array;
+    ArrayStage<RansDecoder> stage;
+    std::vector<NumberMap> maps;  ///< of differences: what the codes are of
+    std::vector<std::byte> bytes = {};
+  };
+  ValueChain(Scalar type, uint32_t components) : type_(type), components_(components) {}
+  void add(uint64_t step, size_t array, const StreamedArray& coded, Domain domain,
+           std::vector<NumberMap> maps = {});
+
+  Scalar type_;
+  uint32_t components_;
+  uint64_t coder_bytes_ = 0;
+  std::vector<Link> links_;
+  std::vector<std::byte> differences_;
+};
+
+/// Codes of lattices, `count` tuples: `tuples` become those of the differences to them, or the other way
+/// round.
+void add_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, std::byte* tuples);
+void find_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes before, Bytes tuples,
+                      std::byte* differences);
+
+}  // namespace maille
