@@ -5,9 +5,10 @@ head -1 zsh fish
 for verb in compress decompress info verify diff convert completion; do
   grep -q "'$verb:" zsh || echo "zsh: $verb is missing"
   grep -q -- "-a $verb " fish || echo "fish: $verb is missing"
-  maille "$verb" --help | grep -o -- '--[a-z][a-z-]*' | sort -u | while read -r option; do
+  maille "$verb" --help > help  # not into grep -q, which may close the pipe first
+  grep -o -- '--[a-z][a-z-]*' help | sort -u | while read -r option; do
     [[ $option == --help ]] && continue
-    maille "$verb" --help | grep -q "^  .*$option" || continue
+    grep -q "^  .*$option" help || continue
     grep -q -- "'\*\?$option\[" zsh || echo "zsh: $verb $option is missing"
     grep -q -- "$verb.* -l ${option#--} " fish || echo "fish: $verb $option is missing"
   done
