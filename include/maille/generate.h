@@ -27,7 +27,7 @@ using Grading = std::vector<GradingSection>;
 struct BlockSurface {
   enum class Kind : uint8_t {
     sphere,    ///< centre a, radius
-    cylinder,  ///< from a to b, with both lids, radius
+    cylinder,  ///< from a to b, with both end caps, radius
     plane,     ///< through a, normal b
     box,       ///< its six sides, or one plate, with opposite corners a and b
     triangles

@@ -158,8 +158,8 @@ class Surfaces::Surface {
     const double far = length(out);
     out = far > 0 ? (1 / far) * out : across(along);
     const bool inside = far <= given_.radius && up == height;
-    const double lid = up < whole - up ? 0 : whole;
-    if (inside && std::fabs(up - lid) < given_.radius - far) return given_.a + lid * along + far * out;
+    const double cap = up < whole - up ? 0 : whole;
+    if (inside && std::fabs(up - cap) < given_.radius - far) return given_.a + cap * along + far * out;
     if (inside || up == height) return given_.a + height * along + given_.radius * out;
     return given_.a + height * along + std::min(far, given_.radius) * out;
   }

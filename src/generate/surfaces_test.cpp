@@ -40,7 +40,7 @@ TEST(Surfaces, TakePointsToTheNearestOne) {
   const BlockSurface cylinder = surface(Kind::cylinder, {0, 0, -4}, {0, 0, 4}, 2);
   expect_near(projected({cylinder}, {3, 0, 1}), {2, 0, 1});
   expect_near(projected({cylinder}, {1, 0, 1}), {2, 0, 1});
-  expect_near(projected({cylinder}, {1, 0, 3.9}), {1, 0, 4});  // the lid is nearer than the side
+  expect_near(projected({cylinder}, {1, 0, 3.9}), {1, 0, 4});  // the end cap is nearer than the side
   expect_near(projected({cylinder}, {1, 0, 5}), {1, 0, 4});
   expect_near(projected({cylinder}, {3, 0, 5}), {2, 0, 4});
   expect_near(projected({surface(Kind::plane, {0, 0, 2}, {0, 0, 5})}, {7, 8, 900}), {7, 8, 2});

@@ -17,21 +17,20 @@ Decades::Decades(const ScaledDigits& digits) : digits_(digits) {
     decades_.push_back({begin, decade == 0 ? 0 : begin - limit / 10, exact_powers_of_ten[-power]});
   }
   per_decade_ = 1 / static_cast<double>(places);
-  add_binades(0);
+  add_binades();
 }
 
-void Decades::add_binades(int32_t most_power) {
+void Decades::add_binades() {
   const auto field_of = [](double number) { return bits_as<uint64_t>(number) >> 52; };
   // Below, numbers round to the first codes or to none.
   first_binade_ = field_of(1 / decades_.front().scale);
   for (uint64_t field = first_binade_;; ++field) {
     const auto least = bits_as<double>(field << 52);
     const double above = 2 * least;
-    const int32_t power = digits_.last_place(least);
-    // The decade after the last one has no entry.
-    if (digits_.last_place(std::nextafter(above, 0)) > most_power) return;
+    const int32_t power = digits_.last_place(least), last = digits_.last_place(std::nextafter(above, 0));
+    if (last > 0) return;  // the decade after the last one has no entry
     double next = std::numeric_limits<double>::infinity();
-    if (digits_.last_place(std::nextafter(above, 0)) > power) {
+    if (last > power) {
       const auto scale = exact_powers_of_ten[-power];
       next = (exact_powers_of_ten[digits_.digits] - 0.5) / scale;
       while (digits_.last_place(next) > power) next = std::nextafter(next, 0);

@@ -56,7 +56,7 @@ class Decades {
     uint32_t decade;
   };
 
-  void add_binades(int32_t most_power);
+  void add_binades();
 
   ScaledDigits digits_;
   std::vector<Decade> decades_;

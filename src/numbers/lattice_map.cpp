@@ -7,7 +7,6 @@
 
 #include "base/chunks.h"
 #include "base/result.h"
-#include "numbers/bounded_maps.h"
 #include "numbers/fixed_log.h"
 #include "numbers/number_map.h"
 

@@ -101,5 +101,9 @@ std::optional<NumberMap> logarithm_of_any(Scalar type, double part);
 /// positive.
 Result<ArrayMaps> choose_maps(const Array& array, const Tolerance& tolerance, bool are_positions,
                               Executor& executor = serial_executor());
+/// The same, but steps of relative bounds are twice the bound, as all others are: numbers that were decoded
+/// may give other maps.
+Result<ArrayMaps> choose_maps_once(const Array& array, const Tolerance& tolerance, bool are_positions,
+                                   Executor& executor = serial_executor());
 
 }  // namespace maille

@@ -1,7 +1,5 @@
 #include "numbers/number_map.h"
 
-#include "numbers/bounded_maps.h"
-
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

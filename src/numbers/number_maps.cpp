@@ -262,6 +262,10 @@ std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_
 
 }  // namespace
 
+bool has_tables(std::span<const NumberMap> maps) {
+  return std::any_of(maps.begin(), maps.end(), [](const NumberMap& map) { return !map.table.empty(); });
+}
+
 std::vector<NumberMap> with_tables(const Array& array, std::vector<NumberMap> maps,
                                    std::span<const uint32_t> source, std::vector<int64_t>* savings) {
   if (savings) savings->assign(maps.size(), 0);

@@ -18,6 +18,9 @@ Result<NumberMap> read_map(ByteReader& in, Scalar type, ByteReader* tables = nul
 
 inline constexpr uint64_t most_streamed_numbers = 1 << 16;
 
+/// Has any of the maps a table?
+bool has_tables(std::span<const NumberMap> maps);
+
 /// The same maps, with tables of their numbers where these save more than they take. `source`: the tuples of
 /// the array that are coded, and none. `savings`, if given: for each map how many bits its table saves, in
 /// 1/1024.

@@ -88,9 +88,8 @@ class NumberSpace {
   NumberSpace(Scalar type, const NumberMap& map)
       : type_(map.factor != 0 ? Scalar::f32 : type),
         factor_(map.factor),
-        map_(std::make_shared<NumberMap>(map)),
+        map_(without_factor(map)),
         ordered_(map.kind == NumberMap::Kind::ordered && map.exponent == 0 && map.table.empty()) {
-    map_->factor = 0;
     if (map.kind != NumberMap::Kind::ordered || !map.table.empty()) return;
     if (map.exponent > 0) digits_ = SignificantDigits(map.exponent);
     if (map.exponent < 0) decimals_ = DecimalFloats(-map.exponent);
@@ -175,9 +174,14 @@ class NumberSpace {
     map_->store_number(type_, code, out);
   }
 
+  static std::shared_ptr<const NumberMap> without_factor(NumberMap map) {
+    map.factor = 0;
+    return std::make_shared<const NumberMap>(std::move(map));
+  }
+
   Scalar type_;
-  double factor_;  ///< 0: none
-  std::shared_ptr<NumberMap> map_;
+  double factor_;                         ///< 0: none
+  std::shared_ptr<const NumberMap> map_;  ///< shared by copies, as tables are large
   bool ordered_;
   SignificantDigits digits_;
   DecimalFloats decimals_;

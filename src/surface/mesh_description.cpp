@@ -37,11 +37,6 @@ Description describe(const Mesh& mesh, const EncodeOptions& options) {
   return description;
 }
 
-Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
-  const auto found = options.arrays.find(name);
-  return found == options.arrays.end() ? Tolerance{} : found->second;
-}
-
 }  // namespace
 
 Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {

@@ -450,10 +450,6 @@ class PatchDecoder {
   std::vector<uint32_t> twins_;
 };
 
-}  // namespace
-
-namespace {
-
 /// The cells, after which the mesh is not needed any more.
 Result<PatchEncoder> begin_patch(const Mesh& mesh, const PartNumbers* numbers, uint32_t patch,
                                  std::span<const ArrayToCode> arrays, const EncodeOptions& options,

@@ -58,14 +58,6 @@ class BlockReader {
     });
   }
 
-  static Result<Position> position(FoamCursor& at) {
-    Position p{};
-    MAILLE_CHECK(at.expect('('));
-    for (double& x : p) x = MAILLE_TRY(at.number());
-    MAILLE_CHECK(at.expect(')'));
-    return p;
-  }
-
   /// Surfaces are read when something lies on them: tutorials describe more than they use.
   Result<> geometry() {
     const Entry* entry = find("geometry");
@@ -111,7 +103,7 @@ class BlockReader {
         vertex_names_[MAILLE_TRY(at.word())] = number;
       }
       const bool projected = at.take("project");
-      description().vertices.push_back(MAILLE_TRY(position(at)));
+      description().vertices.push_back(MAILLE_TRY(read_foam_position(at)));
       if (!projected) continue;
       const auto number = static_cast<uint32_t>(description().vertices.size() - 1);
       description().projected_vertices.push_back({number, MAILLE_TRY(surfaces(at))});
@@ -168,7 +160,7 @@ class BlockReader {
       curve.surfaces = MAILLE_TRY(surfaces(at));
     } else if (curve.kind != CurveKind::line) {
       MAILLE_CHECK(at.open_list());
-      while (!at.take(')')) curve.points.push_back(MAILLE_TRY(position(at)));
+      while (!at.take(')')) curve.points.push_back(MAILLE_TRY(read_foam_position(at)));
     }
     return curve;
   }
@@ -177,15 +169,15 @@ class BlockReader {
   Result<Position> arc_point(FoamCursor& at, const BlockCurve& curve) {
     const Position from = description().vertices[curve.from];
     const Position to = description().vertices[curve.to];
-    if (at.at('(')) return position(at);
+    if (at.at('(')) return read_foam_position(at);
     Result<Position> middle = Position{};
     if (at.take("origin")) {
       double factor = 1;
       if (!at.at('(')) factor = MAILLE_TRY(at.number());
-      middle = arc_middle_about(from, to, MAILLE_TRY(position(at)), factor);
+      middle = arc_middle_about(from, to, MAILLE_TRY(read_foam_position(at)), factor);
     } else {
       const double angle = MAILLE_TRY(at.number());
-      middle = arc_middle(from, to, angle, MAILLE_TRY(position(at)));
+      middle = arc_middle(from, to, angle, MAILLE_TRY(read_foam_position(at)));
     }
     if (!middle) return at.bad(middle.error().message);
     return middle;

@@ -74,11 +74,7 @@ class SurfaceReader {
   }
   Result<Position> position(const char* keyword) const {
     FoamCursor at(file_, *MAILLE_TRY(needed(keyword)));
-    Position p{};
-    MAILLE_CHECK(at.expect('('));
-    for (double& x : p) x = MAILLE_TRY(at.number());
-    MAILLE_CHECK(at.expect(')'));
-    return p;
+    return read_foam_position(at);
   }
   Result<> with_radius(BlockSurface::Kind kind) {
     surface_.kind = kind;
@@ -156,6 +152,14 @@ class SurfaceReader {
 };
 
 }  // namespace
+
+Result<Position> read_foam_position(FoamCursor& at) {
+  Position p{};
+  MAILLE_CHECK(at.expect('('));
+  for (double& x : p) x = MAILLE_TRY(at.number());
+  MAILLE_CHECK(at.expect(')'));
+  return p;
+}
 
 Result<BlockSurface> read_foam_surface(const FoamFile& file, const FoamDictionary::Entry& entry,
                                        const std::string& name) {

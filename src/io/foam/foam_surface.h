@@ -7,6 +7,9 @@
 
 namespace maille {
 
+/// Three numbers in parentheses.
+Result<Position> read_foam_position(FoamCursor& at);
+
 /// A surface of a blockMeshDict's `geometry`: sphere, cylinder, plane, box, plate, or the file of a
 /// triSurfaceMesh, which is looked for in constant/triSurface and constant/geometry of the case that the
 /// dictionary lies in. Errors: malformed_input, unsupported, with file and line; those of reading the file.

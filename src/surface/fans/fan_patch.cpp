@@ -88,11 +88,12 @@ using NearFaces = std::vector<std::pair<uint64_t, uint32_t>>;
 /// Among faces that are the same there.
 void find_first(const Faces& faces, std::span<const NearFaces::value_type> near,
                 std::vector<uint32_t>& first) {
-  std::vector<std::pair<std::vector<uint32_t>, uint32_t>> same;
-  for (const auto& [beside, face] : near) {
-    if (faces.offsets.empty()) first[face] = near[0].second;
-    if (!faces.offsets.empty()) same.push_back({canonical(faces.face(face)), face});
+  if (faces.offsets.empty()) {
+    for (const auto& [beside, face] : near) first[face] = near[0].second;
+    return;
   }
+  std::vector<std::pair<std::vector<uint32_t>, uint32_t>> same;
+  for (const auto& [beside, face] : near) same.push_back({canonical(faces.face(face)), face});
   std::sort(same.begin(), same.end());
   for (size_t i = 1; i < same.size(); ++i) {
     if (same[i].first == same[i - 1].first) first[same[i].second] = first[same[i - 1].second];

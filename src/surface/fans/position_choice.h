@@ -14,7 +14,12 @@ struct CodedNumbers {
   std::vector<NumberMap> maps;
   Shear shear;  ///< of codes before bias
   Bias bias{};
-  bool wide = false;  ///< as doubles
+  bool wide = false;  ///< as doubles, without a bias
+
+  void widen() {
+    wide = true;
+    bias = {};
+  }
 };
 
 /// All points in a coding.

@@ -38,13 +38,13 @@ CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> 
       high[k] = v > 0 ? std::max(high[k], code[k]) : code[k];
     }
   }
+  bool wide = false;
   for (unsigned k = 0; k < codes.components; ++k) {
     const uint64_t range = static_cast<uint64_t>(high[k]) - static_cast<uint64_t>(low[k]);
-    numbers.wide = numbers.wide || range >= 2 * int64_t{most_narrow_code} - 1 ||
-                   more_range >= uint64_t{most_narrow_code};
+    wide = wide || range >= 2 * int64_t{most_narrow_code} - 1 || more_range >= uint64_t{most_narrow_code};
     numbers.bias[k] = static_cast<int64_t>(static_cast<uint64_t>(low[k]) + (range + 1) / 2);
   }
-  if (numbers.wide) numbers.bias = {};
+  if (wide) numbers.widen();
   return numbers;
 }
 
@@ -215,14 +215,11 @@ bool forecasts_numbers(const Patch& patch, CodedNumbers numbers, const Effort& e
         std::min(measured.of(Centre::fitted).bits(), measured.of(Centre::gate).bits()));
   };
   const double of_codes = bits();
-  numbers.wide = true;
-  numbers.bias = {};
+  numbers.widen();
   const double of_numbers = bits();
-  const bool ranks = std::any_of(numbers.maps.begin(), numbers.maps.end(),
-                                 [](const NumberMap& map) { return !map.table.empty(); });
   // Files with tables were smaller by ranks up to a ratio of 1.09 and larger from 1.18 on (build/data/tri and
   // poly); with digits ogre, at 1.04, is 5 % larger by codes.
-  const double price = !effort.spread ? 1.15 : ranks ? 1.1 : 1.0;
+  const double price = !effort.spread ? 1.15 : has_tables(numbers.maps) ? 1.1 : 1.0;
   return price * of_numbers < of_codes;
 }
 
@@ -234,10 +231,7 @@ PositionEncoder best_encoder(Patch patch, Scalar type, const std::vector<NumberM
   const unsigned n = patch.codes.components;
   const Shear shear = n < 2 || curved ? Shear() : fit_shear(*patch.fans, patch.codes.numbers, n);
   CodedNumbers numbers = find_range(patch.codes, type, maps, {}, more_range);
-  if (curved && !numbers.wide && forecasts_numbers(patch, numbers, effort)) {
-    numbers.wide = true;
-    numbers.bias = {};
-  }
+  if (curved && !numbers.wide && forecasts_numbers(patch, numbers, effort)) numbers.widen();
   if (!shear.any()) return PositionEncoder(std::move(patch), std::move(numbers), effort, exact);
   PositionEncoder plain(patch, std::move(numbers), effort, exact);
   apply_shear(shear, patch.codes);
@@ -259,8 +253,7 @@ std::vector<std::byte> encode_with(const FanSurface& fans, const Array& array, c
   PositionEncoder plain = encoder_of(maps.maps);
   if (maps.lossless) {
     const RefinedMaps refined = refine_maps(array, maps.maps, source);
-    const auto has_table = [](const NumberMap& map) { return !map.table.empty(); };
-    if (refined.any() || std::any_of(refined.coarse.begin(), refined.coarse.end(), has_table)) {
+    if (refined.any() || has_tables(refined.coarse)) {
       PositionEncoder coarse = encoder_of(refined.coarse);
       ByteWriter beside;
       if (refined.any()) write_details(beside, refined, array, source);

@@ -57,9 +57,6 @@ std::vector<NumberMap> with_tables_of(const Array& all, const std::vector<Number
   for (const NumberMap& map : ranks) numbers += map.table.size();
   return numbers <= most_shared_numbers ? ranks : maps;
 }
-bool has_tables(const std::vector<NumberMap>& maps) {
-  return std::any_of(maps.begin(), maps.end(), [](const NumberMap& map) { return !map.table.empty(); });
-}
 
 uint64_t size_of_patch(const EncodedPatch& patch) {
   uint64_t size = patch.topology.bytes.size();

@@ -21,7 +21,7 @@ constexpr uint32_t most_samples = 1 << 14;
 /// Of those with the same rows: most vertices of a mesh are in one or two groups. Without a limit files are
 /// as large in the mean (build/data/tri, 14 bits), with 2,048 the dragon is 1.4 % larger.
 constexpr uint32_t most_of_group = 3072;
-constexpr uint32_t samples_in_a_row = 64;
+constexpr uint32_t samples_in_a_run = 64;
 constexpr uint32_t fewest_samples = 48;
 
 using PairOfDoubles = double __attribute__((vector_size(16)));
@@ -85,7 +85,7 @@ class Fitter {
       : fans_(fans),
         values_(values),
         units_(units),
-        rows_of_samples_(std::min(most_samples, fans.vertices) / samples_in_a_row + 1),
+        runs_of_samples_(std::min(most_samples, fans.vertices) / samples_in_a_run + 1),
         with_valences_(with_valences) {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) useful_.emplace_back(g);
     std::array<uint32_t, ValenceRows::groups> count{};
@@ -125,14 +125,14 @@ class Fitter {
 
  private:
   unsigned group_of(uint32_t v) const { return ValenceRows::group_of(fans_.kinds[v]); }
-  /// One of `part` of the rows of samples.
+  /// One of `part` of the runs of samples.
   template <class Visit>
   void visit_vertices(uint32_t part, Visit visit) const {
-    // Rows of neighbours: what they refer to is near in memory.
-    for (uint32_t row = 0; row < rows_of_samples_; row += part) {
-      const auto begin = static_cast<uint32_t>(uint64_t{fans_.vertices} * row / rows_of_samples_),
-                 end = static_cast<uint32_t>(uint64_t{fans_.vertices} * (row + 1) / rows_of_samples_);
-      for (uint32_t v = std::max(begin, 1u); v < std::min(end, begin + samples_in_a_row); ++v) visit(v);
+    // Neighbours: what they refer to is near in memory.
+    for (uint32_t run = 0; run < runs_of_samples_; run += part) {
+      const auto begin = static_cast<uint32_t>(uint64_t{fans_.vertices} * run / runs_of_samples_),
+                 end = static_cast<uint32_t>(uint64_t{fans_.vertices} * (run + 1) / runs_of_samples_);
+      for (uint32_t v = std::max(begin, 1u); v < std::min(end, begin + samples_in_a_run); ++v) visit(v);
     }
   }
   /// Of groups that have more than enough, only some.
@@ -190,11 +190,19 @@ class Fitter {
 
   template <unsigned used>
   void add(const Sample<components>& sample, const Solution& rows, Normals& normals) const {
-    const unsigned count = useful_[sample.group].count;
     ++normals.samples;
-    if (count <= 2) return add<used, 2>(sample, rows, normals);
-    if (count <= 4) return add<used, 4>(sample, rows, normals);
-    add<used, references>(sample, rows, normals);
+    switch (rows_for(useful_[sample.group].count)) {
+      case 2:
+        return add<used, 2>(sample, rows, normals);
+      case 4:
+        return add<used, 4>(sample, rows, normals);
+      default:
+        return add<used, references>(sample, rows, normals);
+    }
+  }
+  /// Rows of the matrix for so many useful references; those too many stay 0.
+  static constexpr unsigned rows_for(unsigned useful) {
+    return useful <= 2 ? 2 : useful <= 4 ? 4 : references;
   }
   /// With as many references, of which the last ones may be zeros: loops that a compiler unrolls.
   template <unsigned used, unsigned count>
@@ -229,8 +237,7 @@ class Fitter {
   /// With a little added to the diagonal; false when there is nothing to solve.
   bool solve(const Normals& normals, unsigned group, unsigned used_terms, Solution& solution) const {
     const unsigned m = useful_[group].count, n = used_terms * m;
-    // The right side is behind the rows that add() has.
-    const unsigned right = m <= 2 ? 2 : m <= 4 ? 4 : references;
+    const unsigned right = rows_for(m);
     std::vector<double> rows(size_t{n} * n), x(n);
     for (unsigned i = 0; i < n; ++i) {
       for (unsigned j = 0; j <= i; ++j)
@@ -342,7 +349,7 @@ class Fitter {
   const FanSurface& fans_;
   std::span<const Tuple> values_;
   Tuple units_;
-  uint32_t rows_of_samples_;
+  uint32_t runs_of_samples_;
   bool with_valences_;
   std::vector<Useful> useful_;
   std::array<uint32_t, ValenceRows::groups> stride_;  ///< how many vertices of a group there are for a sample
