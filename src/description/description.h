@@ -13,6 +13,12 @@
 
 namespace maille {
 
+/// What options ask for of the array of this name.
+inline Tolerance tolerance_of(const EncodeOptions& options, const std::string& name) {
+  const auto found = options.arrays.find(name);
+  return found == options.arrays.end() ? Tolerance{} : found->second;
+}
+
 /// One array as a file describes it, without its numbers.
 struct ArrayDescription {
   std::string name;

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/result.h"
-#include "numbers/bounded_maps.h"
 #include "numbers/number_space.h"
 
 namespace maille {

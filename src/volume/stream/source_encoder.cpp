@@ -25,7 +25,7 @@ Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptio
   stream.positions.tolerance = options.positions;
   for (const Array& array : mesh.arrays) {
     stream.arrays.push_back({array.name, array.domain, array.type, array.components, array.role, array.labels,
-                             tolerance_of(array, options), std::nullopt});
+                             tolerance_of(options, array.name), std::nullopt});
   }
   for (const auto& [name, tolerance] : options.arrays) {
     const auto same_name = [&name = name](const Array& array) { return array.name == name; };
@@ -201,7 +201,7 @@ EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options
   for (size_t i = 0; i < mesh.arrays.size(); ++i) {
     ArrayReport& array = report.arrays.emplace_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i])));
     array.coded_bytes = stream.array_bytes[i];
-    add_error(maps, stream, tolerance_of(mesh.arrays[i], options), i + 1, array);
+    add_error(maps, stream, tolerance_of(options, mesh.arrays[i].name), i + 1, array);
     report.other_bytes -= stream.array_bytes[i];
   }
   for (const Array& array : mesh.mesh_arrays) report.arrays.push_back(report_of(array, array.count()));

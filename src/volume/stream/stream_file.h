@@ -8,6 +8,7 @@
 
 #include <optional>
 
+#include "description/description.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/stream_layout.h"
 
@@ -25,11 +26,6 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 Result<FileInfo> inspect_stream(const Source& source);
-
-inline Tolerance tolerance_of(const Array& array, const EncodeOptions& options) {
-  const auto found = options.arrays.find(array.name);
-  return found == options.arrays.end() ? Tolerance{} : found->second;
-}
 
 /// What encode() is told and a stream takes as it is, of a mesh in memory or in parts.
 template <class AnyMesh>

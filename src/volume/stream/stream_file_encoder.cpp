@@ -44,7 +44,7 @@ Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options
   StreamOptions stream;
   stream.positions = describe(mesh.points, options.positions);
   for (const Array& array : mesh.arrays) {
-    const Tolerance tolerance = tolerance_of(array, options);
+    const Tolerance tolerance = tolerance_of(options, array.name);
     if (array.domain == Domain::mesh) {
       stream.mesh_arrays.push_back(array);
     } else {
@@ -455,7 +455,7 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
       report.arrays.push_back(report_of(array));
       continue;
     }
-    report.arrays.push_back(report_of(array, tolerance_of(array, options), maps, stream, next + 1));
+    report.arrays.push_back(report_of(array, tolerance_of(options, array.name), maps, stream, next + 1));
     report.other_bytes -= stream.array_bytes[next++];
   }
   return report;

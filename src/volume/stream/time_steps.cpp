@@ -53,19 +53,6 @@ struct Partner {
   std::vector<std::byte> before = {};  ///< all tuples of the earlier array, as they are read
 };
 
-/// Is a number that is read as `back` within the bound? Then the largest error is `error` at least.
-bool is_kept(const StreamedArray& array, size_t component, const std::byte* number, const std::byte* back,
-             double& error) {
-  if (std::equal(number, number + size_of(array.type), back)) return true;
-  if (array.bound == 0) return false;
-  const double value = number_as_double(array.type, number);
-  double off = std::fabs(value - number_as_double(array.type, back));
-  if (array.maps[component].kind == NumberMap::Kind::logarithm && off > 0) off /= std::fabs(value);
-  if (!(off <= array.bound)) return false;
-  error = std::max(error, off);
-  return true;
-}
-
 /// The step before an array's partner had a finer lattice: on the same one errors do not add up.
 std::vector<NumberMap> lattice_for(const std::vector<NumberMap>& now, const std::vector<NumberMap>& before) {
   for (size_t k = 0; k < now.size(); ++k) {
@@ -130,12 +117,13 @@ class Comparison {
       MAILLE_CHECK(values_.read(i, points ? piece.points[at] : piece.first_cell + at, tuple_.data()));
       for (size_t c = 0; c < array.components; ++c) {
         const std::byte* const number = tuple_.data() + c * number_size;
-        partner.keeps = partner.keeps &&
-                        is_kept(array, c, number, tuples.data() + at * size + c * number_size, partner.error);
+        const bool logarithm = array.maps[c].kind == NumberMap::Kind::logarithm;
+        const std::byte* const known = tuples.data() + at * size + c * number_size;
+        partner.keeps = partner.keeps && is_kept(array, logarithm, number, known, partner.error);
         if (!partner.on_lattice) continue;
         std::array<std::byte, 8> back{};
         partner.maps[c].store_number(array.type, partner.maps[c].code_of(array.type, number), back.data());
-        partner.on_lattice = is_kept(array, c, number, back.data(), partner.lattice_error);
+        partner.on_lattice = is_kept(array, logarithm, number, back.data(), partner.lattice_error);
       }
     }
     if (!partner.on_lattice) partner.before = {};
@@ -449,7 +437,7 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
                              array.components,
                              array.role,
                              array.labels,
-                             tolerance_of(array, options),
+                             tolerance_of(options, array.name),
                              {}});
     columns.push_back(&array);
   }

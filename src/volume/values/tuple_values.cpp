@@ -30,17 +30,23 @@ constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
 }  // namespace
 
+bool is_kept(const StreamedArray& array, bool logarithm, const std::byte* number, const std::byte* back,
+             double& error) {
+  if (std::equal(number, number + size_of(array.type), back)) return true;
+  if (array.bound == 0) return false;
+  const double value = number_as_double(array.type, number);
+  double off = std::fabs(value - number_as_double(array.type, back));
+  if (logarithm && off > 0) off /= std::fabs(value);
+  if (!(off <= array.bound)) return false;
+  error = std::max(error, off);
+  return true;
+}
+
 bool keeps(const StreamedArray& array, const NumberSpace& space, const std::byte* number, int64_t code,
            double& error) {
   std::array<std::byte, 8> back{};
   space.store_number(code, back.data());
-  if (array.bound == 0) return std::equal(number, number + size_of(array.type), back.data());
-  const double value = number_as_double(array.type, number);
-  double off = std::fabs(value - number_as_double(array.type, back.data()));
-  if (space.is_logarithm() && off > 0) off /= std::fabs(value);
-  if (!(off <= array.bound)) return false;
-  error = std::max(error, off);
-  return true;
+  return is_kept(array, space.is_logarithm(), number, back.data(), error);
 }
 
 uint64_t tuple_coder_bytes(const StreamedArray& array) {

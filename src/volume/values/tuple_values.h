@@ -34,8 +34,11 @@ struct StreamedArray {
   }
 };
 
-/// Is the number of the code the number itself, or within the bound? Then the largest error is `error` at
-/// least.
+/// Is what a number is read back as the number itself, or within the bound? Then the largest error is `error`
+/// at least. `logarithm`: errors are relative to the number.
+bool is_kept(const StreamedArray& array, bool logarithm, const std::byte* number, const std::byte* back,
+             double& error);
+/// The same of the number of a code.
 bool keeps(const StreamedArray& array, const NumberSpace& space, const std::byte* number, int64_t code,
            double& error);
 
