@@ -46,8 +46,7 @@ void Parser::add_compress() {
       ->group(files_group);
 
   for (const BoundOption& option : bound_options) {
-    const std::string name = option.kind == Tolerance::Kind::absolute ? "-e,--error" : option.name;
-    repeatable(c->add_option(name, compress.bounds[option.kind], option.meaning), option.arguments);
+    repeatable(c->add_option(option.flags, compress.bounds[option.kind], option.meaning), option.arguments);
   }
   c->add_flag("--lossless", compress.lossless, "Bit for bit (default)")->group(quality_group);
   CLI::Option* keep =
@@ -136,11 +135,10 @@ void Parser::add_append() {
       ->type_name("T")
       ->group(files_group);
   for (const BoundOption& option : bound_options) {
-    const std::string name = option.kind == Tolerance::Kind::absolute ? "-e,--error" : option.name;
     const std::string arguments = option.arguments;
-    repeatable(
-        a->add_option(name, append.quality.bounds[option.kind], "As for compress, of arrays; repeatable"),
-        arguments.substr(arguments.find('|') + 1));
+    repeatable(a->add_option(option.flags, append.quality.bounds[option.kind],
+                             "As for compress, of arrays; repeatable"),
+               arguments.substr(arguments.find('|') + 1));
   }
   add_work(a, append.common);
 }

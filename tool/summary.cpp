@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "text.h"
+#include "tolerance.h"
 
 namespace maille::tool {
 
@@ -41,10 +42,10 @@ void add_row(Table& table, const ArrayReport& array) {
 }
 
 Json json_of(const Tolerance& asked) {
-  constexpr const char* kinds[] = {"lossless",   "error", "rel-error",   "bits",
-                                   "norm-error", "psnr",  "pw-rel-error"};
-  const bool lossless = asked.kind == Tolerance::Kind::lossless;
-  return {{"kind", kinds[static_cast<size_t>(asked.kind)]}, {"value", lossless ? Json() : Json(asked.value)}};
+  for (const BoundOption& option : bound_options) {
+    if (option.kind == asked.kind) return {{"kind", option.name + 2}, {"value", asked.value}};
+  }
+  return {{"kind", "lossless"}, {"value", Json()}};
 }
 
 Json json_of(const ArrayReport& array) {

@@ -63,21 +63,21 @@ Result<> add(Tolerances& all, const std::string& option, const std::string& text
 }  // namespace
 
 const std::array<BoundOption, 6> bound_options = {{
-    {Tolerance::Kind::absolute, "--error", "X|NAME=X",
+    {Tolerance::Kind::absolute, "--error", "-e,--error", "X|NAME=X",
      "Largest error allowed per coordinate of the positions, in file units, or per component of the array "
      "NAME; repeatable"},
-    {Tolerance::Kind::relative, "--rel-error", "X|NAME=X",
+    {Tolerance::Kind::relative, "--rel-error", "--rel-error", "X|NAME=X",
      "The same as a fraction of the bounding box diagonal (positions) or of the range of values (NAME), the "
      "widest one of all components; repeatable"},
-    {Tolerance::Kind::pointwise, "--pw-rel-error", "X|NAME=X",
+    {Tolerance::Kind::pointwise, "--pw-rel-error", "--pw-rel-error", "X|NAME=X",
      "The same as a fraction of each value, below 1: zeros and signs are kept; mode stream; repeatable"},
-    {Tolerance::Kind::norm, "--norm-error", "X|NAME=X",
+    {Tolerance::Kind::norm, "--norm-error", "--norm-error", "X|NAME=X",
      "Largest length of the error of a vector: of positions, or of the tuples of NAME; repeatable"},
-    {Tolerance::Kind::psnr, "--psnr", "DB|NAME=DB",
+    {Tolerance::Kind::psnr, "--psnr", "--psnr", "DB|NAME=DB",
      "Least ratio of peak signal to noise, in decibels: 20 log10 of the range over the root of the mean "
      "squared "
      "error; repeatable"},
-    {Tolerance::Kind::bits, "--bits", "N|NAME=N",
+    {Tolerance::Kind::bits, "--bits", "--bits", "N|NAME=N",
      "Lattice of 2^N values over the longest side of the bounding box (positions) or over the range of "
      "values "
      "(NAME); repeatable"},
@@ -179,9 +179,13 @@ std::vector<std::string> notes_of_ranges(const Tolerances& tolerances, const Mes
     std::vector<double> values = widest_component(array);
     const size_t few = std::min<size_t>(values.size() / 200, 8);  // at either end
     if (few == 0) continue;
-    std::sort(values.begin(), values.end());
-    const double range = values.back() - values.front();
-    const double inner = values[values.size() - 1 - few] - values[few];
+    const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+    const double range = *greatest - *least;
+    const auto ranked = [&](size_t rank) {
+      std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(rank), values.end());
+      return values[rank];
+    };
+    const double inner = ranked(values.size() - 1 - few) - ranked(few);
     if (inner >= range / 2) continue;
     notes.push_back(
         fmt::format("the bound of '{}' is a part of its range, {:.4g}, but all values except {} lie within "

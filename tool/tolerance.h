@@ -17,6 +17,7 @@ namespace maille::tool {
 struct BoundOption {
   Tolerance::Kind kind;
   const char* name;       ///< as in "--bits"
+  const char* flags;      ///< with the short one, if there is one
   const char* arguments;  ///< of compress, "X|NAME=X"; behind the bar those of append
   const char* meaning;
 };
