@@ -8,7 +8,8 @@ namespace maille {
 
 struct CompareOptions {
   /// Points and cells must be in the same order, cells must start at the same corner. Otherwise a mesh equals
-  /// another when some renaming of points, order of cells and rotation of faces makes them equal.
+  /// another when some renaming of points, order of cells, rotation of faces and turn of solids (tetrahedra,
+  /// pyramids, wedges, hexahedra; never mirrored) makes them equal.
   bool same_order = false;
   /// Largest difference allowed per component of positions; 0 means the same bits. With it, points are
   /// matched by order only (same_order must be set); differences_by_order() tells how large they are.

@@ -113,7 +113,7 @@ uint32_t Elements::kind_of(size_t block, CellType type, std::span<const uint32_t
   uint64_t hash = hash_mix(seed_, static_cast<uint64_t>(type));
   for (const uint32_t corners : faces) hash = hash_mix(hash, corners);
   if (block_names_) hash = text_hash(hash, mesh_->blocks[block].name);
-  kinds_.push_back({type, is_face(type), block, first_corner, scrambled(hash), {faces.begin(), faces.end()}});
+  kinds_.push_back({type, block, first_corner, scrambled(hash), {faces.begin(), faces.end()}});
   return known = static_cast<uint32_t>(kinds_.size() - 1);
 }
 

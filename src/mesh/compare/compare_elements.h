@@ -45,8 +45,7 @@ class Elements {
   const std::vector<Cell>& cells() const { return cells_; }
   /// Corner number, over all blocks, of a cell's first corner.
   uint64_t first_corner(const Cell& cell) const;
-  /// Whether rotating the cell's corners leaves it the same: faces only.
-  bool rotates(const Cell& cell) const { return kinds_[cell.kind].rotates; }
+  CellType type_of(const Cell& cell) const { return kinds_[cell.kind].type; }
   /// For messages: "triangle 12 (points 3 4 5) with material ("wood")", naming the arrays compared, if they
   /// are few.
   std::string describe_cell(uint64_t cell) const;
@@ -66,7 +65,6 @@ class Elements {
  private:
   struct Kind {
     CellType type;  ///< polygons of 3 and 4 corners count as triangle and quad
-    bool rotates;
     size_t block;
     uint64_t first_corner;
     uint64_t hash;

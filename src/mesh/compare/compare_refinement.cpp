@@ -1,6 +1,9 @@
 #include "mesh/compare/compare_refinement.h"
 
 #include <algorithm>
+#include <numeric>
+
+#include "mesh/cell_turns.h"
 
 namespace maille {
 
@@ -11,9 +14,9 @@ namespace {
 constexpr unsigned max_depth = 2000;
 constexpr uint64_t max_effort = 200'000'000;
 
-/// Smallest rotation by two candidates that overtake each other, in linear time. When both survive, their
-/// distance is the period.
-void find_rotation(CanonicalCell& cell) {
+/// Polygons of any size: the smallest rotation by two candidates that overtake each other, in linear time.
+/// When both survive, rotations by their distance leave the tokens the same.
+void turn_polygon(CanonicalCell& cell) {
   const std::vector<uint64_t>& t = cell.tokens;
   const size_t n = t.size();
   size_t i = 0, j = 1, k = 0;
@@ -28,8 +31,29 @@ void find_rotation(CanonicalCell& cell) {
     if (i == j) ++j;
     k = 0;
   }
-  cell.start = std::min(i, j);
-  cell.period = k == n ? (i > j ? i - j : j - i) : n;
+  const size_t period = k == n ? (i > j ? i - j : j - i) : n;
+  for (size_t at = 0; at < n; ++at) {
+    cell.corner[at] = (std::min(i, j) + at) % n;
+    cell.place[cell.corner[at]] = at % period;
+  }
+}
+
+void turn_solid(CanonicalCell& cell, std::span<const CellTurn> turns) {
+  const auto compare_to = [&](const CellTurn& turn) {
+    size_t at = 0;
+    while (at < cell.tokens.size() && cell.tokens[turn.corner[at]] == cell.tokens[cell.corner[at]]) ++at;
+    if (at == cell.tokens.size()) return 0;
+    return cell.tokens[turn.corner[at]] < cell.tokens[cell.corner[at]] ? -1 : 1;
+  };
+  for (const CellTurn& turn : turns) {
+    const int order = compare_to(turn);
+    if (order > 0) continue;
+    for (size_t at = 0; at < cell.tokens.size(); ++at) {
+      size_t& place = cell.place[turn.corner[at]];
+      place = order < 0 ? at : std::min(place, at);
+      if (order < 0) cell.corner[at] = turn.corner[at];
+    }
+  }
 }
 
 }  // namespace
@@ -42,12 +66,16 @@ void canonicalise(const Elements& elements, const Partition& partition, unsigned
   for (size_t i = 0; i < nodes.degree; ++i) {
     out.tokens[i] = hash_mix(elements.corner_hash(first + i), partition.class_of(side, nodes.nodes[i]));
   }
-  out.start = 0;
-  out.period = nodes.degree;
-  if (elements.rotates(nodes) && nodes.degree > 0) find_rotation(out);
+  out.corner.resize(nodes.degree);
+  std::iota(out.corner.begin(), out.corner.end(), size_t{0});
+  out.place = out.corner;
+  if (is_face(elements.type_of(nodes))) {
+    turn_polygon(out);
+  } else {
+    turn_solid(out, turns_of(elements.type_of(nodes)));
+  }
   uint64_t hash = hash_mix(elements.cell_hash(cell), nodes.degree);
-  for (size_t i = out.start; i < nodes.degree; ++i) hash = hash_mix(hash, out.tokens[i]);
-  for (size_t i = 0; i < out.start; ++i) hash = hash_mix(hash, out.tokens[i]);
+  for (const size_t corner : out.corner) hash = hash_mix(hash, out.tokens[corner]);
   out.hash = scrambled(hash);
 }
 
@@ -111,7 +139,7 @@ uint64_t Refinement::collect_entries(unsigned side, const Points& moved,
       if (partition_.is_pair(side, points[i])) continue;
       if (!marked_[side][points[i]]) touched.push_back(points[i]);
       marked_[side][points[i]] = true;
-      sums_[side][points[i]] += scrambled(hash_mix(canonical_.hash, canonical_.place(i)));
+      sums_[side][points[i]] += scrambled(hash_mix(canonical_.hash, canonical_.place[i]));
     }
   }
   for (const uint32_t point : touched) {

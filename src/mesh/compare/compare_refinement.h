@@ -7,16 +7,13 @@
 
 namespace maille {
 
-/// The corners of a cell as hashes, turned to the start that comes first among all rotations: the same for
-/// every rotation of a face.
+/// The corners of a cell as hashes, turned as comes first among all ways to turn it: the same however the
+/// cell was turned.
 struct CanonicalCell {
   std::vector<uint64_t> tokens;  ///< as in the cell: class of the point, and corner values
-  size_t start = 0;              ///< where the smallest rotation starts; 0 for cells that do not rotate
-  size_t period = 0;             ///< rotations by multiples of it leave the tokens the same
+  std::vector<size_t> corner;    ///< in the turn that comes first
+  std::vector<size_t> place;     ///< by corner: that in the turn, the lowest where several come first
   uint64_t hash = 0;             ///< of everything about the cell
-
-  /// Place of a corner that is the same however the cell was rotated.
-  size_t place(size_t corner) const { return (corner + tokens.size() - start) % period; }
 };
 
 /// Fills `out` for one cell; its memory is used again. Points are known by their classes.

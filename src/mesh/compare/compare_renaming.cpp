@@ -120,11 +120,11 @@ class Check {
     if (x.degree != y.degree || !equal_kinds(a_, x, b_, y) || !equal_values(a_, Domain::cell, i, b_, j))
       return false;
     canonicalise(a_, partition_, 0, i, canonical_);
-    const size_t start = canonical_.start;
+    const std::vector<size_t> corner = canonical_.corner;
     canonicalise(b_, partition_, 1, j, canonical_);
     const uint64_t first_x = a_.first_corner(x), first_y = b_.first_corner(y);
     for (size_t k = 0; k < x.degree; ++k) {
-      const size_t p = (start + k) % x.degree, q = (canonical_.start + k) % x.degree;
+      const size_t p = corner[k], q = canonical_.corner[k];
       if (partner(x.nodes[p]) != y.nodes[q]) return false;
       if (!equal_values(a_, Domain::corner, first_x + p, b_, first_y + q)) return false;
     }

@@ -18,7 +18,8 @@ struct Decision {
   std::string difference;  ///< one sentence, unless equal
 };
 
-/// Whether some renaming of points, order of cells and rotation of faces makes the two meshes equal.
+/// Whether some renaming of points, order of cells, rotation of faces and turn of solids makes the two meshes
+/// equal.
 Decision find_renaming(const Elements& a, const Elements& b);
 
 }  // namespace maille

@@ -183,7 +183,7 @@ TEST(CellsAtGates, TakeLittleMoreThanTheirTurns) {
 
 TEST(GateOrder, HasEachCellOnceAndTheFacesOfOneCellAsBorders) {
   const Mesh mesh = scattered_grid(5, 2);
-  const GateOrder found = gate_order(mesh);
+  const GateOrder found = gate_order(mesh, false);
   ASSERT_EQ(found.cells.size(), 1u);
   std::vector<uint64_t> cells = found.cells[0];
   std::sort(cells.begin(), cells.end());

@@ -91,9 +91,13 @@ struct Ordering {
   std::optional<CodedOrder> apart;
   bool by_front = false;         ///< not as they are in the input: few cells are found on the fast path
   std::vector<uint8_t> borders;  ///< where cells come at gates
+  CellTurns turns;
 
   Ordering(const Mesh& mesh, CellOrders cells, bool front)
-      : orders(std::move(cells)), last(last_cells(mesh, orders)), by_front(front) {}
+      : orders(std::move(cells)),
+        last(last_cells(mesh, orders)),
+        by_front(front),
+        turns(mesh.blocks.size()) {}
 };
 Ordering as_they_are(const Mesh& mesh) {
   return {mesh, CellOrders(mesh.blocks.size()), false};
@@ -104,23 +108,24 @@ Ordering in_front_order(const Mesh& mesh) {
   return {mesh, std::move(orders), true};
 }
 
-Ordering at_gates(const Mesh& mesh) {
-  GateOrder found = gate_order(mesh);
+Ordering at_gates(const Mesh& mesh, bool turned) {
+  GateOrder found = gate_order(mesh, turned);
   Ordering ordering(mesh, std::move(found.cells), true);
   ordering.borders = std::move(found.borders);
+  ordering.turns = std::move(found.turns);
   return ordering;
 }
 
 /// At gates; as the front meets them where there are cells without shape, or polygons alone: these take a
 /// twentieth more at gates, whose positions lose more there than gates save.
-Ordering in_coded_order(const Mesh& mesh) {
+Ordering in_coded_order(const Mesh& mesh, bool turned) {
   const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
                                   [](const CellBlock& block) { return has_cells_of(block, 3); });
-  return solids && all_have_shapes(mesh) ? at_gates(mesh) : in_front_order(mesh);
+  return solids && all_have_shapes(mesh) ? at_gates(mesh, turned) : in_front_order(mesh);
 }
 
 Ordering at_gates_apart(const Mesh& mesh) {
-  Ordering gates = at_gates(mesh);
+  Ordering gates = at_gates(mesh, false);
   gates.apart = encode_plain_order(mesh, gates.orders);
   return gates;
 }
@@ -153,7 +158,8 @@ class Trial {
     ++in_block_;
     cell_.kind = kind_of(block.type_of(number));
     if (cell_.kind >= shape_count) return;
-    const auto points = block.cell(number);
+    std::array<uint32_t, most_corners> room;
+    const auto points = turned_points(block, number, ordering_.turns[block_], room);
     cell_.final = 0;
     for (size_t k = 0; k < points.size(); ++k) {
       cell_.number[k] = points[cell_shapes[cell_.kind].place[k]];
@@ -218,7 +224,7 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
     if (task == 1) return natural.run(2 * few);
-    front = in_coded_order(mesh);
+    front = in_coded_order(mesh, false);
     Trial trial(mesh, *front);
     trial.run(2 * few);
     front->apart = encode_order(mesh, front->orders, mixing);
@@ -238,7 +244,7 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
   if (effort_of(effort).gates_untried && all_have_shapes(mesh)) {
     natural.run(fewest);
     if (4 * natural.bytes() <= natural.cells()) natural.run(sample);
-    return 4 * natural.bytes() <= natural.cells() ? std::move(given) : in_coded_order(mesh);
+    return 4 * natural.bytes() <= natural.cells() ? std::move(given) : in_coded_order(mesh, true);
   }
   natural.run(few);
   constexpr uint64_t regular = 16;  // cells a byte: no other order makes these much smaller
@@ -246,7 +252,7 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
     natural.run(sample);
     if (regular * natural.bytes() <= natural.cells()) return given;
   }
-  Ordering other = in_coded_order(mesh);
+  Ordering other = in_coded_order(mesh, true);
   Trial trial(mesh, other, false, mixing);
   trial.run(natural.cells());
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
@@ -263,6 +269,7 @@ class MeshFeeder {
       : mesh_(mesh),
         writer_(writer),
         orders_(ordering.orders),
+        turns_(ordering.turns),
         last_(ordering.last),
         pace_(options.progress, "cells", mesh.cell_count()),
         executor_(options.executor ? *options.executor : serial_executor()),
@@ -278,7 +285,7 @@ class MeshFeeder {
       MAILLE_CHECK(writer_.begin_block(block.name, block.type));
       const bool plain = orders_[b].empty() && nodes_of(block.type) != 0;
       if (plain) MAILLE_CHECK(feed_plain(block));
-      for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, orders_[b], i));
+      for (uint64_t i = 0; i < block.size() && !plain;) i += MAILLE_TRY(feed_run(block, b, i));
       first_ += block.size();
     }
     return writer_.end_points(unused_points());
@@ -304,7 +311,9 @@ class MeshFeeder {
     return unused;
   }
   /// Some hundred cells of one type and size; returns how many.
-  Result<uint64_t> feed_run(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t first) {
+  Result<uint64_t> feed_run(const CellBlock& block, size_t b, uint64_t first) {
+    const std::vector<uint64_t>& order = orders_[b];
+    std::array<uint32_t, most_corners> room;
     const auto cell_at = [&](uint64_t i) { return order.empty() ? i : order[i]; };
     const auto type_of = [&](uint64_t i) {
       return block.type == CellType::mixed ? static_cast<CellType>(block.types[cell_at(i)]) : block.type;
@@ -319,7 +328,7 @@ class MeshFeeder {
     for (; count < most && type_of(first + count) == type_of(first); ++count) {
       const uint64_t cell = cell_at(first + count);
       if (block.cell(cell).size() != nodes) break;
-      for (const uint32_t point : block.cell(cell)) {
+      for (const uint32_t point : turned_points(block, cell, turns_[b], room)) {
         numbers_.push_back(point);
         finals_.push_back(last_[point] == first_ + first + count);
       }
@@ -393,6 +402,7 @@ class MeshFeeder {
   const Mesh& mesh_;
   StreamWriter& writer_;
   const CellOrders& orders_;
+  const CellTurns& turns_;
   const std::vector<uint64_t>& last_;
   Pace pace_;
   Executor& executor_;
@@ -406,6 +416,7 @@ class MeshFeeder {
 
 FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
   FirstCells first(ordering.borders.empty() ? nullptr : &ordering.borders);
+  std::array<uint32_t, most_corners> room;
   uint64_t before = 0, done = 0;
   for (size_t b = 0; b < mesh.blocks.size(); before += mesh.blocks[b++].size()) {
     const CellBlock& block = mesh.blocks[b];
@@ -413,7 +424,7 @@ FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
     for (uint64_t i = 0; i < block.size(); ++i, ++done) {
       if (done == FirstCells::most) return first;
       const uint64_t cell = order.empty() ? i : order[i];
-      first.add(block.type_of(cell), block.cell(cell), before + cell);
+      first.add(block.type_of(cell), turned_points(block, cell, ordering.turns[b], room), before + cell);
     }
   }
   return first;

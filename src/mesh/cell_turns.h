@@ -1,0 +1,22 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace maille {
+
+/// A cell turned upon itself: its corner k is corner[k] of the cell as it was, its face k face[k]. Faces are
+/// those of faces_of(), of polygons the edges from each corner to the next.
+struct CellTurn {
+  std::array<uint8_t, 8> corner{};
+  std::array<uint8_t, 6> face{};
+};
+
+/// All turns of a triangle, quad, tetrahedron, pyramid, wedge, or hexahedron, the first of which changes
+/// nothing. None for other types.
+std::span<const CellTurn> turns_of(CellType type);
+
+}  // namespace maille
