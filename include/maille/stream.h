@@ -224,10 +224,22 @@ std::unique_ptr<ByteStream> descriptor_stream(int descriptor, std::string name);
 /// A Source from its begin; it must outlive the stream.
 std::unique_ptr<ByteStream> source_stream(const Source& source);
 
+/// An array whose values rise by one from element to element in the mesh's order, as numbers of points and
+/// cells do. Runs begin with any value.
+struct NumberedArray {
+  struct Run {
+    uint64_t count = 0;
+    uint64_t first = 0;  ///< negative ones mod 2^64
+  };
+  size_t array = 0;  ///< its place in StreamDescription::arrays
+  std::vector<Run> runs;
+};
+
 /// What is known before the first piece.
 struct StreamDescription {
   StreamArray positions;
   std::vector<StreamArray> arrays;
+  std::vector<NumberedArray> numbered;  ///< pieces have 0 there if the order stands apart
   std::vector<Array> mesh_arrays;
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;

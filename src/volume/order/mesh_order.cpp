@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <iterator>
+#include <numeric>
 
 #include "base/bytes.h"
 #include "code/residual_model.h"
@@ -243,12 +244,14 @@ std::vector<uint32_t> leaders_of(const CellBlock& block, CanLead can_lead) {
 }
 
 /// Cells of a block at the places that `place` gives: the k-th comes from place[k].
-CellBlock rearranged(const CellBlock& block, const std::vector<uint64_t>& place) {
+CellBlock rearranged(const CellBlock& block, const std::vector<uint64_t>& place,
+                     std::span<const uint8_t> turns = {}) {
   CellBlock out = block;
   if (place.empty()) return out;
   out.connectivity.clear();
+  std::array<uint32_t, most_corners> room;
   for (uint64_t i = 0; i < block.size(); ++i) {
-    const auto points = block.cell(place[i]);
+    const auto points = turned_points(block, place[i], turns, room);
     out.connectivity.insert(out.connectivity.end(), points.begin(), points.end());
     if (!out.types.empty()) out.types[i] = block.types[place[i]];
     if (!out.offsets.empty()) out.offsets[i + 1] = out.connectivity.size();
@@ -258,15 +261,16 @@ CellBlock rearranged(const CellBlock& block, const std::vector<uint64_t>& place)
 
 /// Numbers of points in the order in which coded cells meet them; those without cells behind, in order.
 std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& blocks, const CellOrders& orders,
-                                         uint64_t points) {
+                                         const CellTurns& turns, uint64_t points) {
   std::vector<uint32_t> number(points, nothing);
+  std::array<uint32_t, most_corners> room;
   uint32_t next = 0;
   for (size_t b = 0; b < blocks.size(); ++b) {
     const CellBlock& block = blocks[b];
     for (uint64_t at = 0; at < block.size(); ++at) {
       const uint64_t i = orders[b].empty() ? at : orders[b][at];
       const CellShape& shape = cell_shapes[kind_of(block.type_of(i))];
-      const auto nodes = block.cell(i);
+      const auto nodes = turned_points(block, i, turns[b], room);
       for (unsigned k = 0; k < shape.nodes; ++k) {
         uint32_t& of = number[nodes[shape.place[k]]];
         if (of == nothing) of = next++;
@@ -336,11 +340,12 @@ bool all_have_shapes(const Mesh& mesh) {
   return true;
 }
 
-constexpr uint8_t plain_order = mixing_count;
+constexpr uint8_t plain_order = mixing_count, points_only_bit = 4;
 
 std::vector<std::byte> join_order(const CodedOrder& order) {
   ByteWriter out;
-  out.put<uint8_t>(order.plain ? plain_order : static_cast<uint8_t>(order.mixing));
+  const unsigned how = order.plain ? plain_order : static_cast<unsigned>(order.mixing);
+  out.put(static_cast<uint8_t>(how | (order.points_only ? points_only_bit : 0u)));
   out.put_count(order.points.size());
   out.put_bytes(order.points);
   out.put_bytes(order.cells);
@@ -349,20 +354,25 @@ std::vector<std::byte> join_order(const CodedOrder& order) {
 
 std::optional<CodedOrder> split_order(Bytes bytes) {
   ByteReader in(bytes);
-  const auto mixing = in.get<uint8_t>();
+  const auto how = in.get<uint8_t>();
+  const bool points_only = (how & points_only_bit) != 0;
+  const unsigned mixing = how & ~unsigned{points_only_bit};
   const Bytes points = in.get_bytes(in.get_count()), cells = in.get_bytes(in.remaining());
-  if (!in.ok() || mixing > plain_order) return {};
+  if (!in.ok() || mixing > plain_order || (points_only && !cells.empty())) return {};
   const bool plain = mixing == plain_order;
   return CodedOrder{plain ? Mixing::none : static_cast<Mixing>(mixing),
                     plain,
+                    points_only,
                     {points.begin(), points.end()},
                     {cells.begin(), cells.end()}};
 }
 
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing) {
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns, Mixing mixing,
+                        bool points_only) {
   std::vector<CellBlock> blocks;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) blocks.push_back(rearranged(mesh.blocks[b], orders[b]));
-  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
+  for (size_t b = 0; b < mesh.blocks.size(); ++b)
+    blocks.push_back(rearranged(mesh.blocks[b], orders[b], turns[b]));
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, turns, mesh.point_count());
   for (CellBlock& block : blocks) {
     for (uint32_t& point : block.connectivity) point = sequence[point];
   }
@@ -370,6 +380,7 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixin
   RangeEncoder points, cells;
   PointOrder<RangeEncoder>(coded.cells, coded.on_border, mesh.point_count(), mixing)
       .code(points, sequence, mesh.point_count());
+  if (points_only) return {mixing, false, true, points.finish(), {}};
   coded.cells.renumber(inverse(sequence));
   CellSequence<RangeEncoder> order(coded.cells, sequence, largest_size(blocks), mixing);
   uint64_t first = 0;
@@ -381,14 +392,16 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixin
     order.code(cells, first, size, coded.neighbours[b], leaders_of(mesh.blocks[b], can_lead), places);
     first += size;
   }
-  return {mixing, false, points.finish(), cells.finish()};
+  return {mixing, false, false, points.finish(), cells.finish()};
 }
 
-CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders) {
-  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, mesh.point_count());
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns,
+                              bool points_only) {
+  std::vector<uint32_t> sequence = sequence_of_points(mesh.blocks, orders, turns, mesh.point_count());
   RansEncoder points, cells;
   ResidualModel<64> of_points, of_cells;
   code_permutation(points, of_points, 0, sequence.size(), sequence);
+  if (points_only) return {Mixing::none, true, true, points.finish(), {}};
   std::vector<uint32_t> places;
   for (size_t b = 0; b < orders.size(); ++b) {
     places.resize(mesh.blocks[b].size());
@@ -396,16 +409,23 @@ CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders) {
       places[orders[b].empty() ? i : orders[b][i]] = static_cast<uint32_t>(i);
     code_permutation(cells, of_cells, 0, places.size(), places);
   }
-  return {Mixing::none, true, points.finish(), cells.finish()};
+  return {Mixing::none, true, false, points.finish(), cells.finish()};
 }
 
 namespace {
+
+InputOrder keep_cells(const Mesh& mesh, InputOrder found) {
+  found.cells.resize(mesh.cell_count());
+  std::iota(found.cells.begin(), found.cells.end(), 0u);
+  return found;
+}
 
 std::optional<InputOrder> decode_plain_order(const Mesh& mesh, const CodedOrder& order) {
   InputOrder found;
   RansDecoder points(order.points), cells(order.cells);
   ResidualModel<64> of_points, of_cells;
   if (!code_permutation(points, of_points, 0, mesh.point_count(), found.points)) return {};
+  if (order.points_only) return keep_cells(mesh, std::move(found));
   uint64_t first = 0;
   for (const CellBlock& block : mesh.blocks) {
     if (!code_permutation(cells, of_cells, first, block.size(), found.cells)) return {};
@@ -425,6 +445,7 @@ std::optional<InputOrder> decode_order(const Mesh& mesh, const CodedOrder& order
   if (!PointOrder<RangeDecoder>(coded.cells, coded.on_border, count, order.mixing)
            .code(points, found.points, count))
     return {};
+  if (order.points_only) return keep_cells(mesh, std::move(found));
   coded.cells.renumber(inverse(found.points));
   CellSequence<RangeDecoder> sequence(coded.cells, found.points, largest_size(mesh.blocks), order.mixing);
   uint32_t first = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "volume/cells/decisions.h"
+#include "volume/order/gate_order.h"
 
 namespace maille {
 
@@ -22,6 +23,7 @@ using CellOrders = std::vector<std::vector<uint64_t>>;
 struct CodedOrder {
   Mixing mixing = Mixing::none;
   bool plain = false;  ///< differences, not neighbours: fast both ways, and a few bits an element larger
+  bool points_only = false;  ///< cells stay as they are coded
   std::vector<std::byte> points, cells;
 };
 
@@ -33,9 +35,11 @@ std::optional<CodedOrder> split_order(Bytes bytes);
 /// Whether every cell has a shape of its own: then the order can stand apart.
 bool all_have_shapes(const Mesh& mesh);
 
-/// For meshes whose cells all have shapes.
-CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, Mixing mixing);
-CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders);
+/// For meshes whose cells all have shapes, as they are coded.
+CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns, Mixing mixing,
+                        bool points_only);
+CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns,
+                              bool points_only);
 
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
 /// cells[i] that of its cell i, through all blocks.

@@ -99,14 +99,19 @@ Mesh in_coded_order(const Mesh& mesh, const CellOrders& orders) {
   return coded;
 }
 
+CodedOrder encoded_order(const Mesh& mesh, const CellOrders& orders, bool plain) {
+  const CellTurns turns(mesh.blocks.size());
+  return plain ? encode_plain_order(mesh, orders, turns, false)
+               : encode_order(mesh, orders, turns, Mixing::mixed, false);
+}
+
 RC_GTEST_PROP(MeshOrder, GivesAnySoupOfShapesBackFromAnyOrder, ()) {
   const Mesh mesh = soup_of_shapes(*rc::gen::arbitrary<unsigned>(), *rc::gen::inRange(1u, 200u),
                                    *rc::gen::inRange(1u, 90u));
   const std::vector<uint32_t> order = shuffled(mesh.blocks[0].size(), *rc::gen::arbitrary<unsigned>());
   const CellOrders orders = {{order.begin(), order.end()}};
   const bool plain = *rc::gen::arbitrary<bool>();
-  const CodedOrder bytes =
-      plain ? encode_plain_order(mesh, orders) : encode_order(mesh, orders, Mixing::mixed);
+  const CodedOrder bytes = encoded_order(mesh, orders, plain);
   Mesh back = in_coded_order(mesh, orders);
   const auto joined = split_order(join_order(bytes));
   RC_ASSERT(joined.has_value());
@@ -121,7 +126,7 @@ RC_GTEST_PROP(MeshOrder, MakesSomeOrderOrNoneOfDamagedBytes, ()) {
   const std::vector<uint32_t> order = shuffled(mesh.blocks[0].size(), 1);
   const CellOrders orders = {{order.begin(), order.end()}};
   const bool plain = *rc::gen::arbitrary<bool>();
-  CodedOrder bytes = plain ? encode_plain_order(mesh, orders) : encode_order(mesh, orders, Mixing::mixed);
+  CodedOrder bytes = encoded_order(mesh, orders, plain);
   for (auto* part : {&bytes.points, &bytes.cells}) {
     if (part->empty()) continue;
     (*part)[*rc::gen::inRange<size_t>(0, part->size())] ^= static_cast<std::byte>(*rc::gen::inRange(1, 256));

@@ -18,6 +18,7 @@ struct ArrayMapsList {
   std::vector<std::byte> order_apart;
   /// Not empty: cells come at gates, and these are the faces where no later cell is (gate_order.h).
   std::vector<uint8_t> borders;
+  std::vector<NumberedArray> numbered;
   /// Mixed models of values take no long time here, as far as that is known.
   bool mixing_is_fast = false;
 };
@@ -37,6 +38,14 @@ std::optional<Array> as_floats(const Array& array);
 /// A lattice for a declared range, or the numbers as they are. Error: usage.
 Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);
 double declared_width(const StreamArray& array);
+
+/// Zeros in the stead of numbers have no bounds and no tables.
+inline void set_maps_of_zeros(ArrayMapsList& list) {
+  for (const NumberedArray& array : list.numbered) {
+    list.maps[array.array + 1] = {{.kind = NumberMap::Kind::integer}};
+    list.bounds[array.array + 1] = 0;
+  }
+}
 
 /// A writer with such maps, instead of those that can be told from the declarations alone.
 Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);

@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/order/last_uses.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/source_points.h"
 #include "volume/stream/source_sample.h"
 #include "volume/stream/stream_file.h"
@@ -235,15 +236,20 @@ Result<> check_in_use(MeshSource& mesh, LastUses& uses, const WorkingSpace& spac
 
 }  // namespace
 
-Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+Result<EncodeReport> encode_stream(MeshSource& given, Sink& sink, const EncodeOptions& options,
                                    const WorkingSpace& space) {
-  StreamOptions stream = MAILLE_TRY(options_for(mesh.description(), options));
+  StreamOptions stream = MAILLE_TRY(options_for(given.description(), options));
+  std::vector<NumberedArray> numbered;
+  if (!stream.any_order) numbered = MAILLE_TRY(find_numbered(given));
+  WithoutNumbers mesh(given, numbered);
   stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
   MAILLE_CHECK(check_in_use(mesh, uses, space, options.effort));
   const bool fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream, mixes_values(options.effort, fast)));
   maps.mixing_is_fast = fast;
+  maps.numbered = std::move(numbered);
+  set_maps_of_zeros(maps);
   PointsWithCellsAhead points(mesh, space.memory / 4);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));

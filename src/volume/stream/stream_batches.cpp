@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "volume/stream/numbered_arrays.h"
 
 namespace maille {
 namespace {
@@ -274,6 +275,25 @@ Result<> StreamBatches::flush() {
   return end_batch();
 }
 
+/// Zeros were coded in their stead.
+void StreamBatches::set_ranges_of_numbers() {
+  for (const NumberedArray& numbered : header_.description.numbered) {
+    const StreamArray& array = options_.arrays[numbered.array];
+    const RisingNumbers numbers(numbered, array.type);
+    ValueRange& range = tail.ranges[numbered.array + 1];
+    range = {};
+    uint64_t begin = 0;
+    for (const NumberedArray::Run& run : numbered.runs) {
+      std::array<std::byte, 8> number{};
+      for (const uint64_t element : {begin, begin + run.count - 1}) {
+        numbers.store(element, number.data());
+        widen(range, array.type, 1, Bytes(number).first(numbers.number_size()));
+      }
+      begin += run.count;
+    }
+  }
+}
+
 Result<StreamReport> StreamBatches::finish() {
   MAILLE_CHECK(flush());
   for (const uint64_t number : waiting.numbers()) {  // what waits now is used by no cell
@@ -292,6 +312,7 @@ Result<StreamReport> StreamBatches::finish() {
   report_.corners = tail.corners;
   tail.most_live_points = report_.most_live_points;
   tail.most_live_cells = report_.most_live_cells;
+  set_ranges_of_numbers();
   for (const auto& stage : stages_) report_.errors.push_back(stage.largest_error());
   if (std::any_of(header_.bounds.begin(), header_.bounds.end(), [](double bound) { return bound > 0; }))
     tail.errors = report_.errors;

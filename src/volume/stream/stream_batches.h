@@ -62,6 +62,7 @@ class StreamBatches {
   void close_batch();
   Result<> write_closed_batch();
   Result<> end_batch();
+  void set_ranges_of_numbers();
 
   Sink& sink_;
   StreamOptions options_;

@@ -9,6 +9,7 @@
 #include "container/file_reader.h"
 #include "volume/order/cell_order.h"
 #include "volume/order/mesh_order.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/piece_pipeline.h"
 #include "volume/stream/stream_layout.h"
 #include "volume/stream/time_steps.h"
@@ -20,7 +21,8 @@ namespace {
 /// numbers in the end: nothing is reserved for a number that a file claims.
 class MeshCollector {
  public:
-  MeshCollector(const StreamDescription& description, const DecodeOptions& options) : options_(options) {
+  MeshCollector(const StreamDescription& description, const DecodeOptions& options)
+      : options_(options), numbered_(description.numbered) {
     mesh_.points = make(description.positions);
     for (const StreamArray& array : description.arrays) {
       const bool wanted = !options.arrays || std::find(options.arrays->begin(), options.arrays->end(),
@@ -94,10 +96,21 @@ class MeshCollector {
     if (order && !(all_have_shapes(mesh_) && restore_order(mesh_, *order))) {
       return failure(ErrorCode::corrupt, name + ": the order of cells and points is damaged");
     }
+    if (order) set_numbers();
     return std::move(mesh_);
   }
 
  private:
+  /// Pieces in another order had zeros.
+  void set_numbers() {
+    for (const NumberedArray& numbered : numbered_) {
+      if (!wanted_[numbered.array]) continue;
+      const auto before =
+          std::count(wanted_.begin(), wanted_.begin() + static_cast<ptrdiff_t>(numbered.array), true);
+      Array& array = mesh_.arrays[static_cast<size_t>(before)];
+      RisingNumbers(numbered, array.type).store_all(0, array.bytes);
+    }
+  }
   static Array make(const StreamArray& described) {
     Array array =
         make_array(described.name, described.domain, described.type, described.components, described.role);
@@ -188,6 +201,7 @@ class MeshCollector {
   }
 
   const DecodeOptions& options_;
+  std::vector<NumberedArray> numbered_;
   Mesh mesh_;
   std::vector<Array> arrays_, mesh_arrays_;
   std::vector<bool> wanted_;

@@ -3,6 +3,7 @@
 #include <maille/stream.h>
 
 #include <algorithm>
+#include <deque>
 
 #include "base/pace.h"
 #include "base/result.h"
@@ -12,18 +13,50 @@
 #include "volume/order/gate_order.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/mesh_stream.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/table_maps.h"
 
 namespace maille {
 namespace {
 
+/// The arrays of a mesh on points and cells, with zeros in the stead of numbers.
+class StreamedArrays {
+ public:
+  explicit StreamedArrays(const Mesh& mesh) {
+    for (const Array& array : mesh.arrays) {
+      if (array.domain == Domain::mesh) continue;
+      arrays.push_back(&array);
+      auto found = find_numbered(array, arrays.size() - 1);
+      if (!found) continue;
+      numbered.push_back(std::move(*found));
+      Array& zeros = zeros_.emplace_back(array);
+      zeros.bytes.assign(array.bytes.size(), std::byte{0});
+      arrays.back() = &zeros;
+    }
+  }
+  bool has_numbered(Domain domain) const {
+    return std::any_of(numbered.begin(), numbered.end(),
+                       [&](const NumberedArray& each) { return arrays[each.array]->domain == domain; });
+  }
+  bool is_numbered(size_t i) const {
+    return std::any_of(numbered.begin(), numbered.end(),
+                       [&](const NumberedArray& each) { return each.array == i; });
+  }
+
+  std::vector<const Array*> arrays;
+  std::vector<NumberedArray> numbered;
+
+ private:
+  std::deque<Array> zeros_;
+};
+
 /// Points of a mesh in memory, as the writer wants them.
 class MeshPoints final : public PointSource {
  public:
-  explicit MeshPoints(const Mesh& mesh) {
+  MeshPoints(const Mesh& mesh, const StreamedArrays& streamed) {
     add(mesh.points);
-    for (const Array& array : mesh.arrays) {
-      if (array.domain == Domain::point) add(array);
+    for (const Array* array : streamed.arrays) {
+      if (array->domain == Domain::point) add(*array);
     }
   }
   Result<> read(uint64_t number, std::byte* out) override {
@@ -124,9 +157,15 @@ Ordering in_coded_order(const Mesh& mesh, bool turned) {
   return solids && all_have_shapes(mesh) ? at_gates(mesh, turned) : in_front_order(mesh);
 }
 
-Ordering at_gates_apart(const Mesh& mesh) {
-  Ordering gates = at_gates(mesh, false);
-  gates.apart = encode_plain_order(mesh, gates.orders);
+/// What of the input's order must come back: all, or only numbers of points and cells, with any corner first.
+struct KeptOrder {
+  bool points_only = false;
+  bool turned = false;
+};
+
+Ordering at_gates_apart(const Mesh& mesh, KeptOrder kept) {
+  Ordering gates = at_gates(mesh, kept.turned);
+  gates.apart = encode_plain_order(mesh, gates.orders, gates.turns, kept.points_only);
   return gates;
 }
 
@@ -200,7 +239,7 @@ bool all_alike(const Mesh& mesh) {
 
 /// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
 /// smaller with the input's order beside it.
-Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
+Ordering keep_order(const Mesh& mesh, int effort, Executor& executor, KeptOrder kept) {
   const Mixing mixing = mixing_at(effort);
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
   Ordering given = as_they_are(mesh);
@@ -210,7 +249,7 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
   const bool plain_order = effort_of(effort).plain_order;
   if (plain_order && all_alike(mesh)) {
     natural.run(fewest);
-    if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh);
+    if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh, kept);
   }
   natural.run(few);
   const bool alike = all_alike(mesh);
@@ -219,15 +258,15 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
     natural.run(sample);
     if (natural.bytes() <= scattered * natural.cells()) return given;
   }
-  if (plain_order) return at_gates_apart(mesh);
+  if (plain_order) return at_gates_apart(mesh, kept);
   std::optional<Ordering> front;
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
     if (task == 1) return natural.run(2 * few);
-    front = in_coded_order(mesh, false);
+    front = in_coded_order(mesh, kept.turned);
     Trial trial(mesh, *front);
     trial.run(2 * few);
-    front->apart = encode_order(mesh, front->orders, mixing);
+    front->apart = encode_order(mesh, front->orders, front->turns, mixing, kept.points_only);
     apart = front->apart->points.size() + front->apart->cells.size() + trial.bytes() * cells / trial.cells();
   });
   // The more points are in memory, the more a scattered cell takes: what is a quarter larger now will stay
@@ -237,7 +276,7 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor) {
 }
 
 /// Where any order will do: as they are, if that is a good order, else as in_coded_order() has them.
-Ordering choose_orders(const Mesh& mesh, int effort) {
+Ordering any_order(const Mesh& mesh, int effort) {
   const Mixing mixing = mixing_at(effort);
   Ordering given = as_they_are(mesh);
   Trial natural(mesh, given, false, mixing);
@@ -262,10 +301,20 @@ Ordering choose_orders(const Mesh& mesh, int effort) {
   return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
 }
 
+/// Numbers cost nothing where the order is kept, and as much as it in another.
+Ordering choose_orders(const Mesh& mesh, const StreamedArrays& streamed, const EncodeOptions& options,
+                       Executor& executor) {
+  if (options.order == Order::keep) return keep_order(mesh, options.effort, executor, {});
+  if (streamed.numbered.empty()) return any_order(mesh, options.effort);
+  const KeptOrder kept = {.points_only = !streamed.has_numbered(Domain::cell), .turned = true};
+  return keep_order(mesh, options.effort, executor, kept);
+}
+
 /// Hands the cells of a mesh to a writer, one by one.
 class MeshFeeder {
  public:
-  MeshFeeder(const Mesh& mesh, StreamWriter& writer, const Ordering& ordering, const EncodeOptions& options)
+  MeshFeeder(const Mesh& mesh, const StreamedArrays& streamed, StreamWriter& writer, const Ordering& ordering,
+             const EncodeOptions& options)
       : mesh_(mesh),
         writer_(writer),
         orders_(ordering.orders),
@@ -273,9 +322,9 @@ class MeshFeeder {
         last_(ordering.last),
         pace_(options.progress, "cells", mesh.cell_count()),
         executor_(options.executor ? *options.executor : serial_executor()),
-        any_order_(options.order == Order::canonical) {
-    for (const Array& array : mesh.arrays) {
-      if (array.domain == Domain::cell) columns_.push_back(&array);
+        any_order_(options.order == Order::canonical && streamed.numbered.empty()) {
+    for (const Array* array : streamed.arrays) {
+      if (array->domain == Domain::cell) columns_.push_back(array);
     }
     arrays_.resize(columns_.size());
   }
@@ -430,14 +479,14 @@ FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
   return first;
 }
 
-Result<> add_tables(const Mesh& mesh, const Ordering& ordering, int effort, ArrayMapsList& maps) {
+Result<> add_tables(const Mesh& mesh, const StreamedArrays& streamed, const Ordering& ordering, int effort,
+                    ArrayMapsList& maps) {
   TableSearch tables(mixes_values(effort, maps.mixing_is_fast),
                      [&] { return first_cells_of(mesh, ordering); });
   if (maps.bounds[0] == 0) MAILLE_CHECK(tables.add_tables(mesh.points, maps.maps[0]));
-  size_t next = 0;
-  for (const Array& array : mesh.arrays) {
-    if (array.domain == Domain::mesh) continue;
-    if (maps.bounds[++next] == 0) MAILLE_CHECK(tables.add_tables(array, maps.maps[next]));
+  for (size_t i = 0; i < streamed.arrays.size(); ++i) {
+    if (maps.bounds[i + 1] == 0 && !streamed.is_numbered(i))
+      MAILLE_CHECK(tables.add_tables(*streamed.arrays[i], maps.maps[i + 1]));
   }
   return {};
 }
@@ -477,21 +526,24 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
   StreamOptions stream_options = MAILLE_TRY(options_for(mesh, options));
-  MeshPoints points(mesh);
+  const StreamedArrays streamed(mesh);
+  MeshPoints points(mesh, streamed);
   stream_options.points = &points;
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
+  maps.numbered = streamed.numbered;
+  set_maps_of_zeros(maps);
   Executor& executor = options.executor ? *options.executor : serial_executor();
-  const Ordering ordering = options.order == Order::keep ? keep_order(mesh, options.effort, executor)
-                                                         : choose_orders(mesh, options.effort);
+  const Ordering ordering = choose_orders(mesh, streamed, options, executor);
   maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
   maps.borders = ordering.borders;
+  stream_options.any_order = stream_options.any_order && streamed.numbered.empty();
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);
   }
-  MAILLE_CHECK(add_tables(mesh, ordering, options.effort, maps));
+  MAILLE_CHECK(add_tables(mesh, streamed, ordering, options.effort, maps));
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
-  MAILLE_CHECK(MeshFeeder(mesh, writer, ordering, options).feed());
+  MAILLE_CHECK(MeshFeeder(mesh, streamed, writer, ordering, options).feed());
   const StreamReport stream = MAILLE_TRY(writer.finish());
   return report_of(mesh, options, stream, maps, ordering.apart);
 }

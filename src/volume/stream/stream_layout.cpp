@@ -6,6 +6,7 @@
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "numbers/number_maps.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/values/mixed_values.h"
 
 namespace maille {
@@ -118,7 +119,9 @@ void visit_header(Visitor& v, Header& header) {
   auto& description = header.description;
   v.count(description.effort, 9);
   v.flag(description.any_order);
-  v.flag(description.order_apart);
+  uint8_t order = (description.order_apart ? 1 : 0) | (description.numbered.empty() ? 0 : 2);
+  v.choice(order, 4);
+  if constexpr (!std::is_const_v<Header>) description.order_apart = (order & 1) != 0;
   v.choice(header.mixing, mixing_count);
   v.flag(header.mixed_values);
   v.flag(header.gated);
@@ -140,6 +143,14 @@ void visit_header(Visitor& v, Header& header) {
     ++i;
   });
   v.list(header.bounds, [&](auto& bound) { v.real(bound); });
+  if (order < 2) return;
+  v.list(description.numbered, [&](auto& numbered) {
+    v.count(numbered.array, most_plain_bytes);
+    v.list(numbered.runs, [&](auto& run) {
+      v.count(run.count, ~uint64_t{0});
+      v.count(run.first, ~uint64_t{0});
+    });
+  });
 }
 
 template <class Visitor, class Header>
@@ -227,6 +238,19 @@ bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& array
   return sensible;
 }
 
+bool is_sensible(const NumberedArray& numbered, const StreamDescription& description) {
+  if (numbered.array >= description.arrays.size() || numbered.runs.empty()) return false;
+  if (description.any_order && !description.order_apart) return false;
+  if (numbered.runs.size() > most_number_runs) return false;
+  uint64_t elements = 0;
+  for (const NumberedArray::Run& run : numbered.runs) {
+    if (run.count == 0 || run.count > ~elements) return false;
+    elements += run.count;
+  }
+  const StreamArray& array = description.arrays[numbered.array];
+  return array.components == 1 && !is_float(array.type);
+}
+
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
   bool sensible = description.positions.components == 3 && (!header.gated || description.any_order) &&
@@ -237,6 +261,8 @@ bool is_sensible(const StreamHeader& header) {
     sensible = array.components > 0 && header.maps[i + 1].size() == array.components &&
                (array.domain == Domain::point || array.domain == Domain::cell);
   }
+  for (const NumberedArray& numbered : description.numbered)
+    sensible = sensible && is_sensible(numbered, description);
   for (const Array& array : description.mesh_arrays) {
     sensible = sensible && array.components > 0 && array.bytes.size() % array.tuple_size() == 0;
   }

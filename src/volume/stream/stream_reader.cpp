@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "volume/stream/chunk_pull.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/step_chain.h"
 #include "volume/stream/stream_layout.h"
 
@@ -55,6 +56,7 @@ class StreamReader::Implementation {
   Result<bool> begin_batch();
   Result<bool> read_batch();
   Result<> take_step(StepValues step);
+  void fill_numbers(StreamPiece& piece) const;
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
   uint64_t decode_alike(Block& block, uint64_t most);
@@ -72,8 +74,9 @@ class StreamReader::Implementation {
   Executor& executor_;
   StreamHeader header_;
   std::optional<CellCoder<RangeDecoder>> coder_;
-  std::vector<ValueChain> chains_;  ///< positions, then the arrays that are given out
-  std::vector<Domain> domains_;     ///< of the arrays in the stream
+  std::vector<ValueChain> chains_;                          ///< positions, then the arrays that are given out
+  std::vector<Domain> domains_;                             ///< of the arrays in the stream
+  std::vector<std::pair<size_t, RisingNumbers>> numbered_;  ///< by chain
   std::optional<StepValues> step_;
   BatchHeader batch_;
   std::vector<std::byte> cell_stream_, number_stream_;
@@ -123,8 +126,15 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   if (header_.gated) coder_->use_gates(nullptr);
   value_streams_.resize(1 + domains_.size());
   chains_.push_back(ValueChain::of_mesh(header_, {}));
-  if (step) return take_step(std::move(*step));
-  for (size_t i = 0; i < domains_.size(); ++i) chains_.push_back(ValueChain::of_mesh(header_, i));
+  if (step) {
+    MAILLE_CHECK(take_step(std::move(*step)));
+  } else {
+    for (size_t i = 0; i < domains_.size(); ++i) chains_.push_back(ValueChain::of_mesh(header_, i));
+  }
+  if (header_.description.order_apart) return {};
+  for (const NumberedArray& array : header_.description.numbered)
+    numbered_.emplace_back(array.array + 1,
+                           RisingNumbers(array, header_.description.arrays[array.array].type));
   return {};
 }
 
@@ -199,6 +209,15 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
                      pull_.name() + ": the models of the arrays take more memory than allowed");
     }
   }
+  std::vector<NumberedArray> numbered;
+  for (size_t i = 0; i < step.header().arrays.size(); ++i) {
+    const StepCoding& coding = step.header().codings[i];
+    for (const NumberedArray& of_mesh : header_.description.numbered) {
+      if (coding.method == StepCoding::as_mesh && coding.of == of_mesh.array)
+        numbered.push_back({i, of_mesh.runs});
+    }
+  }
+  header_.description.numbered = std::move(numbered);
   header_.description.arrays = step.header().arrays;
   // What VTK and Exodus call the time of all that a file holds.
   for (Array& array : header_.description.mesh_arrays) {
@@ -412,6 +431,18 @@ bool StreamReader::Implementation::prepare_values(Block& block) {
   return true;
 }
 
+void StreamReader::Implementation::fill_numbers(StreamPiece& piece) const {
+  for (const auto& [stage, numbers] : numbered_) {
+    const size_t size = numbers.number_size();
+    if (chains_[stage].domain() == Domain::cell) {
+      numbers.store_all(piece.first_cell, {tuples_[stage], piece.cell_count() * size});
+      continue;
+    }
+    for (size_t i = 0; i < piece.points.size(); ++i)
+      numbers.store(piece.points[i], tuples_[stage] + i * size);
+  }
+}
+
 /// Values of one block at the same time as the cells of the next.
 Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   if (ended_) return false;
@@ -446,6 +477,7 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
     if (each == 0) return damaged("the numbers are damaged");
   }
   MAILLE_CHECK(cells);
+  fill_numbers(block.piece);
   std::swap(piece, block.piece);
   is_ready_ = ahead == 1;
   if (is_ready_) ready_ = 1 - ready_;

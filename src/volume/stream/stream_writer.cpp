@@ -360,8 +360,9 @@ Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const Ar
 
 Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
   StreamHeader header;
-  header.description = {options.positions,  options.arrays, options.mesh_arrays, options.metadata,
-                        options.provenance, options.effort, options.any_order,   !maps.order_apart.empty()};
+  header.description = {options.positions,   options.arrays,    maps.numbered,
+                        options.mesh_arrays, options.metadata,  options.provenance,
+                        options.effort,      options.any_order, !maps.order_apart.empty()};
   header.mixing = mixing_at(options.effort);
   header.mixed_values = mixes_values(options.effort, maps.mixing_is_fast);
   header.gated = !maps.borders.empty();

@@ -9,6 +9,7 @@
 #include "container/chunk_finder.h"
 #include "volume/stream/cell_replay.h"
 #include "volume/stream/mesh_stream.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/values/array_stage.h"
@@ -344,11 +345,33 @@ class InOrderOfStream final : public StepSource {
   std::vector<StreamArray> arrays_;
 };
 
+/// In the order of the mesh: numbers that are those of the mesh.
+Result<> find_same_numbers(const StreamHeader& mesh, const StreamTail& tail, StepSource& values,
+                           StepHeader& step) {
+  step.codings.resize(step.arrays.size());
+  for (const NumberedArray& numbered : mesh.description.numbered) {
+    const StreamArray& known = mesh.description.arrays[numbered.array];
+    const RisingNumbers numbers(numbered, known.type);
+    const uint64_t count = known.domain == Domain::point ? tail.points : tail.cells;
+    for (size_t i = 0; i < step.arrays.size(); ++i) {
+      if (step.arrays[i].name != known.name || !are_alike(step.arrays[i], known)) continue;
+      bool same = true;
+      for (uint64_t k = 0; k < count && same; ++k) {
+        std::array<std::byte, 8> expected{}, found{};
+        numbers.store(k, expected.data());
+        MAILLE_CHECK(values.read(i, k, found.data()));
+        same = expected == found;
+      }
+      if (same) step.codings[i] = {StepCoding::as_mesh, static_cast<uint32_t>(numbered.array)};
+    }
+  }
+  return {};
+}
+
 Result<StepReport> write_step(const std::string& path, const Source& source, const FileReader& file,
                               const StreamHeader& mesh, StepHeader step, StepSource& values,
                               const StepOptions& options) {
   const uint64_t number = count_steps(file) + 1;
-  step.codings.resize(step.arrays.size());
   step.errors.resize(step.arrays.size());
   const auto partners = MAILLE_TRY(compare_with_earlier(source, mesh, number, step, values, options));
   const std::unique_ptr<Sink> sink = MAILLE_TRY(append_sink(path, file.end()));
@@ -385,6 +408,7 @@ Result<StepReport> append(const std::string& path, StepHeader step, StepSource& 
                                          std::to_string(counts->cells));
   }
   const auto order = MAILLE_TRY(input_order_of(*source, options.limits));
+  MAILLE_CHECK(find_same_numbers(mesh, tail, values, step));
   if (order) {
     InOrderOfStream reordered(values, *order, step.arrays);
     return write_step(path, *source, file, mesh, std::move(step), reordered, options);

@@ -1,0 +1,110 @@
+#include "volume/stream/numbered_arrays.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/bytes.h"
+#include "base/result.h"
+
+namespace maille {
+namespace {
+
+/// Each run takes about six bytes, a number in no order about two.
+constexpr uint64_t mean_run = 64;
+
+/// Mod 2^64.
+template <class T>
+uint64_t widened(const std::byte* number) {
+  return static_cast<uint64_t>(load<T>(number));
+}
+
+uint64_t (*reader_of(Scalar type))(const std::byte*) {
+  switch (type) {
+    case Scalar::i16:
+      return widened<int16_t>;
+    case Scalar::u16:
+      return widened<uint16_t>;
+    case Scalar::i32:
+      return widened<int32_t>;
+    case Scalar::u32:
+      return widened<uint32_t>;
+    case Scalar::i64:
+      return widened<int64_t>;
+    case Scalar::u64:
+      return widened<uint64_t>;
+    default:
+      return nullptr;
+  }
+}
+
+/// The runs of an array of `count` tuples, read some at a time.
+template <class Read>
+Result<std::optional<NumberedArray>> find_numbered(const Array& array, size_t i, uint64_t count, Read read) {
+  std::optional<NumberedArray> none;
+  const auto number_at = reader_of(array.type);
+  if (array.components != 1 || number_at == nullptr || count < mean_run) return none;
+  NumberedArray found = {i, {}};
+  constexpr uint64_t at_once = 4096;
+  uint64_t before = 0;
+  for (uint64_t first = 0; first < count; first += at_once) {
+    const Bytes some = MAILLE_TRY(read(first, std::min(at_once, count - first)));
+    for (size_t k = 0; k < some.size() / array.tuple_size(); ++k) {
+      const uint64_t number = number_at(some.data() + k * array.tuple_size());
+      if (found.runs.empty() || number != before + 1) {
+        if (found.runs.size() * mean_run > first + k || found.runs.size() == most_number_runs) return none;
+        found.runs.push_back({0, number});
+      }
+      before = number;
+      ++found.runs.back().count;
+    }
+  }
+  return found.runs.size() * mean_run > count ? none : std::optional(std::move(found));
+}
+
+}  // namespace
+
+std::optional<NumberedArray> find_numbered(const Array& array, size_t i) {
+  const size_t size = array.tuple_size();
+  return *find_numbered(array, i, array.count(), [&](uint64_t first, uint64_t count) -> Result<Bytes> {
+    return Bytes(array.bytes).subspan(first * size, count * size);
+  });
+}
+
+Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh) {
+  std::vector<NumberedArray> found;
+  std::vector<std::byte> bytes;
+  for (size_t i = 0; i < mesh.description().arrays.size(); ++i) {
+    const Array& array = mesh.description().arrays[i];
+    const uint64_t count = mesh.description().count_of(array);
+    const auto read = [&](uint64_t first, uint64_t some) -> Result<Bytes> {
+      bytes.resize(some * array.tuple_size());
+      MAILLE_CHECK(mesh.read_array(i, first, some, bytes));
+      return Bytes(bytes);
+    };
+    auto numbered = MAILLE_TRY(find_numbered(array, i, count, read));
+    if (numbered) found.push_back(std::move(*numbered));
+  }
+  return found;
+}
+
+RisingNumbers::RisingNumbers(const NumberedArray& array, Scalar type)
+    : runs_(array.runs), size_(size_of(type)) {
+  uint64_t begin = 0;
+  for (const NumberedArray::Run& run : runs_) {
+    begin_.push_back(begin);
+    begin += run.count;
+  }
+}
+
+void RisingNumbers::store(uint64_t element, std::byte* out) const {
+  const auto run =
+      static_cast<size_t>(std::upper_bound(begin_.begin(), begin_.end(), element) - begin_.begin()) - 1;
+  const uint64_t number = runs_[run].first + (element - begin_[run]);
+  std::memcpy(out, &number, size_);
+}
+
+void RisingNumbers::store_all(uint64_t first, std::span<std::byte> bytes) const {
+  for (size_t i = 0; i < bytes.size() / size_; ++i) store(first + i, bytes.data() + i * size_);
+}
+
+}  // namespace maille

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <maille/mesh_source.h>
+#include <maille/stream.h>
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+// Numbers of points and cells: what a value is follows from its place in the mesh, so that zeros are coded in
+// their stead.
+
+inline constexpr size_t most_number_runs = 1 << 16;
+
+/// Array i of a mesh (of those on points and cells), if it is one.
+std::optional<NumberedArray> find_numbered(const Array& array, size_t i);
+Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh);
+
+/// A mesh with zeros in the stead of numbers.
+class WithoutNumbers final : public MeshSource {
+ public:
+  WithoutNumbers(MeshSource& mesh, const std::vector<NumberedArray>& numbered)
+      : mesh_(mesh), is_numbered_(mesh.description().arrays.size()) {
+    for (const NumberedArray& array : numbered) is_numbered_[array.array] = true;
+  }
+  const MeshDescription& description() const override { return mesh_.description(); }
+  Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override {
+    return mesh_.read_points(first, count, out);
+  }
+  Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) override {
+    return mesh_.read_cells(first, count, out);
+  }
+  Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override {
+    if (!is_numbered_[array]) return mesh_.read_array(array, first, count, out);
+    std::fill(out.begin(), out.end(), std::byte{0});
+    return {};
+  }
+
+ private:
+  MeshSource& mesh_;
+  std::vector<bool> is_numbered_;
+};
+
+/// The values of an array by element.
+class RisingNumbers {
+ public:
+  RisingNumbers(const NumberedArray& array, Scalar type);
+  size_t number_size() const { return size_; }
+  void store(uint64_t element, std::byte* out) const;
+  /// Those of elements from `first` on.
+  void store_all(uint64_t first, std::span<std::byte> bytes) const;
+
+ private:
+  std::vector<NumberedArray::Run> runs_;
+  std::vector<uint64_t> begin_;  ///< by run
+  size_t size_;
+};
+
+}  // namespace maille
