@@ -152,6 +152,7 @@ class CellCoder {
   void join_gate(Coder& coder, FaceRef gate, unsigned turn);
   unsigned turn_at(FaceRef gate) const;
   Opposite open_face_around(FaceRef from, uint32_t a, uint32_t b) const;
+  void set_opposite(FaceRef face, unsigned edge, uint32_t a, Opposite& found) const;
   void join_beside(Coder& coder, FaceRef gate, unsigned own_face);
   void glue_beside();
   unsigned code_borders(Coder& coder);

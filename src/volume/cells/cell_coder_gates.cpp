@@ -210,42 +210,37 @@ typename CellCoder<Coder>::Opposite CellCoder<Coder>::open_face_around(FaceRef f
                                                                        uint32_t b) const {
   Opposite found;
   const uint32_t start = from.cell;
-  for (found.around = 1; found.around < most_around_edge; ++found.around) {
-    const Hull::Cell& cell = hull_.cell(from.cell);
-    const CellShape& shape = Hull::shape_of(cell);
+  unsigned edge = Gates::edge_between(hull_, from, a, b);
+  for (found.around = 1; edge != Gates::no_edge && found.around < most_around_edge; ++found.around) {
+    const Gates::Cell& cell = gates_->cell(from.cell);
+    const CellShape& shape = cell_shapes[cell.kind];
     const CellFace& face = shape.face[from.face];
-    const auto point = [&](const CellFace& of, unsigned i) { return cell.corner[of.corner[i]]; };
-    unsigned edge = 0;
-    for (unsigned last = face.size - 1u; edge < face.size; last = edge++) {
-      const uint32_t p = point(face, last), q = point(face, edge);
-      if ((p == a && q == b) || (p == b && q == a)) {
-        edge = last;
-        break;
-      }
+    const unsigned next = face.across[edge];
+    edge = face.edge_across[edge];
+    if (cell.across[next] == no_slot) {
+      if (from.cell != start) set_opposite({from.cell, next}, edge, a, found);
+      return found;
     }
-    if (edge == face.size) return found;
-    const FaceRef next = {from.cell, face.across[edge]};
-    if ((cell.open >> next.face & 1) == 0) {
-      const uint32_t link = gates_->link(next);
-      if (link == no_slot) return found;
-      from = {link / 8, link % 8};
-      continue;
-    }
-    if (next.cell == start) return found;
-    const CellFace& open = shape.face[next.face];
-    unsigned i = 0;
-    while (i < open.size && point(open, i) != a) ++i;
-    if (i == open.size) return found;
-    const unsigned after = i + 1u < open.size ? i + 1 : 0, before = i == 0 ? open.size - 1u : i - 1;
-    const bool forward = point(open, after) == b;
-    found.face = next;
-    found.size = open.size;
-    found.next_to_a = point(open, forward ? before : after);
-    // A corner further on: of a triangle that is the same one.
-    found.next_to_b = open.size == 3 ? found.next_to_a : point(open, i ^ 2u);
-    return found;
+    from = {cell.across[next] / 8, cell.across[next] % 8};
+    edge = Gates::edge_across(cell.turn[next], shape.face[next].size, edge);
+    if (edge == Gates::no_edge) edge = Gates::edge_between(hull_, from, a, b);
   }
   return found;
+}
+
+/// Edge `edge` of a face is that which was sought, if the face is open.
+template <class Coder>
+void CellCoder<Coder>::set_opposite(FaceRef face, unsigned edge, uint32_t a, Opposite& found) const {
+  const Hull::Cell& cell = hull_.cell(face.cell);
+  if ((cell.open >> face.face & 1) == 0) return;
+  const CellFace& open = Hull::shape_of(cell).face[face.face];
+  const auto point = [&](unsigned i) { return cell.corner[open.corner[i < open.size ? i : i - open.size]]; };
+  const uint32_t before = point(edge + open.size - 1), after = point(edge + 2);
+  const bool forward = point(edge) == a;
+  found.face = face;
+  found.size = open.size;
+  found.next_to_a = forward ? before : after;
+  found.next_to_b = forward ? after : before;
 }
 
 /// At each edge of the gate the cells there lead to one open face: is it one of this cell's?

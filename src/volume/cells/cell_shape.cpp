@@ -44,6 +44,14 @@ constexpr void add_parallelograms(CellShape& shape, const uint8_t (&cycle)[4]) {
   }
 }
 
+/// Given the faces across.
+constexpr uint8_t edge_across(const CellShape& shape, const CellFace& face, unsigned edge) {
+  const CellFace& other = shape.face[face.across[edge]];
+  uint8_t at = 0;  // seen from outside, faces run through their edge in opposite directions
+  while (other.corner[(at + 1u) % other.size] != face.corner[edge]) ++at;
+  return at;
+}
+
 constexpr CellShape outline(CellType type, unsigned dimension, unsigned corners, Faces faces) {
   CellShape shape;
   shape.type = type;
@@ -67,6 +75,10 @@ constexpr CellShape outline(CellType type, unsigned dimension, unsigned corners,
     for (unsigned i = 0; i < face.size; ++i) {
       face.across[i] = face_across(shape, f, face.corner[i], face.corner[(i + 1u) % face.size]);
     }
+  }
+  for (unsigned f = 0; f < shape.faces && dimension == 3; ++f) {
+    CellFace& face = shape.face[f];
+    for (unsigned i = 0; i < face.size; ++i) face.edge_across[i] = edge_across(shape, face, i);
   }
   for (unsigned i = 0; i < most_nodes; ++i) shape.place[i] = static_cast<uint8_t>(i);
   return shape;

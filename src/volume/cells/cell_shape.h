@@ -20,6 +20,7 @@ struct CellFace {
   std::array<uint8_t, 4> corner{};  ///< in a cycle
   /// across[i]: the other face at the edge from corner i to corner i + 1. Solids only.
   std::array<uint8_t, 4> across{};
+  std::array<uint8_t, 4> edge_across{};  ///< and which edge of that face it is
 };
 
 /// What a cell of one type looks like. Corners are numbered as VTK numbers those of the type with this

@@ -14,27 +14,31 @@ namespace maille {
 /// Where the next cells are, if the encoder may choose their order: faces that a solid left open (edges, of
 /// polygons) and that another one will meet are *gates*, in the order in which they came, so that no cell
 /// tells where it lies. The encoder says of each open face whether it is a gate or at the border, and brings
-/// the cells in the order of the gates (gate_order.h). Also which cell is across each glued face, so that the
-/// cells around an edge are found from one to the next. Kept by both directions.
+/// the cells in the order of the gates (gate_order.h). Also which face is across each glued one, and how it
+/// lies there, so that a walk through the cells around an edge compares no points. Kept by both directions.
 class Gates {
  public:
-  /// Across face f of cell slot s: links[s][f], cell slot * 8 + face, or no_slot.
-  using Links = std::array<uint32_t, most_faces + 2>;
+  static constexpr unsigned no_edge = 4;
+  /// What a walk needs of a cell in memory: half a line of a cache.
+  struct alignas(32) Cell {
+    std::array<uint32_t, most_faces> across;  ///< by face: cell slot * 8 + face, or no_slot
+    std::array<uint8_t, most_faces> turn;  ///< by glued face: how it lies on the one across (edge_across())
+    uint8_t kind = 0;
+    uint8_t gates = 0;  ///< a bit for each face
+  };
 
   /// A cell in memory: what is across its faces, and which of the open ones are gates.
   void enter(const Hull& hull, uint32_t slot, const std::array<FaceRef, most_faces>& glue, unsigned glued,
              unsigned gates) {
-    if (slot >= links_.size()) {
-      links_.resize(hull.cell_capacity());
-      gates_.resize(hull.cell_capacity());
-    }
-    links_[slot].fill(no_slot);
-    gates_[slot] = static_cast<uint8_t>(gates);
+    if (slot >= cells_.size()) cells_.resize(hull.cell_capacity());
+    Cell& cell = cells_[slot];
+    cell.across.fill(no_slot);
+    cell.kind = hull.cell(slot).kind;
+    cell.gates = static_cast<uint8_t>(gates);
     for (unsigned left = glued; left != 0; left &= left - 1) {
       const auto face = static_cast<unsigned>(__builtin_ctz(left));
       const FaceRef other = glue[face];
-      links_[slot][face] = other.cell * 8 + other.face;
-      links_[other.cell][other.face] = slot * 8 + face;
+      join(hull, {slot, face}, other);
       close(hull, other);
     }
     const uint32_t ordinal = hull.cell(slot).ordinal;
@@ -52,8 +56,25 @@ class Gates {
     at_point_[slot] = {};
   }
 
-  bool is_gate(FaceRef face) const { return (gates_[face.cell] >> face.face & 1) != 0; }
-  uint32_t link(FaceRef face) const { return links_[face.cell][face.face]; }
+  bool is_gate(FaceRef face) const { return (cells_[face.cell].gates >> face.face & 1) != 0; }
+  const Cell& cell(uint32_t slot) const { return cells_[slot]; }
+  /// The edge of the face across that lies on edge `edge` of a glued one; no_edge: another cycle of corners.
+  static unsigned edge_across(unsigned turn, unsigned size, unsigned edge) {
+    if (turn >= other_cycle) [[unlikely]]
+      return no_edge;
+    const unsigned at = turn < mirrored ? turn + size - edge : turn - mirrored + edge;
+    return at < size ? at : at - size;
+  }
+  /// The edge of a face that joins two points.
+  static unsigned edge_between(const Hull& hull, FaceRef face, uint32_t a, uint32_t b) {
+    const Hull::Cell& cell = hull.cell(face.cell);
+    const CellFace& of = Hull::shape_of(cell).face[face.face];
+    for (unsigned i = 0, last = of.size - 1u; i < of.size; last = i++) {
+      const uint32_t p = cell.corner[of.corner[last]], q = cell.corner[of.corner[i]];
+      if ((p == a && q == b) || (p == b && q == a)) return last;
+    }
+    return no_edge;
+  }
   /// How many gates are at a point.
   unsigned at_point(uint32_t slot) const { return at_point_[slot].gates; }
   bool on_border(uint32_t slot) const { return at_point_[slot].border; }
@@ -80,11 +101,15 @@ class Gates {
   /// No cell will be there that says so; one may meet it all the same.
   void close(const Hull& hull, FaceRef face) {
     if (!is_gate(face)) return;
-    gates_[face.cell] = static_cast<uint8_t>(gates_[face.cell] & ~(1u << face.face));
+    Cell& cell = cells_[face.cell];
+    cell.gates = static_cast<uint8_t>(cell.gates & ~(1u << face.face));
     count_at(hull, face, ~0u);
   }
 
  private:
+  /// Edge i of a glued face lies on edge turn - i of the one across, modulo their size, as faces of
+  /// neighbours run in opposite directions; from `mirrored` on, on edge turn - mirrored + i.
+  static constexpr unsigned mirrored = 4, other_cycle = 8;
   struct Gate {
     uint32_t face;  ///< cell slot * 8 + face
     uint32_t ordinal;
@@ -94,11 +119,35 @@ class Gates {
     bool border = false;
   };
 
+  void join(const Hull& hull, FaceRef own, FaceRef other) {
+    Cell &here = cells_[own.cell], &there = cells_[other.cell];
+    here.across[own.face] = other.cell * 8 + other.face;
+    there.across[other.face] = own.cell * 8 + own.face;
+    const unsigned size = cell_shapes[here.kind].face[own.face].size;
+    if (size < 3) return;  // of polygons: nobody walks there
+    const unsigned turn = turn_on(hull, own, other, size);
+    here.turn[own.face] = static_cast<uint8_t>(turn);
+    const bool inverted = turn > mirrored && turn < other_cycle;
+    there.turn[other.face] = static_cast<uint8_t>(inverted ? 2 * mirrored + size - turn : turn);
+  }
+  static unsigned turn_on(const Hull& hull, FaceRef own, FaceRef other, unsigned size) {
+    const Hull::Cell &cell = hull.cell(own.cell), &there = hull.cell(other.cell);
+    const CellFace &face = Hull::shape_of(cell).face[own.face], &on = Hull::shape_of(there).face[other.face];
+    const auto point = [&](unsigned i) { return cell.corner[face.corner[i]]; };
+    const auto met = [&](unsigned i) { return there.corner[on.corner[i < size ? i : i - size]]; };
+    const uint32_t first = point(0);
+    const unsigned at = met(0) == first ? 0 : met(1) == first ? 1 : met(2) == first ? 2 : 3;
+    const bool opposite = size == 3 || met(at + 2) == point(2);
+    if (at >= size || !opposite) return other_cycle;
+    if (met(at + size - 1) == point(1)) return at == 0 ? size - 1 : at - 1;
+    return met(at + 1) == point(1) ? mirrored + at : other_cycle;
+  }
+
   bool is_there(const Hull& hull, const Gate& gate) const {
     const Hull::Cell& cell = hull.cell(gate.face / 8);
     const unsigned face = gate.face % 8;
     return cell.ordinal == gate.ordinal && cell.live != 0 &&
-           (cell.open & gates_[gate.face / 8] & 1u << face) != 0;
+           (cell.open & cells_[gate.face / 8].gates & 1u << face) != 0;
   }
   void count_at(const Hull& hull, FaceRef at, uint32_t by) {
     const Hull::Cell& cell = hull.cell(at.cell);
@@ -122,8 +171,7 @@ class Gates {
     sweep_at_ = std::max(size_t{1} << 16, 4 * waiting_.size());
   }
 
-  std::vector<Links> links_;
-  std::vector<uint8_t> gates_;  ///< by cell, a bit for each face
+  std::vector<Cell> cells_;
   std::vector<AtPoint> at_point_;
   std::vector<Gate> waiting_;
   size_t first_ = 0;

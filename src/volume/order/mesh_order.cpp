@@ -25,13 +25,16 @@ class CellSequence {
   CellSequence(const FlatCells& cells, const std::vector<uint32_t>& sequence, uint64_t most_cells,
                Mixing mixing)
       : cells_(cells),
-        sequence_(sequence),
         waiting_(sequence.size()),
         near_(most_cells),
-        decisions_(mixing) {}
+        mixed_(mixing != Mixing::none),
+        decisions_(mixing) {
+    around_.reserve(sequence.size());
+    for (const uint32_t point : sequence) around_.push_back(cells.around(point));
+  }
 
   /// Not points that very many cells have: looking through them each time would take the square of time.
-  bool can_lead(uint64_t point) const { return around(point).size() <= 64; }
+  bool can_lead(uint64_t point) const { return around_[point].size() <= 64; }
 
   /// places[i]: the place in coded order of the input's cell i. `leader`: for the encoder, a point of each
   /// cell that goes up from cell to cell, or none. False: damaged.
@@ -53,7 +56,10 @@ class CellSequence {
         places.push_back(cell);
       }
       left.remove(cell);
-      for (const uint32_t point : nodes_of(cell)) --waiting_[point];
+      for (const uint32_t point : nodes_of(cell)) {
+        --waiting_[point];
+        __builtin_prefetch(around_[point].data());
+      }
       last_ = cell;
     }
     return true;
@@ -64,7 +70,6 @@ class CellSequence {
   static constexpr uint64_t reach = 128;
 
   std::span<const uint32_t> nodes_of(uint64_t cell) const { return cells_.nodes_of_cell(first_ + cell); }
-  std::span<const FlatCells::Use> around(uint64_t point) const { return cells_.around(sequence_[point]); }
   void count_waiting(uint32_t by) {
     for (uint64_t i = 0; i < size_; ++i) {
       for (const uint32_t point : nodes_of(i)) waiting_[point] += by;
@@ -80,9 +85,12 @@ class CellSequence {
       history_ = history_ << 2 | 1;
       return code_led(coder, cell, leader);
     }
-    find_others();
+    // A decoder seeks the others only where it must know them: that takes longer than all the rest.
+    const bool sought = Coder::encoding || beside_ == 0;
+    if (sought) find_others();
     const uint32_t chosen = Coder::encoding ? near_.place_of(cell) : nothing;
     if (near_.size() > 0 && decisions_.code(coder, chosen != nothing, near_by, how)) {
+      if (!sought) find_others();
       history_ = history_ << 2 | 2;
       return code_near(coder, chosen);
     }
@@ -102,7 +110,7 @@ class CellSequence {
     if (last_ == nothing) return;
     for (const uint32_t point : nodes_of(last_)) {
       if (waiting_[point] == 0 || !can_lead(point)) continue;
-      for (const FlatCells::Use& use : around(point)) add_near(use.cell - first_);
+      for (const FlatCells::Use& use : around_[point]) add_near(use.cell - first_);
     }
   }
   void add_near(uint64_t cell) {
@@ -118,7 +126,7 @@ class CellSequence {
       }
       const uint32_t local = face | std::min<uint32_t>(i, 7) << 3 | (cell == last_ + 1 ? 64u : 0) |
                              std::min<uint32_t>(near_[i].met, 7) << 7;
-      const Evidence which{local, rank_of(cell), count, history_ & 255};
+      const Evidence which{local, mixed_ ? rank_of(cell) : 0, count, history_ & 255};
       if (i + 1 < count && !decisions_.code(coder, i == chosen, this_one, which)) continue;
       last_rank_ = local;
       return cell;
@@ -159,7 +167,7 @@ class CellSequence {
   /// Which of the cells at the point `gap` above at_; nothing: none of them.
   uint32_t code_at_point(Coder& coder, uint32_t cell, bool here, uint64_t gap, uint32_t count) {
     uint32_t rank = 0;
-    for (const FlatCells::Use& use : around(at_ + gap)) {
+    for (const FlatCells::Use& use : around_[at_ + gap]) {
       const uint64_t other = use.cell - first_;
       if (other >= size_ || !left_->has(other)) continue;
       uint32_t lower = 0;
@@ -174,13 +182,14 @@ class CellSequence {
   }
 
   const FlatCells& cells_;
-  const std::vector<uint32_t>& sequence_;
+  std::vector<std::span<const FlatCells::Use>> around_;  ///< by point, as the input numbers it
   uint64_t first_ = 0, size_ = 0;
   Remaining* left_ = nullptr;
   const Neighbours* neighbours_ = nullptr;
   std::vector<uint32_t> waiting_;  ///< by point, as the input numbers it: uses in cells that are left
   MetList<64> near_;
   size_t beside_ = 0;  ///< of them, those that follow or share a face
+  bool mixed_;
   Decisions<question_count> decisions_;
   DifferenceModel leap_;
   uint64_t at_ = 0;

@@ -43,6 +43,7 @@ class PointOrder {
         waits_(points, 1),
         joined_points_(cells, points),
         candidates_(points),
+        mixed_(mixing != Mixing::none),
         decisions_(mixing) {
     for (uint64_t i = 0; i < points; ++i) {
       left_[on_border_[i] ? 0 : 1].remove(i);
@@ -81,7 +82,7 @@ class PointOrder {
     if (last_ == nothing) return;
     add(last_ + uint64_t{1}, 1);
     add_joined(last_);
-    joined_ = candidates_.size();
+    joined_ = later_ = candidates_.size();
   }
   void find_others() {
     for_each_beside(cells_, last_, false, [&](uint32_t point) { add(point, 1); });
@@ -124,9 +125,15 @@ class PointOrder {
     near = last_ != nothing && decisions_.code(coder, near, near_by, how);
     history_ = history_ << 1 | (near ? 1 : 0);
     if (!near) return code_left_over(coder, point);
-    if constexpr (!Coder::encoding) find_others();
-    const auto count = static_cast<uint32_t>(candidates_.size());
-    for (uint32_t i = 0; i < count; ++i) {
+    // Most points are joined to the last: others are sought where these end, or all count as evidence.
+    bool sought = Coder::encoding;
+    for (uint32_t i = 0;; ++i) {
+      if (!sought && (mixed_ || i + 1 >= joined_)) {
+        find_others();
+        sought = true;
+      }
+      const auto count = static_cast<uint32_t>(candidates_.size());
+      if (i == count) return nothing;
       const uint32_t candidate = candidates_[i].which;
       const uint32_t local = std::min<uint32_t>(i, 31) + (i >= joined_ ? 128 : 0) + (i >= later_ ? 512 : 0) +
                              (candidate > last_ ? 32 : 0) + (last_ + 1 == candidate ? 64 : 0) +
@@ -136,7 +143,6 @@ class PointOrder {
       last_rank_ = local;
       return candidate;
     }
-    return nothing;
   }
 
   uint32_t code_left_over(Coder& coder, uint32_t point) {
@@ -161,6 +167,7 @@ class PointOrder {
   std::vector<uint32_t> alone_;
   size_t next_alone_ = 0;
   uint32_t alone_history_ = 0;
+  bool mixed_;
   Decisions<question_count> decisions_;
   uint32_t last_ = nothing, history_ = 0, last_rank_ = 0;
 };
