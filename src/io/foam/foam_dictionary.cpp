@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "io/foam/foam_expression.h"
+#include "io/gzip.h"
 #include "io/reading.h"
 
 namespace maille {
@@ -65,6 +66,8 @@ namespace {
 // Dictionaries people write have thousands; variables of variables could make any number of them.
 constexpr size_t most_tokens = size_t{1} << 20;
 constexpr unsigned deepest = 64;
+/// Of a packed file: a token has a byte and a blank at least, and some room for comments.
+constexpr uint64_t most_bytes = uint64_t{16} << 20;
 
 class Parser {
  public:
@@ -74,11 +77,20 @@ class Parser {
     return {};
   }
 
+  /// As OpenFOAM, "name.gz" where there is no "name".
   Result<> open(const std::string& path) {
-    const auto source = MAILLE_TRY(file_source(path));
-    InputBytes bytes = MAILLE_TRY(InputBytes::load(*source));
+    auto opened = file_source(path);
+    if (!opened) {
+      if (auto packed = file_source(path + ".gz")) opened = std::move(packed);
+    }
+    const auto source = MAILLE_TRY(std::move(opened));
+    const InputBytes bytes = MAILLE_TRY(InputBytes::load(*source));
     // Kept as long as its tokens are read.
     auto text = std::make_unique<std::string>(bytes.text());
+    if (is_gzip(bytes.bytes())) {
+      const std::vector<std::byte> unpacked = MAILLE_TRY(gunzip(bytes.bytes(), most_bytes, path));
+      text->assign(reinterpret_cast<const char*>(unpacked.data()), unpacked.size());
+    }
     MAILLE_CHECK(open(*text, path));
     levels_.back().text = std::move(text);
     return {};

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "io/gzip.h"
 #include "support/temporary_folder.h"
 
 namespace maille {
@@ -52,6 +53,22 @@ TEST(FoamDictionary, ReadsEntriesListsAndDictionaries) {
   EXPECT_EQ(text_of(file, "list"), "2 ( ( 0 1 ) ( -2 .5 ) )");
   EXPECT_EQ(text_of(file, "div(phi,U)"), "Gauss linear");
   EXPECT_EQ(text_of(file, "name"), "a \"b\" // c");
+}
+
+TEST(FoamDictionary, ReadsPackedFilesUnderEitherName) {
+  const testing::TemporaryFolder folder;
+  const auto file = file_sink(folder.path("d.gz"));
+  ASSERT_TRUE(file);
+  const auto packed = gzip_sink(**file);
+  const std::string_view text = "scale 3;";
+  ASSERT_TRUE(packed->write(std::as_bytes(std::span(text.data(), text.size()))));
+  ASSERT_TRUE(packed->commit());
+  ASSERT_TRUE((*file)->commit());
+  for (const char* name : {"d", "d.gz"}) {
+    const auto read = read_foam_file(folder.path(name));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(number_of(*read, "scale"), 3);
+  }
 }
 
 TEST(FoamDictionary, TakesBlocksWrittenTightly) {
