@@ -11,42 +11,43 @@ namespace maille {
 inline constexpr uint32_t no_slot = 0xffffffff;
 
 /// Slots of the points that are alive, by their number. Numbers come in runs in nearly every mesh, so there
-/// is one entry for 32 of them, and each corner remembers the page it had last: a look-up is mostly one
-/// comparison.
+/// is one entry for a page of them, and each corner remembers the page it had last: a look-up is mostly one
+/// comparison. Pages are small, as of a row often only the ends are alive, where blocks of a mesh meet.
 class PointTable {
  public:
   PointTable() : table_(64, no_page) {}
 
   [[gnu::always_inline]] uint32_t find(uint64_t number, unsigned corner) {
-    const uint32_t page = page_of(number / 32, corner);
-    return page == no_page ? no_slot : pages_[page].slot[number % 32];
+    const uint32_t page = page_of(number / per_page, corner);
+    return page == no_page ? no_slot : pages_[page].slot[number % per_page];
   }
   /// False: it is there already. `corner` tells apart who asks, below 32: each goes through numbers of its
   /// own.
   [[gnu::always_inline]] bool insert(uint64_t number, uint32_t slot, unsigned corner = 0) {
-    uint32_t page = page_of(number / 32, corner);
+    uint32_t page = page_of(number / per_page, corner);
     if (page == no_page) [[unlikely]]
-      page = last_[corner] = add_page(number / 32);
-    uint32_t& place = pages_[page].slot[number % 32];
+      page = last_[corner] = add_page(number / per_page);
+    uint32_t& place = pages_[page].slot[number % per_page];
     if (place != no_slot) return false;
     place = slot;
     ++pages_[page].used;
     return true;
   }
   [[gnu::always_inline]] void erase(uint64_t number, unsigned corner = 0) {
-    const uint32_t page = page_of(number / 32, corner);
-    pages_[page].slot[number % 32] = no_slot;
+    const uint32_t page = page_of(number / per_page, corner);
+    pages_[page].slot[number % per_page] = no_slot;
     if (--pages_[page].used == 0) [[unlikely]]
       remove_page(page);
   }
 
  private:
+  static constexpr uint64_t per_page = 8;
   static constexpr uint32_t no_page = 0xffffffff;
   static constexpr uint64_t no_key = ~uint64_t{0};
   struct Page {
     uint64_t key = no_key;
     uint32_t used = 0;
-    std::array<uint32_t, 32> slot{};
+    std::array<uint32_t, per_page> slot{};
   };
 
   size_t home(uint64_t key) const { return hash_mix(key, 0) & (table_.size() - 1); }
