@@ -2,6 +2,7 @@
 #include <maille/encode.h>
 #include <maille/generate.h>
 #include <maille/io.h>
+#include <maille/out_of_core.h>
 
 #include <algorithm>
 
@@ -22,12 +23,14 @@ class Counter final : public GeneratedOutput {
   Result<> begin(const GeneratedSize& size) override {
     patches.resize(size.patches.size());
     for (size_t i = 0; i < patches.size(); ++i) patches[i] = {size.patches[i].name, size.patches[i].type, 0};
+    too_long_ = size.cells > most_counted;
     return {};
   }
   Result<> points(uint64_t, std::span<const double> coordinates) override {
     point_count += coordinates.size() / 3;
     alive_ += coordinates.size() / 3;
     most_alive = std::max(most_alive, alive_);
+    if (too_long_ && alive_ > most_allowed) return failure(ErrorCode::memory_bound, "");
     return {};
   }
   Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) override {
@@ -60,11 +63,15 @@ class Counter final : public GeneratedOutput {
   uint64_t point_count = 0;
   uint64_t cell_count = 0;
   uint64_t most_alive = 0;  ///< points that are still needed, at any time
+  /// Where more are needed, counting a mesh that takes long ends with memory_bound.
+  uint64_t most_allowed = ~uint64_t{0};
   std::vector<std::pair<CellType, uint64_t>> types;
   std::vector<Patch> patches;
 
  private:
+  static constexpr uint64_t most_counted = 1'000'000'000;  ///< cells: about a minute
   uint64_t alive_ = 0;
+  bool too_long_ = false;
 };
 
 // The same counts of a mesh in memory. The order of patches is that of the metadata.
@@ -145,8 +152,8 @@ Result<> encode_mesh(const Mesh& mesh, Sink& sink, const GenerateOptions& option
   return {};
 }
 
-/// Above, a mesh in streaming order is written as it comes.
-constexpr uint64_t most_cells_in_memory = 1'000'000;
+/// Above, a mesh is written as it comes: so many take 32 MB in memory.
+constexpr uint64_t most_cells_in_memory = 250'000;
 
 uint64_t cells_of(const BlockDescription& description, uint64_t refine) {
   uint64_t cells = 0;
@@ -155,7 +162,28 @@ uint64_t cells_of(const BlockDescription& description, uint64_t refine) {
   return cells;
 }
 
+/// The most points in use at once decide; counting takes a tenth of the time of writing.
+Result<> check_points_in_use(const GenerateOptions& options, const BlockDescription& description) {
+  // A point in use and the cells around it: 350 at most, in kept order of many blocks.
+  constexpr uint64_t bytes_of_point = 352;
+  const uint64_t memory = options.common.memory;
+  if (memory == CommonOptions{}.memory) return {};
+  Counter counter;
+  counter.most_allowed = (memory - std::min(memory, WorkingSpace::of_process)) / bytes_of_point;
+  const auto counted_all = generate(description, options.generation, counter);
+  const bool stopped = !counted_all && counted_all.error().code == ErrorCode::memory_bound;
+  if (!counted_all && !stopped) return counted_all;
+  if (counter.most_alive <= counter.most_allowed) return {};
+  const uint64_t least = WorkingSpace::of_process + counter.most_alive * bytes_of_point;
+  return failure(
+      ErrorCode::memory_bound,
+      fmt::format("{0}: {3}{1} points are in use at once: {3}{2} MiB of memory are the least that "
+                  "will do",
+                  options.input, counter.most_alive, (least >> 20) + 1, stopped ? "more than " : ""));
+}
+
 Result<int> write_stream(const GenerateOptions& options, const BlockDescription& description) {
+  TOOL_CHECK(check_points_in_use(options, description));
   const auto file = TOOL_TRY(open_output({options.output, options.input, options.force, true}));
   CountingSink sink(*file);
   ProgressDisplay progress(options.common.progress, options.common.quiet);
@@ -181,8 +209,7 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   const std::string format =
       TOOL_TRY(output_format(options.output, options.output_format, options.output == "-" ? "maille" : ""));
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
-  if (format == "maille" && options.generation.streaming_order && (many || options.output == "-"))
-    return write_stream(options, description);
+  if (format == "maille" && (many || options.output == "-")) return write_stream(options, description);
   const auto file = TOOL_TRY(open_output(
       {options.output, options.input, options.force, is_binary(format, false), is_folder_format(format)}));
   CountingSink sink(*file);

@@ -1,6 +1,5 @@
 #include "generate_stream.h"
 
-#include <fmt/format.h>
 #include <maille/stream.h>
 
 #include <algorithm>
@@ -39,8 +38,6 @@ class StreamedGeneration final : public GeneratedOutput {
     return {};
   }
   Result<> points(uint64_t first, std::span<const double> coordinates) override {
-    alive_ += coordinates.size() / 3;
-    if (alive_ > options_.common.memory / bytes_of_live_point) return too_many_points();
     return writer_->add_points(first, std::as_bytes(coordinates));
   }
   Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) override {
@@ -49,24 +46,12 @@ class StreamedGeneration final : public GeneratedOutput {
   Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
                  std::span<const uint8_t> last_use) override {
     done_ += nodes.size() / nodes_of(type);
-    for (const uint8_t last : last_use) alive_ -= last;
     if (watch_) watch_({"cells", static_cast<double>(done_) / static_cast<double>(cells_)});
     return add(zones_[block], type, nodes, last_use);
   }
   Result<StreamReport> finish() { return writer_->finish(); }
 
  private:
-  /// The writer's tables for a point and the cells around it, about.
-  static constexpr uint64_t bytes_of_live_point = 288;
-
-  Result<> too_many_points() const {
-    return failure(
-        ErrorCode::memory_bound,
-        fmt::format(
-            "{}: more than {} points are in use at once, which takes more than --memory allows ({} MB); "
-            "allow more, or refine less",
-            options_.input, alive_ - 1, options_.common.memory >> 20));
-  }
   static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
     const auto place = std::find(labels.begin(), labels.end(), name) - labels.begin();
     if (static_cast<size_t>(place) == labels.size()) labels.push_back(name);
@@ -87,7 +72,7 @@ class StreamedGeneration final : public GeneratedOutput {
   Progress watch_;
   std::optional<StreamWriter> writer_;
   std::vector<uint16_t> zones_, patches_, labels_;
-  uint64_t cells_ = 0, done_ = 0, alive_ = 0;
+  uint64_t cells_ = 0, done_ = 0;
 };
 
 }  // namespace
