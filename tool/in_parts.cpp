@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "files.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -24,9 +25,6 @@ namespace {
 
 /// Below, any order is found in memory: it is a little better.
 constexpr uint64_t small_bytes = uint64_t{2} << 30;
-/// What the command and the models of its coder take, about.
-constexpr uint64_t fixed_bytes = uint64_t{48} << 20;
-
 /// In $TMPDIR, else beside what is written: there is room for the result, at least.
 std::string scratch_folder(const std::string& output) {
   const char* const told = std::getenv("TMPDIR");
@@ -40,12 +38,10 @@ WorkingSpace space_for(const CommonOptions& common, const std::string& output, b
   WorkingSpace space;
   space.folder = scratch_folder(output);
   const bool asked = common.memory != CommonOptions{}.memory;
-  const uint64_t left = common.memory > fixed_bytes ? common.memory - fixed_bytes : 0;
-  if (reorder) space.memory = uint64_t{512} << 20;
-  // Half of it is for what is in use in the stream.
-  if (!asked) return space;
-  space.memory = reorder ? left / 2 : std::min(space.memory, left / 2);
-  space.in_use = left - space.memory;
+  if (asked) space.limit = common.memory;
+  if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
+  if (asked)
+    space.memory = std::min(space.memory, common.memory - std::min(common.memory, WorkingSpace::of_process));
   return space;
 }
 
@@ -156,6 +152,65 @@ Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, 
                   name, mesh.cell_count(), megabytes(needed), common.memory >> 20));
 }
 
+namespace {
+
+/// An open file without a name.
+Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::string& folder) {
+  std::string path = (folder.empty() ? "/tmp" : folder) + "/maille-XXXXXX.vtu";
+  const int file = ::mkstemps(path.data(), 4);
+  if (file < 0) return failure(ErrorCode::write_failed, path + ": " + std::strerror(errno));
+  ::close(file);
+  const auto write = [&]() -> Result<std::unique_ptr<Source>> {
+    const auto sink = TOOL_TRY(file_sink(path));
+    TOOL_TRY(write_mesh(mesh, *sink, {.format = "vtu"}));
+    TOOL_CHECK(sink->commit());
+    return unmapped_source(path);
+  };
+  auto source = write();
+  ::unlink(path.c_str());
+  return source;
+}
+
+/// A volume of a format that is read whole, where --memory holds the mesh, but not what codes it, too: by way
+/// of a temporary VTU file.
+Result<std::optional<InputInParts>> open_whole_in_parts(const CompressOptions& options,
+                                                        ProgressDisplay& progress) {
+  // Of shared files in text, reading and coding took 7 to 9 times the file.
+  constexpr uint64_t times_in_memory = 10;
+  const auto named = [&](uint64_t bytes) {
+    return fmt::format("{} is read whole: about {} MiB of memory are the least that will do",
+                       input_name(options.input), (bytes >> 20) + 1);
+  };
+  const uint64_t memory = options.common.memory;
+  if (memory == CommonOptions{}.memory) return std::nullopt;
+  Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  const uint64_t bytes = input.source->size(), besides = WorkingSpace::of_process + bytes;
+  if (input.is_maille || WorkingSpace::of_process + times_in_memory * bytes <= memory) return std::nullopt;
+  // The mesh is about as large as its text.
+  if (besides + bytes > memory) return failure(ErrorCode::memory_bound, named(besides + bytes));
+  keep_memory_small();
+  CommonOptions reading = options.common;
+  reading.memory = memory - besides;
+  reading.quiet = true;
+  auto loaded = load(input, reading, progress);
+  if (!loaded && loaded.error().code == ErrorCode::memory_bound)
+    return failure(ErrorCode::memory_bound, loaded.error().message + "; " + named(2 * memory));
+  if (!loaded || usual_mode(loaded->mesh) != Mode::stream) return std::nullopt;
+  input.source.reset();
+  const std::string output = options.output.empty() ? options.input : options.output;
+  auto source = TOOL_TRY(written_to_vtu(loaded->mesh, scratch_folder(output)));
+  const uint64_t needed = besides + 64 * loaded->mesh.corner_count() + 128 * loaded->mesh.point_count();
+  const auto on_corners = [](const Array& array) { return array.domain == Domain::corner; };
+  const bool has_corners = std::any_of(loaded->mesh.arrays.begin(), loaded->mesh.arrays.end(), on_corners);
+  loaded->mesh = {};
+  auto mesh = open_mesh_source(*source, {memory});
+  if (!mesh || has_corners) return failure(ErrorCode::memory_bound, named(needed));  // or polyhedra
+  say_notes(input_name(options.input), loaded->notes, options.common.quiet);
+  return InputInParts{std::move(source), *std::move(mesh), bytes};
+}
+
+}  // namespace
+
 Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options, ProgressDisplay& progress) {
   if (options.mode == Mode::random && options.input != "-" && is_regular(options.input))
     return open_surface_in_parts(options, progress);
@@ -163,11 +218,13 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   if (!stream || options.input == "-") return std::nullopt;
   const auto format = options.input_format.empty() ? format_of(options.input) : options.input_format;
   if (format && *format == "polymesh") return open_polymesh_in_parts(options, progress);
-  if (!format || !is_regular(options.input) || (*format != "vtu" && *format != "msh")) return std::nullopt;
+  if (!is_regular(options.input)) return std::nullopt;
+  if (!format || (*format != "vtu" && *format != "msh")) return open_whole_in_parts(options, progress);
   auto source = unmapped_source(options.input);
   if (!source) return std::nullopt;
   // What is wrong with a file is told by its reader, which knows more of it.
   auto mesh = open_mesh_source(**source, {options.common.memory});
+  if (!mesh && mesh.error().code == ErrorCode::unsupported) return open_whole_in_parts(options, progress);
   if (!mesh || !has_volume(**mesh)) return std::nullopt;
   const MeshDescription& description = (*mesh)->description();
   const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
@@ -187,24 +244,25 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
   const bool random = encoding.mode == Mode::random;
   if (!random) keep_memory_small();
   watched.progress = progress.watch(static_cast<double>(cells), random ? "faces" : "cells");
-  MeshSource* mesh = input.mesh.get();
-  std::unique_ptr<MeshSource> ordered;
+  MeshSource& mesh = *input.mesh;
   const std::string output = options.output.empty() ? options.input : options.output;
   if (random) {
     WorkingSpace space;
     space.folder = scratch_folder(output);
     space.memory = std::min(options.common.memory, small_bytes);
-    return encode(*mesh, sink, watched, space);
+    return encode(mesh, sink, watched, space);
   }
-  if (options.any_order && options.delay == 0 && TOOL_TRY(incoherence(*mesh)) > 2) {
-    const Stopwatch step;
-    ordered = TOOL_TRY(reordered(*mesh, space_for(options.common, output, true), watched.progress));
-    mesh = ordered.get();
-    step.done(options.common.verbose, "ordering cells");
-  }
-  WorkingSpace space = space_for(options.common, output, ordered != nullptr);
+  WorkingSpace space = space_for(options.common, output, false);
   space.delay = options.delay;
-  return encode(*mesh, sink, watched, space);
+  const bool may_order = options.any_order && options.delay == 0;
+  if (!may_order || TOOL_TRY(incoherence(mesh)) <= 2) {
+    auto encoded = encode(mesh, sink, watched, space);
+    if (encoded || !may_order || encoded.error().code != ErrorCode::memory_bound) return encoded;
+  }
+  const Stopwatch step;
+  const auto ordered = TOOL_TRY(reordered(mesh, space_for(options.common, output, true), watched.progress));
+  step.done(options.common.verbose, "ordering cells");
+  return encode(*ordered, sink, watched, space);
 }
 
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {

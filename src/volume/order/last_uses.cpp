@@ -6,6 +6,7 @@
 #include "base/bytes.h"
 #include "base/pace.h"
 #include "base/result.h"
+#include "volume/order/working_memory.h"
 
 namespace maille {
 namespace {
@@ -14,7 +15,7 @@ constexpr CellType no_type = CellType{0};
 
 /// With a bit each: a quarter of the memory, at least something, and whole words.
 uint64_t most_points_of(const WorkingSpace& space) {
-  return std::max<uint64_t>(space.memory / 4, 1024) / 8 * 64;
+  return std::max<uint64_t>(working_memory(space) / 4, 1024) / 8 * 64;
 }
 
 }  // namespace

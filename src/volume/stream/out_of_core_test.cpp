@@ -15,7 +15,7 @@ namespace {
 using namespace testing;
 
 /// So little that points go in ranges, pages are thrown out, and cells are sorted in parts of 64.
-const WorkingSpace tiny = {.memory = 1, .in_use = ~uint64_t{0}, .folder = {}};
+const WorkingSpace tiny = {.memory = 1, .limit = ~uint64_t{0}, .folder = {}};
 
 std::vector<std::byte> encoded_in_parts(const Mesh& mesh, const EncodeOptions& options) {
   const auto parts_in_memory = mesh_as_source(mesh);
@@ -264,7 +264,7 @@ TEST(OutOfCore, ReorderingMakesShuffledCellsCheap) {
   const Mesh mesh = shuffled(grid(24, 24, 24), 7);
   const auto parts_in_memory = mesh_as_source(mesh);
   MeshSource& parts = *parts_in_memory;
-  const auto ordered = reordered(parts, {.memory = 1 << 20, .in_use = ~uint64_t{0}, .folder = {}});
+  const auto ordered = reordered(parts, {.memory = 1 << 20, .limit = ~uint64_t{0}, .folder = {}});
   ASSERT_TRUE(ordered);
   const auto before = incoherence(parts), after = incoherence(**ordered);
   ASSERT_TRUE(before && after);
@@ -287,7 +287,7 @@ TEST(OutOfCore, RefusesWhatTakesMoreMemoryThanAllowed) {
     const auto parts_in_memory = mesh_as_source(*mesh);
     MeshSource& parts = *parts_in_memory;
     std::vector<std::byte> bytes;
-    const WorkingSpace space = {.memory = 1, .in_use = 10'000'000, .folder = {}};
+    const WorkingSpace space = {.memory = 1, .limit = uint64_t{30} << 20, .folder = {}};
     const auto report = encode(parts, *memory_sink(bytes), kept(), space);
     EXPECT_EQ(report.has_value(), mesh == &sweep);
     if (!report) {
@@ -314,11 +314,11 @@ TEST(OutOfCore, LeavesNoFilesBehind) {
   const Mesh mesh = shuffled(grid(6, 6, 6), 1);
   const auto parts_in_memory = mesh_as_source(mesh);
   MeshSource& parts = *parts_in_memory;
-  const auto ordered = reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.path()});
+  const auto ordered = reordered(parts, {.memory = 1, .limit = ~uint64_t{0}, .folder = folder.path()});
   ASSERT_TRUE(ordered);
   EXPECT_TRUE(folder.names().empty()) << "not even while they are in use";
   EXPECT_EQ(
-      reordered(parts, {.memory = 1, .in_use = ~uint64_t{0}, .folder = folder.path("none")}).error().code,
+      reordered(parts, {.memory = 1, .limit = ~uint64_t{0}, .folder = folder.path("none")}).error().code,
       ErrorCode::write_failed);
 }
 
