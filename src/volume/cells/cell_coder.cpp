@@ -245,6 +245,7 @@ void CellCoder<Coder>::enter(const StreamedCell&, CodedCells& out) {
   if (hull_.valid(last_)) hull_.cell(last_.slot).successor = slot;
   last_ = {slot, ordinal_++};
   last_kind_ = cell_.kind;
+  dimensions_ |= 1u << shape.dimension;
   recent_cells_[last_.ordinal % recent_cells_.size()] = last_;
   out.cell_slots.push_back(slot);
   out.across.push_back(across);

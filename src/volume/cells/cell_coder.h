@@ -290,8 +290,9 @@ class CellCoder {
   std::array<CellRef, 16> recent_cells_{};
   uint32_t ordinal_ = 0;
   unsigned last_kind_ = 0;
-  uint64_t counted_ = 0;  ///< points so far
-  uint64_t group_ = 0;    ///< many generators write the cells around point 1, 2, 3, ...
+  unsigned dimensions_ = 0;  ///< of cells so far, a bit for each
+  uint64_t counted_ = 0;     ///< points so far
+  uint64_t group_ = 0;       ///< many generators write the cells around point 1, 2, 3, ...
   uint64_t last_loose_ = 0;
   uint32_t last_signature_ = 0;  ///< how the last cell was coded
 

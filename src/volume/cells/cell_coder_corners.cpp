@@ -105,13 +105,18 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
       joined_places_[slot] = static_cast<uint8_t>(count);
     }
   };
+  const unsigned dimension = cell_.shape().dimension;
+  const bool open_only = gates_ && dimensions_ == 1u << dimension && !faces_;
   for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0; n &= n - 1) {
-    unsigned left = 48;
-    hull_.around(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))], [&](uint32_t slot, uint32_t at) {
+    const uint32_t neighbour = cell_.corner[static_cast<unsigned>(__builtin_ctz(n))];
+    unsigned left = 48, open = hull_.point(neighbour).open();
+    if (open_only && open == 0) continue;
+    hull_.around(neighbour, [&](uint32_t slot, uint32_t at) {
       const Hull::Cell& other = hull_.cell(slot);
-      if (gates_ && Hull::shape_of(other).dimension == cell_.shape().dimension) {
+      if (gates_ && Hull::shape_of(other).dimension == dimension) {
         for_each_in_open_faces(other, at, add);
-        return --left == 0;
+        open -= bits_in(other.open & Hull::shape_of(other).faces_at[at]);
+        return --left == 0 || (open_only && open == 0);
       }
       for (unsigned m = Hull::shape_of(other).neighbours[at]; m != 0; m &= m - 1) {
         const uint32_t point = other.corner[static_cast<unsigned>(__builtin_ctz(m))];

@@ -191,13 +191,15 @@ class MetList {
 /// Calls visit(point) for the points that an edge joins to one, or else those that share a cell with it.
 template <class Visit>
 void for_each_beside(const FlatCells& cells, uint32_t point, bool joined, Visit visit) {
-  const auto uses = cells.around(point);
-  for (const FlatCells::Use& use : uses.first(std::min<size_t>(uses.size(), 48))) {
+  const auto all = cells.around(point);
+  const auto uses = all.first(std::min<size_t>(all.size(), 48));
+  for (const FlatCells::Use& use : uses) __builtin_prefetch(cells.nodes_of_cell(use.cell).data());
+  for (const FlatCells::Use& use : uses) {
     const CellShape& shape = cells.shape_of(use.cell);
     if (use.node >= shape.corners) continue;
     const auto nodes = cells.nodes_of_cell(use.cell);
-    const unsigned all = (1u << shape.corners) - 1, near = shape.neighbours[use.node];
-    for (unsigned some = joined ? near : all & ~near; some != 0; some &= some - 1)
+    const unsigned corners = (1u << shape.corners) - 1, near = shape.neighbours[use.node];
+    for (unsigned some = joined ? near : corners & ~near; some != 0; some &= some - 1)
       visit(nodes[static_cast<unsigned>(__builtin_ctz(some))]);
   }
 }

@@ -56,10 +56,7 @@ class CellSequence {
         places.push_back(cell);
       }
       left.remove(cell);
-      for (const uint32_t point : nodes_of(cell)) {
-        --waiting_[point];
-        __builtin_prefetch(around_[point].data());
-      }
+      for (const uint32_t point : nodes_of(cell)) --waiting_[point];
       last_ = cell;
     }
     return true;
@@ -108,6 +105,7 @@ class CellSequence {
   }
   void find_others() {
     if (last_ == nothing) return;
+    for (const uint32_t point : nodes_of(last_)) __builtin_prefetch(around_[point].data());
     for (const uint32_t point : nodes_of(last_)) {
       if (waiting_[point] == 0 || !can_lead(point)) continue;
       for (const FlatCells::Use& use : around_[point]) add_near(use.cell - first_);
@@ -160,9 +158,20 @@ class CellSequence {
       const uint32_t found = code_at_point(coder, cell, leap || at_ + gap == leader, gap, count);
       if (found == nothing) continue;
       at_ += gap;
+      if (gap > 0) fetch_ahead();
       return found;
     }
     return nothing;
+  }
+  /// Leaders go up by a point or two, but what is asked about cells at these lies anywhere in memory.
+  void fetch_ahead() const {
+    if (at_ + 3 >= around_.size()) return;
+    __builtin_prefetch(around_[at_ + 3].data());
+    if (!can_lead(at_ + 2)) return;
+    for (const FlatCells::Use& use : around_[at_ + 2]) {
+      __builtin_prefetch(cells_.nodes_of_cell(use.cell).data());
+      if (use.cell - first_ < size_) __builtin_prefetch(&(*neighbours_)[use.cell - first_]);
+    }
   }
   /// Which of the cells at the point `gap` above at_; nothing: none of them.
   uint32_t code_at_point(Coder& coder, uint32_t cell, bool here, uint64_t gap, uint32_t count) {

@@ -21,6 +21,8 @@ class Joined {
     }
     begin_.push_back(items_.size());
   }
+  /// Will be asked for, perhaps.
+  void fetch(uint64_t point) const { __builtin_prefetch(&begin_[point]); }
   std::span<const List::Item> of(uint64_t point) const {
     return std::span(items_).subspan(begin_[point], begin_[point + 1] - begin_[point]);
   }
@@ -57,12 +59,14 @@ class PointOrder {
   /// sequence[i]: the number in coded order of the input's point i. False: damaged.
   bool code(Coder& coder, std::vector<uint32_t>& sequence, uint64_t points) {
     for (uint64_t i = 0; i < points; ++i) {
-      const uint32_t point = code_one(coder, Coder::encoding ? sequence[i] : 0);
+      const uint32_t input = Coder::encoding ? sequence[i] : 0;
+      const bool alone = code_alone(coder, input);
+      const uint32_t point = alone ? alone_[next_alone_++] : code_one(coder, input);
       if constexpr (!Coder::encoding) {
         if (point == nothing || coder.exhausted()) return false;
         sequence.push_back(point);
       }
-      if (!cells_.around(point).empty()) {
+      if (!alone) {
         left_[on_border_[point]].remove(point);
         waits_[point] = 0;
         before_ = {last_, before_[0], before_[1]};
@@ -83,6 +87,7 @@ class PointOrder {
     add(last_ + uint64_t{1}, 1);
     add_joined(last_);
     joined_ = later_ = candidates_.size();
+    for (const auto& candidate : candidates_.items()) joined_points_.fetch(candidate.which);
   }
   void find_others() {
     for_each_beside(cells_, last_, false, [&](uint32_t point) { add(point, 1); });
@@ -110,7 +115,6 @@ class PointOrder {
   }
 
   uint32_t code_one(Coder& coder, uint32_t point) {
-    if (code_alone(coder, point)) return alone_[next_alone_++];
     if (count_left() == 0) return nothing;
     find_joined();
     const Evidence how{std::min<uint32_t>(static_cast<uint32_t>(candidates_.size()), 15), history_ & 3,
@@ -135,6 +139,7 @@ class PointOrder {
       const auto count = static_cast<uint32_t>(candidates_.size());
       if (i == count) return nothing;
       const uint32_t candidate = candidates_[i].which;
+      __builtin_prefetch(joined_points_.of(candidate).data());
       const uint32_t local = std::min<uint32_t>(i, 31) + (i >= joined_ ? 128 : 0) + (i >= later_ ? 512 : 0) +
                              (candidate > last_ ? 32 : 0) + (last_ + 1 == candidate ? 64 : 0) +
                              (on_border_[candidate] == on_border_[last_] ? 256 : 0);
