@@ -4,7 +4,7 @@ namespace maille {
 namespace {
 
 /// A face of a cell and one of its corners.
-struct Place {
+struct FaceCorner {
   unsigned face, corner;
 };
 
@@ -16,7 +16,7 @@ unsigned corners_of(const CellFace& face) {
 
 /// Hexahedra go on with the axes of the one at whose gate they come, which positions are predicted by (canewt
 /// takes 4 % more otherwise). Others come by the lowest face that a turn allows.
-uint8_t best_turn(unsigned kind, Place own, unsigned gate_kind, Place gate) {
+uint8_t best_turn(unsigned kind, FaceCorner own, unsigned gate_kind, FaceCorner gate) {
   const CellShape& shape = cell_shapes[kind];
   const auto turns = turns_of(shape.type);
   unsigned best = 0, lowest = ~0u;
