@@ -3,7 +3,9 @@
 //
 //     maille_check_generate DICTIONARY POLYMESH    prints: cells points faces difference, or why not
 #include <maille/compare.h>
+#include <maille/folder.h>
 #include <maille/generate.h>
+#include <maille/io.h>
 #include <maille/source.h>
 
 #include <algorithm>
@@ -79,7 +81,7 @@ Result<PolyMesh> read_poly_mesh(const std::string& folder) {
   const auto source = MAILLE_TRY(file_source(folder + "/boundary"));
   const InputBytes bytes = MAILLE_TRY(InputBytes::load(*source));
   const std::string_view text = bytes.text();
-  const size_t list = text.find('(', text.find("// *"));
+  const size_t list = text.find('(', text.find('}'));
   const FoamFile file =
       MAILLE_TRY(parse_foam_text("patches " + std::string(text.substr(list)) + ";", folder + "/boundary"));
   FoamCursor at(file, *file.dictionary.find("patches"));
@@ -142,6 +144,25 @@ double difference(const Mesh& ours, const PolyMesh& theirs) {
   return largest / std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
 }
 
+/// Written as polyMesh: how many faces are not where they are in theirs, of all faces and of those inside.
+Result<std::string> order_of_faces(const Mesh& ours, const PolyMesh& theirs, const std::string& folder) {
+  const auto sink = MAILLE_TRY(polymesh_sink(folder));
+  MAILLE_TRY(write_mesh(ours, *sink, {.format = "polymesh", .ascii = true}));
+  MAILLE_CHECK(sink->commit());
+  const PolyMesh written = MAILLE_TRY(read_poly_mesh(folder + "/constant/polyMesh"));
+  uint64_t inside = 0, outside = 0, begins = 0;
+  for (size_t f = 0; f < std::min(theirs.faces.size(), written.faces.size()); ++f) {
+    const bool inner = f < theirs.neighbour.size();
+    const bool same = turned(theirs.faces[f]) == turned(written.faces[f]) && theirs.owner[f] == written.owner[f];
+    if (!same) ++(inner ? inside : outside);
+    if (same && theirs.faces[f] != written.faces[f]) ++begins;
+  }
+  std::string text = written.patches == theirs.patches ? "" : " patches elsewhere;";
+  if (inside + outside == 0 && begins == 0) return text + " faces equal";
+  return text + " faces elsewhere: " + std::to_string(inside) + " inside, " + std::to_string(outside) +
+         " outside; begin elsewhere: " + std::to_string(begins) + " of " + std::to_string(theirs.faces.size());
+}
+
 Result<> check(const std::string& dictionary, const std::string& folder) {
   const BlockDictionary blocks = MAILLE_TRY(read_block_dictionary(dictionary));
   const Mesh ours = MAILLE_TRY(generate_mesh(blocks.description, {}));
@@ -172,7 +193,8 @@ Result<> check(const std::string& dictionary, const std::string& folder) {
   }
   if (cells != cells_of(theirs)) return failure(ErrorCode::differs, "other cells");
   if (!same_patches(ours, first_face, theirs)) return failure(ErrorCode::differs, "other boundary faces");
-  std::printf("%zu cells %.2g\n", cells.size(), difference(ours, theirs));
+  const std::string order = MAILLE_TRY(order_of_faces(ours, theirs, folder + "/../../ours"));
+  std::printf("%zu cells %.2g%s\n", cells.size(), difference(ours, theirs), order.c_str());
   return {};
 }
 

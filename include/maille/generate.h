@@ -135,6 +135,9 @@ struct GenerateOptions {
   /// Blocks side by side are swept together, layer by layer, so that few points are alive at any time.
   /// Otherwise the order of cells and points is that of OpenFOAM's blockMesh: block by block.
   bool streaming_order = false;
+  /// Outer faces come behind all cells, patch by patch in the order of OpenFOAM's blockMesh: for what holds
+  /// the mesh, as flags of last uses do not count them. Not in streaming order.
+  bool faces_last = false;
 };
 
 /// Generates the mesh of a description. Memory: tables along the edges of blocks, their projected faces and a

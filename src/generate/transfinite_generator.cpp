@@ -50,17 +50,58 @@ class BlockTables {
   std::vector<uint32_t> held_;
 };
 
+/// Corners of a face of a block, seen from outside: first of x, last of x, first of y, ...
+constexpr unsigned face_corners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                                         {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+
+/// Puts faces with the points that they have, in runs of one type.
+class FaceRuns {
+ public:
+  FaceRuns(uint32_t patch, GeneratedOutput& output) : patch_(patch), output_(output) {}
+  /// `number_of` a corner of the cell.
+  template <class NumberOf>
+  Result<> put(unsigned face, NumberOf number_of) {
+    std::array<uint64_t, 4> corners{};
+    size_t count = 0;
+    for (const unsigned corner : face_corners[face]) {
+      const uint64_t point = number_of(corner);
+      const auto end = corners.begin() + static_cast<ptrdiff_t>(count);
+      if (std::find(corners.begin(), end, point) == end) corners[count++] = point;
+    }
+    if (count < 3) return {};  // collapsed to a line
+    const CellType type = count == 3 ? CellType::triangle : CellType::quad;
+    if (type != type_) MAILLE_CHECK(flush());
+    type_ = type;
+    kept_.insert(kept_.end(), corners.begin(), corners.begin() + static_cast<ptrdiff_t>(count));
+    return {};
+  }
+  Result<> flush() {
+    if (kept_.empty()) return {};
+    const auto put = output_.faces(patch_, type_, kept_);
+    kept_.clear();
+    return put;
+  }
+
+ private:
+  uint32_t patch_;
+  GeneratedOutput& output_;
+  CellType type_ = CellType::quad;
+  std::vector<uint64_t> kept_;
+};
+
 /// Makes the points, faces and cells of one block, a layer at a time.
 class BlockSweeper {
  public:
-  BlockSweeper(const SweepOrder& order, uint32_t block, BlockTables& tables, GeneratedOutput& output)
+  BlockSweeper(const SweepOrder& order, uint32_t block, BlockTables& tables, GeneratedOutput& output,
+               bool with_faces)
       : order_(order),
         block_(block),
         n_(order.divisions(block)),
         swept_(order.swept(block)),
         tables_(tables),
         repeats_points_(order.topology().repeats_points(block)),
-        output_(output) {
+        output_(output),
+        with_faces_(with_faces) {
     for (unsigned corner = 0; corner < 8; ++corner) {
       // VTK's corners by their places along the axes of the sweep.
       const unsigned y = corner >> 1 & 1;
@@ -78,7 +119,7 @@ class BlockSweeper {
     for (uint32_t row = 0; row < n_[1]; ++row) {
       number_row(row + 1, layer, rows_[1]);
       number_row(row + 1, layer + 1, rows_[3]);
-      MAILLE_CHECK(make_faces(row, layer));
+      if (with_faces_) MAILLE_CHECK(make_faces(row, layer));
       MAILLE_CHECK(make_cells(row, layer));
       std::swap(rows_[0], rows_[1]);
       std::swap(rows_[2], rows_[3]);
@@ -198,10 +239,6 @@ class BlockSweeper {
     return put;
   }
 
-  /// Corners of a face of a block, seen from outside: first of x, last of x, first of y, ...
-  static constexpr unsigned face_corners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
-                                                  {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
-
   Result<> make_faces(uint32_t row, uint32_t layer) {
     const Place first{0, row, layer};
     for (unsigned a = 0; a < 3; ++a) {
@@ -219,27 +256,10 @@ class BlockSweeper {
   }
 
   Result<> put_faces(uint32_t patch, unsigned face, uint32_t from, uint32_t to) {
-    kept_.clear();
-    CellType type = CellType::quad;
-    for (uint32_t i = from; i < to; ++i) {
-      std::array<uint64_t, 4> corners{};
-      size_t count = 0;
-      for (const unsigned corner : face_corners[face]) {
-        const uint64_t point = number_at(corner, i);
-        const auto end = corners.begin() + static_cast<ptrdiff_t>(count);
-        if (std::find(corners.begin(), end, point) == end) corners[count++] = point;
-      }
-      if (count < 3) continue;  // collapsed to a line
-      const CellType next = count == 3 ? CellType::triangle : CellType::quad;
-      if (next != type && !kept_.empty()) {
-        MAILLE_CHECK(output_.faces(patch, type, kept_));
-        kept_.clear();
-      }
-      type = next;
-      kept_.insert(kept_.end(), corners.begin(), corners.begin() + static_cast<ptrdiff_t>(count));
-    }
-    if (kept_.empty()) return {};
-    return output_.faces(patch, type, kept_);
+    FaceRuns runs(patch, output_);
+    for (uint32_t i = from; i < to; ++i)
+      MAILLE_CHECK(runs.put(face, [&](unsigned corner) { return number_at(corner, i); }));
+    return runs.flush();
   }
 
   const SweepOrder& order_;
@@ -249,6 +269,7 @@ class BlockSweeper {
   BlockTables& tables_;
   const bool repeats_points_;
   GeneratedOutput& output_;
+  const bool with_faces_;
   std::array<unsigned, 8> step_{};    ///< of a corner along the row
   std::array<unsigned, 8> row_of_{};  ///< of the four of a row of cells
   std::array<PointRow, 4> rows_;      ///< this and the next row of points; the same in the next layer
@@ -259,11 +280,62 @@ class BlockSweeper {
   std::vector<uint8_t> kept_last_use_;
 };
 
+/// The faces of one side of a block in blockMesh's order, found by comparing: of x along y, then z; of y
+/// along z, then x; of z along y, then x. For plans block by block, whose axes are the block's.
+Result<> put_side(const SweepOrder& order, uint32_t block, unsigned side, FaceRuns& runs) {
+  constexpr unsigned fast[3] = {1, 2, 1}, slow[3] = {2, 0, 0};
+  const unsigned axis = side / 2;
+  const Place n = order.divisions(block);
+  Place cell{};
+  cell[axis] = side % 2 == 0 ? 0 : n[axis] - 1;
+  for (uint32_t j = 0; j < n[slow[axis]]; ++j) {
+    for (uint32_t i = 0; i < n[fast[axis]]; ++i) {
+      cell[fast[axis]] = i;
+      cell[slow[axis]] = j;
+      MAILLE_CHECK(runs.put(side, [&](unsigned corner) {
+        const unsigned y = corner >> 1 & 1;
+        return order.point(block, {cell[0] + ((corner & 1) ^ y), cell[1] + y, cell[2] + (corner >> 2)})
+            .number;
+      }));
+    }
+  }
+  return {};
+}
+
+/// Patch by patch, sides of blocks as the patch names them; those of the default patch block by block.
+Result<> put_patches(const BlockDescription& description, const SweepOrder& order, GeneratedOutput& output) {
+  const BlockTopology& topology = order.topology();
+  for (uint32_t patch = 0; patch < topology.patches.size(); ++patch) {
+    FaceRuns runs(patch, output);
+    std::vector<std::pair<uint32_t, unsigned>> sides;
+    for (uint32_t block = 0; block < topology.patch.size(); ++block) {
+      for (unsigned side = 0; side < 6; ++side) {
+        if (topology.patch[block][side] == static_cast<int32_t>(patch)) sides.emplace_back(block, side);
+      }
+    }
+    const auto place = [&](const std::pair<uint32_t, unsigned>& side) {
+      if (patch >= description.patches.size()) return size_t{0};
+      const auto& faces = description.patches[patch].faces;
+      const auto found = std::find_if(faces.begin(), faces.end(), [&](const auto& face) {
+        return BlockPoints::has_corners(description.blocks[side.first], side.second / 2, side.second % 2,
+                                        face);
+      });
+      return static_cast<size_t>(found - faces.begin());
+    };
+    std::stable_sort(sides.begin(), sides.end(),
+                     [&](const auto& a, const auto& b) { return place(a) < place(b); });
+    for (const auto& [block, side] : sides) MAILLE_CHECK(put_side(order, block, side, runs));
+    MAILLE_CHECK(runs.flush());
+  }
+  return {};
+}
+
 Result<> sweep_together(const SweepOrder& order, const SweepPlan::Sweep& sweep, BlockTables& tables,
-                        GeneratedOutput& output) {
+                        bool with_faces, GeneratedOutput& output) {
   std::vector<BlockSweeper> blocks;
   blocks.reserve(sweep.blocks.size());
-  for (const SweepPlan::Block& b : sweep.blocks) blocks.emplace_back(order, b.block, tables, output);
+  for (const SweepPlan::Block& b : sweep.blocks)
+    blocks.emplace_back(order, b.block, tables, output, with_faces);
   for (uint32_t layer = 0; layer < sweep.layers; ++layer) {
     for (BlockSweeper& block : blocks) MAILLE_CHECK(block.layer(layer));
   }
@@ -313,10 +385,12 @@ Result<> generate(const BlockDescription& given, const GenerateOptions& options,
                          options.streaming_order ? plan_streaming(topology) : plan_block_by_block(topology));
   MAILLE_CHECK(output.begin({order.points(), order.cells(), topology.patches}));
   BlockTables tables(description, topology, surfaces);
+  const bool faces_last = options.faces_last && !options.streaming_order;
   for (const SweepPlan::Sweep& sweep : order.plan().sweeps) {
-    MAILLE_CHECK(sweep_together(order, sweep, tables, output));
+    MAILLE_CHECK(sweep_together(order, sweep, tables, !faces_last, output));
     tables.forget();
   }
+  if (faces_last) return put_patches(description, order, output);
   return {};
 }
 

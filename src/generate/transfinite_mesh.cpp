@@ -103,7 +103,9 @@ class MeshOutput final : public GeneratedOutput {
 Result<Mesh> generate_mesh(const BlockDescription& description, const GenerateOptions& options,
                            const Limits& limits) {
   MeshOutput output(description, limits);
-  MAILLE_CHECK(generate(description, options, output));
+  GenerateOptions whole = options;
+  whole.faces_last = !options.streaming_order;
+  MAILLE_CHECK(generate(description, whole, output));
   return std::move(output).finish();
 }
 
