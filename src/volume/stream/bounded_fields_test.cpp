@@ -102,6 +102,56 @@ TEST(BoundedField, NaNInfinitiesAndOutliersCostTheirMask) {
   }
 }
 
+/// Points of a grid, each moved by up to 0.3, with a field of them and one of cells that are linear in where
+/// points are (and the middle of cells is).
+Mesh with_linear_fields() {
+  Mesh mesh = grid(12, 12, 12);
+  auto points = mesh.points.values<float>();
+  for (size_t i = 0; i < points.size(); ++i)
+    points[i] += static_cast<float>((i * 2654435761 >> 8) % 1024) * (0.6F / 1024) - 0.3F;
+  const auto at = [&](size_t point) {
+    return 3.0 * static_cast<double>(points[3 * point]) - 2.0 * static_cast<double>(points[3 * point + 1]) +
+           static_cast<double>(points[3 * point + 2]);
+  };
+  mesh.arrays = {make_array("field", Domain::point, Scalar::f64, 1),
+                 make_array("of cells", Domain::cell, Scalar::f64, 1)};
+  for (Array& array : mesh.arrays)
+    array.resize(array.domain == Domain::point ? mesh.point_count() : mesh.cell_count());
+  for (size_t i = 0; i < mesh.point_count(); ++i) mesh.arrays[0].values<double>()[i] = at(i);
+  for (size_t i = 0; i < mesh.cell_count(); ++i) {
+    for (const uint32_t point : mesh.blocks[0].cell(i)) mesh.arrays[1].values<double>()[i] += at(point) / 8;
+  }
+  return mesh;
+}
+
+TEST(BoundedField, FieldsThatAreLinearInThePlacesOfPointsTakeLittleAtAnyBound) {
+  const Mesh mesh = with_linear_fields();
+  EncodeOptions options = bounded(Kind::relative, 1e-5);
+  options.arrays["of cells"] = {Kind::relative, 1e-5};
+  std::vector<std::byte> bytes;
+  const auto report = encode(mesh, *memory_sink(bytes), options);
+  ASSERT_TRUE(report);
+  ASSERT_TRUE(decode(*memory_source(bytes)));
+  // Without where points are 13 bits a number and more.
+  EXPECT_LT(report->arrays[0].coded_bytes, mesh.point_count() * 3 / 4);
+  EXPECT_LT(report->arrays[1].coded_bytes, mesh.cell_count() * 3 / 4);
+}
+
+TEST(BoundedField, TheDecoderExpectsTheSameWhereverPointsAreAndHoweverRounded) {
+  Mesh mesh = with_linear_fields();
+  auto points = mesh.points.values<float>();
+  const float strange[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                           3e38F, -3e38F, 1e-42F};
+  for (size_t i = 0; i < points.size(); i += 13) points[i] = strange[i / 13 % 5];
+  for (const bool rounded : {false, true}) {
+    EncodeOptions options = bounded(Kind::relative, 1e-4, 9);
+    if (rounded) options.positions = {Kind::absolute, 0.01};
+    const Stored it = stored(mesh, options);
+    EXPECT_LE(it.largest, it.promised);
+    EXPECT_EQ(it.back.arrays[1].bytes, mesh.arrays[1].bytes);
+  }
+}
+
 TEST(BoundedField, PointwiseBoundsHoldForEveryNumberWithItsSign) {
   for (const double part : {0.3, 1e-2, 1e-4}) {
     Mesh mesh = with_field(2);

@@ -21,6 +21,8 @@ struct ArrayMapsList {
   std::vector<NumberedArray> numbered;
   /// Mixed models of values take no long time here, as far as that is known.
   bool mixing_is_fast = false;
+  /// Of arrays with a bound; as many as can be where that is not known.
+  uint64_t bounded_numbers = UINT64_MAX;
 };
 
 /// Whether array i (0: positions) is exact, else its bound and its largest error.

@@ -213,12 +213,18 @@ EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options
 /// What a point in use takes, with the cells it belongs to: entries of the hull, and the values that predict.
 /// Measured: 274 bytes for hexahedra, 670 for tetrahedra, at -9 82 more; where numbers are in no order, 64
 /// for a page of them, too.
-uint64_t bytes_in_use(const MeshDescription& mesh, int effort) {
-  const uint64_t number = mixes_values(effort, false) ? 50 : 22;
+uint64_t bytes_in_use(const MeshDescription& mesh, const EncodeOptions& options) {
+  const bool mixed = mixes_values(options.effort, false), bounded = mixes_values(options.effort, true);
+  const uint64_t number = mixed ? 50 : 22;
   const uint64_t cells = std::clamp<uint64_t>(mesh.cells / std::max<uint64_t>(mesh.points, 1) + 1, 1, 8);
   uint64_t of_point = 176 + 3 * number, of_cell = 96;
   for (const Array& array : mesh.arrays)
     (array.domain == Domain::point ? of_point : of_cell) += 24 + number * array.components;
+  // PlaneFit, with room to grow.
+  for (const Array& array : mesh.arrays) {
+    if (is_float(array.type) && (mixed || (bounded && options.arrays.contains(array.name))))
+      of_point += 117 + 45 * array.components;
+  }
   return of_point + cells * of_cell;
 }
 
@@ -228,14 +234,25 @@ uint64_t count_numbers(const MeshDescription& mesh) {
   return numbers;
 }
 
+uint64_t count_bounded(const MeshDescription& mesh, const std::vector<double>& bounds) {
+  uint64_t numbers = 0;
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    if (bounds[++next] > 0) numbers += mesh.count_of(array) * array.components;
+  }
+  return numbers;
+}
+
 /// Pages of points that are read more than once or twice.
 constexpr uint64_t least_for_pages = uint64_t{1} << 20;
 
 /// What is left for pages.
-Result<uint64_t> memory_for_pages(MeshSource& mesh, LastUses& uses, const WorkingSpace& space, int effort) {
+Result<uint64_t> memory_for_pages(MeshSource& mesh, LastUses& uses, const WorkingSpace& space,
+                                  const EncodeOptions& options) {
   const uint64_t wanted = space.memory / 4;
   if (space.limit == ~uint64_t{0}) return wanted;
-  const uint64_t each = bytes_in_use(mesh.description(), effort);
+  const uint64_t each = bytes_in_use(mesh.description(), options);
   const uint64_t left = working_memory({.memory = ~uint64_t{0}, .limit = space.limit});
   if (mesh.description().points < left / each && left - mesh.description().points * each >= wanted)
     return wanted;
@@ -256,13 +273,14 @@ Result<EncodeReport> encode_stream(MeshSource& given, Sink& sink, const EncodeOp
   WithoutNumbers mesh(given, numbered);
   stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
-  const uint64_t for_pages = MAILLE_TRY(memory_for_pages(mesh, uses, space, options.effort));
+  const uint64_t for_pages = MAILLE_TRY(memory_for_pages(mesh, uses, space, options));
   const bool fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream, mixes_values(options.effort, fast)));
   maps.mixing_is_fast = fast;
   PointsWithCellsAhead points(mesh, for_pages);
   maps.numbered = std::move(numbered);
   set_maps_of_zeros(maps);
+  maps.bounded_numbers = count_bounded(mesh.description(), maps.bounds);
   stream.points = &points;
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream), maps));
   MAILLE_CHECK(SourceFeeder(mesh, points, writer, uses).feed(options.progress));

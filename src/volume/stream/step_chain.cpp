@@ -104,15 +104,19 @@ void ValueChain::begin_empty_batch() {
   }
 }
 
-bool ValueChain::code(const CodedCells& cells, std::byte* tuples) {
+bool ValueChain::is_placed() const {
+  return std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.stage.is_placed(); });
+}
+
+bool ValueChain::code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples) {
   const size_t count = domain() == Domain::point ? cells.points.size() : cells.size();
   for (Link& link : links_) {
     if (link.maps.empty()) {
-      if (!link.stage.code(cells, tuples)) return false;
+      if (!link.stage.code(cells, places, tuples)) return false;
       continue;
     }
     differences_.resize(count * link.stage.tuple_size());
-    if (!link.stage.code(cells, differences_.data())) return false;
+    if (!link.stage.code(cells, places, differences_.data())) return false;
     add_differences(type_, link.maps, differences_, tuples);
   }
   return true;

@@ -59,8 +59,10 @@ class ValueChain {
   Result<> begin_batch(Bytes of_mesh, const StepValues* values, uint32_t batch);
   /// A batch of which this domain has no tuples.
   void begin_empty_batch();
+  /// code() needs to know where points are.
+  bool is_placed() const;
   /// Decodes the tuples of a block. False: the stream is damaged.
-  bool code(const CodedCells& cells, std::byte* tuples);
+  bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples);
 
  private:
   struct Link {

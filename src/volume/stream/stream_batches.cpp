@@ -28,11 +28,15 @@ StreamBatches::StreamBatches(Sink& sink, StreamOptions options, StreamHeader hea
       header_(std::move(header)),
       order_apart_(std::move(order_apart)),
       borders_(std::move(borders)),
-      file_(std::move(file)) {
+      file_(std::move(file)),
+      places_(header_.positions()) {
   stages_.emplace_back(header_.positions(), Domain::point);
   for (size_t i = 0; i < options_.arrays.size(); ++i)
     stages_.emplace_back(header_.array(i), options_.arrays[i].domain);
-  for (auto& stage : stages_) stage.begin_batch(RansEncoder(stage.lanes()));
+  for (auto& stage : stages_) {
+    stage.begin_batch(RansEncoder(stage.lanes()));
+    is_placed_ = is_placed_ || stage.is_placed();
+  }
   for (const StreamArray& array : options_.arrays) {
     if (array.domain == Domain::cell) intake.cell_arrays.emplace_back();
   }
@@ -139,6 +143,7 @@ Result<> StreamBatches::code_cells(Block& block) {
   coder_->end_block();
   code_records(*coder_, cells_, numbers_, block.cells);
   if (!takes_late()) MAILLE_CHECK(take_point_values(block));
+  if (is_placed_) places_.find(block.tuples[0], block.places);
   size_t next = 0;
   for (size_t s = 0; s < stages_.size(); ++s) {
     if (stages_[s].domain() == Domain::cell) block.tuples[s].swap(intake.cell_arrays[next++]);
@@ -160,7 +165,7 @@ Result<> StreamBatches::code_values(Block& block, size_t stage) {
   if (stage == 0 && takes_late()) MAILLE_CHECK(take_point_values(block));
   const StreamArray& array = stage == 0 ? options_.positions : options_.arrays[stage - 1];
   widen(tail.ranges[stage], array.type, array.components, block.tuples[stage]);
-  stages_[stage].code(block.cells, block.tuples[stage].data());
+  stages_[stage].code(block.cells, block.places, block.tuples[stage].data());
   return {};
 }
 

@@ -40,6 +40,7 @@ class StreamBatches {
   struct Block {
     CodedCells cells;
     std::vector<std::vector<std::byte>> tuples;
+    std::vector<Vector3> places = {};  ///< of the points, if is_placed_
   };
   /// A batch whose cells are coded, and the values of its last block may not be.
   struct ClosedBatch {
@@ -56,7 +57,7 @@ class StreamBatches {
                     CodedCells& out);
   bool only_positions() const { return point_buffer_.size() == stages_[0].tuple_size(); }
   /// Positions that can be read at any time are read beside the next cells.
-  bool takes_late() const { return options_.points != nullptr && only_positions(); }
+  bool takes_late() const { return options_.points != nullptr && only_positions() && !is_placed_; }
   Result<> take_point_values(Block& block);
   Result<> code_values(Block& block, size_t stage);
   void close_batch();
@@ -74,6 +75,8 @@ class StreamBatches {
   std::optional<CellCoder<RangeEncoder>> coder_;  ///< from begin_stream() on
   RangeEncoder cells_, numbers_;
   std::vector<ArrayStage<RansEncoder>> stages_;
+  DecodedPlaces places_;
+  bool is_placed_ = false;  ///< an array is expected from where points are
   std::vector<std::byte> point_buffer_;
   std::array<Block, 2> blocks_;
   unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values

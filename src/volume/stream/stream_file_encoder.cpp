@@ -231,6 +231,16 @@ uint64_t count_numbers(const Mesh& mesh) {
   return numbers;
 }
 
+uint64_t count_bounded(const Mesh& mesh, const std::vector<double>& bounds) {
+  uint64_t numbers = 0;
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    if (bounds[++next] > 0) numbers += array.count() * array.components;
+  }
+  return numbers;
+}
+
 /// Where all cells are of one type, the first ones stand for all: not so where a mesh begins with the cells
 /// of its boundary.
 bool all_alike(const Mesh& mesh) {
@@ -535,6 +545,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   Executor& executor = options.executor ? *options.executor : serial_executor();
   const Ordering ordering = choose_orders(mesh, streamed, options, executor);
   maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
+  maps.bounded_numbers = count_bounded(mesh, maps.bounds);
   maps.borders = ordering.borders;
   stream_options.any_order = stream_options.any_order && streamed.numbered.empty();
   if (ordering.apart) {

@@ -123,7 +123,7 @@ void visit_header(Visitor& v, Header& header) {
   v.choice(order, 4);
   if constexpr (!std::is_const_v<Header>) description.order_apart = (order & 1) != 0;
   v.choice(header.mixing, mixing_count);
-  v.flag(header.mixed_values);
+  v.choice(header.mixed_values, mixed_values_count);
   v.flag(header.gated);
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
@@ -272,7 +272,10 @@ bool is_sensible(const StreamHeader& header) {
 }  // namespace
 
 StreamedArray StreamHeader::positions() const {
-  return with_models({description.positions.type, 3, maps[0], bounds[0]});
+  StreamedArray positions = with_models({description.positions.type, 3, maps[0], bounds[0]});
+  positions.mixed = mixed_values == MixedValues::all;
+  positions.placed = false;
+  return positions;
 }
 
 StreamedArray StreamHeader::array(size_t i) const {
@@ -286,8 +289,12 @@ bool StepHeader::needs_before() const {
 }
 
 StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh) {
-  return mesh.with_models({size_of(array.type) == 8 ? Scalar::i64 : Scalar::i32, array.components,
-                           std::vector<NumberMap>(array.components), 0});
+  const bool wide = size_of(array.type) == 8;
+  StreamedArray differences = mesh.with_models({array.type, array.components, {}, 1});
+  differences.type = wide ? Scalar::i64 : Scalar::i32;
+  differences.maps.resize(array.components);
+  differences.bound = 0;
+  return differences;
 }
 
 StreamedArray StepHeader::array(size_t i, const StreamHeader& mesh) const {
@@ -296,7 +303,10 @@ StreamedArray StepHeader::array(size_t i, const StreamHeader& mesh) const {
 }
 
 StreamedArray StreamHeader::with_models(StreamedArray array) const {
-  array.mixed = mixed_values && array.components <= most_mixed_components;
+  const bool mixes =
+      mixed_values == MixedValues::all || (mixed_values == MixedValues::bounded && array.bound > 0);
+  array.mixed = mixes && array.components <= most_mixed_components;
+  array.placed = array.mixed && is_float(array.type);
   return array;
 }
 

@@ -19,12 +19,16 @@ namespace maille {
 /// Numbers in the tables of all maps: a damaged file must not ask for more than some megabytes.
 inline constexpr uint64_t most_table_numbers = 1 << 20;
 
+/// Arrays whose numbers are coded by MixedValueCoder, if they have few components.
+enum class MixedValues : uint8_t { none, bounded, all };
+inline constexpr unsigned mixed_values_count = 3;
+
 /// DESC: what is known before the first cell.
 struct StreamHeader {
   StreamDescription description;
   Mixing mixing = Mixing::none;  ///< of slow decisions
-  bool mixed_values = false;     ///< so are those about numbers, where an array has few components
-  bool gated = false;            ///< cells come at gates
+  MixedValues mixed_values = MixedValues::none;
+  bool gated = false;  ///< cells come at gates
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
@@ -128,6 +132,13 @@ inline bool mixes_values(int effort, bool fast) {
   const Effort::Mixed values = effort_of(effort).mixed_values;
   return values == Effort::Mixed::always || (values == Effort::Mixed::where_fast && fast);
 }
+inline MixedValues mixed_values_at(int effort, bool fast, bool bounded_fast) {
+  if (mixes_values(effort, fast)) return MixedValues::all;
+  return mixes_values(effort, bounded_fast) ? MixedValues::bounded : MixedValues::none;
+}
+/// Numbers with a bound take a quarter to a half less when mixed (docs/fields.md), so they may take longer:
+/// half a second.
+inline constexpr uint64_t most_bounded_mixed = uint64_t{1} << 19;
 /// Where mixing of values takes a tenth of a second. Where cells do not come in the order of a sweep
 /// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as
 /// tetrahedra have.

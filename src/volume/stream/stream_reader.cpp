@@ -84,6 +84,7 @@ class StreamReader::Implementation {
   std::optional<RangeDecoder> cells_, numbers_;
   std::array<Block, 2> blocks_;
   std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
+  std::vector<Vector3> places_;           ///< of the points of that block, if arrays need them
   std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
   size_t corners_ = 0;                    ///< of the piece whose cells are decoded
   unsigned ready_ = 0;                    ///< the block whose cells are decoded
@@ -463,12 +464,21 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   const size_t ahead = records_left_ > 0 ? 1 : 0;
   Result<> cells;
   std::vector<uint8_t> whole(chains_.size());
-  executor_.parallel_for(ahead + chains_.size() + 1, [&](size_t task) {
+  const auto decode = [&](size_t stage) {
+    whole[stage] = chains_[stage].code(block.cells, places_, tuples_[stage]) ? 1 : 0;
+  };
+  const bool placed =
+      std::any_of(chains_.begin(), chains_.end(), [](const ValueChain& chain) { return chain.is_placed(); });
+  const size_t first = placed ? 1 : 0;
+  if (placed) {
+    decode(0);
+    find_places(header_.description.positions.type, block.piece.positions, places_);
+  }
+  executor_.parallel_for(ahead + chains_.size() - first + 1, [&](size_t task) {
     if (task < ahead) {
       cells = decode_cells(following);
-    } else if (task < ahead + chains_.size()) {
-      const size_t stage = task - ahead;
-      whole[stage] = chains_[stage].code(block.cells, tuples_[stage]);
+    } else if (task - ahead < chains_.size() - first) {
+      decode(task - ahead + first);
     } else {
       complete(block);
     }

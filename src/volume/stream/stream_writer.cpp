@@ -364,7 +364,9 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, cons
                         options.mesh_arrays, options.metadata,  options.provenance,
                         options.effort,      options.any_order, !maps.order_apart.empty()};
   header.mixing = mixing_at(options.effort);
-  header.mixed_values = mixes_values(options.effort, maps.mixing_is_fast);
+  header.mixed_values =
+      mixed_values_at(options.effort, maps.mixing_is_fast,
+                      maps.bounded_numbers > 0 && maps.bounded_numbers <= most_bounded_mixed);
   header.gated = !maps.borders.empty();
   header.maps = maps.maps;
   header.bounds = maps.bounds;

@@ -59,7 +59,7 @@ uint64_t bytes_with(const NumberMap& map, const Array& column, bool mixed, const
     std::copy_n(column.bytes.data() + number * size, size, numbers.data() + i * size);
   }
   stage.begin_batch(RansEncoder(stage.lanes()));
-  stage.code(trial.cells(), numbers.data());
+  stage.code(trial.cells(), {}, numbers.data());
   ByteWriter table;
   if (!map.table.empty()) write_map(table, map);
   return stage.coder().finish().size() * column.count() / count + table.size();

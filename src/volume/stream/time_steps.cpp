@@ -193,10 +193,13 @@ class StepWriter {
              const std::vector<Partner>& partners, StepSource& values, const StepOptions& options,
              FileWriter writer)
       : step_(step),
+        file_(file),
         number_(number),
         values_(values),
         executor_(options.executor ? *options.executor : serial_executor()),
         replay_(file, mesh, options.limits),
+        positions_(ValueChain::of_mesh(mesh, {})),
+        position_type_(mesh.description.positions.type),
         writer_(std::move(writer)) {
     for (size_t i = 0; i < step.arrays.size(); ++i) {
       if (step.codings[i].method == StepCoding::alone)
@@ -206,6 +209,7 @@ class StepWriter {
       const StreamArray& array = step.arrays[partner.array];
       ways_.push_back({partner.array, {differences_of(array, mesh), array.domain}, &partner});
     }
+    for (const CodedArray& way : ways_) is_placed_ = is_placed_ || way.stage.is_placed();
     tuples_.resize(step.arrays.size());
     report_.array_bytes.resize(step.arrays.size());
   }
@@ -227,8 +231,10 @@ class StepWriter {
  private:
   Result<> code_batch() {
     for (CodedArray& way : ways_) way.stage.begin_batch(RansEncoder(way.stage.lanes()));
+    if (is_placed_) MAILLE_CHECK(begin_positions());
     while (MAILLE_TRY(replay_.next_block(cells_))) {
       MAILLE_CHECK(take_values());
+      if (is_placed_) MAILLE_CHECK(find_places_of_block());
       executor_.parallel_for(ways_.size(), [&](size_t i) { code_block(ways_[i]); });
       first_cell_ += cells_.size();
     }
@@ -243,7 +249,7 @@ class StepWriter {
   void code_block(CodedArray& way) {
     std::vector<std::byte>& tuples = tuples_[way.array];
     if (way.partner == nullptr) {
-      way.stage.code(cells_, tuples.data());
+      way.stage.code(cells_, places_, tuples.data());
       return;
     }
     const Scalar type = step_.arrays[way.array].type;
@@ -252,7 +258,22 @@ class StepWriter {
     const Bytes before = Bytes(way.partner->before).subspan(way.at, tuples.size());
     find_differences(type, way.partner->maps, before, tuples, way.tuples.data());
     way.at += tuples.size();
-    way.stage.code(cells_, way.tuples.data());
+    way.stage.code(cells_, places_, way.tuples.data());
+  }
+  Result<> begin_positions() {
+    if (replay_.batch().points == 0) {
+      positions_.begin_empty_batch();
+      return {};
+    }
+    const std::vector<std::byte> bytes = MAILLE_TRY(file_.read_stream({"POSI", replay_.batch_number(), 0}));
+    return positions_.begin_batch(bytes, nullptr, replay_.batch_number());
+  }
+  Result<> find_places_of_block() {
+    std::vector<std::byte> positions(cells_.points.size() * positions_.tuple_size());
+    if (!positions_.code(cells_, {}, positions.data()))
+      return failure(ErrorCode::corrupt, "the positions of the mesh are damaged");
+    find_places(position_type_, positions, places_);
+    return {};
   }
   Result<> take_values() {
     for (size_t i = 0; i < tuples_.size(); ++i) {
@@ -291,10 +312,15 @@ class StepWriter {
   }
 
   StepHeader& step_;
+  const FileReader& file_;
   uint64_t number_;
   StepSource& values_;
   Executor& executor_;
   CellReplay replay_;
+  ValueChain positions_;
+  Scalar position_type_;
+  std::vector<Vector3> places_;  ///< of the points of a block, if an array needs them
+  bool is_placed_ = false;
   FileWriter writer_;
   std::vector<CodedArray> ways_;
   std::vector<std::vector<std::byte>> tuples_;  ///< of a block, by array

@@ -5,6 +5,7 @@
 
 #include "volume/values/cell_stencil.h"
 #include "volume/values/mixed_values.h"
+#include "volume/values/plane_fit.h"
 #include "volume/values/tuple_values.h"
 
 namespace maille {
@@ -18,6 +19,7 @@ class ArrayStage {
 
   ArrayStage(const StreamedArray& array, Domain domain)
       : array_(array), domain_(domain), tuples_(coder_for(array)) {
+    if (array.placed) planes_.emplace(array.components);
     array_.maps.clear();  // with their tables
   }
 
@@ -32,8 +34,12 @@ class ArrayStage {
   Coder& coder() { return *coder_; }
   unsigned lanes() const { return array_.mixed ? 1 : array_.components < 3 ? array_.components : 3; }
 
-  /// The tuples of the points that came up, or of the cells. False: the stream is damaged.
-  bool code(const CodedCells& cells, std::byte* tuples) {
+  bool is_placed() const { return array_.placed; }
+
+  /// The tuples of the points that came up, or of the cells. `places`: of these points, if is_placed().
+  /// False: the stream is damaged.
+  bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples) {
+    if (planes_) planes_->begin_block(cells, places);
     return std::visit([&](auto& coder) { return code_with(coder, cells, tuples); }, tuples_);
   }
 
@@ -63,6 +69,13 @@ class ArrayStage {
   }
 
   template <class Tuples>
+  void learn_place(const Tuples& coder) {
+    if constexpr (Tuples::takes_planes) {
+      if (planes_) planes_->learn(coder.places().data());
+    }
+  }
+
+  template <class Tuples>
   bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples) {
     if (domain_ == Domain::point) {
       for (size_t i = 0; i < cells.points.size(); ++i) {
@@ -77,7 +90,9 @@ class ArrayStage {
         }
         if (i + ahead < cells.points.size()) prefetch(coder, cells, cells.points[i + ahead]);
         find_stencil(cells.points[i], cells, stencil_);
+        if (planes_) stencil_.plane = planes_->expect_point(cells.points[i], cells);
         coder.code(*coder_, stencil_, cells.points[i].slot, tuples);
+        learn_place(coder);
         tuples += array_.tuple_size();
       }
     } else {
@@ -85,7 +100,9 @@ class ArrayStage {
         // The value of slot s is at s + 1 (cell_stencil.h).
         const uint32_t slot = cells.cell_slots[i];
         stencils_.find(cells, i, stencil_);
+        if (planes_) stencil_.plane = planes_->expect_cell(cells, i);
         coder.code(*coder_, stencil_, slot == no_slot ? 0 : slot + 1, tuples);
+        learn_place(coder);
         tuples += array_.tuple_size();
       }
     }
@@ -96,6 +113,7 @@ class ArrayStage {
   Domain domain_;
   CellStencils stencils_;
   PointStencil stencil_;
+  std::optional<PlaneFit> planes_;
   TupleCoder tuples_;
   std::optional<Coder> coder_;
 };

@@ -46,7 +46,7 @@ std::array<int32_t, inputs> initial_weights() {
 }  // namespace
 
 uint64_t mixed_coder_bytes(const StreamedArray& array) {
-  return (uint64_t{5} << 20) / 2 + array.components * uint64_t{40000};
+  return (uint64_t{1} << 20) + array.components * uint64_t{48000};
 }
 
 template <class Coder, unsigned Bits>
@@ -55,9 +55,9 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
       number_size_(size_of(array.type)),
       exceptions_(array.components),
       last_(array.components),
+      places_(array.components),
       mixer_(scale_bins * node_types, 64 * node_types, node_types, initial_weights<inputs>()),
-      few_{std::vector<WideCell>(scale_bins * kinds * nodes),
-           std::vector<WideCell>(scale_bins * kinds * nodes)},
+      few_{std::vector<WideCell>(scale_bins * 2 * nodes), std::vector<WideCell>(scale_bins * 2 * nodes)},
       followers_(size_t{followers} << follower_bits) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   array_.maps.clear();  // with their tables
@@ -70,13 +70,12 @@ void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stenci
                                         std::byte* tuple) {
   const unsigned count = array_.components;
   if (values_.size() < (size_t{slot} + 1) * count) values_.resize((size_t{slot} + slot / 8 + 16) * count);
-  misses_ = 0;
-  tuple_ratio_ = 1;
   before_ = {};
   for (component_ = 0; component_ < count; ++component_) {
     code_number(coder, stencil, slot, tuple + component_ * number_size_);
     values_[size_t{slot} * count + component_] = value_;
     before_ = {value_, before_[0]};
+    places_[component_] = value_.place;
   }
   std::copy_n(values_.begin() + static_cast<ptrdiff_t>(size_t{slot} * count), count, last_.begin());
 }
@@ -126,6 +125,10 @@ void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil,
   features_.fill(0);
   const Value& last = last_[component_];
   if (component_ > 0) features_[7] = before_[0].residual;
+  if (stencil.plane != nullptr) {
+    features_[12] = to_float(stencil.plane[component_] - sums[0]);
+    for (unsigned k = 0; k < stencil.near_count; ++k) features_[13 + k] = at(stencil.near[k]).bend;
+  }
   if (stencil.is_full()) {
     for (unsigned k = 0; k < 7; ++k) features_[k] = at(stencil.others[k]).twist;
     for (unsigned k = 0; k < 3; ++k) features_[8] += at(stencil.others[k]).residual;
@@ -154,69 +157,57 @@ void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
   find_sums(stencil, sums);
   add_features(stencil, sums);
   find_sizes(stencil);
+  row_ = stencil.situation * 2u + (component_ > 0 ? 1 : 0);
   double correction = situation_->fit.predict(features_);
   if (!(correction * correction < 100 * deviation_ * deviation_)) correction = 0;
+  const bool planed = stencil.plane != nullptr;
   candidate_ = {sums[0], sums[1], sums[2], sums[0] + correction};
+  candidate_[on_plane] = planed ? stencil.plane[component_] : candidate_[fitted];
   const auto& miss = situation_->miss;
   const auto least = std::min_element(miss.begin(), miss.end()) - miss.begin();
-  mean_ = {sums[0], sums[1], candidate_[static_cast<size_t>(least)], candidate_[fitted]};
+  mean_ = {sums[0], planed ? candidate_[on_plane] : sums[1], candidate_[static_cast<size_t>(least)],
+           candidate_[fitted]};
   centre_ = code_near(mean_[best]);
   base_ = place(centre_);
   step_ = std::fabs((centre_ < highest ? place(centre_ + 1) : place(centre_ - 1)) - base_);
   if (!(step_ > 1e-28)) step_ = 1e-28;
-  set_scales(stencil);
+  set_scales();
 }
 
 /// How far off numbers were near here.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::find_sizes(const PointStencil& stencil) {
   double squares = 0;
-  int sum = 0, least = 1000, most = -1000;
+  int sum = 0;
   const auto add = [&](const Value& near) {
     squares += static_cast<double>(near.error) * static_cast<double>(near.error);
     sum += near.size;
-    least = near.size < least ? near.size : least;
-    most = near.size > most ? near.size : most;
   };
   for (unsigned k = 0; k < stencil.near_count; ++k) add(at(stencil.near[k]));
   if (stencil.near_count == 0) add(last_[component_]);
   const unsigned count = stencil.near_count == 0 ? 1 : stencil.near_count;
   deviation_ = std::sqrt((squares + situation_->square) / (count + 1));
   size_ = static_cast<double>(sum) / count;
-  ratio_place_[best] = 2 * bin((most - least) / 2, 0, 6);
 }
 
 template <class Coder, unsigned Bits>
-void MixedValueCoder<Coder, Bits>::set_scales(const PointStencil& stencil) {
+void MixedValueCoder<Coder, Bits>::set_scales() {
   deviation_ = deviation_ > 0.3 * step_ ? deviation_ : 0.3 * step_;
   size_bin_ = bin(static_cast<int>(std::floor(size_)) - half_octave(step_), -3, scale_bins);
   size_ = from_half_octaves(size_);
   size_ = size_ > 0.3 * step_ ? size_ : 0.3 * step_;
   deviation_bin_ = bin(half_octave(deviation_ / step_), -3, scale_bins);
-  double apart = 0;
-  for (const double mean : mean_) apart += std::fabs(mean_[best] - mean);
-  const unsigned apart_bin = bin(half_octave(apart / deviation_), -3, 8);
-  ratio_bin_ = component_ == 0 ? 0 : 1 + bin(half_octave(tuple_ratio_) / 2, -3, 6);
-  const unsigned kind =
-      stencil.is_full()                                                                             ? 0
-      : stencil.situation >= PointStencil::partial + 4 && stencil.situation < PointStencil::between ? 1
-      : stencil.situation < PointStencil::alone                                                     ? 2
-                                                                                                    : 3;
-  ratio_place_[0] = kind * 4 + (component_ < 3 ? component_ : 3);
-  ratio_place_[1] = apart_bin * 2;
-  ratio_place_[fitted] = 8 + ratio_bin_;
-  row_ = stencil.situation * 2u + (component_ > 0 ? 1 : 0);
   for (unsigned j = 0; j < experts; ++j) {
     const unsigned row = j == best ? size_bin_ : deviation_bin_;
-    const auto ratio = static_cast<double>(ratios_[j][row * kinds + ratio_place_[j]]);
+    const auto ratio = static_cast<double>(ratios_[j][row]);
     double scale = 0.55 * (j == best ? size_ : deviation_) * ratio;
     scale = scale > 0.1 * step_ ? scale : 0.1 * step_;
     if (j == best) scale_ = scale;
     inverse_scale_[j] = static_cast<float>(4096 / scale);
     relative_mean_[j] = to_float(mean_[j] - base_);
   }
-  const unsigned row = size_bin_ * kinds + ratio_bin_ * 2 + (mean_[0] > mean_[best] ? 1 : 0);
-  const unsigned other = deviation_bin_ * kinds + apart_bin * 2 + (mean_[fitted] > mean_[best] ? 1 : 0);
+  const unsigned row = size_bin_ * 2 + (mean_[0] > mean_[best] ? 1 : 0);
+  const unsigned other = deviation_bin_ * 2 + (mean_[fitted] > mean_[best] ? 1 : 0);
   few_base_ = {&few_[0][row * nodes], &few_[1][other * nodes]};
   low_ = SignedLanes{};
   high_ = SignedLanes{} + (1 << 30);
@@ -231,27 +222,18 @@ void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
   const auto code_of = [&](unsigned k) { return static_cast<uint32_t>(at(stencil.near[k]).code); };
   const auto last = static_cast<uint32_t>(last_[component_].code);
   const uint32_t near = stencil.near_count > 0 ? code_of(0) : last;
-  std::array<uint32_t, followers> hash;
   const auto seed = [&](uint32_t kind) { return hashed(kind, component_ + 0x1234567u); };
-  hash[0] = hashed(seed(1), near);
-  hash[1] = hashed(seed(2), misses_);
-  if (component_ == 0) {
-    for (const Value& value : last_) hash[1] = hashed(hash[1], static_cast<uint32_t>(value.miss));
-  }
-  hash[2] = stencil.near_count == 1 ? hashed(seed(3), near) : seed(3);
-  for (unsigned k = 1; k < stencil.near_count; ++k) hash[2] = hashed(hash[2], code_of(k) - near);
-  hash[3] = hashed(hashed(seed(4), component_ > 0 ? static_cast<uint32_t>(before_[0].code) : last),
-                   component_ > 1 ? static_cast<uint32_t>(before_[1].code) : near);
+  const std::array<uint32_t, followers> hash = {
+      hashed(seed(1), near),
+      hashed(hashed(seed(2), component_ > 0 ? static_cast<uint32_t>(before_[0].code) : last),
+             component_ > 1 ? static_cast<uint32_t>(before_[1].code) : near)};
   for (unsigned i = 0; i < followers; ++i)
     follower_[i] = &followers_[(size_t{i} << follower_bits) + (hash[i] >> (32 - follower_bits))];
   add_repeat(0, *follower_[0]);
   for (unsigned k = 0; k < stencil.near_count; ++k) add_repeat(1 + k, at(stencil.near[k]).code);
-  add_repeat(4, code_near(mean_[0]));
-  add_repeat(5, centre_ + *follower_[1]);
-  add_repeat(6, centre_);
-  add_repeat(7, centre_ + *follower_[2]);
-  add_repeat(8, *follower_[3]);
-  add_repeat(9, last_[component_].code);
+  add_repeat(4, centre_);
+  add_repeat(5, *follower_[1]);
+  add_repeat(6, last_[component_].code);
 }
 
 template <class Coder, unsigned Bits>
@@ -369,7 +351,6 @@ bool MixedValueCoder<Coder, Bits>::ask(Coder& coder, Wide at_least, Wide& low, W
     typename Repeats::Logits by_kind = {};
     repeats_.say(at_least, type, by_kind);
     logits[1] = shortened(by_kind[0], by_kind[1]);
-    logits[2] = shortened(by_kind[2], SignedLanes{});
   }
   const uint32_t probability = mixer_.predict(logits, deviation_bin_ * node_types + type,
                                               row_ * node_types + type, type, repeated ? inputs / 8 : 1);
@@ -395,25 +376,23 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
   const double error = std::min(std::max(std::fabs(residual), least), most);
   value_ = {where,
             to_float(where - candidate_[0]),
+            to_float(where - candidate_[on_plane]),
             to_float(residual),
             to_float(error),
             static_cast<int16_t>(half_octave(std::fabs(residual) + 0.3 * step_)),
-            static_cast<Code>(code),
-            static_cast<Code>(code - centre_)};
-  misses_ = misses_ * 0x9e3779b1u + static_cast<uint32_t>(value_.miss) + 1;
+            static_cast<Code>(code)};
   Situation& situation = *situation_;
   situation.visits += situation.visits < 50;
   situation.square += (error * error - situation.square) * (1.0 / situation.visits);
-  for (unsigned i = 0; i < experts; ++i) {
+  for (unsigned i = 0; i < candidates; ++i) {
     const int miss = half_octave(std::fabs(where - candidate_[i]) + 0.3 * step_);
     situation.miss[i] += 0.02F * (static_cast<float>(miss) - situation.miss[i]);
   }
   for (unsigned j = 0; j < experts; ++j) {
     const double expected = j == best ? size_ : deviation_;
     const double ratio = std::min(std::fabs(where - mean_[j]) / expected, 20.0);
-    float& known = ratios_[j][(j == best ? size_bin_ : deviation_bin_) * kinds + ratio_place_[j]];
+    float& known = ratios_[j][j == best ? size_bin_ : deviation_bin_];
     known += 0.03F * (static_cast<float>(ratio) - known);
-    if (j == best) tuple_ratio_ = component_ == 0 ? ratio : 0.5 * (tuple_ratio_ + ratio);
   }
   situation.fit.learn(features_, value_.twist, static_cast<float>(1 / deviation_));
 }
@@ -423,8 +402,7 @@ void MixedValueCoder<Coder, Bits>::learn_repeats(Wide code) {
   if (!follower_[0]) return;
   const bool again = repeats_.end_number(code);
   repeat_score_ = std::max(-1, std::min(repeat_score_ + (again ? 100 : -1), 2000));
-  *follower_[0] = *follower_[3] = static_cast<Code>(code);
-  *follower_[1] = *follower_[2] = static_cast<Code>(code - centre_);
+  *follower_[0] = *follower_[1] = static_cast<Code>(code);
 }
 
 /// Numbers that the map does not hold are written as they are.

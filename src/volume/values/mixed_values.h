@@ -29,11 +29,14 @@ class MixedValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
   static constexpr bool has_plain = false;  ///< code_full(), as TupleValueCoder has it
+  static constexpr bool takes_planes = true;
 
   explicit MixedValueCoder(const StreamedArray& array);
 
   /// One tuple. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
+  /// Where the numbers of the last tuple are.
+  const std::vector<double>& places() const { return places_; }
   /// Encoder: the largest error of numbers with a bound, so far.
   double largest_error() const { return largest_error_; }
   void prefetch(uint32_t slot) const {
@@ -44,38 +47,39 @@ class MixedValueCoder {
  private:
   using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
   using Wide = std::conditional_t<Bits == 32, int64_t, __int128>;
-  using Fit = OnlineLeastSquares<12, 256>;
+  using Fit = OnlineLeastSquares<16, 256>;
   using Repeats = RepeatCandidates<Wide>;
   static constexpr Wide lowest = std::numeric_limits<Code>::min();
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = 4;
   static constexpr unsigned best = 2;  ///< the expert that had missed least in this situation
   static constexpr unsigned fitted = 3;
-  static constexpr unsigned inputs = 24;
+  static constexpr unsigned on_plane = 4;  ///< a candidate that is no expert
+  static constexpr unsigned candidates = 5;
+  static constexpr unsigned inputs = 16;
   static constexpr unsigned node_types = 16;
   static constexpr unsigned scale_bins = 64;
-  static constexpr unsigned kinds = 16;
   static constexpr unsigned nodes = 132;
   static constexpr unsigned follower_bits = 14;
-  static constexpr unsigned followers = 4;
+  static constexpr unsigned followers = 2;
   /// Above this probability codes are asked first whether they are the centre itself.
   static constexpr uint16_t often_exact = 40000;
 
   struct Value {
     double place = 0;
     float twist = 0;     ///< what the first sum missed
+    float bend = 0;      ///< what the plane missed
     float residual = 0;  ///< what the best expert missed
     float error = 0;     ///< its size, not below a part of a step
     int16_t size = 0;    ///< the same in half octaves
     Code code = 0;
-    Code miss = 0;  ///< from the centre
   };
   /// What was learnt of one component in one situation.
   struct Situation {
     Fit fit;
     double square = 0;  ///< mean of squared errors
     unsigned visits = 0;
-    std::array<float, experts> miss{};  ///< mean half octaves by which each candidate missed
+    std::array<float, candidates> miss{};  ///< mean half octaves by which each candidate missed
   };
   using Situations = std::array<Situation, PointStencil::situations>;
 
@@ -84,7 +88,7 @@ class MixedValueCoder {
   void add_features(const PointStencil& stencil, const std::array<double, 3>& sums);
   void find_sums(const PointStencil& stencil, std::array<double, 3>& sums);
   void find_sizes(const PointStencil& stencil);
-  void set_scales(const PointStencil& stencil);
+  void set_scales();
   void find_repeats(const PointStencil& stencil);
   void add_repeat(unsigned kind, Wide code);
   Wide find_code(Coder& coder);
@@ -121,10 +125,11 @@ class MixedValueCoder {
   double largest_error_ = 0;
   std::vector<Value> values_;  ///< by slot and component
   std::vector<Value> last_;    ///< the tuple before
+  std::vector<double> places_;
   std::vector<std::unique_ptr<Situations>> situations_;
   Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
-  std::array<std::array<float, scale_bins * kinds>, experts> ratios_;
+  std::array<std::array<float, scale_bins>, experts> ratios_;
   std::array<WideCell, scale_bins * 8> exact_;
   unsigned exact_hits_ = 0;
   Repeats repeats_;
@@ -134,21 +139,18 @@ class MixedValueCoder {
 
   // Of the tuple at hand.
   std::array<Value, 2> before_;  ///< the components coded last
-  uint32_t misses_ = 0;          ///< of this tuple so far, hashed
-  double tuple_ratio_ = 1;       ///< how much larger than expected they were
   // Of the number at hand.
   unsigned component_ = 0;
   Situation* situation_ = nullptr;
   Fit::Features features_;
   std::array<double, experts> mean_;
-  std::array<double, experts> candidate_;  ///< sums and fit
-  double base_ = 0;                        ///< the centre's place; means are kept relative to it, in floats
+  std::array<double, candidates> candidate_;  ///< sums, fit and plane
+  double base_ = 0;  ///< the centre's place; means are kept relative to it, in floats
   double step_ = 1;
   double deviation_ = 1;  ///< by the errors of neighbours: root of the mean of squares
   double size_ = 1;       ///< the same: mean of logarithms
   double scale_ = 1;      ///< of the best expert
-  unsigned deviation_bin_ = 0, size_bin_ = 0, row_ = 0, ratio_bin_ = 0;
-  std::array<unsigned, experts> ratio_place_;
+  unsigned deviation_bin_ = 0, size_bin_ = 0, row_ = 0;
   std::array<WideCell*, 2> few_base_;
   std::array<Code*, followers> follower_;
   Wide centre_ = 0;

@@ -34,10 +34,14 @@ struct PointStencil {
   /// faces, then the one across the cell. Only if full.
   std::array<uint32_t, 7> others;
 
+  /// By component what the number would be on a plane through those around (PlaneFit); null: not known.
+  const double* plane = nullptr;
+
   bool is_full() const { return situation < partial; }
   void clear() {
     situation = alone;
     sums = near_count = 0;
+    plane = nullptr;
   }
   PointSum& add_sum() {
     sum[sums].count = 0;

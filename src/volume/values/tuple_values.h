@@ -23,8 +23,9 @@ struct StreamedArray {
   Scalar type = Scalar::f32;
   uint32_t components = 1;
   std::vector<NumberMap> maps;  ///< one per component
-  double bound = 0;    ///< largest error allowed, of logarithms relative to the number; 0: the same bits
-  bool mixed = false;  ///< coded by MixedValueCoder
+  double bound = 0;     ///< largest error allowed, of logarithms relative to the number; 0: the same bits
+  bool mixed = false;   ///< coded by MixedValueCoder
+  bool placed = false;  ///< and expected from where points are, too (PlaneFit)
 
   size_t tuple_size() const { return size_of(type) * components; }
   /// Are codes of 64 bits? Not those of doubles that all are floats.
@@ -54,6 +55,7 @@ class TupleValueCoder {
  public:
   static constexpr bool encoding = Coder::encoding;
   static constexpr bool has_plain = Width == 4;
+  static constexpr bool takes_planes = false;
 
   explicit TupleValueCoder(const StreamedArray& array);
 
