@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <vector>
 
 namespace maille {
 
@@ -35,6 +37,21 @@ struct Sphere {
 /// With sides along the axes; sides belong to it.
 struct Box {
   Vector3 low, high;
+};
+
+/// Where parts of a mesh are wanted; everywhere where nothing is said.
+struct Region {
+  std::optional<Box> box;
+  std::optional<Sphere> sphere;
+  /// A half-space: normal.x + offset >= 0 inside. A frustum has six.
+  struct Plane {
+    Vector3 normal;  ///< of length 1
+    double offset = 0;
+  };
+  std::vector<Plane> planes;
+
+  bool meets(const Sphere& other) const;
+  bool meets(const Box& other) const;
 };
 
 }  // namespace maille

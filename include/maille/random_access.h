@@ -20,21 +20,6 @@ namespace maille {
 /// 0 is the mesh, face for face; each coarser level has about a fourth of the faces of the finer one.
 /// docs/random-access.md.
 
-/// Where charts are wanted; everywhere where nothing is said.
-struct Region {
-  std::optional<Box> box;
-  std::optional<Sphere> sphere;
-  /// A half-space: normal.x + offset >= 0 inside. A frustum has six.
-  struct Plane {
-    Vector3 normal;  ///< of length 1
-    double offset = 0;
-  };
-  std::vector<Plane> planes;
-
-  bool meets(const Sphere& other) const;
-  bool meets(const Box& other) const;
-};
-
 /// A perspective view. An error is seen from the nearest point of what it belongs to.
 struct View {
   Vector3 eye;

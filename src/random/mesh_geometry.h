@@ -8,6 +8,8 @@
 #include <optional>
 #include <span>
 
+#include "mesh/box_distance.h"
+
 namespace maille {
 
 /// A point's position, whatever its type. Numbers that are none stay so.
@@ -30,16 +32,6 @@ inline void enclose(Box& box, const Vector3& point, bool first) {
     box.low[k] = first ? x : std::min(box.low[k], x);
     box.high[k] = first ? x : std::max(box.high[k], x);
   }
-}
-
-/// From the nearest point of a box; 0 within.
-inline double squared_distance(const Vector3& from, const Box& box) {
-  double sum = 0;
-  for (unsigned k = 0; k < 3; ++k) {
-    const double d = std::max({box.low[k] - from[k], from[k] - box.high[k], 0.0});
-    sum += d * d;
-  }
-  return sum;
 }
 
 /// A polygon as triangles: calls f(a, b, c). The fan starts at the lowest corner, whichever is the first: a

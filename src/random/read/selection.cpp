@@ -43,27 +43,6 @@ bool before(const ChartPlace& a, const ChartPlace& b) {
 
 }  // namespace
 
-bool Region::meets(const Sphere& other) const {
-  if (box && std::sqrt(squared_distance(other.centre, *box)) > other.radius) return false;
-  if (sphere && length(sphere->centre - other.centre) > sphere->radius + other.radius) return false;
-  return std::all_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-    return dot(plane.normal, other.centre) + plane.offset >= -other.radius;
-  });
-}
-
-bool Region::meets(const Box& other) const {
-  for (unsigned k = 0; k < 3 && box; ++k) {
-    if (box->high[k] < other.low[k] || box->low[k] > other.high[k]) return false;
-  }
-  if (sphere && std::sqrt(squared_distance(sphere->centre, other)) > sphere->radius) return false;
-  return std::all_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-    double farthest = plane.offset;
-    for (unsigned k = 0; k < 3; ++k)
-      farthest += plane.normal[k] * (plane.normal[k] > 0 ? other.high[k] : other.low[k]);
-    return farthest >= 0;
-  });
-}
-
 bool is_too_coarse(const IndexedGroup& group, const Detail& detail) {
   return group.bound > detail.bound || group.view_error > detail.view_error || group.level >= detail.level ||
          (detail.view && seen_error(*detail.view, group) > detail.view->pixels);
