@@ -38,6 +38,10 @@ enum class Order : uint8_t {
   keep,       ///< the input's order of points and cells, and the first corner of each cell
 };
 
+/// Cells of a piece of a volume that suit most uses: boxes and threads gain, extra bytes stay at some percent
+/// (docs/benchmarks.md, "Volumes in pieces").
+inline constexpr uint64_t cells_of_volume_piece = uint64_t{1} << 18;
+
 struct EncodeOptions {
   Mode mode = Mode::single;
   int effort = 5;  ///< 1 (fast) to 9 (small); see effort_ranges()
@@ -48,6 +52,9 @@ struct EncodeOptions {
   /// A mesh of more cells is cut into parts of at most so many, which are coded, and decoded, at once where
   /// an executor allows it. Smaller parts make larger files. At least 1. Without a value: up to effort 6
   /// meshes of more than 400,000 are cut, into parts of at most 600,000; from 7 on, as models learn, none is.
+  ///
+  /// Mode stream: cells are divided into pieces of space of about so many, which can be read alone
+  /// (VolumeFile); without a value there is one stream.
   std::optional<uint64_t> most_cells_per_part;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;

@@ -80,6 +80,9 @@ struct FileInfo {
   std::vector<std::string> problems;
 };
 
+/// Of which mode a file is, by its first bytes. Errors: cannot_read, unsupported, corrupt.
+Result<Mode> mode_of(const Source& source);
+
 /// Reads header, index and description; decodes no values. Errors as decode().
 Result<FileInfo> inspect(const Source& source);
 

@@ -30,8 +30,10 @@ inline constexpr size_t footer_bytes = 20;
 /// Marker, type, four counts (5 + 5 + 5 + 3 bytes), header check.
 inline constexpr size_t max_chunk_header_bytes = 2 + 4 + 18 + 2;
 
-/// Features this version knows. None yet.
-inline constexpr uint32_t known_required_features = 0;
+/// A volume in pieces (src/volume/pieces).
+inline constexpr uint32_t in_pieces_feature = 1;
+/// Features this version knows.
+inline constexpr uint32_t known_required_features = in_pieces_feature;
 
 /// What the first bytes of a file say. docs/format.md, "Header".
 struct FileHeader {

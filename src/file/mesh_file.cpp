@@ -3,16 +3,23 @@
 #include "container/file_reader.h"
 #include "file/single_file.h"
 #include "random/random_file.h"
+#include "volume/pieces/pieces_file.h"
 #include "volume/stream/stream_file.h"
 
 namespace maille {
 namespace {
 
-Result<Mode> mode_of(const Source& source) {
+/// `in_pieces`: a file of mode stream that is in pieces.
+struct Kind {
+  Mode mode = Mode::single;
+  bool in_pieces = false;
+};
+Result<Kind> kind_of_file(const Source& source) {
   std::array<std::byte, file_header_bytes> front{};
   const auto size = static_cast<size_t>(std::min<uint64_t>(front.size(), source.size()));
   MAILLE_CHECK(source.read_at(0, std::span(front).first(size)));
-  return MAILLE_TRY(read_file_header(Bytes(front).first(size), source.name())).mode;
+  const FileHeader header = MAILLE_TRY(read_file_header(Bytes(front).first(size), source.name()));
+  return Kind{header.mode, (header.required_features & in_pieces_feature) != 0};
 }
 
 /// Other modes have predictions in numbers, and no logarithms.
@@ -26,9 +33,15 @@ Result<> check_bounds(const EncodeOptions& options) {
 
 }  // namespace
 
+Result<Mode> mode_of(const Source& source) {
+  return MAILLE_TRY(kind_of_file(source)).mode;
+}
+
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::single) return encode_single(mesh, sink, options);
+  if (options.mode == Mode::stream && options.most_cells_per_part)
+    return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options);
   return encode_random(mesh, sink, options);
 }
@@ -44,25 +57,28 @@ Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& o
 }
 
 Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
-  const Mode mode = MAILLE_TRY(mode_of(source));
+  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
   if (mode != Mode::stream && options.step != 0) {
     return failure(ErrorCode::usage,
                    source.name() + ": has no steps; only files of mode \"stream\" have them");
   }
   if (mode == Mode::single) return decode_single(source, options);
-  if (mode == Mode::stream) return decode_stream(source, options);
+  if (mode == Mode::stream)
+    return in_pieces ? decode_pieces(source, options) : decode_stream(source, options);
   return decode_random(source, options);
 }
 
 Result<Salvaged> salvage(const Source& source, const DecodeOptions& options) {
-  if (MAILLE_TRY(mode_of(source)) == Mode::stream) return salvage_stream(source, options);
+  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
+  if (mode == Mode::stream)
+    return in_pieces ? salvage_pieces(source, options) : salvage_stream(source, options);
   return failure(ErrorCode::unsupported, source.name() + ": only files of mode \"stream\" can be salvaged");
 }
 
 Result<FileInfo> inspect(const Source& source) {
-  const Mode mode = MAILLE_TRY(mode_of(source));
+  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
   if (mode == Mode::single) return inspect_single(source);
-  if (mode == Mode::stream) return inspect_stream(source);
+  if (mode == Mode::stream) return in_pieces ? inspect_pieces(source) : inspect_stream(source);
   return inspect_random(source);
 }
 

@@ -14,6 +14,9 @@
 
 namespace maille {
 
+struct ArrayMapsList;
+class FileReader;
+
 // encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
 // StreamReader.
 
@@ -26,6 +29,17 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 Result<FileInfo> inspect_stream(const Source& source);
+/// What description and end tell; sizes of what is coded are not among it.
+FileInfo info_of_stream(const Source& source, const FileReader& reader, const StreamHeader& header,
+                        const StreamTail& tail);
+
+/// What a stream of the mesh is to hold, by what encode() is told. Error: usage (an array that is not there).
+Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& options);
+/// A valid mesh with maps that were chosen before, and its points in the order in which decoders number them,
+/// if that is asked for.
+Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const EncodeOptions& options,
+                                      StreamOptions stream, ArrayMapsList maps,
+                                      std::vector<uint32_t>* coded_points = nullptr);
 
 /// What encode() is told and a stream takes as it is, of a mesh in memory or in parts.
 template <class AnyMesh>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <numeric>
 
 #include "base/pace.h"
 #include "base/result.h"
@@ -53,7 +54,8 @@ class StreamedArrays {
 /// Points of a mesh in memory, as the writer wants them.
 class MeshPoints final : public PointSource {
  public:
-  MeshPoints(const Mesh& mesh, const StreamedArrays& streamed) {
+  /// `order`: gets the numbers as they are asked for; may be nullptr.
+  MeshPoints(const Mesh& mesh, const StreamedArrays& streamed, std::vector<uint32_t>* order) : order_(order) {
     add(mesh.points);
     for (const Array* array : streamed.arrays) {
       if (array->domain == Domain::point) add(*array);
@@ -61,37 +63,18 @@ class MeshPoints final : public PointSource {
   }
   Result<> read(uint64_t number, std::byte* out) override {
     for (const auto& [bytes, size] : columns_) out = std::copy_n(bytes + number * size, size, out);
+    if (order_ != nullptr) order_->push_back(static_cast<uint32_t>(number));
     return {};
   }
 
  private:
   void add(const Array& array) { columns_.emplace_back(array.bytes.data(), array.tuple_size()); }
   std::vector<std::pair<const std::byte*, size_t>> columns_;
+  std::vector<uint32_t>* order_;
 };
 
 StreamArray describe(const Array& array, const Tolerance& tolerance) {
   return {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}};
-}
-
-Result<StreamOptions> options_for(const Mesh& mesh, const EncodeOptions& options) {
-  StreamOptions stream;
-  stream.positions = describe(mesh.points, options.positions);
-  for (const Array& array : mesh.arrays) {
-    const Tolerance tolerance = tolerance_of(options, array.name);
-    if (array.domain == Domain::mesh) {
-      stream.mesh_arrays.push_back(array);
-    } else {
-      stream.arrays.push_back(describe(array, tolerance));
-    }
-  }
-  for (const auto& [name, tolerance] : options.arrays) {
-    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
-    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
-      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
-    }
-  }
-  copy_options(mesh, options, stream);
-  return stream;
 }
 
 /// When each point is used last, counted in cells as written; none for points that no cell uses.
@@ -533,13 +516,40 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
 
 }  // namespace
 
+Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& options) {
+  StreamOptions stream;
+  stream.positions = describe(mesh.points, options.positions);
+  for (const Array& array : mesh.arrays) {
+    const Tolerance tolerance = tolerance_of(options, array.name);
+    if (array.domain == Domain::mesh) {
+      stream.mesh_arrays.push_back(array);
+    } else {
+      stream.arrays.push_back(describe(array, tolerance));
+    }
+  }
+  for (const auto& [name, tolerance] : options.arrays) {
+    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
+    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name)) {
+      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
+    }
+  }
+  copy_options(mesh, options, stream);
+  return stream;
+}
+
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
   MAILLE_CHECK(validate(mesh));
-  StreamOptions stream_options = MAILLE_TRY(options_for(mesh, options));
+  StreamOptions stream = MAILLE_TRY(stream_options_of(mesh, options));
+  ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream));
+  return encode_stream_by(mesh, sink, options, std::move(stream), std::move(maps));
+}
+
+Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const EncodeOptions& options,
+                                      StreamOptions stream_options, ArrayMapsList maps,
+                                      std::vector<uint32_t>* coded_points) {
   const StreamedArrays streamed(mesh);
-  MeshPoints points(mesh, streamed);
+  MeshPoints points(mesh, streamed, coded_points);
   stream_options.points = &points;
-  ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream_options));
   maps.numbered = streamed.numbered;
   set_maps_of_zeros(maps);
   Executor& executor = options.executor ? *options.executor : serial_executor();
@@ -548,6 +558,7 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   maps.bounded_numbers = count_bounded(mesh, maps.bounds);
   maps.borders = ordering.borders;
   stream_options.any_order = stream_options.any_order && streamed.numbered.empty();
+  const bool points_keep_order = !stream_options.any_order || ordering.apart;
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);
@@ -556,6 +567,10 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
   MAILLE_CHECK(MeshFeeder(mesh, streamed, writer, ordering, options).feed());
   const StreamReport stream = MAILLE_TRY(writer.finish());
+  if (points_keep_order && coded_points != nullptr) {
+    coded_points->resize(mesh.point_count());
+    std::iota(coded_points->begin(), coded_points->end(), 0u);
+  }
   return report_of(mesh, options, stream, maps, ordering.apart);
 }
 

@@ -60,11 +60,8 @@ void add_sizes(const FileReader& reader, FileInfo& info) {
 
 }  // namespace
 
-Result<FileInfo> inspect_stream(const Source& source) {
-  const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  const StreamHeader header = MAILLE_TRY(decode_header(MAILLE_TRY(reader.read_stream({"DESC"}))));
-  StreamTail tail;
-  if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"}))));
+FileInfo info_of_stream(const Source& source, const FileReader& reader, const StreamHeader& header,
+                        const StreamTail& tail) {
   FileInfo info;
   info.format_major = reader.header().major;
   info.format_minor = reader.header().minor;
@@ -94,6 +91,19 @@ Result<FileInfo> inspect_stream(const Source& source) {
                                   array.domain == Domain::point ? tail.points : tail.cells));
     add_from_tail(tail, i + 1, info.arrays.back());
   }
+  info.metadata = header.description.metadata;
+  info.provenance = header.description.provenance;
+  info.chunks = reader.chunks();
+  info.problems = reader.problems();
+  return info;
+}
+
+Result<FileInfo> inspect_stream(const Source& source) {
+  const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  const StreamHeader header = MAILLE_TRY(decode_header(MAILLE_TRY(reader.read_stream({"DESC"}))));
+  StreamTail tail;
+  if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"}))));
+  FileInfo info = info_of_stream(source, reader, header, tail);
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
@@ -106,16 +116,18 @@ Result<FileInfo> inspect_stream(const Source& source) {
     added.maximum_errors = step.errors;
     for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
   }
-  info.metadata = header.description.metadata;
-  info.provenance = header.description.provenance;
-  info.chunks = reader.chunks();
-  info.problems = reader.problems();
   if (!steps) info.problems.push_back(steps.error().message);
   return info;
 }
 
 Result<StreamEnds> read_stream_ends(const Source& source) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  if ((reader.header().required_features & in_pieces_feature) != 0) {
+    return failure(
+        ErrorCode::unsupported,
+        source.name() +
+            ": the volume is in pieces, so it cannot be decoded in parts; decode() reads it whole");
+  }
   if (reader.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   MAILLE_CHECK(reader.check_complete());

@@ -8,8 +8,8 @@
 namespace maille {
 
 /// Chunks of files of mode stream that this version reads.
-inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY",
-                                                          "TAIL", "STEP", "SVAL"};
+inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL",
+                                                          "STEP", "SVAL", "PIEC", "GIDS", "PIDX"};
 
 uint64_t count_steps(const FileReader& file);
 

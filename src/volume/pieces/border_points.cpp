@@ -1,0 +1,98 @@
+#include "volume/pieces/border_points.h"
+
+#include "volume/cells/cell_shape.h"
+
+namespace maille {
+namespace {
+
+/// The finalizer of SplitMix64 (Steele, Lea, Flood 2014): any bit of the input changes half of those of the
+/// output.
+uint64_t mix(uint64_t x) {
+  x += 0x9e3779b97f4a7c15;
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+
+/// A face adds its sum to each of its points; the two cells of an inner face cancel. 0 is left at inner
+/// points.
+class FaceSums {
+ public:
+  FaceSums(uint64_t points, std::span<const uint32_t> number) : sums_(points), mixed_(points) {
+    for (uint64_t i = 0; i < points; ++i) mixed_[i] = mix(number.empty() ? i : number[i]);
+  }
+  void add_shape(const CellShape& shape, std::span<const uint32_t> points) {
+    const auto point = [&](unsigned node) { return points[shape.place[node]]; };
+    if (shape.dimension < 3) return add_face(points.first(shape.corners), points);
+    for (unsigned f = 0; f < shape.faces; ++f) {
+      const CellFace& face = shape.face[f];
+      uint64_t sum = 0;
+      unsigned corners = 0;
+      for (unsigned k = 0; k < face.size; ++k) {
+        sum += mixed_[point(face.corner[k])];
+        corners |= 1u << face.corner[k];
+      }
+      sum = mix(sum);
+      for (unsigned k = 0; k < face.size; ++k) sums_[point(face.corner[k])] ^= sum;
+      for (unsigned node = shape.corners; node < shape.nodes; ++node) {
+        if ((shape.lies_on[node] & ~corners) == 0) sums_[point(node)] ^= sum;
+      }
+    }
+  }
+  void add_face(std::span<const uint32_t> corners, std::span<const uint32_t> points) {
+    uint64_t sum = 0;
+    for (const uint32_t corner : corners) sum += mixed_[corner];
+    sum = mix(sum);
+    for (const uint32_t point : points) sums_[point] ^= sum;
+  }
+  /// Points of a cell that is known as a list only. Each gets another sum, so that few cancel.
+  void add_loose(std::span<const uint32_t> points) {
+    uint64_t sum = 0;
+    for (const uint32_t point : points) sum += mixed_[point];
+    for (const uint32_t point : points) sums_[point] ^= mix(mix(sum) + mixed_[point]);
+  }
+  const std::vector<uint64_t>& sums() const { return sums_; }
+
+ private:
+  std::vector<uint64_t> sums_, mixed_;
+};
+
+void add_polyhedron(const CellBlock& block, uint64_t cell, FaceSums& sums) {
+  auto points = block.cell(cell);
+  for (const uint32_t size : block.faces(cell)) {
+    sums.add_face(points.first(size), points.first(size));
+    points = points.subspan(size);
+  }
+}
+
+}  // namespace
+
+std::vector<uint32_t> border_points(const Mesh& piece, std::span<const uint32_t> number) {
+  FaceSums sums(piece.point_count(), number);
+  for (const CellBlock& block : piece.blocks) {
+    const uint64_t cells = block.size();
+    for (uint64_t i = 0; i < cells; ++i) {
+      const CellType type = block.type_of(i);
+      const unsigned kind = kind_of(type);
+      if (kind < shape_count) {
+        sums.add_shape(cell_shapes[kind], block.cell(i));
+      } else if (type == CellType::polyhedron) {
+        add_polyhedron(block, i, sums);
+      } else {
+        sums.add_loose(block.cell(i));
+      }
+    }
+  }
+  // In the coded order.
+  std::vector<bool> on_border(piece.point_count());
+  for (uint64_t i = 0; i < on_border.size(); ++i) {
+    if (sums.sums()[i] != 0) on_border[number.empty() ? i : number[i]] = true;
+  }
+  std::vector<uint32_t> border;
+  for (uint32_t i = 0; i < on_border.size(); ++i) {
+    if (on_border[i]) border.push_back(i);
+  }
+  return border;
+}
+
+}  // namespace maille

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+/// Points on faces that one cell has alone (of any odd number), and those of cells whose faces are not known:
+/// where a piece may have points in common with others. `number`: by point of the mesh its number in the
+/// coded order; none: as they are. Rising, coded numbers. Sums of coded numbers stand for faces, and a wrong
+/// point by chance (2^-64 for each) is the same one in encoder and decoder, whatever the order of cells.
+std::vector<uint32_t> border_points(const Mesh& piece, std::span<const uint32_t> number = {});
+
+}  // namespace maille

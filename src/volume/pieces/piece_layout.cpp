@@ -1,0 +1,200 @@
+#include "volume/pieces/piece_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "container/plain_fields.h"
+#include "entropy/byte_model.h"
+#include "entropy/integer_model.h"
+#include "entropy/rans.h"
+#include "numbers/number_map.h"
+#include "volume/values/value_range.h"
+
+namespace maille {
+namespace {
+
+template <class Visitor, class Field>
+void visit_field(Visitor& v, Field& field) {
+  v.list(field.components, [&](auto& component) {
+    v.fixed(component.low);
+    v.fixed(component.high);
+    v.fixed(component.mean);
+  });
+  v.count(field.nans, ~uint64_t{0});
+}
+
+template <class Visitor, class Record>
+void visit_record(Visitor& v, Record& record) {
+  v.count(record.cells, 0xffffffff);
+  v.count(record.points, 0xffffffff);
+  for (auto& number : record.low) v.fixed(number);
+  for (auto& number : record.high) v.fixed(number);
+  v.count(record.first_cell, 0xffffffff);
+  v.count(record.last_cell, 0xffffffff);
+  v.list(record.coded_bytes, [&](auto& bytes) { v.count(bytes, ~uint64_t{0}); });
+  v.list(record.fields, [&](auto& field) { visit_field(v, field); });
+}
+
+/// Rising numbers by the gaps between them: mostly none, or as the one before.
+template <class Coder>
+class GapCoder {
+ public:
+  uint32_t code(Coder& coder, uint32_t number) {
+    const uint32_t gap = gaps_[std::min(bit_length(last_), 7u)].code(coder, number - next_);
+    last_ = gap;
+    const uint32_t found = next_ + gap;
+    rises_ = rises_ && found >= next_ && found != 0xffffffff;
+    next_ = found + 1;
+    return found;
+  }
+  bool rises() const { return rises_; }
+
+ private:
+  std::array<CountModel, 8> gaps_;
+  uint32_t next_ = 0, last_ = 0;
+  bool rises_ = true;
+};
+
+template <class Coder>
+bool code_rising(Coder& coder, std::vector<uint32_t>& numbers, uint64_t count) {
+  GapCoder<Coder> rising;
+  for (uint64_t i = 0; i < count && !coder.exhausted(); ++i) {
+    if constexpr (Coder::encoding) {
+      rising.code(coder, numbers[i]);
+    } else {
+      numbers.push_back(rising.code(coder, 0));
+    }
+  }
+  return rising.rises() && numbers.size() == count;
+}
+
+/// The nearest float that is not above, or not below.
+float below(double number) {
+  constexpr float most = std::numeric_limits<float>::max(), infinite = std::numeric_limits<float>::infinity();
+  if (number < -static_cast<double>(most)) return -infinite;
+  if (number > static_cast<double>(most)) return most;
+  const auto nearest = static_cast<float>(number);
+  return static_cast<double>(nearest) <= number ? nearest : std::nextafter(nearest, -infinite);
+}
+float above(double number) {
+  return -below(-number);
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_piece(const CodedPiece& piece) {
+  ByteWriter out;
+  out.put_count(piece.blocks.size());
+  for (const uint32_t block : piece.blocks) out.put_count(block);
+  out.put_count(piece.shared.size());
+  out.put_bytes(piece.shared);
+  out.put_bytes(piece.file);
+  return out.take();
+}
+
+Result<CodedPiece> decode_piece(Bytes bytes) {
+  ByteReader in(bytes);
+  CodedPiece piece;
+  for (uint64_t left = in.get_count(); left > 0 && in.ok(); --left) {
+    const uint64_t block = in.get_count();
+    const bool rises = block <= 0xffffffff && (piece.blocks.empty() || block > piece.blocks.back());
+    if (!rises) return failure(ErrorCode::corrupt, "the blocks of a piece are damaged");
+    piece.blocks.push_back(static_cast<uint32_t>(block));
+  }
+  const Bytes shared = in.get_bytes(in.get_count());
+  piece.shared.assign(shared.begin(), shared.end());
+  const Bytes file = in.get_bytes(in.remaining());
+  piece.file.assign(file.begin(), file.end());
+  if (!in.ok()) return failure(ErrorCode::corrupt, "the head of a piece is damaged");
+  return piece;
+}
+
+std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records) {
+  PlainWriter writer;
+  writer.list(records, [&](const PieceRecord& record) { visit_record(writer, record); });
+  ByteWriter packed;
+  packed.put_count(writer.out().size());
+  packed.put_bytes(encode_bytes(writer.out().bytes()));
+  return packed.take();
+}
+
+Result<std::vector<PieceRecord>> decode_index(Bytes bytes) {
+  constexpr const char* damaged = "the index of pieces is damaged";
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  PlainReader reader(plain);
+  std::vector<PieceRecord> records;
+  reader.list(records, [&](PieceRecord& record) { visit_record(reader, record); });
+  if (plain.size() != size || !reader.ok() || !reader.at_end() || records.size() > pieces_per_page)
+    return failure(ErrorCode::corrupt, damaged);
+  return records;
+}
+
+std::vector<std::byte> encode_numbers(const PieceNumbers& numbers) {
+  PieceNumbers copy = numbers;
+  RansEncoder coder;
+  code_rising(coder, copy.cells, copy.cells.size());
+  code_rising(coder, copy.points, copy.points.size());
+  return coder.finish();
+}
+
+Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points) {
+  PieceNumbers numbers;
+  RansDecoder coder(bytes);
+  if (!code_rising(coder, numbers.cells, cells) || !code_rising(coder, numbers.points, points) ||
+      coder.exhausted())
+    return failure(ErrorCode::corrupt, "the numbers of a piece are damaged");
+  return numbers;
+}
+
+PieceField describe_field(const Array& array, double bound) {
+  ValueRange range;
+  widen(range, array.type, array.components, array.bytes);
+  PieceField field;
+  field.nans = range.nans;
+  std::vector<double> sums(range.components.size());
+  std::vector<uint64_t> counts(sums.size());
+  const size_t size = size_of(array.type);
+  for (uint64_t i = 0; i < array.count() * array.components; ++i) {
+    const double value = number_as_double(array.type, array.bytes.data() + i * size);
+    const size_t c = sums.size() == 1 ? 0 : i % array.components;
+    if (!std::isfinite(value)) continue;
+    sums[c] += value;
+    ++counts[c];
+  }
+  for (size_t c = 0; c < range.components.size(); ++c) {
+    PieceField::Component& component = field.components.emplace_back();
+    const ValueRange::Component& found = range.components[c];
+    if (!found.any) continue;
+    component.low = below(found.low - bound);
+    component.high = above(found.high + bound);
+    if (counts[c] > 0) component.mean = static_cast<float>(sums[c] / static_cast<double>(counts[c]));
+  }
+  return field;
+}
+
+void enclose(const Array& positions, double bound, PieceRecord& record) {
+  const size_t size = size_of(positions.type);
+  std::array<double, 3> low, high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (uint64_t i = 0; i < positions.count() * 3; ++i) {
+    const double x = number_as_double(positions.type, positions.bytes.data() + i * size);
+    if (!std::isfinite(x)) continue;
+    low[i % 3] = std::min(low[i % 3], x);
+    high[i % 3] = std::max(high[i % 3], x);
+  }
+  for (unsigned k = 0; k < 3; ++k) {
+    if (low[k] > high[k]) return;
+  }
+  for (unsigned k = 0; k < 3; ++k) {
+    record.low[k] = below(low[k] - bound);
+    record.high[k] = above(high[k] + bound);
+  }
+}
+
+}  // namespace maille

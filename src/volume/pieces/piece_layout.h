@@ -1,0 +1,69 @@
+#pragma once
+
+#include <maille/mesh.h>
+#include <maille/source.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/result.h"
+
+namespace maille {
+
+// What stands in the chunks of a volume in pieces besides the streams of the pieces themselves.
+// docs/format.md, "Pieces".
+
+/// PIEC: some cells of the mesh, and the points they use, as a stream of their own.
+struct CodedPiece {
+  std::vector<uint32_t> blocks;   ///< by block of the piece, its number in the mesh; rising
+  std::vector<std::byte> shared;  ///< encode_shared()
+  std::vector<std::byte> file;    ///< a whole file of mode stream, with arrays on points and cells only
+};
+std::vector<std::byte> encode_piece(const CodedPiece& piece);
+/// Error: corrupt.
+Result<CodedPiece> decode_piece(Bytes bytes);
+
+/// What queries know of an array in a piece without decoding it.
+struct PieceField {
+  /// Least, largest and mean number of a component, NaN left out; decoded numbers are within. None is there
+  /// where low > high.
+  struct Component {
+    float low = 1, high = 0, mean = 0;
+  };
+  std::vector<Component> components;  ///< one for all where an array has more than most_ranges
+  uint64_t nans = 0;
+};
+
+/// A line of the index.
+struct PieceRecord {
+  uint64_t cells = 0, points = 0;
+  /// The least box around the decoded points with sides in floats; low > high where there is none, since no
+  /// point has finite numbers.
+  std::array<float, 3> low{1, 1, 1}, high{0, 0, 0};
+  /// Least and largest number of its cells in the input; 0 where the order is not kept.
+  uint64_t first_cell = 0, last_cell = 0;
+  /// Bytes of connectivity, order, positions, then of each array.
+  std::vector<uint64_t> coded_bytes;
+  std::vector<PieceField> fields;  ///< by array on points and cells
+};
+/// PIDX: the lines of so many pieces are a page.
+inline constexpr uint32_t pieces_per_page = 4096;
+std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records);
+/// Error: corrupt.
+Result<std::vector<PieceRecord>> decode_index(Bytes bytes);
+
+/// GIDS: the numbers that the piece's cells and points have in the whole mesh, both rising.
+struct PieceNumbers {
+  std::vector<uint32_t> cells, points;
+};
+std::vector<std::byte> encode_numbers(const PieceNumbers& numbers);
+/// As many as the piece has. Error: corrupt.
+Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points);
+
+/// The statistics of an array whose decoded numbers may be `bound` away from those given.
+PieceField describe_field(const Array& array, double bound);
+/// The box around positions whose decoded numbers may be `bound` away.
+void enclose(const Array& positions, double bound, PieceRecord& record);
+
+}  // namespace maille

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <maille/decode.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "container/file_reader.h"
+#include "surface/parts/shared_points.h"
+#include "volume/pieces/piece_layout.h"
+#include "volume/stream/stream_layout.h"
+
+namespace maille {
+
+/// A piece as a mesh of its own.
+struct DecodedPiece {
+  Mesh mesh;
+  std::vector<uint32_t> blocks;  ///< by block, its number in the whole mesh
+  std::vector<SharedPoint> shared;
+  PieceNumbers numbers;  ///< if they were asked for
+};
+
+/// An open file of mode stream: its description, its end and its index. A stream that is not in pieces is one
+/// piece, of which nothing is known beforehand. Calls of read() may come from several threads.
+class PieceReader {
+ public:
+  /// `source` must outlive the reader. Errors: cannot_read, corrupt, unsupported.
+  static Result<PieceReader> open(const Source& source, const DecodeOptions& options);
+
+  const StreamHeader& header() const { return header_; }
+  const StreamTail& tail() const { return tail_; }
+  const FileReader& file() const { return *file_; }
+  const std::vector<PieceRecord>& pieces() const { return pieces_; }
+  bool in_pieces() const { return in_pieces_; }
+  /// Whether the file has the order of the input.
+  bool kept() const { return header_.description.order_apart || !header_.description.any_order; }
+  /// Arrays of the header that were asked for.
+  const std::vector<uint8_t>& wanted() const { return wanted_; }
+  std::string name() const { return name_; }
+
+  /// The same file with other arrays. None: all.
+  PieceReader with_arrays(std::optional<std::vector<std::string>> arrays) const;
+  /// Asks for pieces at once, which a distant source turns into few requests and keeps copies of.
+  Result<> fetch(std::span<const uint32_t> pieces, bool numbered) const;
+  /// Piece `number`, with its numbers in the mesh if that is asked for. Error: corrupt, naming the piece;
+  /// cannot_read; memory_bound.
+  Result<DecodedPiece> read(uint32_t number, bool numbered) const;
+
+ private:
+  Result<> take_step();
+  Result<> check_index() const;
+  void choose_arrays(std::optional<std::vector<std::string>> arrays);
+  Result<DecodedPiece> read_coded(uint32_t number, bool numbered) const;
+  Result<DecodedPiece> read_whole(bool numbered) const;
+  Result<> check(const DecodedPiece& piece, const PieceRecord& record) const;
+
+  const Source* source_ = nullptr;
+  std::shared_ptr<const FileReader> file_;
+  std::string name_;
+  DecodeOptions options_;
+  bool in_pieces_ = false;
+  StreamHeader header_;
+  StreamTail tail_;
+  std::vector<PieceRecord> pieces_;
+  std::vector<uint8_t> wanted_;
+};
+
+/// Pieces as one mesh, with the blocks and arrays of the file; points that several pieces have are one.
+///
+/// Without numbers points and cells (of each block) stand in the order of the pieces. With numbers they stand
+/// in the order of the input, and of a whole mesh each has its place there. Error: corrupt.
+Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered);
+
+}  // namespace maille

@@ -1,0 +1,83 @@
+#include <algorithm>
+#include <limits>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "volume/pieces/piece_reader.h"
+#include "volume/pieces/pieces_file.h"
+
+namespace maille {
+namespace {
+
+uint64_t bytes_of(const Mesh& mesh) {
+  uint64_t bytes = mesh.points.bytes.size();
+  for (const Array& array : mesh.arrays) bytes += array.bytes.size();
+  for (const CellBlock& block : mesh.blocks)
+    bytes += block.connectivity.size() * 4 + block.offsets.size() * 8 + block.types.size();
+  return bytes;
+}
+
+/// All pieces, or those that are whole; the first error of the others.
+struct AllPieces {
+  std::vector<DecodedPiece> pieces;
+  std::optional<Error> damage;
+};
+
+Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& options) {
+  Executor& executor = options.executor ? *options.executor : serial_executor();
+  const auto count = static_cast<uint32_t>(reader.pieces().size());
+  constexpr uint32_t at_once = 32;  // so that progress is told, and memory looked at, by one thread
+  AllPieces all;
+  uint64_t bytes = 0;
+  for (uint32_t first = 0; first < count; first += at_once) {
+    std::vector<Result<DecodedPiece>> found(std::min(at_once, count - first));
+    executor.parallel_for(found.size(), [&](size_t i) {
+      found[i] = reader.read(first + static_cast<uint32_t>(i), reader.kept());
+    });
+    for (Result<DecodedPiece>& piece : found) {
+      if (!piece && piece.error().code != ErrorCode::corrupt) return tl::unexpected(piece.error());
+      if (!piece) {
+        if (!all.damage) all.damage = std::move(piece).error();
+        continue;
+      }
+      bytes += bytes_of(piece->mesh);
+      all.pieces.push_back(*std::move(piece));
+    }
+    if (bytes > options.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound, reader.name() + ": the mesh takes more than the " +
+                                                  std::to_string(options.limits.mesh_bytes >> 20) +
+                                                  " MiB allowed");
+    }
+    const double share = static_cast<double>(first + found.size()) / static_cast<double>(count);
+    if (options.progress && !options.progress({"cells", share})) return cancelled();
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
+  if (options.step != 0) return failure(ErrorCode::usage, source.name() + ": has no steps; it is in pieces");
+  const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
+  MAILLE_CHECK(reader.file().check_complete());
+  const AllPieces all = MAILLE_TRY(read_all(reader, options));
+  if (all.damage) return tl::unexpected(*all.damage);
+  Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept()));
+  const StreamTail& tail = reader.tail();
+  if (mesh.point_count() != tail.points || mesh.cell_count() != tail.cells)
+    return failure(ErrorCode::corrupt, source.name() + ": the pieces do not hold what the file's end says");
+  return mesh;
+}
+
+Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& options) {
+  const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
+  AllPieces all = MAILLE_TRY(read_all(reader, options));
+  Salvaged salvaged;
+  salvaged.damage = std::move(all.damage);
+  const Result<> complete = reader.file().check_complete();
+  if (!complete && !salvaged.damage) salvaged.damage = complete.error();
+  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept()));
+  return salvaged;
+}
+
+}  // namespace maille

@@ -1,0 +1,173 @@
+#include "volume/pieces/volume_query.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/result.h"
+#include "numbers/number_map.h"
+
+namespace maille {
+namespace {
+
+bool overlap(const ValueCondition& wanted, double low, double high) {
+  return low <= wanted.high && high >= wanted.low;
+}
+
+/// What values a field may have in a piece: of a component, or of the length of its tuples.
+bool may_have(const PieceField& field, const ValueCondition& wanted) {
+  const size_t count = field.components.size();
+  if (wanted.component || count == 1) {
+    const PieceField::Component& range = field.components[count == 1 ? 0 : *wanted.component];
+    return range.low <= range.high &&
+           overlap(wanted, static_cast<double>(range.low), static_cast<double>(range.high));
+  }
+  double least = 0, most = 0;
+  for (const PieceField::Component& range : field.components) {
+    const auto low = static_cast<double>(range.low), high = static_cast<double>(range.high);
+    if (low > high) return false;
+    const double near = low > 0 ? low : high < 0 ? -high : 0, far = std::max(std::abs(low), std::abs(high));
+    least += near * near;
+    most += far * far;
+  }
+  // Squares and roots are rounded.
+  return overlap(wanted, std::sqrt(least) * (1 - 1e-12), std::sqrt(most) * (1 + 1e-12));
+}
+
+bool has_value(const Array& array, uint64_t tuple, const ValueCondition& wanted) {
+  const size_t size = size_of(array.type);
+  const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
+  const auto component = [&](uint32_t k) { return number_as_double(array.type, numbers + k * size); };
+  if (wanted.component || array.components == 1) {
+    const double value = component(wanted.component.value_or(0));
+    return value >= wanted.low && value <= wanted.high;
+  }
+  double square = 0;
+  for (uint32_t k = 0; k < array.components; ++k) square += component(k) * component(k);
+  const double length = std::sqrt(square);
+  return length >= wanted.low && length <= wanted.high;
+}
+
+Vector3 position_of(const Array& positions, uint32_t point) {
+  Vector3 position;
+  const size_t size = size_of(positions.type);
+  for (unsigned k = 0; k < 3; ++k)
+    position[k] = number_as_double(positions.type, positions.bytes.data() + (size_t{3} * point + k) * size);
+  return position;
+}
+
+/// Points whose numbers are not finite are nowhere.
+std::optional<Box> box_of(const Array& positions, std::span<const uint32_t> points) {
+  std::optional<Box> box;
+  for (const uint32_t point : points) {
+    const Vector3 at = position_of(positions, point);
+    if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+    if (!box) box = Box{at, at};
+    for (unsigned k = 0; k < 3; ++k) {
+      box->low[k] = std::min(box->low[k], at[k]);
+      box->high[k] = std::max(box->high[k], at[k]);
+    }
+  }
+  return box;
+}
+
+bool is_everywhere(const Region& region) {
+  return !region.box && !region.sphere && region.planes.empty();
+}
+
+bool crosses(const Region::Plane& plane, const Array& positions, std::span<const uint32_t> points) {
+  bool below = false, above = false;
+  for (const uint32_t point : points) {
+    const double side = dot(plane.normal, position_of(positions, point)) + plane.offset;
+    below = below || side <= 0;
+    above = above || side >= 0;
+  }
+  return below && above;
+}
+
+Box box_of(const PieceRecord& piece) {
+  Box box;
+  for (unsigned k = 0; k < 3; ++k) {
+    box.low[k] = static_cast<double>(piece.low[k]);
+    box.high[k] = static_cast<double>(piece.high[k]);
+  }
+  return box;
+}
+
+}  // namespace
+
+Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceReader& file) {
+  CheckedQuery checked;
+  checked.query_ = &query;
+  if (query.cells && !file.kept()) {
+    return failure(ErrorCode::usage,
+                   file.name() + ": has its cells in another order than the input, so none has a number");
+  }
+  const std::vector<StreamArray>& arrays = file.header().description.arrays;
+  for (const ValueCondition& wanted : query.conditions) {
+    const auto found = std::find_if(arrays.begin(), arrays.end(),
+                                    [&](const StreamArray& array) { return array.name == wanted.array; });
+    if (found == arrays.end())
+      return failure(ErrorCode::usage, file.name() + ": has no array named \"" + wanted.array + "\"");
+    if (wanted.component && *wanted.component >= found->components) {
+      return failure(ErrorCode::usage, file.name() + ": array \"" + wanted.array + "\" has " +
+                                           std::to_string(found->components) +
+                                           " components, numbered from 0");
+    }
+    checked.conditions_.push_back({static_cast<size_t>(found - arrays.begin()), wanted});
+  }
+  return checked;
+}
+
+bool CheckedQuery::may_have(const PieceRecord& piece) const {
+  const bool has_box = piece.low[0] <= piece.high[0];
+  if (!is_everywhere(query_->region) && !(has_box && query_->region.meets(box_of(piece)))) return false;
+  if (query_->plane) {
+    Region both;
+    both.planes = {*query_->plane, {query_->plane->normal * -1, -query_->plane->offset}};
+    if (!has_box || !both.meets(box_of(piece))) return false;
+  }
+  if (query_->cells && (piece.first_cell >= query_->cells->second || piece.last_cell < query_->cells->first))
+    return false;
+  return piece.cells > 0 &&
+         std::all_of(conditions_.begin(), conditions_.end(), [&](const Condition& condition) {
+           return maille::may_have(piece.fields[condition.array], condition.wanted);
+         });
+}
+
+std::vector<uint32_t> CheckedQuery::cells_of(const DecodedPiece& piece) const {
+  const Mesh& mesh = piece.mesh;
+  std::vector<std::pair<const Array*, ValueCondition>> conditions;
+  for (const Condition& condition : conditions_) {
+    const auto found = std::find_if(mesh.arrays.begin(), mesh.arrays.end(),
+                                    [&](const Array& array) { return array.name == condition.wanted.array; });
+    conditions.emplace_back(&*found, condition.wanted);
+  }
+  const bool everywhere = is_everywhere(query_->region);
+  std::vector<uint32_t> cells;
+  uint32_t number = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    const uint64_t count = block.size();
+    for (uint64_t i = 0; i < count; ++i, ++number) {
+      const auto points = block.cell(i);
+      if (query_->cells) {
+        const uint64_t in_input = piece.numbers.cells[number];
+        if (in_input < query_->cells->first || in_input >= query_->cells->second) continue;
+      }
+      if (!everywhere) {
+        const std::optional<Box> box = box_of(mesh.points, points);
+        if (!box || !query_->region.meets(*box)) continue;
+      }
+      if (query_->plane && !crosses(*query_->plane, mesh.points, points)) continue;
+      const bool fits = std::all_of(conditions.begin(), conditions.end(), [&](const auto& condition) {
+        const auto& [array, wanted] = condition;
+        if (array->domain == Domain::cell) return has_value(*array, number, wanted);
+        return std::any_of(points.begin(), points.end(),
+                           [&, a = array, w = wanted](uint32_t point) { return has_value(*a, point, w); });
+      });
+      if (fits) cells.push_back(number);
+    }
+  }
+  return cells;
+}
+
+}  // namespace maille
