@@ -1,0 +1,44 @@
+#pragma once
+
+#include <maille/faces.h>
+#include <maille/geometry.h>
+#include <maille/mesh.h>
+
+#include <array>
+#include <span>
+
+#include "numbers/number_map.h"
+
+namespace maille {
+
+inline Vector3 position_of_point(const Array& positions, uint64_t point) {
+  Vector3 position;
+  const size_t size = size_of(positions.type);
+  for (unsigned k = 0; k < 3; ++k)
+    position[k] = number_as_double(positions.type, positions.bytes.data() + (3 * point + k) * size);
+  return position;
+}
+
+/// Calls f(corners) for each face of a solid, by numbers of points; of curved solids by their corners. Other
+/// cells have none.
+template <class F>
+void for_each_face(const CellBlock& block, uint64_t cell, F f) {
+  const auto points = block.cell(cell);
+  if (block.type_of(cell) == CellType::polyhedron) {
+    size_t at = 0;
+    for (const uint32_t size : block.faces(cell)) {
+      f(points.subspan(at, size));
+      at += size;
+    }
+    return;
+  }
+  const FacesOfSolid& faces = faces_of(block.type_of(cell));
+  std::array<uint32_t, 6> corners{};
+  for (unsigned i = 0; i < faces.count; ++i) {
+    const auto nodes = faces.face(i);
+    for (size_t k = 0; k < nodes.size(); ++k) corners[k] = points[nodes[k]];
+    f(std::span<const uint32_t>(corners).first(nodes.size()));
+  }
+}
+
+}  // namespace maille
