@@ -141,7 +141,21 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
   if (verb == "verify") return with_raw(parser.verify, raw);
   if (verb == "convert") return with_raw(parser.convert, raw);
   if (verb == "generate") return with_raw(parser.generate, raw);
-  if (verb == "extract") return with_fetch_limit(parser.extract, raw);
+  if (verb == "extract") {
+    ExtractOptions options = parser.extract;
+    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
+    return with_fetch_limit(options, raw);
+  }
+  if (verb == "slice") {
+    SliceOptions options = parser.slice;
+    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
+    return with_fetch_limit(options, raw);
+  }
+  if (verb == "probe") {
+    ProbeOptions options = parser.probe;
+    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
+    return with_fetch_limit(options, raw);
+  }
   if (verb == "serve") return parser.serve;
   if (verb == "view") {
     ViewOptions options = parser.view;

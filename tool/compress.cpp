@@ -34,6 +34,10 @@ std::string provenance_of(const CompressOptions& options) {
   return text;
 }
 
+bool wants_pieces(const CompressOptions& options) {
+  return !options.pieces.empty() && options.pieces != "off";
+}
+
 EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, bool volume) {
   EncodeOptions encode;
   encode.mode = options.mode.value_or(volume ? Mode::stream : Mode::single);
@@ -43,6 +47,9 @@ EncodeOptions encode_options(const CompressOptions& options, const Tolerances& t
   encode.order = keep ? Order::keep : Order::canonical;
   encode.positions = tolerances.positions.value_or(Tolerance{});
   encode.arrays = tolerances.arrays;
+  if (wants_pieces(options))
+    encode.most_cells_per_part =
+        options.pieces == "auto" ? cells_of_volume_piece : std::stoull(options.pieces);
   if (options.provenance) encode.provenance = provenance_of(options);
   return encode;
 }
@@ -62,6 +69,11 @@ Result<> check(const CompressOptions& options, const std::string& output) {
   }
   if (options.delay > 0 && options.mode.value_or(Mode::stream) != Mode::stream)
     return failure(ErrorCode::usage, "--delay is for mode stream: other modes have orders of their own");
+  if (wants_pieces(options) && options.mode.value_or(Mode::stream) != Mode::stream)
+    return failure(ErrorCode::usage, "--pieces is for volumes, mode stream");
+  if (wants_pieces(options) && options.delay > 0)
+    return failure(ErrorCode::usage,
+                   "--pieces and --delay exclude each other: a piece is put in order as a whole");
   if (options.common.json && output == "-") {
     return failure(ErrorCode::usage,
                    "--json and the output '-' both want standard output; name an output file");
@@ -169,6 +181,13 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);
   encoding.executor = threads.executor();
+  if (wants_pieces(options) && encoding.mode != Mode::stream) {
+    return failure(
+        ErrorCode::usage,
+        fmt::format("{}: --pieces is for volumes; of surfaces `--mode random` makes parts that are read "
+                    "alone",
+                    input_name(options.input)));
+  }
   TOOL_CHECK(check_memory(loaded.mesh, encoding.mode, options.common, input_name(options.input)));
   encoding.progress =
       progress.watch(static_cast<double>(loaded.mesh.cell_count()), volume ? "cells" : "faces");
@@ -181,6 +200,11 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
 
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
+  // Pieces are cut from the whole mesh.
+  if (wants_pieces(options)) {
+    const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+    return compress_whole(input, options, tolerances, output);
+  }
   auto parts = TOOL_TRY([&] {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     return open_in_parts(options, progress);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "extract_volume.h"
 #include "files.h"
 #include "progress.h"
 #include "result.h"
@@ -213,6 +214,8 @@ Result<int> run(const ExtractOptions& options) {
   }
   const std::string format = TOOL_TRY(format_of_output(options));
   const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
+  if (TOOL_TRY(mode_of(*input.source)) == Mode::stream) return extract_volume(options, input, format);
+  TOOL_CHECK(check_no_volume_options(options));
   const Threads threads(options.common.threads);
   DecodeOptions decoding;
   decoding.limits.mesh_bytes = options.common.memory;

@@ -1,5 +1,7 @@
+#include <fmt/format.h>
 #include <maille/file.h>
 #include <maille/random_access.h>
+#include <maille/volume_file.h>
 
 #include "files.h"
 #include "result.h"
@@ -18,6 +20,67 @@ std::optional<Sphere> sphere_of(const Source& source, const FileInfo& info) {
   return file && file->levels() > 0 ? std::optional(file->sphere()) : std::nullopt;
 }
 
+std::string corner_text(const Vector3& corner) {
+  return fmt::format("{:.6g}, {:.6g}, {:.6g}", corner[0], corner[1], corner[2]);
+}
+
+/// "low to high" of each component.
+std::string range_text(const PieceInfo::Field& field) {
+  std::string text;
+  for (const PieceInfo::Field::Component& range : field.components) {
+    if (!text.empty()) text += "; ";
+    text += range.low > range.high ? "none" : fmt::format("{:.4g} to {:.4g}", range.low, range.high);
+  }
+  return text;
+}
+
+Result<std::string> pieces_text(const VolumeFile& file) {
+  std::vector<std::string> head = {"piece", "cells", "points", "bytes", "lowest corner", "highest corner"};
+  for (const StreamArray& array : file.description().arrays) head.push_back(array.name);
+  Table table(head, 0);
+  for (uint32_t p = 0; p < file.pieces(); ++p) {
+    const PieceInfo info = TOOL_TRY(file.info(p));
+    std::vector<std::string> row = {fmt::format("{}", p),
+                                    fmt::format("{}", info.cells),
+                                    fmt::format("{}", info.points),
+                                    fmt::format("{}", info.bytes),
+                                    info.box ? corner_text(info.box->low) : "",
+                                    info.box ? corner_text(info.box->high) : ""};
+    for (const PieceInfo::Field& field : info.fields) row.push_back(range_text(field));
+    row.resize(head.size());
+    table.row(row);
+  }
+  return table.str();
+}
+
+Result<Json> pieces_json(const VolumeFile& file) {
+  Json pieces = Json::array();
+  for (uint32_t p = 0; p < file.pieces(); ++p) {
+    const PieceInfo info = TOOL_TRY(file.info(p));
+    Json piece = {{"cells", info.cells}, {"points", info.points}, {"bytes", info.bytes}};
+    if (info.box) piece["box"] = {info.box->low.x, info.box->high.x};
+    Json fields = Json::array();
+    for (const PieceInfo::Field& field : info.fields) {
+      Json components = Json::array();
+      for (const PieceInfo::Field::Component& range : field.components) {
+        // Without numbers there is no range.
+        if (range.low > range.high) {
+          components.push_back(nullptr);
+        } else {
+          components.push_back({{"low", range.low}, {"high", range.high}, {"mean", range.mean}});
+        }
+      }
+      fields.push_back({{"name", field.name},
+                        {"domain", maille::name_of(field.domain)},
+                        {"components", components},
+                        {"nans", field.nans}});
+    }
+    piece["arrays"] = fields;
+    pieces.push_back(piece);
+  }
+  return pieces;
+}
+
 }  // namespace
 
 Result<int> run(const InfoOptions& options) {
@@ -25,8 +88,17 @@ Result<int> run(const InfoOptions& options) {
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   const std::string name = input_name(options.input);
   const std::optional<Sphere> sphere = sphere_of(*input.source, info);
-  TOOL_CHECK(answer(options.common.json ? dump(info_json(info, name, sphere))
-                                        : info_text(info, name, sphere, options.tree, options.chunks)));
+  if (options.pieces && info.mode != Mode::stream)
+    return failure(ErrorCode::usage, name + ": --pieces is for volumes, files of mode stream");
+  if (options.common.json) {
+    Json json = info_json(info, name, sphere);
+    if (options.pieces) json["pieces"] = TOOL_TRY(pieces_json(TOOL_TRY(VolumeFile::open(*input.source))));
+    TOOL_CHECK(answer(dump(json)));
+  } else {
+    std::string text = info_text(info, name, sphere, options.tree, options.chunks);
+    if (options.pieces) text += TOOL_TRY(pieces_text(TOOL_TRY(VolumeFile::open(*input.source))));
+    TOOL_CHECK(answer(text));
+  }
   for (const std::string& problem : info.problems) complain(name + ": " + problem);
   return info.problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
 }

@@ -42,6 +42,7 @@ struct CompressOptions {
   bool keep_order = false;
   bool any_order = false;
   uint64_t delay = 0;  ///< cells held back; 0: none
+  std::string pieces;  ///< of volumes: "auto", "off", or cells of a piece; empty: auto
   /// By kind, as typed: "X" for positions or "NAME=X".
   std::map<Tolerance::Kind, std::vector<std::string>> bounds;
   bool lossless = false;
@@ -76,6 +77,7 @@ struct InfoOptions {
   std::string input;
   uint64_t fetch_limit = default_fetch_limit;
   bool tree = false;
+  bool pieces = false;
   bool chunks = false;
 };
 
@@ -155,8 +157,14 @@ struct ExtractOptions {
   uint64_t fetch_limit = default_fetch_limit;
   std::string output;
   std::string output_format;
-  std::vector<double> box;     ///< empty, or six numbers: the lowest corner, then the highest
-  std::vector<double> sphere;  ///< empty, or four: centre, radius
+  std::vector<double> box;         ///< empty, or six numbers: the lowest corner, then the highest
+  std::vector<double> sphere;      ///< empty, or four: centre, radius
+  std::vector<double> plane;       ///< empty, or six: a point on it, its normal
+  std::vector<std::string> where;  ///< "NAME>NUMBER" and the like
+  std::string cells;               ///< empty, or "FIRST:END"
+  std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;     ///< of time
+  bool numbers = false;  ///< arrays with the numbers of cells and points in the input
   std::optional<double> error;
   std::optional<uint32_t> level;
   std::optional<uint64_t> triangles;
@@ -170,6 +178,30 @@ struct ExtractOptions {
   bool chart_numbers = false;
   bool ascii = false;
   bool force = false;
+};
+
+struct SliceOptions {
+  CommonOptions common;
+  std::string input;
+  std::string input_format;
+  uint64_t fetch_limit = default_fetch_limit;
+  std::string output;
+  std::string output_format;
+  std::vector<double> plane;  ///< six: a point on it, its normal
+  std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;  ///< of time
+  bool ascii = false;
+  bool force = false;
+};
+
+struct ProbeOptions {
+  CommonOptions common;
+  std::string input;
+  std::string input_format;
+  uint64_t fetch_limit = default_fetch_limit;
+  std::vector<double> places;  ///< three for each
+  std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;  ///< of time
 };
 
 struct ServeOptions {
@@ -191,8 +223,9 @@ struct PrintText {
   std::string text;
 };
 
-using Command = std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions,
-                             VerifyOptions, DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions,
-                             BenchOptions, GenerateOptions, ExtractOptions, ServeOptions, ViewOptions>;
+using Command =
+    std::variant<PrintText, CompressOptions, DecompressOptions, AppendOptions, InfoOptions, VerifyOptions,
+                 DiffOptions, ConvertOptions, StencilOptions, SubdivideOptions, BenchOptions, GenerateOptions,
+                 ExtractOptions, SliceOptions, ProbeOptions, ServeOptions, ViewOptions>;
 
 }  // namespace maille::tool

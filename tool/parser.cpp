@@ -142,6 +142,8 @@ Parser::Parser() {
   add_subdivide();
   add_generate();
   add_extract();
+  add_slice();
+  add_probe();
   add_serve();
   add_view();
   add_bench();

@@ -48,6 +48,8 @@ struct Parser {
   SubdivideOptions subdivide;
   GenerateOptions generate;
   ExtractOptions extract;
+  SliceOptions slice;
+  ProbeOptions probe;
   ServeOptions serve;
   ViewOptions view;
   BenchOptions bench;
@@ -73,6 +75,8 @@ struct Parser {
   void add_subdivide();
   void add_generate();
   void add_extract();
+  void add_slice();
+  void add_probe();
   void add_fetch_limit(CLI::App* verb);
   void add_serve();
   void add_view();

@@ -1,9 +1,12 @@
-// Verbs that read parts of files: extract, serve, view.
+// Verbs that read parts of files: extract, slice, probe, serve, view.
 #include "parser_names.h"
 
 namespace maille::tool {
 
 namespace {
+
+/// Each is looked up in the file by itself.
+constexpr int most_places = 10000;
 
 void add_region(CLI::App* verb, ExtractOptions& extract) {
   constexpr const char* region = "Region";
@@ -16,6 +19,24 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
       verb->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
       ->expected(4)
       ->type_name("X,Y,Z,R")
+      ->group(region);
+  comma_separated(verb->add_option("--plane", extract.plane,
+                                   "Volumes: cells that a plane passes, by a point on it and its normal: six "
+                                   "numbers, separated by commas"))
+      ->expected(6)
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(region);
+  verb->add_option(
+          "--where", extract.where,
+          "Volumes: cells with such values, or with a point that has one, as in 'T > 500', 'T = 1:2' or "
+          "'velocity[0] < 0'; of a vector its length; several: all must hold")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false)
+      ->group(region);
+  verb->add_option("--cells", extract.cells,
+                   "Volumes: cells by their number in the input, as in 100:200: the first, and the one "
+                   "behind the last")
+      ->type_name("RANGE")
       ->group(region);
   verb->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
       ->group(region);
@@ -43,6 +64,15 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
       ->type_name("N")
       ->group(region)
       ->needs(nearest);
+}
+
+void add_values(CLI::App* verb, std::string& arrays, uint64_t& step) {
+  verb->add_option("--arrays", arrays, "Arrays wanted, separated by commas; '' for none (default: all)")
+      ->type_name("A,B,...")
+      ->group(files_group);
+  verb->add_option("--step", step, "Step of time whose arrays are wanted; 0 (default): those of the mesh")
+      ->type_name("N")
+      ->group(files_group);
 }
 
 void add_detail(CLI::App* verb, ExtractOptions& extract) {
@@ -85,25 +115,43 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
 }  // namespace
 
 void Parser::add_extract() {
-  CLI::App* e = verb("extract",
-                     "Extract a part of a file of mode random, at any level of detail.\n"
-                     "Reads and decodes only what is needed. Without a limit on detail the faces are those "
-                     "of the mesh, bit for bit, with all arrays; coarser ones are triangles with values of "
-                     "the mesh. Faces that have a point in the region are taken, whole. Exit code 6 when "
-                     "charts were damaged: the others are written.",
-                     "maille compress --mode random scan.ply scan.maille\n"
-                     "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
-                     "maille extract scan.maille preview.ply --triangles 20000\n"
-                     "maille extract scan.maille coarse.ply --error 0.01\n"
-                     "maille extract scan.maille part.ply --component 0.1,0,2\n"
-                     "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
-                     "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2");
-  add_file(e, "-i,--input,IN", extract.input, "File of mode random to read, or its address")->required();
+  CLI::App* e =
+      verb("extract",
+           "Extract a part of a file of mode random, at any level of detail, or of a volume.\n"
+           "Reads and decodes only what is needed. Without a limit on detail the faces are those "
+           "of the mesh, bit for bit, with all arrays; coarser ones are triangles with values of "
+           "the mesh. Faces that have a point in the region are taken, whole. Of a volume (mode stream) "
+           "those cells are taken whose boxes meet the region; if it was compressed with --pieces, only "
+           "pieces that may have such cells are read. Exit code 6 when "
+           "charts or pieces were damaged: the others are written.",
+           "maille compress --mode random scan.ply scan.maille\n"
+           "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
+           "maille extract scan.maille preview.ply --triangles 20000\n"
+           "maille extract scan.maille coarse.ply --error 0.01\n"
+           "maille extract scan.maille part.ply --component 0.1,0,2\n"
+           "maille extract scan.maille points.ply --nearest 0.1,0,2 --count 50\n"
+           "maille extract https://example.org/scan.maille head.ply --box 0,0,1.5,1,1,2\n"
+           "maille compress --pieces auto flow.vtu flow.maille\n"
+           "maille extract flow.maille hot.vtu --where 'T > 500' --arrays T,p");
+  add_file(e, "-i,--input,IN", extract.input, "File of mode random or stream to read, or its address")
+      ->required();
   add_file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   add_output_format(e, extract.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
   e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
   add_force(e, extract.force);
+  e->add_option("--arrays", raw.arrays,
+                "Volumes: arrays to write, separated by commas; '' for none (default: all)")
+      ->type_name("A,B,...")
+      ->group(files_group);
+  e->add_option("--step", extract.step, "Volumes: step of time whose arrays are written")
+      ->type_name("N")
+      ->group(files_group);
+  e->add_flag(
+       "--numbers", extract.numbers,
+       "Volumes: add arrays 'input_cell' and 'input_point' with the numbers in the input, if the file keeps "
+       "its order")
+      ->group(files_group);
   add_region(e, extract);
   add_detail(e, extract);
   // Both are of the mesh itself, as a whole.
@@ -114,6 +162,54 @@ void Parser::add_extract() {
   }
   add_fetch_limit(e);
   add_work(e, extract.common);
+}
+
+void Parser::add_slice() {
+  CLI::App* s =
+      verb("slice",
+           "Cut a volume by a plane: polygons with the values on them.\n"
+           "Each cell that the plane passes gives a polygon; values of points are interpolated along edges, "
+           "those of cells are theirs. Of a volume that was compressed with --pieces only those "
+           "pieces are read that the plane meets.",
+           "maille slice flow.maille cut.vtu --plane 0,0,0.5,0,0,1\n"
+           "maille slice flow.vtu cut.vtp --plane 0,0,0.5,0,0,1 --arrays T");
+  add_file(s, "-i,--input,IN", slice.input, "Volume to read, in any format, or its address")->required();
+  add_file(s, "-o,--output,OUT", slice.output, "File to write; - is standard output")->required();
+  add_input_format(s, slice.input_format, "IN", files_group);
+  add_output_format(s, slice.output_format, "by extension; ply where there is none", mesh_formats_to_write());
+  s->add_flag("--ascii", slice.ascii, "Write text where the format has both")->group(files_group);
+  add_force(s, slice.force);
+  comma_separated(s->add_option("--plane", slice.plane,
+                                "A point on the plane, and its normal: six numbers, separated by commas"))
+      ->expected(6)
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(files_group)
+      ->required();
+  add_values(s, raw.arrays, slice.step);
+  add_fetch_limit(s);
+  add_work(s, slice.common);
+}
+
+void Parser::add_probe() {
+  CLI::App* p =
+      verb("probe",
+           "Print the values of a volume at places.\n"
+           "Values of points are interpolated within the cell, those of cells are its own. Of a volume that "
+           "was compressed with --pieces only the pieces around the places are read. Exit code 1 when "
+           "a place is in no cell.",
+           "maille probe flow.maille --at 0.1,0,0.5\n"
+           "maille probe flow.maille --at 0.1,0,0.5 --at 0.2,0,0.5 --arrays T,p --json");
+  add_file(p, "-i,--input,IN", probe.input, "Volume to read, in any format, or its address")->required();
+  add_input_format(p, probe.input_format, "IN", files_group);
+  comma_separated(
+      p->add_option("--at", probe.places, "A place: three numbers, separated by commas; repeatable"))
+      ->expected(3, 3 * most_places)
+      ->type_name("X,Y,Z")
+      ->group(files_group)
+      ->required();
+  add_values(p, raw.arrays, probe.step);
+  add_fetch_limit(p);
+  add_work(p, probe.common);
 }
 
 void Parser::add_serve() {

@@ -65,6 +65,14 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->needs(any);
 
+  c->add_option(
+       "--pieces", compress.pieces,
+       "Volumes in pieces that are read alone and all at once: about so many cells each, or auto, or off "
+       "(default: off)")
+      ->type_name("N|auto|off")
+      ->group(speed_group)
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}));
+
   one_of(c->add_option("--mode", raw.mode,
                        "Kind of file (default: stream for meshes with volume cells, else single)"),
          {"single", "stream", "random"})
@@ -153,6 +161,8 @@ void Parser::add_info() {
   add_file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")
       ->required();
   i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
+      ->group(answer_group);
+  i->add_flag("--pieces", info.pieces, "List the pieces of a volume, with their boxes and ranges of values")
       ->group(answer_group);
   i->add_flag("--chunks", info.chunks, "List the chunks of the file, too")->group(answer_group);
   add_fetch_limit(i);

@@ -23,6 +23,8 @@ Result<int> run(const SubdivideOptions& options);
 Result<int> run(const BenchOptions& options);
 Result<int> run(const GenerateOptions& options);
 Result<int> run(const ExtractOptions& options);
+Result<int> run(const SliceOptions& options);
+Result<int> run(const ProbeOptions& options);
 
 /// Is it a list of files in time (.pvd), or a file with several steps (Exodus)? compress makes one file of
 /// them, its steps appended.

@@ -1,0 +1,25 @@
+# A volume in pieces: any part of it alone, the same cells as in the whole; slices and values at places.
+maille generate -q blockMeshDict grid.vtu --refine 6
+maille compress -q --pieces 2000 grid.vtu grid.maille
+maille compress -q grid.vtu plain.maille
+maille verify grid.maille --against grid.vtu
+maille diff --same-order grid.vtu grid.maille
+maille info --json --pieces grid.maille | json 'len(j["pieces"]) > 3, sum(p["cells"] for p in j["pieces"]) == j["cells"]'
+maille extract --json grid.maille part.vtu --box 0,0,0,0.05,0.02,0.05 --numbers > part.json
+maille extract -q plain.maille same.vtu --box 0,0,0,0.05,0.02,0.05 --numbers
+maille diff --same-order part.vtu same.vtu
+json 'j["pieces"] < j["of_pieces"], 0 < j["cells"] < j["cells_read"]' < part.json
+maille extract -q grid.maille first.vtu --cells 0:100
+maille compress -q first.vtu first.maille; maille info --json first.maille | json 'j["cells"]'
+maille slice -q grid.maille cut.ply --plane 0.15,0,0,1,0.2,0
+maille slice -q grid.vtu same.ply --plane 0.15,0,0,1,0.2,0
+maille diff cut.ply same.ply
+try maille probe grid.maille --at 0.05,0.05,0.05 --at 99,0,0
+try maille extract grid.maille none.vtu --box 1,1,1,0,0,0
+try maille extract grid.maille none.vtu --where 'T > 5'
+try maille extract grid.maille none.vtu --where 'T'
+try maille extract grid.maille none.vtu --level 2
+try maille slice grid.maille none.vtu --plane 0,0,0,0,0,0
+try maille compress --pieces 10 --mode single grid.vtu none.maille
+try maille compress --pieces 10 cube.ply none.maille
+files_like 'none*'

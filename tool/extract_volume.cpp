@@ -1,0 +1,216 @@
+// extract of files of mode stream.
+#include "extract_volume.h"
+
+#include <fmt/format.h>
+#include <maille/io.h>
+
+#include <cmath>
+
+#include "progress.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "volume_cells.h"
+
+namespace maille::tool {
+
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+std::optional<double> number_in(const std::string& text) {
+  const std::string digits = trimmed(text);
+  char* end = nullptr;
+  const double value = std::strtod(digits.c_str(), &end);
+  if (digits.empty() || *end != 0 || std::isnan(value)) return std::nullopt;
+  return value;
+}
+
+/// "velocity[0]": the name, and which component.
+bool set_name(const std::string& text, ValueCondition& condition) {
+  condition.array = trimmed(text);
+  if (condition.array.empty() || condition.array.back() != ']') return !condition.array.empty();
+  const size_t open = condition.array.rfind('[');
+  if (open == std::string::npos || open == 0) return false;
+  const auto number = number_in(condition.array.substr(open + 1, condition.array.size() - open - 2));
+  if (!number || *number < 0 || *number > 65535 || *number != std::floor(*number)) return false;
+  condition.component = static_cast<uint32_t>(*number);
+  condition.array.resize(open);
+  return true;
+}
+
+/// What stands behind the name: an operator and a number, or after "=" a range.
+bool set_range(const std::string& text, ValueCondition& condition) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const bool or_equal = text.size() > 1 && text[1] == '=';
+  const std::string rest = text.substr(or_equal ? 2 : 1);
+  if (const size_t colon = rest.find(':'); text[0] == '=' && colon != std::string::npos) {
+    const auto low = number_in(rest.substr(0, colon)), high = number_in(rest.substr(colon + 1));
+    if (!low || !high) return false;
+    condition.low = *low;
+    condition.high = *high;
+    return true;
+  }
+  const auto number = number_in(rest);
+  if (!number) return false;
+  if (text[0] == '>') condition.low = or_equal ? *number : std::nextafter(*number, infinity);
+  if (text[0] == '<') condition.high = or_equal ? *number : std::nextafter(*number, -infinity);
+  if (text[0] == '=') condition.low = condition.high = *number;
+  return true;
+}
+
+Result<VolumeQuery> query_of(const ExtractOptions& options) {
+  VolumeQuery query;
+  const auto point = [](const std::vector<double>& numbers, size_t first) {
+    return Vector3{{numbers[first], numbers[first + 1], numbers[first + 2]}};
+  };
+  if (!options.box.empty()) {
+    query.region.box = Box{point(options.box, 0), point(options.box, 3)};
+    for (unsigned k = 0; k < 3; ++k) {
+      if (query.region.box->low[k] <= query.region.box->high[k]) continue;
+      return failure(ErrorCode::usage, "--box: the lowest corner comes first, then the highest");
+    }
+  }
+  if (!options.sphere.empty()) query.region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
+  if (!options.plane.empty()) query.plane = TOOL_TRY(plane_of(options.plane));
+  for (const std::string& text : options.where) query.conditions.push_back(TOOL_TRY(parse_condition(text)));
+  if (!options.cells.empty()) {
+    const size_t colon = options.cells.find(':');
+    const auto first = number_in(options.cells.substr(0, colon));
+    const auto end = colon == std::string::npos ? std::nullopt : number_in(options.cells.substr(colon + 1));
+    if (!first || !end || *first < 0 || *end < *first || *end > 1e18) {
+      return failure(ErrorCode::usage,
+                     fmt::format("--cells {}: two numbers, the first cell and the one behind the last, as in "
+                                 "100:200",
+                                 options.cells));
+    }
+    query.cells = {static_cast<uint64_t>(*first), static_cast<uint64_t>(*end)};
+  }
+  return query;
+}
+
+void add_numbers(const std::string& name, Domain domain, const std::vector<uint32_t>& numbers, Mesh& mesh) {
+  Array array = make_array(name, domain, Scalar::u32, 1);
+  array.resize(numbers.size());
+  std::copy(numbers.begin(), numbers.end(), array.values<uint32_t>().begin());
+  if (mesh.find(name, domain) == nullptr) mesh.arrays.push_back(std::move(array));
+}
+
+Result<> report(const ExtractOptions& options, const Input& input, const VolumeFile& file,
+                const ExtractedVolume& found, double seconds) {
+  if (options.common.json) {
+    Json json = {{"input", input_name(options.input)},
+                 {"output", options.output},
+                 {"pieces", found.pieces},
+                 {"of_pieces", file.pieces()},
+                 {"cells_read", found.cells_read},
+                 {"damaged_pieces", found.problems.size()},
+                 {"points", found.mesh.point_count()},
+                 {"cells", found.mesh.cell_count()},
+                 {"seconds", seconds}};
+    if (input.remote != nullptr) {
+      const HttpStatistics fetched = input.remote->statistics();
+      json["fetched"] = {{"bytes", fetched.bytes},
+                         {"of_bytes", input.source->size()},
+                         {"requests", fetched.requests},
+                         {"round_trips", fetched.round_trips}};
+    }
+    return answer(dump(json));
+  }
+  if (options.common.quiet) return {};
+  say(fmt::format("{} -> {}: {}, {}, of {} of {}, {:.2f} s", input_name(options.input),
+                  output_name(options.output), counted(found.mesh.point_count(), "point"),
+                  counted(found.mesh.cell_count(), "cell"), found.pieces, counted(file.pieces(), "piece"),
+                  seconds));
+  if (input.remote != nullptr) {
+    say(fmt::format("fetched {}, of a file of {}", fetched_text(input),
+                    human_bytes(static_cast<double>(input.source->size()))));
+  }
+  return {};
+}
+
+/// The first option given that is for surfaces of mode random only.
+const char* random_option(const ExtractOptions& options) {
+  if (options.level) return "--level";
+  if (options.error) return "--error";
+  if (options.triangles) return "--triangles";
+  if (!options.eye.empty()) return "--eye";
+  if (!options.nearest.empty()) return "--nearest";
+  if (!options.component.empty()) return "--component";
+  if (options.whole_charts) return "--whole-charts";
+  return options.chart_numbers ? "--chart-numbers" : nullptr;
+}
+
+}  // namespace
+
+Result<ValueCondition> parse_condition(const std::string& text) {
+  ValueCondition condition;
+  const size_t at = text.find_first_of("<>=");
+  if (at != std::string::npos && set_name(text.substr(0, at), condition) &&
+      set_range(text.substr(at), condition))
+    return condition;
+  return failure(
+      ErrorCode::usage,
+      fmt::format("--where '{}': an array, one of > >= < <= = and a number, as in 'T > 500', or a range, as "
+                  "in 'T = 100:500'; NAME[0] is the first component",
+                  text));
+}
+
+Result<> check_no_volume_options(const ExtractOptions& options) {
+  const char* found = !options.plane.empty()   ? "--plane"
+                      : !options.where.empty() ? "--where"
+                      : !options.cells.empty() ? "--cells"
+                      : options.arrays         ? "--arrays"
+                      : options.numbers        ? "--numbers"
+                      : options.step != 0      ? "--step"
+                                               : nullptr;
+  if (found == nullptr) return {};
+  return failure(ErrorCode::usage, fmt::format("{}: {} is for volumes, files of mode stream",
+                                               input_name(options.input), found));
+}
+
+Result<int> extract_volume(const ExtractOptions& options, const Input& input, const std::string& format) {
+  const Stopwatch whole;
+  if (const char* found = random_option(options)) {
+    return failure(ErrorCode::usage, fmt::format("{}: {} is for surfaces, files of mode random",
+                                                 input_name(options.input), found));
+  }
+  const VolumeQuery query = TOOL_TRY(query_of(options));
+  const Threads threads(options.common.threads);
+  DecodeOptions decoding;
+  decoding.limits.mesh_bytes = options.common.memory;
+  decoding.arrays = options.arrays;
+  decoding.step = options.step;
+  decoding.executor = threads.executor();
+  const VolumeFile file = TOOL_TRY(VolumeFile::open(*input.source, decoding));
+  TOOL_CHECK(allow(file, query, input));
+  ExtractedVolume found = TOOL_TRY(file.extract(query));
+  for (const std::string& problem : found.problems) complain(problem);
+  if (found.mesh.cell_count() == 0) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: no cell is wanted: nothing of the mesh lies there, or has such values",
+                               input_name(options.input)));
+  }
+  if (options.numbers && found.cell_numbers.empty()) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: --numbers: the file does not keep the order of the input",
+                               input_name(options.input)));
+  }
+  if (options.numbers) {
+    add_numbers("input_cell", Domain::cell, found.cell_numbers, found.mesh);
+    add_numbers("input_point", Domain::point, found.point_numbers, found.mesh);
+  }
+  const auto output = TOOL_TRY(open_output({options.output, options.input, options.force,
+                                            is_binary(format, options.ascii), is_folder_format(format)}));
+  const std::vector<std::string> notes =
+      TOOL_TRY(write_mesh(found.mesh, *output, {.format = format, .ascii = options.ascii}));
+  TOOL_CHECK(output->commit());
+  say_notes(output_name(options.output), notes, options.common.quiet);
+  TOOL_CHECK(report(options, input, file, found, whole.seconds()));
+  return found.problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
+}
+
+}  // namespace maille::tool
