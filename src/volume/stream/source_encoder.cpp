@@ -253,7 +253,9 @@ Result<uint64_t> memory_for_pages(MeshSource& mesh, LastUses& uses, const Workin
   const uint64_t wanted = space.memory / 4;
   if (space.limit == ~uint64_t{0}) return wanted;
   const uint64_t each = bytes_in_use(mesh.description(), options);
-  const uint64_t left = working_memory({.memory = ~uint64_t{0}, .limit = space.limit});
+  WorkingSpace all = space;
+  all.memory = ~uint64_t{0};
+  const uint64_t left = working_memory(all);
   if (mesh.description().points < left / each && left - mesh.description().points * each >= wanted)
     return wanted;
   const uint64_t points = MAILLE_TRY(uses.most_in_use(mesh, space));
