@@ -25,10 +25,10 @@ constexpr uint64_t cells_at_once = 4096;
 constexpr uint64_t least_waiting = 1024;
 
 /// By block of the mesh, then along the curve.
-struct Place {
+struct CurvePlace {
   uint64_t block = 0;
   uint64_t key = 0;
-  bool operator<(const Place& other) const {
+  bool operator<(const CurvePlace& other) const {
     return block != other.block ? block < other.block : key < other.key;
   }
 };
@@ -58,8 +58,8 @@ class CellPlaces {
     return {};
   }
 
-  Result<Place> of(uint64_t cell, std::span<const uint64_t> nodes) {
-    Place place;
+  Result<CurvePlace> of(uint64_t cell, std::span<const uint64_t> nodes) {
+    CurvePlace place;
     place.block = static_cast<uint64_t>(std::upper_bound(ends_.begin(), ends_.end(), cell) - ends_.begin());
     if (nodes.empty()) return place;
     std::array<std::byte, 24> first{}, second{};
@@ -170,7 +170,7 @@ class ReorderedSource final : public MeshSource {
   std::vector<Column> columns_;  ///< arrays on cells
   size_t values_size_ = 0;
   std::vector<std::vector<std::byte>> block_values_;  ///< of the cells being distributed
-  std::vector<Place> cuts_;                           ///< where each part but the first begins
+  std::vector<CurvePlace> cuts_;                      ///< where each part but the first begins
   std::vector<Part> parts_;
   size_t waiting_bytes_ = 0;  ///< of one part, at most
   std::optional<ScratchFile> records_;
@@ -200,10 +200,10 @@ Result<> ReorderedSource::visit_cells(const Progress& progress, const char* stag
 Result<> ReorderedSource::cut(CellPlaces& places, const Progress& progress) {
   const uint64_t cells = description().cells, parts = cells / part_cells() + 1;
   // Enough for parts that are a few per cent larger than planned.
-  const uint64_t most = std::clamp<uint64_t>(memory_ / 8 / sizeof(Place), 1 << 14, 1 << 18);
+  const uint64_t most = std::clamp<uint64_t>(memory_ / 8 / sizeof(CurvePlace), 1 << 14, 1 << 18);
   const uint64_t wanted = std::clamp<uint64_t>(2000 * parts, 1 << 14, most);
   const uint64_t stride = std::max<uint64_t>(cells / wanted, 1);
-  std::vector<Place> sample;
+  std::vector<CurvePlace> sample;
   // One block of cells in eight is read, more densely: reading is what takes time.
   const uint64_t of_blocks = std::min<uint64_t>(stride, 8);
   const uint64_t within = std::max<uint64_t>(stride / of_blocks, 1);
@@ -218,7 +218,7 @@ Result<> ReorderedSource::cut(CellPlaces& places, const Progress& progress) {
       }));
   std::sort(sample.begin(), sample.end());
   for (uint64_t i = 1; i < parts; ++i) {
-    const Place& at = sample[static_cast<size_t>(sample.size() * i / parts)];
+    const CurvePlace& at = sample[static_cast<size_t>(sample.size() * i / parts)];
     if (cuts_.empty() || cuts_.back() < at) cuts_.push_back(at);
   }
   parts_.resize(cuts_.size() + 1);
@@ -268,7 +268,7 @@ Result<> ReorderedSource::distribute(CellPlaces& places, const Progress& progres
     for (uint64_t i = 0; i < piece.size(); ++i) {
       const auto nodes =
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      const Place place = MAILLE_TRY(places.of(first + i, nodes));
+      const CurvePlace place = MAILLE_TRY(places.of(first + i, nodes));
       const auto part = std::upper_bound(cuts_.begin(), cuts_.end(), place) - cuts_.begin();
       const RecordHead head = {place.block, place.key, first + i, nodes.size() << 8 | piece.types[i],
                                piece.cell_faces.empty() ? 0 : piece.cell_faces[i + 1] - piece.cell_faces[i]};
