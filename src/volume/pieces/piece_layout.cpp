@@ -70,6 +70,14 @@ bool code_rising(Coder& coder, std::vector<uint32_t>& numbers, uint64_t count) {
   return rising.rises() && numbers.size() == count;
 }
 
+/// A file within a file has chunks of its own, which must not be found where the index is lost and chunks are
+/// looked for. Bytes upside down begin none. Its own inverse.
+std::vector<std::byte> inverted(Bytes bytes) {
+  std::vector<std::byte> out(bytes.begin(), bytes.end());
+  for (std::byte& byte : out) byte = ~byte;
+  return out;
+}
+
 /// The nearest float that is not above, or not below.
 float below(double number) {
   constexpr float most = std::numeric_limits<float>::max(), infinite = std::numeric_limits<float>::infinity();
@@ -90,7 +98,7 @@ std::vector<std::byte> encode_piece(const CodedPiece& piece) {
   for (const uint32_t block : piece.blocks) out.put_count(block);
   out.put_count(piece.shared.size());
   out.put_bytes(piece.shared);
-  out.put_bytes(piece.file);
+  out.put_bytes(inverted(piece.file));
   return out.take();
 }
 
@@ -105,8 +113,7 @@ Result<CodedPiece> decode_piece(Bytes bytes) {
   }
   const Bytes shared = in.get_bytes(in.get_count());
   piece.shared.assign(shared.begin(), shared.end());
-  const Bytes file = in.get_bytes(in.remaining());
-  piece.file.assign(file.begin(), file.end());
+  piece.file = inverted(in.get_bytes(in.remaining()));
   if (!in.ok()) return failure(ErrorCode::corrupt, "the head of a piece is damaged");
   return piece;
 }

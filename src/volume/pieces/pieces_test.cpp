@@ -382,6 +382,17 @@ TEST(Pieces, DamageWithGoodChecksumsGivesErrorsOrValidMeshes) {
   }
 }
 
+TEST(Pieces, ChunksOfPiecesAreNotTakenForThoseOfTheFile) {
+  std::vector<std::byte> bytes = encoded(field_on_grid(12, 9, 10), in_pieces(100, Order::keep));
+  const size_t chunks = inspect(*memory_source(Bytes(bytes)))->chunks.size();
+  bytes.resize(bytes.size() - 1);  // no footer: chunks are looked for, also in a piece that is damaged
+  const auto source = memory_source(Bytes(bytes));
+  EXPECT_EQ(FileReader::open(*source)->chunks().size(), chunks);
+  bytes[200] ^= std::byte{1};
+  const auto damaged = memory_source(Bytes(bytes));
+  EXPECT_LE(FileReader::open(*damaged)->chunks().size(), chunks);
+}
+
 TEST(Pieces, MeshesWithoutCellsOrPointsComeBack) {
   Mesh mesh;
   expect_same(mesh, decoded(encoded(mesh, in_pieces(10, Order::keep))));
