@@ -38,7 +38,7 @@ bool is_alike(const StreamArray& array, const Array& decoded) {
 
 }  // namespace
 
-Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions& options) {
+Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOptions& options) {
   MAILLE_CHECK(fetch_end(source));
   PieceReader reader;
   reader.source_ = &source;
@@ -52,6 +52,12 @@ Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions&
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   reader.in_pieces_ = (file.header().required_features & in_pieces_feature) != 0;
   reader.header_ = MAILLE_TRY(decode_header(MAILLE_TRY(file.read_stream({"DESC"}))));
+  return reader;
+}
+
+Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions& options) {
+  PieceReader reader = MAILLE_TRY(open_front(source, options));
+  const FileReader& file = *reader.file_;
   reader.tail_ = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
   if (options.step != 0) MAILLE_CHECK(reader.take_step());
   if (reader.in_pieces_) {
@@ -64,6 +70,40 @@ Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions&
   }
   reader.choose_arrays(options.arrays);
   return reader;
+}
+
+Result<PieceReader> PieceReader::open_damaged(const Source& source, const DecodeOptions& options) {
+  PieceReader reader = MAILLE_TRY(open_front(source, options));
+  uint32_t pieces = 0;
+  for (const ChunkRecord& record : reader.file_->records()) {
+    // A file of so many chunks has no piece of a higher number.
+    const bool of_piece = record.header.type == ChunkType{'P', 'I', 'E', 'C'};
+    if (of_piece && record.header.patch < reader.file_->records().size())
+      pieces = std::max(pieces, record.header.patch + 1);
+  }
+  reader.indexed_ = false;
+  reader.pieces_.resize(pieces);
+  reader.choose_arrays(options.arrays);
+  return reader;
+}
+
+Result<> PieceReader::take_blocks(const std::vector<DecodedPiece>& pieces) {
+  constexpr uint32_t most = 1 << 16;  // nothing but the piece says how many there are
+  for (const DecodedPiece& piece : pieces) {
+    for (size_t b = 0; b < piece.blocks.size(); ++b) {
+      const uint32_t number = piece.blocks[b];
+      if (number >= most) return failure(ErrorCode::corrupt, name_ + ": the blocks of a piece are damaged");
+      if (number >= tail_.blocks.size()) tail_.blocks.resize(number + 1);
+      StreamTail::Block& block = tail_.blocks[number];
+      const CellBlock& found = piece.mesh.blocks[b];
+      if (block.cells > 0 && block.type != found.type)
+        return failure(ErrorCode::corrupt, name_ + ": the blocks of the pieces do not fit");
+      block.name = found.name;
+      block.type = found.type;
+      block.cells += found.size();
+    }
+  }
+  return {};
 }
 
 /// The arrays of the step in place of the mesh's.
@@ -145,12 +185,14 @@ Result<> PieceReader::fetch(std::span<const uint32_t> pieces, bool numbered) con
 
 Result<> PieceReader::check(const DecodedPiece& piece, const PieceRecord& record) const {
   const StreamDescription& description = header_.description;
-  bool fits = piece.mesh.point_count() == record.points && piece.mesh.cell_count() == record.cells &&
-              piece.mesh.points.type == description.positions.type &&
-              piece.blocks.size() == piece.mesh.blocks.size();
-  for (size_t b = 0; fits && b < piece.blocks.size(); ++b)
+  bool fits =
+      piece.mesh.points.type == description.positions.type && piece.blocks.size() == piece.mesh.blocks.size();
+  if (indexed_)
+    fits = fits && piece.mesh.point_count() == record.points && piece.mesh.cell_count() == record.cells;
+  for (size_t b = 0; fits && indexed_ && b < piece.blocks.size(); ++b) {
     fits = piece.blocks[b] < tail_.blocks.size() &&
            piece.mesh.blocks[b].type == tail_.blocks[piece.blocks[b]].type;
+  }
   size_t next = 0;
   for (size_t i = 0; fits && i < description.arrays.size(); ++i) {
     if (wanted_[i] == 0) continue;

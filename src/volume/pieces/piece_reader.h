@@ -29,6 +29,9 @@ class PieceReader {
  public:
   /// `source` must outlive the reader. Errors: cannot_read, corrupt, unsupported.
   static Result<PieceReader> open(const Source& source, const DecodeOptions& options);
+  /// The same of a file in pieces whose index or end is missing: the pieces there are, of which nothing is
+  /// known beforehand.
+  static Result<PieceReader> open_damaged(const Source& source, const DecodeOptions& options);
 
   const StreamHeader& header() const { return header_; }
   const StreamTail& tail() const { return tail_; }
@@ -41,6 +44,9 @@ class PieceReader {
   const std::vector<uint8_t>& wanted() const { return wanted_; }
   std::string name() const { return name_; }
 
+  /// Names and types of blocks, where the end of the file is missing, from pieces that were read. Error:
+  /// corrupt, if these contradict each other.
+  Result<> take_blocks(const std::vector<DecodedPiece>& pieces);
   /// The same file with other arrays. None: all.
   PieceReader with_arrays(std::optional<std::vector<std::string>> arrays) const;
   /// Asks for pieces at once, which a distant source turns into few requests and keeps copies of.
@@ -50,6 +56,7 @@ class PieceReader {
   Result<DecodedPiece> read(uint32_t number, bool numbered) const;
 
  private:
+  static Result<PieceReader> open_front(const Source& source, const DecodeOptions& options);
   Result<> take_step();
   Result<> check_index() const;
   void choose_arrays(std::optional<std::vector<std::string>> arrays);
@@ -62,6 +69,7 @@ class PieceReader {
   std::string name_;
   DecodeOptions options_;
   bool in_pieces_ = false;
+  bool indexed_ = true;  ///< index and end are there
   StreamHeader header_;
   StreamTail tail_;
   std::vector<PieceRecord> pieces_;

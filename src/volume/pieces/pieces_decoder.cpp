@@ -23,7 +23,7 @@ struct AllPieces {
   std::optional<Error> damage;
 };
 
-Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& options) {
+Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& options, bool numbered) {
   Executor& executor = options.executor ? *options.executor : serial_executor();
   const auto count = static_cast<uint32_t>(reader.pieces().size());
   constexpr uint32_t at_once = 32;  // so that progress is told, and memory looked at, by one thread
@@ -31,9 +31,8 @@ Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& optio
   uint64_t bytes = 0;
   for (uint32_t first = 0; first < count; first += at_once) {
     std::vector<Result<DecodedPiece>> found(std::min(at_once, count - first));
-    executor.parallel_for(found.size(), [&](size_t i) {
-      found[i] = reader.read(first + static_cast<uint32_t>(i), reader.kept());
-    });
+    executor.parallel_for(
+        found.size(), [&](size_t i) { found[i] = reader.read(first + static_cast<uint32_t>(i), numbered); });
     for (Result<DecodedPiece>& piece : found) {
       if (!piece && piece.error().code != ErrorCode::corrupt) return tl::unexpected(piece.error());
       if (!piece) {
@@ -60,7 +59,7 @@ Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
   if (options.step != 0) return failure(ErrorCode::usage, source.name() + ": has no steps; it is in pieces");
   const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
   MAILLE_CHECK(reader.file().check_complete());
-  const AllPieces all = MAILLE_TRY(read_all(reader, options));
+  const AllPieces all = MAILLE_TRY(read_all(reader, options, reader.kept()));
   if (all.damage) return tl::unexpected(*all.damage);
   Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept()));
   const StreamTail& tail = reader.tail();
@@ -70,13 +69,24 @@ Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
 }
 
 Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& options) {
-  const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
-  AllPieces all = MAILLE_TRY(read_all(reader, options));
+  Result<PieceReader> opened = PieceReader::open(source, options);
+  const bool indexed = opened.has_value();
+  std::optional<Error> damage;
+  if (!indexed) {
+    if (opened.error().code != ErrorCode::corrupt) return tl::unexpected(opened.error());
+    damage = opened.error();
+    opened = PieceReader::open_damaged(source, options);
+  }
+  PieceReader reader = MAILLE_TRY(std::move(opened));
+  AllPieces all = MAILLE_TRY(read_all(reader, options, indexed && reader.kept()));
+  // Without the end of the file nobody knows how many cells each block has, and so where those of the next
+  // begin.
+  if (!indexed) MAILLE_CHECK(reader.take_blocks(all.pieces));
   Salvaged salvaged;
-  salvaged.damage = std::move(all.damage);
+  salvaged.damage = damage ? std::move(damage) : std::move(all.damage);
   const Result<> complete = reader.file().check_complete();
   if (!complete && !salvaged.damage) salvaged.damage = complete.error();
-  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept()));
+  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, indexed && reader.kept()));
   return salvaged;
 }
 

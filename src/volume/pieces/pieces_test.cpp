@@ -382,6 +382,25 @@ TEST(Pieces, DamageWithGoodChecksumsGivesErrorsOrValidMeshes) {
   }
 }
 
+TEST(Pieces, AFileThatWasCutGivesThePiecesBeforeTheCut) {
+  const Mesh mesh = field_on_grid(12, 9, 10);
+  for (const Order order : {Order::keep, Order::canonical}) {
+    std::vector<std::byte> bytes = encoded(mesh, in_pieces(100, order));
+    bytes.resize(bytes.size() * 2 / 3);
+    const auto source = memory_source(Bytes(bytes));
+    EXPECT_FALSE(decode(*source));
+    const auto left = salvage(*source);
+    ASSERT_TRUE(left) << left.error().message;
+    EXPECT_TRUE(left->damage);
+    ASSERT_TRUE(validate(left->mesh));
+    EXPECT_GT(left->mesh.cell_count(), mesh.cell_count() / 3);
+    EXPECT_LT(left->mesh.cell_count(), mesh.cell_count());
+    EXPECT_EQ(left->mesh.blocks[0].name, "grid");
+    // Points of neighbours are joined.
+    EXPECT_LT(left->mesh.point_count(), left->mesh.cell_count() * 3 / 2);
+  }
+}
+
 TEST(Pieces, ChunksOfPiecesAreNotTakenForThoseOfTheFile) {
   std::vector<std::byte> bytes = encoded(field_on_grid(12, 9, 10), in_pieces(100, Order::keep));
   const size_t chunks = inspect(*memory_source(Bytes(bytes)))->chunks.size();
