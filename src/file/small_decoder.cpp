@@ -5,6 +5,7 @@
 #include "surface/front/connectivity.h"
 #include "surface/front/mixed_array.h"
 #include "surface/left_out.h"
+#include "volume/pieces/pieces_file.h"
 #include "volume/stream/stream_file.h"
 
 namespace maille {
@@ -13,6 +14,13 @@ Result<Mesh> decode_stream(const Source&, const DecodeOptions&) {
   return left_out();
 }
 Result<Salvaged> salvage_stream(const Source&, const DecodeOptions&) {
+  return left_out();
+}
+
+Result<Mesh> decode_pieces(const Source&, const DecodeOptions&) {
+  return left_out();
+}
+Result<Salvaged> salvage_pieces(const Source&, const DecodeOptions&) {
   return left_out();
 }
 

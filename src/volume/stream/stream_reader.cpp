@@ -105,7 +105,9 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
                    pull_.name() + ": a file of another mode than \"stream\"; decode() reads it");
   }
   if ((file.required_features & in_pieces_feature) != 0)
-    return failure(ErrorCode::unsupported, pull_.name() + ": the volume is in pieces; decode() reads it");
+    return failure(ErrorCode::unsupported, pull_.name() +
+                                               ": a volume in pieces, which is no stream: decode() and "
+                                               "VolumeFile read it (`maille decompress`, `extract`)");
   ChunkHeader header;
   Bytes content;
   if (!MAILLE_TRY(next_chunk(header, content)) || header.type != ChunkType{'D', 'E', 'S', 'C'}) {
