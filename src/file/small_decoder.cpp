@@ -23,6 +23,9 @@ Result<Mesh> decode_pieces(const Source&, const DecodeOptions&) {
 Result<Salvaged> salvage_pieces(const Source&, const DecodeOptions&) {
   return left_out();
 }
+Result<FileInfo> inspect_pieces(const Source&) {
+  return left_out();
+}
 
 CodedConnectivity encode_connectivity(HalfEdges&, uint32_t, uint32_t) {
   return {};
