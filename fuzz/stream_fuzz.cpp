@@ -1,6 +1,6 @@
-// Files of mode stream: read piece by piece from a stream that gives some bytes at a time, with their steps
-// of time, salvaged, and decoded into a mesh that is written in parts. The input is a file, or, where it does
-// not begin as one does, the streams of one.
+// Files of mode stream: read portion by portion from a stream that gives some bytes at a time, with their
+// steps of time, salvaged, and decoded into a mesh that is written in parts. The input is a file, or, where
+// it does not begin as one does, the streams of one.
 
 #include <maille/file.h>
 #include <maille/out_of_core.h>
@@ -36,36 +36,37 @@ class Trickle final : public ByteStream {
   size_t step_ = 0;
 };
 
-void check(const StreamPiece& piece, const StreamDescription& description) {
-  const size_t cells = piece.cell_count(), points = piece.points.size();
-  require(piece.offsets.size() == cells + 1 && piece.offsets[0] == 0, "a piece has an offset for each cell");
-  require(std::is_sorted(piece.offsets.begin(), piece.offsets.end()), "offsets ascend");
-  require(
-      piece.offsets.back() == piece.connectivity.size() && piece.slots.size() == piece.connectivity.size(),
-      "numbers and slots are those of all corners");
-  require(piece.point_slots.size() == points, "points have slots");
-  require(piece.positions.size() == points * description.positions.tuple_size(), "points have positions");
-  for (const auto* slots : {&piece.slots, &piece.point_slots, &piece.ended_slots}) {
-    for (const uint32_t slot : *slots) require(slot < piece.slot_count, "slots are below their count");
+void check(const StreamPortion& portion, const StreamDescription& description) {
+  const size_t cells = portion.cell_count(), points = portion.points.size();
+  require(portion.offsets.size() == cells + 1 && portion.offsets[0] == 0,
+          "a portion has an offset for each cell");
+  require(std::is_sorted(portion.offsets.begin(), portion.offsets.end()), "offsets ascend");
+  require(portion.offsets.back() == portion.connectivity.size() &&
+              portion.slots.size() == portion.connectivity.size(),
+          "numbers and slots are those of all corners");
+  require(portion.point_slots.size() == points, "points have slots");
+  require(portion.positions.size() == points * description.positions.tuple_size(), "points have positions");
+  for (const auto* slots : {&portion.slots, &portion.point_slots, &portion.ended_slots}) {
+    for (const uint32_t slot : *slots) require(slot < portion.slot_count, "slots are below their count");
   }
   size_t of_points = 0, of_cells = 0;
   for (const StreamArray& array : description.arrays) {
     const bool on_points = array.domain == Domain::point;
-    const auto& bytes = on_points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+    const auto& bytes = on_points ? portion.point_arrays[of_points++] : portion.cell_arrays[of_cells++];
     require(bytes.size() == (on_points ? points : cells) * array.tuple_size(), "arrays have all tuples");
   }
 }
 
 void read_all(Result<StreamReader> reader) {
   if (!reader) return require_kind(reader.error(), fitting);
-  StreamPiece piece;
+  StreamPortion portion;
   for (uint64_t next = 0;;) {
-    const auto more = reader->next(piece);
+    const auto more = reader->next(portion);
     if (!more) return require_kind(more.error(), fitting);
     if (!*more) return;
-    require(piece.first_cell == next, "pieces follow each other");
-    check(piece, reader->description());
-    next += piece.cell_count();
+    require(portion.first_cell == next, "portions follow each other");
+    check(portion, reader->description());
+    next += portion.cell_count();
   }
 }
 

@@ -93,19 +93,19 @@ class Corners {
 constexpr const char* moved = "its points lie elsewhere";
 constexpr const char* other_cells = "its cells have other points";
 
-/// What is not as in the step, piece by piece; nullptr: nothing. `exact`: positions, too.
+/// What is not as in the step, portion by portion; nullptr: nothing. `exact`: positions, too.
 Result<const char*> difference_of_pieces(StreamReader& reader, const Mesh& step, bool exact) {
   const size_t size = step.points.tuple_size();
   Corners corners(step);
-  StreamPiece piece;
-  while (TOOL_TRY(reader.next(piece))) {
-    for (size_t i = 0; exact && i < piece.points.size(); ++i) {
-      const uint64_t number = piece.points[i];
-      if (number >= step.point_count() ||
-          std::memcmp(piece.positions.data() + i * size, step.points.bytes.data() + number * size, size) != 0)
+  StreamPortion portion;
+  while (TOOL_TRY(reader.next(portion))) {
+    for (size_t i = 0; exact && i < portion.points.size(); ++i) {
+      const uint64_t number = portion.points[i];
+      if (number >= step.point_count() || std::memcmp(portion.positions.data() + i * size,
+                                                      step.points.bytes.data() + number * size, size) != 0)
         return moved;
     }
-    for (const uint64_t point : piece.connectivity) {
+    for (const uint64_t point : portion.connectivity) {
       if (!corners.next_is(point)) return other_cells;
     }
   }

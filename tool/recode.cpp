@@ -78,7 +78,7 @@ Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin) {
 
 namespace {
 
-/// Gives pieces of one stream to the writer of another.
+/// Gives portions of one stream to the writer of another.
 class Recoder {
  public:
   Recoder(const StreamDescription& description, StreamWriter& writer) : writer_(writer) {
@@ -87,55 +87,57 @@ class Recoder {
     }
   }
 
-  Result<> add(const StreamPiece& piece) {
-    points_.assign(piece.point_arrays.begin(), piece.point_arrays.end());
-    if (!piece.points.empty()) TOOL_CHECK(writer_.add_points(piece.points, piece.positions, points_));
-    if (numbers_.size() < piece.slot_count) numbers_.resize(piece.slot_count);
-    for (size_t i = 0; i < piece.points.size(); ++i) numbers_[piece.point_slots[i]] = piece.points[i];
-    mark_ends(piece);
+  Result<> add(const StreamPortion& portion) {
+    points_.assign(portion.point_arrays.begin(), portion.point_arrays.end());
+    if (!portion.points.empty()) TOOL_CHECK(writer_.add_points(portion.points, portion.positions, points_));
+    if (numbers_.size() < portion.slot_count) numbers_.resize(portion.slot_count);
+    for (size_t i = 0; i < portion.points.size(); ++i) numbers_[portion.point_slots[i]] = portion.points[i];
+    mark_ends(portion);
     size_t next_block = 0;
-    for (size_t i = 0; i < piece.cell_count();) {
-      TOOL_CHECK(begin_blocks(piece, i, next_block));
-      i += TOOL_TRY(add_run(piece, i, next_block));
+    for (size_t i = 0; i < portion.cell_count();) {
+      TOOL_CHECK(begin_blocks(portion, i, next_block));
+      i += TOOL_TRY(add_run(portion, i, next_block));
     }
-    TOOL_CHECK(begin_blocks(piece, piece.cell_count(), next_block));
+    TOOL_CHECK(begin_blocks(portion, portion.cell_count(), next_block));
     return writer_.end_points(late_);
   }
 
  private:
-  /// Points that end in the piece end with the last entry that names them, or, if none does, later.
-  void mark_ends(const StreamPiece& piece) {
-    ending_.assign(piece.slot_count, 0);
-    for (const uint32_t slot : piece.ended_slots) ending_[slot] = 1;
-    flags_.assign(piece.slots.size(), 0);
-    for (size_t i = piece.slots.size(); i-- > 0;) {
-      flags_[i] = ending_[piece.slots[i]];
-      ending_[piece.slots[i]] = 0;
+  /// Points that end in the portion end with the last entry that names them, or, if none does, later.
+  void mark_ends(const StreamPortion& portion) {
+    ending_.assign(portion.slot_count, 0);
+    for (const uint32_t slot : portion.ended_slots) ending_[slot] = 1;
+    flags_.assign(portion.slots.size(), 0);
+    for (size_t i = portion.slots.size(); i-- > 0;) {
+      flags_[i] = ending_[portion.slots[i]];
+      ending_[portion.slots[i]] = 0;
     }
     late_.clear();
-    for (const uint32_t slot : piece.ended_slots) {
+    for (const uint32_t slot : portion.ended_slots) {
       if (ending_[slot] != 0) late_.push_back(numbers_[slot]);
     }
   }
-  Result<> begin_blocks(const StreamPiece& piece, size_t cell, size_t& next) {
-    for (; next < piece.blocks.size() && piece.blocks[next].first_cell <= piece.first_cell + cell; ++next)
-      TOOL_CHECK(writer_.begin_block(piece.blocks[next].name, piece.blocks[next].type));
+  Result<> begin_blocks(const StreamPortion& portion, size_t cell, size_t& next) {
+    for (; next < portion.blocks.size() && portion.blocks[next].first_cell <= portion.first_cell + cell;
+         ++next)
+      TOOL_CHECK(writer_.begin_block(portion.blocks[next].name, portion.blocks[next].type));
     return {};
   }
-  Result<size_t> add_run(const StreamPiece& piece, size_t i, size_t next_block) {
-    const uint64_t nodes = piece.offsets[i + 1] - piece.offsets[i];
-    size_t end = piece.cell_count();
-    if (next_block < piece.blocks.size())
-      end = std::min<size_t>(end, piece.blocks[next_block].first_cell - piece.first_cell);
+  Result<size_t> add_run(const StreamPortion& portion, size_t i, size_t next_block) {
+    const uint64_t nodes = portion.offsets[i + 1] - portion.offsets[i];
+    size_t end = portion.cell_count();
+    if (next_block < portion.blocks.size())
+      end = std::min<size_t>(end, portion.blocks[next_block].first_cell - portion.first_cell);
     size_t next = i + 1;
-    while (nodes != 0 && next < end && piece.types[next] == piece.types[i] &&
-           piece.offsets[next + 1] - piece.offsets[next] == nodes)
+    while (nodes != 0 && next < end && portion.types[next] == portion.types[i] &&
+           portion.offsets[next + 1] - portion.offsets[next] == nodes)
       ++next;
     cells_.clear();
     for (size_t k = 0; k < cell_sizes_.size(); ++k)
-      cells_.push_back(Bytes(piece.cell_arrays[k]).subspan(i * cell_sizes_[k], (next - i) * cell_sizes_[k]));
-    const size_t begin = piece.offsets[i], corners = (next - i) * nodes;
-    TOOL_CHECK(writer_.add_cells(piece.types[i], std::span(piece.connectivity).subspan(begin, corners),
+      cells_.push_back(
+          Bytes(portion.cell_arrays[k]).subspan(i * cell_sizes_[k], (next - i) * cell_sizes_[k]));
+    const size_t begin = portion.offsets[i], corners = (next - i) * nodes;
+    TOOL_CHECK(writer_.add_cells(portion.types[i], std::span(portion.connectivity).subspan(begin, corners),
                                  std::span(flags_).subspan(begin, corners), cells_, nodes));
     return next - i;
   }
@@ -209,9 +211,9 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
   StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
   Recoder recoder(from, writer);
   const Progress watch = progress.watch(0, "cells");
-  StreamPiece piece;
-  while (TOOL_TRY(input.reader.next(piece))) {
-    TOOL_CHECK(recoder.add(piece));
+  StreamPortion portion;
+  while (TOOL_TRY(input.reader.next(portion))) {
+    TOOL_CHECK(recoder.add(portion));
     if (watch) watch({"cells", 0});
   }
   return report_of(options, TOOL_TRY(writer.finish()));

@@ -196,11 +196,11 @@ Result<std::vector<std::string>> damage_behind_mesh(const Source& source, const 
   std::vector<std::string> damage = TOOL_TRY(verify_checksums(source));
   if (!damage.empty()) return damage;
   const size_t steps = TOOL_TRY(list_steps(source)).size();
-  StreamPiece piece;
+  StreamPortion portion;
   for (size_t step = 1; step <= steps; ++step) {
     StreamReader reader =
         TOOL_TRY(StreamReader::open(source, step, {.limits = {common.memory}, .executor = executor}));
-    while (TOOL_TRY(reader.next(piece))) {
+    while (TOOL_TRY(reader.next(portion))) {
     }
   }
   return damage;
@@ -215,9 +215,9 @@ Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::v
   verdict.word = "cell";
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Progress watch = progress.watch(0, "cells");
-  StreamPiece piece;
+  StreamPortion portion;
   for (;;) {
-    const auto more = stream->reader.next(piece);
+    const auto more = stream->reader.next(portion);
     if (!more) {
       if (more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
       if (stream->source) return std::nullopt;  // of a file every damaged chunk can be told
@@ -225,8 +225,8 @@ Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::v
       return verdict;
     }
     if (!*more) break;
-    verdict.points += piece.points.size();
-    verdict.cells += piece.cell_count();
+    verdict.points += portion.points.size();
+    verdict.cells += portion.cell_count();
     if (watch) watch({"cells", 0});
   }
   if (stream->source)

@@ -69,7 +69,7 @@ Boundary::Boundary(const StreamDescription& description)
   cell_values_ = TuplePool(tuple_size_of(cell_arrays_));
 }
 
-Result<> Boundary::add(const StreamPiece& piece) {
+Result<> Boundary::add(const StreamPortion& piece) {
   add_points(piece);
   for (size_t i = 0; i < piece.cell_count(); ++i) add_cell(piece, i);
   end_points(piece);
@@ -79,7 +79,7 @@ Result<> Boundary::add(const StreamPiece& piece) {
   return failure(ErrorCode::memory_bound, "the surface is larger than a page can hold");
 }
 
-void Boundary::add_points(const StreamPiece& piece) {
+void Boundary::add_points(const StreamPortion& piece) {
   vertex_of_slot_.resize(piece.slot_count, none);
   const size_t size = position_array_.tuple_size();
   for (size_t i = 0; i < piece.points.size(); ++i) {
@@ -93,7 +93,7 @@ void Boundary::add_points(const StreamPiece& piece) {
   }
 }
 
-void Boundary::end_points(const StreamPiece& piece) {
+void Boundary::end_points(const StreamPortion& piece) {
   for (const uint32_t slot : piece.ended_slots) release(vertex_of_slot_[slot]);
 }
 
@@ -101,7 +101,7 @@ void Boundary::release(uint32_t vertex) {
   if (--vertices_[vertex].uses == 0) vertex_values_.remove(vertex);
 }
 
-void Boundary::add_cell(const StreamPiece& piece, size_t i) {
+void Boundary::add_cell(const StreamPortion& piece, size_t i) {
   const auto slots =
       std::span(piece.slots).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
   cell_nodes_.clear();

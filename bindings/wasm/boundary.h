@@ -32,7 +32,7 @@ class Boundary {
  public:
   explicit Boundary(const StreamDescription& description);
   /// Error: memory_bound, for more than a page can show.
-  Result<> add(const StreamPiece& piece);
+  Result<> add(const StreamPortion& piece);
   /// Of all pieces. Triangles come in the order of their cells.
   Drawable finish();
 
@@ -55,9 +55,9 @@ class Boundary {
     bool open = false;             ///< another solid may have it, too
   };
 
-  void add_points(const StreamPiece& piece);
-  void end_points(const StreamPiece& piece);
-  void add_cell(const StreamPiece& piece, size_t i);
+  void add_points(const StreamPortion& piece);
+  void end_points(const StreamPortion& piece);
+  void add_cell(const StreamPortion& piece, size_t i);
   uint32_t* find_open(std::span<const uint32_t> nodes);
   void meet(std::span<const uint32_t> nodes);
   void keep(std::span<const uint32_t> nodes, bool open);

@@ -14,14 +14,14 @@ struct OpenPieces final : Pieces {
   explicit OpenPieces(StreamReader opened) : stream(std::move(opened)) {}
   StreamReader stream;
   std::optional<Boundary> boundary;
-  StreamPiece piece;
+  StreamPortion piece;
 };
 OpenPieces* open_pieces(Reader& reader) {
   return static_cast<OpenPieces*>(reader.pieces.get());
 }
 
 void list_piece(Reader& reader, const OpenPieces& pieces) {
-  const StreamPiece& piece = pieces.piece;
+  const StreamPortion& piece = pieces.piece;
   const StreamDescription& description = pieces.stream.description();
   std::vector<Buffer>& list = reader.buffers;
   Buffer types{BufferKind::piece_types};

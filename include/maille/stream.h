@@ -14,7 +14,7 @@
 #include <vector>
 
 // Meshes of any size in one pass, with memory for the front of the sweep only: what a solver or a mesher
-// writes, and a reader takes in pieces, also from a pipe. Points and cells have numbers of 64 bits.
+// writes, and a reader takes in portions, also from a pipe. Points and cells have numbers of 64 bits.
 // docs/streaming.md shows it in use.
 
 namespace maille {
@@ -178,17 +178,17 @@ Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = t
 
 /// Some thousand cells, and the points that come up with them.
 ///
-/// Every point has its number, which is global, and a slot: a small number that no other point of the piece
-/// has, and that is free for another point in later pieces after the piece in which the point ends. All slots
-/// are below slot_count, so a reader that wants values of points of earlier pieces keeps them in a table of
-/// that size.
-struct StreamPiece {
+/// Every point has its number, which is global, and a slot: a small number that no other point of the portion
+/// has, and that is free for another point in later portions after the portion in which the point ends. All
+/// slots are below slot_count, so a reader that wants values of points of earlier portions keeps them in a
+/// table of that size.
+struct StreamPortion {
   struct Block {
     uint64_t first_cell = 0;  ///< counted from the begin of the stream
     std::string name;
     CellType type = CellType::mixed;
   };
-  std::vector<Block> blocks;  ///< that begin in this piece
+  std::vector<Block> blocks;  ///< that begin in this portion
 
   uint64_t first_cell = 0;
   std::vector<CellType> types;         ///< by cell
@@ -205,7 +205,7 @@ struct StreamPiece {
   std::vector<std::byte> positions;
   std::vector<std::vector<std::byte>> point_arrays;  ///< in the order of declaration, arrays on points only
 
-  std::vector<uint32_t> ended_slots;  ///< points that no later piece uses
+  std::vector<uint32_t> ended_slots;  ///< points that no later portion uses
   uint32_t slot_count = 0;            ///< so far
 
   size_t cell_count() const { return types.size(); }
@@ -235,29 +235,30 @@ struct NumberedArray {
   std::vector<Run> runs;
 };
 
-/// What is known before the first piece.
+/// What is known before the first portion.
 struct StreamDescription {
   StreamArray positions;
   std::vector<StreamArray> arrays;
-  std::vector<NumberedArray> numbered;  ///< pieces have 0 there if the order stands apart
+  std::vector<NumberedArray> numbered;  ///< portions have 0 there if the order stands apart
   std::vector<Array> mesh_arrays;
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
   int effort = 5;
   bool any_order = false;
   /// The input's order is in the file, apart from the cells, which come in another one: decode() gives it
-  /// back, pieces cannot.
+  /// back, portions cannot.
   bool order_apart = false;
 };
 
 struct StreamReadOptions {
   Limits limits;  ///< of what the reader holds at once
-  /// Take files whose order stands apart (StreamDescription::order_apart), too, in the order of their pieces.
+  /// Take files whose order stands apart (StreamDescription::order_apart), too, in the order of their
+  /// portions.
   bool any_order = false;
   Executor* executor = nullptr;
 };
 
-/// Decompresses a stream piece by piece. Safe on any input.
+/// Decompresses a stream portion by portion. Safe on any input.
 class StreamReader {
  public:
   /// Error: corrupt, unsupported, cannot_read.
@@ -270,10 +271,10 @@ class StreamReader {
   ~StreamReader();
 
   const StreamDescription& description() const;
-  /// The next piece, in `piece`. False: that was all, and every checksum was right. Error: corrupt; what came
-  /// before it is whole, and nothing comes after it. After an error of kind `network`, which only a
-  /// ByteStream gives, the same piece can be asked for again.
-  Result<bool> next(StreamPiece& piece);
+  /// The next portion, in `portion`. False: that was all, and every checksum was right. Error: corrupt; what
+  /// came before it is whole, and nothing comes after it. After an error of kind `network`, which only a
+  /// ByteStream gives, the same portion can be asked for again.
+  Result<bool> next(StreamPortion& portion);
 
  private:
   class Implementation;

@@ -91,7 +91,7 @@ TEST(NumberedArrays, AreInPiecesOfStreamsInOrder) {
   auto reader = StreamReader::open(source_stream(*source));
   ASSERT_TRUE(reader);
   EXPECT_EQ(reader->description().numbered.size(), 2u);
-  StreamPiece piece;
+  StreamPortion piece;
   for (Result<bool> more = reader->next(piece); more && *more; more = reader->next(piece)) {
     for (size_t i = 0; i < piece.points.size(); ++i)
       EXPECT_EQ(0, std::memcmp(&piece.point_arrays[0][4 * i], &mesh.arrays[0].bytes[4 * piece.points[i]], 4));

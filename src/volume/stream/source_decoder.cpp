@@ -11,7 +11,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
-#include "volume/stream/piece_pipeline.h"
+#include "volume/stream/portion_pipeline.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/stream_layout.h"
 
@@ -52,7 +52,7 @@ class NumberSet {
   uint64_t last_place_ = ~uint64_t{0};
 };
 
-/// Writes pieces where they belong.
+/// Writes portions where they belong.
 class SinkFeeder {
  public:
   SinkFeeder(const StreamDescription& stream, const MeshDescription& mesh, MeshSink& sink,
@@ -64,39 +64,39 @@ class SinkFeeder {
     for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
   }
 
-  /// The piece is the same again afterwards.
-  Result<> add(StreamPiece& piece) {
-    MAILLE_CHECK(find_runs(piece.points));
-    MAILLE_CHECK(add_points(piece.positions,
+  /// The portion is the same again afterwards.
+  Result<> add(StreamPortion& portion) {
+    MAILLE_CHECK(find_runs(portion.points));
+    MAILLE_CHECK(add_points(portion.positions,
                             [&](uint64_t first, Bytes bytes) { return sink_.write_points(first, bytes); }));
     size_t of_points = 0, of_cells = 0;
     for (size_t k = 0; k < domains_.size(); ++k) {
       const bool on_points = domains_[k] == Domain::point;
-      const auto& bytes = on_points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+      const auto& bytes = on_points ? portion.point_arrays[of_points++] : portion.cell_arrays[of_cells++];
       if (places_[k] == not_wanted) continue;
       if (on_points) {
         MAILLE_CHECK(add_points(
             bytes, [&](uint64_t first, Bytes part) { return sink_.write_array(places_[k], first, part); }));
       } else {
-        MAILLE_CHECK(sink_.write_array(places_[k], piece.first_cell, bytes));
+        MAILLE_CHECK(sink_.write_array(places_[k], portion.first_cell, bytes));
       }
     }
-    return add_cells(piece);  // behind their values: some formats have these within the cells
+    return add_cells(portion);  // behind their values: some formats have these within the cells
   }
 
  private:
   static constexpr size_t not_wanted = ~size_t{0};
 
-  Result<> add_cells(StreamPiece& piece) {
-    if (piece.cell_count() > mesh_.cells - std::min(mesh_.cells, piece.first_cell))
+  Result<> add_cells(StreamPortion& portion) {
+    if (portion.cell_count() > mesh_.cells - std::min(mesh_.cells, portion.first_cell))
       return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
-    cells_.types.resize(piece.types.size());
-    for (size_t i = 0; i < piece.types.size(); ++i) cells_.types[i] = static_cast<uint8_t>(piece.types[i]);
+    cells_.types.resize(portion.types.size());
+    for (size_t i = 0; i < portion.types.size(); ++i) cells_.types[i] = static_cast<uint8_t>(portion.types[i]);
     const auto exchange = [&] {
-      cells_.offsets.swap(piece.offsets);
-      cells_.connectivity.swap(piece.connectivity);
-      cells_.face_sizes.swap(piece.face_sizes);
-      cells_.cell_faces.swap(piece.cell_faces);
+      cells_.offsets.swap(portion.offsets);
+      cells_.connectivity.swap(portion.connectivity);
+      cells_.face_sizes.swap(portion.face_sizes);
+      cells_.cell_faces.swap(portion.cell_faces);
     };
     exchange();
     Result<> written = sink_.write_cells(cells_);
@@ -104,7 +104,7 @@ class SinkFeeder {
     return written;
   }
 
-  /// Orders the points of a piece by number: neighbours are written at once.
+  /// Orders the points of a portion by number: neighbours are written at once.
   Result<> find_runs(const std::vector<uint64_t>& numbers) {
     order_.clear();
     sorted_ = numbers;
@@ -118,7 +118,7 @@ class SinkFeeder {
     for (const uint64_t number : sorted_) {
       if (number >= mesh_.points || !numbers_.add(number)) {
         return failure(ErrorCode::corrupt,
-                       name_ + ": the numbers of points have gaps or repeat; read it in pieces");
+                       name_ + ": the numbers of points have gaps or repeat; read it in parts (StreamReader)");
       }
     }
     if (numbers_.full())
@@ -191,9 +191,9 @@ Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& optio
   StreamReader reader = MAILLE_TRY(
       StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
   SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
-  const auto add = [&](StreamPiece& piece) { return feeder.add(piece); };
-  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece& piece) -> Result<> {
-    const auto done = static_cast<double>(piece.first_cell + piece.cell_count());
+  const auto add = [&](StreamPortion& portion) { return feeder.add(portion); };
+  MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {
+    const auto done = static_cast<double>(portion.first_cell + portion.cell_count());
     if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))
       return cancelled();
     return {};

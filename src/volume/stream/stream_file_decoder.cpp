@@ -10,14 +10,14 @@
 #include "volume/order/cell_order.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/numbered_arrays.h"
-#include "volume/stream/piece_pipeline.h"
+#include "volume/stream/portion_pipeline.h"
 #include "volume/stream/stream_layout.h"
 #include "volume/stream/time_steps.h"
 
 namespace maille {
 namespace {
 
-/// Puts pieces together again. Points come in the order of their first use, and go to the places of their
+/// Puts portions together again. Points come in the order of their first use, and go to the places of their
 /// numbers in the end: nothing is reserved for a number that a file claims.
 class MeshCollector {
  public:
@@ -34,26 +34,26 @@ class MeshCollector {
     mesh_.metadata = description.metadata;
   }
 
-  Result<> add(const StreamPiece& piece, const std::string& name) {
+  Result<> add(const StreamPortion& portion, const std::string& name) {
     size_t next_block = 0;
     const bool plain =
-        piece.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
-    if (plain) MAILLE_CHECK(add_plain_cells(piece, name));
-    for (size_t i = 0; i <= piece.cell_count() && !plain; ++i) {
-      while (next_block < piece.blocks.size() &&
-             piece.blocks[next_block].first_cell <= piece.first_cell + i) {
-        begin_block(piece.blocks[next_block++]);
+        portion.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
+    if (plain) MAILLE_CHECK(add_plain_cells(portion, name));
+    for (size_t i = 0; i <= portion.cell_count() && !plain; ++i) {
+      while (next_block < portion.blocks.size() &&
+             portion.blocks[next_block].first_cell <= portion.first_cell + i) {
+        begin_block(portion.blocks[next_block++]);
       }
-      if (i == piece.cell_count()) break;
+      if (i == portion.cell_count()) break;
       if (mesh_.blocks.empty()) begin_block({});
-      MAILLE_CHECK(add_cell(piece, i, name));
+      MAILLE_CHECK(add_cell(portion, i, name));
     }
-    numbers_.insert(numbers_.end(), piece.points.begin(), piece.points.end());
-    append(mesh_.points, piece.positions);
+    numbers_.insert(numbers_.end(), portion.points.begin(), portion.points.end());
+    append(mesh_.points, portion.positions);
     size_t of_points = 0, of_cells = 0;
     for (size_t k = 0; k < arrays_.size(); ++k) {
       const bool points = arrays_[k].domain == Domain::point;
-      const auto& bytes = points ? piece.point_arrays[of_points++] : piece.cell_arrays[of_cells++];
+      const auto& bytes = points ? portion.point_arrays[of_points++] : portion.cell_arrays[of_cells++];
       if (wanted_[k]) append(arrays_[k], bytes);
     }
     if (size_ > options_.limits.mesh_bytes) {
@@ -121,53 +121,53 @@ class MeshCollector {
     array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
     size_ += bytes.size();
   }
-  void begin_block(const StreamPiece::Block& start) {
+  void begin_block(const StreamPortion::Block& start) {
     CellBlock& block = mesh_.blocks.emplace_back();
     block.name = start.name;
     block.type = start.type;
   }
   tl::unexpected<Error> too_many_points(const std::string& name) const {
     return failure(ErrorCode::memory_bound,
-                   name + ": more points than a mesh in memory can have; read it in pieces");
+                   name + ": more points than a mesh in memory can have; read it in parts (StreamReader)");
   }
   /// Cells of the block's only type: the reader has looked at their types.
-  Result<> add_plain_cells(const StreamPiece& piece, const std::string& name) {
+  Result<> add_plain_cells(const StreamPortion& portion, const std::string& name) {
     std::vector<uint32_t>& connectivity = mesh_.blocks.back().connectivity;
     uint64_t bits = 0;  // of all: at once, where the largest would have to be found one by one
-    for (const uint64_t point : piece.connectivity) bits |= point;
+    for (const uint64_t point : portion.connectivity) bits |= point;
     if (bits > max_points &&
-        *std::max_element(piece.connectivity.begin(), piece.connectivity.end()) > max_points)
+        *std::max_element(portion.connectivity.begin(), portion.connectivity.end()) > max_points)
       return too_many_points(name);
     const size_t before = connectivity.size();
-    connectivity.resize(before + piece.connectivity.size());
-    for (size_t k = 0; k < piece.connectivity.size(); ++k) {
-      connectivity[before + k] = static_cast<uint32_t>(piece.connectivity[k]);
+    connectivity.resize(before + portion.connectivity.size());
+    for (size_t k = 0; k < portion.connectivity.size(); ++k) {
+      connectivity[before + k] = static_cast<uint32_t>(portion.connectivity[k]);
     }
-    size_ += piece.connectivity.size() * 4;
+    size_ += portion.connectivity.size() * 4;
     return {};
   }
-  Result<> add_cell(const StreamPiece& piece, size_t i, const std::string& name) {
+  Result<> add_cell(const StreamPortion& portion, size_t i, const std::string& name) {
     CellBlock& block = mesh_.blocks.back();
     if (nodes_of(block.type) == 0 && block.offsets.empty()) block.offsets.push_back(0);
-    for (uint64_t k = piece.offsets[i]; k < piece.offsets[i + 1]; ++k) {
-      if (piece.connectivity[k] > max_points) return too_many_points(name);
-      block.connectivity.push_back(static_cast<uint32_t>(piece.connectivity[k]));
+    for (uint64_t k = portion.offsets[i]; k < portion.offsets[i + 1]; ++k) {
+      if (portion.connectivity[k] > max_points) return too_many_points(name);
+      block.connectivity.push_back(static_cast<uint32_t>(portion.connectivity[k]));
     }
     if (nodes_of(block.type) == 0) block.offsets.push_back(block.connectivity.size());
-    add_faces(piece, i, block);
-    if (block.type == CellType::mixed) block.types.push_back(static_cast<uint8_t>(piece.types[i]));
-    size_ += (piece.offsets[i + 1] - piece.offsets[i]) * 4 + (nodes_of(block.type) == 0 ? 9 : 0);
+    add_faces(portion, i, block);
+    if (block.type == CellType::mixed) block.types.push_back(static_cast<uint8_t>(portion.types[i]));
+    size_ += (portion.offsets[i + 1] - portion.offsets[i]) * 4 + (nodes_of(block.type) == 0 ? 9 : 0);
     return {};
   }
-  void add_faces(const StreamPiece& piece, size_t i, CellBlock& block) {
-    const bool polyhedron = piece.types[i] == CellType::polyhedron;
+  void add_faces(const StreamPortion& portion, size_t i, CellBlock& block) {
+    const bool polyhedron = portion.types[i] == CellType::polyhedron;
     if (!polyhedron && block.cell_faces.empty()) return;
     if (block.cell_faces.empty()) block.cell_faces.assign(block.offsets.size() - 1, 0);
     if (polyhedron) {
-      const auto begin = piece.face_sizes.begin();
-      block.face_sizes.insert(block.face_sizes.end(), begin + static_cast<ptrdiff_t>(piece.cell_faces[i]),
-                              begin + static_cast<ptrdiff_t>(piece.cell_faces[i + 1]));
-      size_ += (piece.cell_faces[i + 1] - piece.cell_faces[i]) * 4;
+      const auto begin = portion.face_sizes.begin();
+      block.face_sizes.insert(block.face_sizes.end(), begin + static_cast<ptrdiff_t>(portion.cell_faces[i]),
+                              begin + static_cast<ptrdiff_t>(portion.cell_faces[i + 1]));
+      size_ += (portion.cell_faces[i + 1] - portion.cell_faces[i]) * 4;
     }
     block.cell_faces.push_back(block.face_sizes.size());
     size_ += 8;
@@ -179,7 +179,7 @@ class MeshCollector {
     for (size_t i = 0; i < numbers_.size(); ++i) {
       if (numbers_[i] >= seen.size() || seen[numbers_[i]]) {
         return failure(ErrorCode::corrupt,
-                       name + ": the numbers of points have gaps or repeat; read it in pieces");
+                       name + ": the numbers of points have gaps or repeat; read it in parts (StreamReader)");
       }
       seen[numbers_[i]] = true;
       in_order = in_order && numbers_[i] == i;
@@ -239,8 +239,8 @@ Result<std::optional<InputOrder>> input_order_of(const Source& source, const Lim
   const auto order = MAILLE_TRY(order_of(source, reader.description()));
   if (!order) return std::optional<InputOrder>();
   MeshCollector collector(reader.description(), options);
-  StreamPiece piece;
-  while (MAILLE_TRY(reader.next(piece))) MAILLE_CHECK(collector.add(piece, source.name()));
+  StreamPortion portion;
+  while (MAILLE_TRY(reader.next(portion))) MAILLE_CHECK(collector.add(portion, source.name()));
   const Mesh coded = MAILLE_TRY(collector.finish(source.name(), {}));
   std::optional<InputOrder> found = all_have_shapes(coded) ? decode_order(coded, *order) : std::nullopt;
   if (!found)
@@ -252,8 +252,8 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   const auto order = MAILLE_TRY(order_of(source, reader.description()));
   MeshCollector collector(reader.description(), options);
-  const auto add = [&](const StreamPiece& piece) { return collector.add(piece, source.name()); };
-  MAILLE_CHECK(for_each_piece(reader, options.executor, add, [&](const StreamPiece&) -> Result<> {
+  const auto add = [&](const StreamPortion& portion) { return collector.add(portion, source.name()); };
+  MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion&) -> Result<> {
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
     return {};
   }));
@@ -264,13 +264,13 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   MeshCollector collector(reader.description(), options);
   Salvaged salvaged;
-  StreamPiece piece;
+  StreamPortion portion;
   for (;;) {
-    const Result<bool> more = reader.next(piece);
+    const Result<bool> more = reader.next(portion);
     if (!more && more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
     if (!more) salvaged.damage = more.error();
     if (!more || !*more) break;
-    MAILLE_CHECK(collector.add(piece, source.name()));
+    MAILLE_CHECK(collector.add(portion, source.name()));
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   // Of a part the input's order says nothing.

@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// Nodes of some cells, and where they stand in the connectivity of the piece.
+/// Nodes of some cells, and where they stand in the connectivity of the portion.
 struct NodeRun {
   size_t node = 0, at = 0, count = 0;
 };
@@ -18,20 +18,20 @@ struct NodeRun {
 /// A block between the stages: cells are decoded, values not yet.
 struct Block {
   CodedCells cells;
-  StreamPiece piece;
-  std::vector<NodeRun> runs;  ///< not yet in the piece
+  StreamPortion portion;
+  std::vector<NodeRun> runs;  ///< not yet in the portion
 };
 
 /// But for `connectivity` and `slots`, which are written over and cut off behind the last cell.
-void clear(StreamPiece& piece) {
-  piece.blocks.clear();
-  piece.types.clear();
-  piece.offsets.assign(1, 0);
-  piece.face_sizes.clear();
-  piece.cell_faces.clear();
-  piece.points.clear();
-  piece.point_slots.clear();
-  piece.ended_slots.clear();
+void clear(StreamPortion& portion) {
+  portion.blocks.clear();
+  portion.types.clear();
+  portion.offsets.assign(1, 0);
+  portion.face_sizes.clear();
+  portion.cell_faces.clear();
+  portion.points.clear();
+  portion.point_slots.clear();
+  portion.ended_slots.clear();
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ class StreamReader::Implementation {
 
   Result<> open(std::optional<StepValues> step = {});
   const StreamDescription& description() const { return header_.description; }
-  Result<bool> next(StreamPiece& piece);
+  Result<bool> next(StreamPortion& portion);
 
  private:
   tl::unexpected<Error> damaged(const std::string& what) const {
@@ -56,17 +56,17 @@ class StreamReader::Implementation {
   Result<bool> begin_batch();
   Result<bool> read_batch();
   Result<> take_step(StepValues step);
-  void fill_numbers(StreamPiece& piece) const;
+  void fill_numbers(StreamPortion& portion) const;
   Result<> read_values();
   Result<> check_tail(Bytes bytes);
   uint64_t decode_alike(Block& block, uint64_t most);
   Result<> decode_cells(Block& block);
   void complete(Block& block);
   bool prepare_values(Block& block);
-  size_t add_nodes(StreamPiece& piece, size_t count);
+  size_t add_nodes(StreamPortion& portion, size_t count);
   Result<> append_cell(const StreamedCell& cell, Block& block);
-  static void append_faces(const StreamedCell& cell, StreamPiece& piece);
-  void begin_blocks(StreamPiece& piece);
+  static void append_faces(const StreamedCell& cell, StreamPortion& portion);
+  void begin_blocks(StreamPortion& portion);
   Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
 
   ChunkPull pull_;
@@ -86,7 +86,7 @@ class StreamReader::Implementation {
   std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
   std::vector<Vector3> places_;           ///< of the points of that block, if arrays need them
   std::vector<uint64_t> number_of_slot_;  ///< up to the block whose values come next
-  size_t corners_ = 0;                    ///< of the piece whose cells are decoded
+  size_t corners_ = 0;                    ///< of the portion whose cells are decoded
   unsigned ready_ = 0;                    ///< the block whose cells are decoded
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
@@ -274,12 +274,12 @@ Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
   return {};
 }
 
-void StreamReader::Implementation::begin_blocks(StreamPiece& piece) {
+void StreamReader::Implementation::begin_blocks(StreamPortion& portion) {
   const uint64_t before = batch_.records - records_left_;
   for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before;
        ++starts_used_) {
     const BlockStart& start = batch_.blocks[starts_used_];
-    piece.blocks.push_back({cells_seen_, start.name, start.type});
+    portion.blocks.push_back({cells_seen_, start.name, start.type});
     block_type_ = start.type;
   }
 }
@@ -299,33 +299,33 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
 }
 
 /// Room for the points of cells; returns where.
-size_t StreamReader::Implementation::add_nodes(StreamPiece& piece, size_t count) {
+size_t StreamReader::Implementation::add_nodes(StreamPortion& portion, size_t count) {
   const size_t at = corners_;
   corners_ += count;
-  if (piece.connectivity.size() < corners_) piece.connectivity.resize(corners_);
-  if (piece.slots.size() < corners_) piece.slots.resize(corners_);
+  if (portion.connectivity.size() < corners_) portion.connectivity.resize(corners_);
+  if (portion.slots.size() < corners_) portion.slots.resize(corners_);
   return at;
 }
 
 Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
-  StreamPiece& piece = block.piece;
+  StreamPortion& portion = block.portion;
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
-  piece.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
-  if (piece.types.back() == CellType::polyhedron) append_faces(cell, piece);
-  const size_t at = add_nodes(piece, slots.size());
+  portion.types.push_back(MAILLE_TRY(type_here(cell, slots.size())));
+  if (portion.types.back() == CellType::polyhedron) append_faces(cell, portion);
+  const size_t at = add_nodes(portion, slots.size());
   const bool has_shape = cell.kind < shape_count;
   std::copy_n(has_shape ? cell.number.data() : cell.numbers.data(), slots.size(),
-              piece.connectivity.data() + at);
-  std::copy_n(slots.data(), slots.size(), piece.slots.data() + at);
+              portion.connectivity.data() + at);
+  std::copy_n(slots.data(), slots.size(), portion.slots.data() + at);
   for (size_t i = 0; has_shape && i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
     const size_t place = at + cell_shapes[cell.kind].place[i];
-    piece.connectivity[place] = cell.number[i];
-    piece.slots[place] = slots[i];
+    portion.connectivity[place] = cell.number[i];
+    portion.slots[place] = slots[i];
   }
-  piece.offsets.push_back(corners_);
-  if (!piece.cell_faces.empty()) piece.cell_faces.push_back(piece.face_sizes.size());
+  portion.offsets.push_back(corners_);
+  if (!portion.cell_faces.empty()) portion.cell_faces.push_back(portion.face_sizes.size());
   ++cells_seen_;
-  if ((corners_ + piece.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
+  if ((corners_ + portion.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
   }
@@ -333,9 +333,9 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
 }
 
 /// With the first polyhedron all cells have faces, those before it none.
-void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPiece& piece) {
-  if (piece.cell_faces.empty()) piece.cell_faces.assign(piece.types.size(), 0);
-  piece.face_sizes.insert(piece.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
+void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPortion& portion) {
+  if (portion.cell_faces.empty()) portion.cell_faces.assign(portion.types.size(), 0);
+  portion.face_sizes.insert(portion.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
 /// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most. complete() gives
@@ -346,18 +346,18 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
     const uint64_t before = batch_.records - records_left_;
     most = std::min(most, batch_.blocks[starts_used_].records_before - before);
   }
-  StreamPiece& piece = block.piece;
+  StreamPortion& portion = block.portion;
   const size_t node = block.cells.nodes.size();
   const size_t count = coder_->sweep(*cells_, *numbers_, nullptr, nullptr, most, block.cells);
   if (count == 0) return 0;
-  const size_t at = add_nodes(piece, count * most_corners);
+  const size_t at = add_nodes(portion, count * most_corners);
   block.runs.push_back({node, at, count * most_corners});
-  piece.types.resize(piece.types.size() + count, CellType::hexahedron);
-  const size_t before = piece.offsets.size();
-  piece.offsets.resize(before + count);
-  for (size_t k = 0; k < count; ++k) piece.offsets[before + k] = at + (k + 1) * most_corners;
-  if (!piece.cell_faces.empty())
-    piece.cell_faces.resize(piece.cell_faces.size() + count, piece.face_sizes.size());
+  portion.types.resize(portion.types.size() + count, CellType::hexahedron);
+  const size_t before = portion.offsets.size();
+  portion.offsets.resize(before + count);
+  for (size_t k = 0; k < count; ++k) portion.offsets[before + k] = at + (k + 1) * most_corners;
+  if (!portion.cell_faces.empty())
+    portion.cell_faces.resize(portion.cell_faces.size() + count, portion.face_sizes.size());
   cells_seen_ += count;
   return count;
 }
@@ -365,18 +365,18 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
   block.runs.clear();
-  clear(block.piece);
+  clear(block.portion);
   corners_ = 0;
-  block.piece.first_cell = cells_seen_;
+  block.portion.first_cell = cells_seen_;
   coder_->end_block();
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
   for (uint64_t i = 0; i < count; ++i) {
-    begin_blocks(block.piece);
+    begin_blocks(block.portion);
     const uint64_t swept = decode_alike(block, count - i);
     records_left_ -= swept;
     i += swept;
     if (i == count) break;
-    if (swept > 0) begin_blocks(block.piece);
+    if (swept > 0) begin_blocks(block.portion);
     const size_t cells = block.cells.size();
     if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
         numbers_->exhausted()) {
@@ -385,38 +385,38 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
     --records_left_;
   }
-  if (records_left_ == 0) begin_blocks(block.piece);
-  block.piece.connectivity.resize(corners_);
-  block.piece.slots.resize(corners_);
+  if (records_left_ == 0) begin_blocks(block.portion);
+  block.portion.connectivity.resize(corners_);
+  block.portion.slots.resize(corners_);
   points_seen_ += block.cells.points.size();
-  block.piece.slot_count = coder_->hull().point_capacity();
+  block.portion.slot_count = coder_->hull().point_capacity();
   return {};
 }
 
-/// What of a piece follows from its cells, while the next ones are decoded.
+/// What of a portion follows from its cells, while the next ones are decoded.
 void StreamReader::Implementation::complete(Block& block) {
-  StreamPiece& piece = block.piece;
-  piece.points.resize(block.cells.points.size());
-  piece.point_slots.resize(block.cells.points.size());
-  if (number_of_slot_.size() < piece.slot_count) number_of_slot_.resize(piece.slot_count);
-  for (size_t i = 0; i < piece.points.size(); ++i) {
+  StreamPortion& portion = block.portion;
+  portion.points.resize(block.cells.points.size());
+  portion.point_slots.resize(block.cells.points.size());
+  if (number_of_slot_.size() < portion.slot_count) number_of_slot_.resize(portion.slot_count);
+  for (size_t i = 0; i < portion.points.size(); ++i) {
     const NewPoint& point = block.cells.points[i];
-    piece.points[i] = point.number;
-    piece.point_slots[i] = point.slot;
+    portion.points[i] = point.number;
+    portion.point_slots[i] = point.slot;
     number_of_slot_[point.slot] = point.number;
   }
   for (const NodeRun& run : block.runs) {
     const uint32_t* const slots = block.cells.nodes.data() + run.node;
-    std::copy_n(slots, run.count, piece.slots.begin() + static_cast<ptrdiff_t>(run.at));
-    uint64_t* const numbers = piece.connectivity.data() + run.at;
+    std::copy_n(slots, run.count, portion.slots.begin() + static_cast<ptrdiff_t>(run.at));
+    uint64_t* const numbers = portion.connectivity.data() + run.at;
     for (size_t k = 0; k < run.count; ++k) numbers[k] = number_of_slot_[slots[k]];
   }
-  piece.ended_slots = block.cells.removed;
+  portion.ended_slots = block.cells.removed;
 }
 
 /// Room for the values of a block. False: they take more memory than allowed.
 bool StreamReader::Implementation::prepare_values(Block& block) {
-  StreamPiece& piece = block.piece;
+  StreamPortion& portion = block.portion;
   size_t of_points = 0, of_cells = 0;
   tuples_.clear();
   for (size_t s = 0; s < chains_.size(); ++s) {
@@ -424,32 +424,32 @@ bool StreamReader::Implementation::prepare_values(Block& block) {
     const size_t size =
         (on_points ? block.cells.points.size() : block.cells.size()) * chains_[s].tuple_size();
     if (size > options_.limits.mesh_bytes) return false;
-    auto& arrays = on_points ? piece.point_arrays : piece.cell_arrays;
+    auto& arrays = on_points ? portion.point_arrays : portion.cell_arrays;
     size_t& next = on_points ? of_points : of_cells;
     if (s > 0 && next == arrays.size()) arrays.emplace_back();
-    std::vector<std::byte>& bytes = s == 0 ? piece.positions : arrays[next++];
+    std::vector<std::byte>& bytes = s == 0 ? portion.positions : arrays[next++];
     bytes.resize(size);
     tuples_.push_back(bytes.data());
   }
-  piece.point_arrays.resize(of_points);
-  piece.cell_arrays.resize(of_cells);
+  portion.point_arrays.resize(of_points);
+  portion.cell_arrays.resize(of_cells);
   return true;
 }
 
-void StreamReader::Implementation::fill_numbers(StreamPiece& piece) const {
+void StreamReader::Implementation::fill_numbers(StreamPortion& portion) const {
   for (const auto& [stage, numbers] : numbered_) {
     const size_t size = numbers.number_size();
     if (chains_[stage].domain() == Domain::cell) {
-      numbers.store_all(piece.first_cell, {tuples_[stage], piece.cell_count() * size});
+      numbers.store_all(portion.first_cell, {tuples_[stage], portion.cell_count() * size});
       continue;
     }
-    for (size_t i = 0; i < piece.points.size(); ++i)
-      numbers.store(piece.points[i], tuples_[stage] + i * size);
+    for (size_t i = 0; i < portion.points.size(); ++i)
+      numbers.store(portion.points[i], tuples_[stage] + i * size);
   }
 }
 
 /// Values of one block at the same time as the cells of the next.
-Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
+Result<bool> StreamReader::Implementation::next(StreamPortion& portion) {
   if (ended_) return false;
   if (!is_ready_) {
     if (!MAILLE_TRY(begin_batch())) {
@@ -476,7 +476,7 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
   const size_t first = placed ? 1 : 0;
   if (placed) {
     decode(0);
-    find_places(header_.description.positions.type, block.piece.positions, places_);
+    find_places(header_.description.positions.type, block.portion.positions, places_);
   }
   executor_.parallel_for(ahead + chains_.size() - first + 1, [&](size_t task) {
     if (task < ahead) {
@@ -491,8 +491,8 @@ Result<bool> StreamReader::Implementation::next(StreamPiece& piece) {
     if (each == 0) return damaged("the numbers are damaged");
   }
   MAILLE_CHECK(cells);
-  fill_numbers(block.piece);
-  std::swap(piece, block.piece);
+  fill_numbers(block.portion);
+  std::swap(portion, block.portion);
   is_ready_ = ahead == 1;
   if (is_ready_) ready_ = 1 - ready_;
   return true;
@@ -518,8 +518,8 @@ Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
 const StreamDescription& StreamReader::description() const {
   return implementation_->description();
 }
-Result<bool> StreamReader::next(StreamPiece& piece) {
-  return implementation_->next(piece);
+Result<bool> StreamReader::next(StreamPortion& portion) {
+  return implementation_->next(portion);
 }
 
 }  // namespace maille

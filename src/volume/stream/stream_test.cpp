@@ -89,7 +89,7 @@ std::vector<std::byte> written_column(uint64_t cells, bool told_late) {
 
 void expect_column(const std::vector<std::byte>& bytes, uint64_t cells) {
   StreamReader reader = *StreamReader::open(std::make_unique<Trickle>(bytes));
-  StreamPiece piece;
+  StreamPortion piece;
   uint64_t seen = 0, points = 0;
   for (;;) {
     const auto more = reader.next(piece);
@@ -113,7 +113,7 @@ TEST(StreamReader, gives_a_piece_later_whose_bytes_had_not_arrived) {
   bool hesitates = false;
   StreamReader reader = *StreamReader::open(std::make_unique<Hesitant>(bytes, hesitates));
   hesitates = true;
-  StreamPiece piece;
+  StreamPortion piece;
   uint64_t seen = 0, refused = 0;
   for (;;) {
     const auto more = reader.next(piece);
@@ -154,7 +154,7 @@ TEST(Stream, EndsToldVeryLateAreKept) {
   ASSERT_TRUE(writer.end_points(std::vector<uint64_t>{3, 17, 4000}));
   ASSERT_TRUE(writer.finish());
   StreamReader reader = *StreamReader::open(std::make_unique<Trickle>(bytes));
-  StreamPiece piece;
+  StreamPortion piece;
   size_t ended = 0;
   while (*reader.next(piece)) ended += piece.ended_slots.size();
   EXPECT_EQ(ended, 3u);
@@ -163,7 +163,7 @@ TEST(Stream, EndsToldVeryLateAreKept) {
 TEST(Stream, SlotsNamePointsWithinAPiece) {
   const std::vector<std::byte> bytes = written_column(20000, false);
   StreamReader reader = *StreamReader::open(std::make_unique<Trickle>(bytes));
-  StreamPiece piece;
+  StreamPortion piece;
   std::vector<uint64_t> table;
   while (*reader.next(piece)) {
     table.resize(std::max<size_t>(table.size(), piece.slot_count));
@@ -182,7 +182,7 @@ TEST(Stream, GivesWhatWasFlushedBeforeTheEnd) {
   ASSERT_TRUE(writer.flush());
   const std::vector<std::byte> so_far = bytes;  // the end is missing
   StreamReader reader = *StreamReader::open(std::make_unique<Trickle>(so_far));
-  StreamPiece piece;
+  StreamPortion piece;
   ASSERT_TRUE(*reader.next(piece));
   EXPECT_EQ(piece.cell_count(), 1u);
   const auto end = reader.next(piece);
@@ -278,7 +278,7 @@ TEST(Stream, DamageCostsOnlyWhatComesBehindIt) {
   std::vector<std::byte> bytes = written_column(200000, false);
   bytes[bytes.size() * 3 / 4] ^= std::byte{1};
   StreamReader reader = *StreamReader::open(std::make_unique<Trickle>(bytes));
-  StreamPiece piece;
+  StreamPortion piece;
   Result<bool> more = false;
   while ((more = reader.next(piece)) && *more) {
   }

@@ -88,14 +88,15 @@ class Comparison {
   std::vector<Partner>& partners() { return partners_; }
   /// All values of the earlier step, until no array needs them.
   Result<> read(StreamReader& reader, const std::vector<StreamArray>& known) {
-    StreamPiece piece;
-    while (is_any_left() && MAILLE_TRY(reader.next(piece))) {
+    StreamPortion portion;
+    while (is_any_left() && MAILLE_TRY(reader.next(portion))) {
       for (Partner& partner : partners_) {
         if (!partner.keeps && !partner.on_lattice) continue;
         size_t place = 0;  // among the arrays of the domain
         for (size_t k = 0; k < partner.of; ++k) place += known[k].domain == known[partner.of].domain;
         const bool points = known[partner.of].domain == Domain::point;
-        MAILLE_CHECK(compare(partner, piece, points ? piece.point_arrays[place] : piece.cell_arrays[place]));
+        MAILLE_CHECK(
+            compare(partner, portion, points ? portion.point_arrays[place] : portion.cell_arrays[place]));
       }
     }
     return {};
@@ -106,7 +107,7 @@ class Comparison {
     return std::any_of(partners_.begin(), partners_.end(),
                        [](const Partner& partner) { return partner.keeps || partner.on_lattice; });
   }
-  Result<> compare(Partner& partner, const StreamPiece& piece, Bytes tuples) {
+  Result<> compare(Partner& partner, const StreamPortion& portion, Bytes tuples) {
     const size_t i = partner.array;
     const StreamedArray array{step_.arrays[i].type, step_.arrays[i].components, step_.maps[i],
                               step_.bounds[i]};
@@ -115,7 +116,7 @@ class Comparison {
     if (partner.on_lattice) partner.before.insert(partner.before.end(), tuples.begin(), tuples.end());
     for (size_t at = 0; at * size < tuples.size() && (partner.keeps || partner.on_lattice); ++at) {
       const bool points = step_.arrays[i].domain == Domain::point;
-      MAILLE_CHECK(values_.read(i, points ? piece.points[at] : piece.first_cell + at, tuple_.data()));
+      MAILLE_CHECK(values_.read(i, points ? portion.points[at] : portion.first_cell + at, tuple_.data()));
       for (size_t c = 0; c < array.components; ++c) {
         const std::byte* const number = tuple_.data() + c * number_size;
         const bool logarithm = array.maps[c].kind == NumberMap::Kind::logarithm;

@@ -277,7 +277,7 @@ TEST_F(TimeSteps, StreamsGiveThemPieceByPiece) {
   ASSERT_TRUE(append_step(path_, options, values));
   const auto source = file_source(path_);
   StreamReader reader = *StreamReader::open(**source, 1);
-  StreamPiece piece;
+  StreamPortion piece;
   uint64_t points = 0;
   while (*reader.next(piece)) {
     ASSERT_EQ(piece.point_arrays.size(), 1u);
