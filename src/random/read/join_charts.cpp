@@ -12,13 +12,7 @@ namespace maille {
 
 JoinedPoints join_charts(std::span<const DecodedChart> charts) {
   std::vector<PieceOfPoints> pieces;
-  for (const DecodedChart& chart : charts) {
-    PieceOfPoints& piece = pieces.emplace_back();
-    piece.points = static_cast<uint32_t>(chart.mesh.point_count());
-    piece.shared = chart.shared;
-    for (const SharedPoint& shared : chart.shared)
-      piece.places.push_back(place_of(chart.mesh.points, shared.point));
-  }
+  for (const DecodedChart& chart : charts) pieces.push_back(piece_of_points(chart.mesh.points, chart.shared));
   return join_points(pieces);
 }
 

@@ -156,8 +156,8 @@ void join(const ArrayToCode& positions, uint32_t points, EncodedParts& parts) {
   for (size_t p = 0; p < shared.size(); ++p) {
     const auto count = static_cast<uint32_t>(whole[p].size());
     put_section(out, encode_shared(shared[p], count, parts.patches[p].border));
-    PieceOfPoints& piece = pieces.emplace_back(PieceOfPoints{count, shared[p]});
-    for (const SharedPoint& point : shared[p]) piece.places.push_back(place(whole[p][point.point]));
+    pieces.push_back(
+        piece_of_points(count, shared[p], [&](uint32_t point) { return place(whole[p][point]); }));
   }
   parts.joins = out.take();
   parts.joined = join_points(pieces);
@@ -237,9 +237,7 @@ Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& d
   std::vector<Mesh> parts;
   for (DecodedPart& part : decoded) {
     const Mesh& mesh = parts.emplace_back(std::move(part.patch.mesh));
-    PieceOfPoints& piece =
-        pieces.emplace_back(PieceOfPoints{static_cast<uint32_t>(mesh.point_count()), part.shared});
-    for (const SharedPoint& point : part.shared) piece.places.push_back(place_of(mesh.points, point.point));
+    pieces.push_back(piece_of_points(mesh.points, part.shared));
   }
   const JoinedPoints joined = join_points(pieces);
   if (joined.count != description.points)

@@ -214,6 +214,19 @@ std::vector<uint32_t> JoinedPart::all_numbers() const {
   return all;
 }
 
+PieceOfPoints piece_of_points(uint32_t points, std::span<const SharedPoint> shared,
+                              const std::function<Place(uint32_t)>& place_of_point) {
+  PieceOfPoints piece = {points, shared};
+  piece.places.reserve(shared.size());
+  for (const SharedPoint& each : shared) piece.places.push_back(place_of_point(each.point));
+  return piece;
+}
+
+PieceOfPoints piece_of_points(const Array& positions, std::span<const SharedPoint> shared) {
+  return piece_of_points(static_cast<uint32_t>(positions.count()), shared,
+                         [&](uint32_t point) { return place_of(positions, point); });
+}
+
 JoinedPoints join_points(std::span<const PieceOfPoints> pieces) {
   std::vector<Member> members;
   for (uint32_t p = 0; p < pieces.size(); ++p) {

@@ -67,6 +67,11 @@ struct PieceOfPoints {
   std::span<const SharedPoint> shared;
   std::vector<Place> places = {};  ///< of the shared points
 };
+/// `place_of_point` is asked for shared points only.
+PieceOfPoints piece_of_points(uint32_t points, std::span<const SharedPoint> shared,
+                              const std::function<Place(uint32_t)>& place_of_point);
+/// Of a decoded piece.
+PieceOfPoints piece_of_points(const Array& positions, std::span<const SharedPoint> shared);
 /// Numbers for the points of all, in their order: shared points of one place and copy are one.
 JoinedPoints join_points(std::span<const PieceOfPoints> pieces);
 

@@ -15,13 +15,7 @@ struct PointNumbers {
 
 PointNumbers numbers_by_places(const std::vector<DecodedPiece>& pieces) {
   std::vector<PieceOfPoints> points;
-  for (const DecodedPiece& piece : pieces) {
-    PieceOfPoints& added = points.emplace_back();
-    added.points = static_cast<uint32_t>(piece.mesh.point_count());
-    added.shared = piece.shared;
-    for (const SharedPoint& shared : piece.shared)
-      added.places.push_back(place_of(piece.mesh.points, shared.point));
-  }
+  for (const DecodedPiece& piece : pieces) points.push_back(piece_of_points(piece.mesh.points, piece.shared));
   const JoinedPoints joined = join_points(points);
   PointNumbers numbers;
   numbers.count = joined.count;
