@@ -192,8 +192,10 @@ class PiecesEncoder {
       tail.blocks.push_back({block.name, block.type, block.size()});
       for (uint64_t i = 0; i < block.size(); ++i) {
         ++of_type[static_cast<size_t>(block.type_of(i))];
-        if (block.type_of(i) == CellType::polyhedron)
-          count(block.cell(i), block.faces(i).size(), tail.polyhedra);
+        if (block.type_of(i) != CellType::polyhedron) continue;
+        const auto corners = block.cell(i);
+        std::vector<uint64_t> points(corners.begin(), corners.end());
+        count_polyhedron(points, block.faces(i).size(), tail.polyhedra);
       }
     }
     for (size_t type = 0; type < of_type.size(); ++type) {
@@ -211,15 +213,6 @@ class PiecesEncoder {
     }
     if (exact) tail.errors.clear();
     return tail;
-  }
-  static void count(std::span<const uint32_t> points, size_t faces, MeshDescription::Polyhedra& polyhedra) {
-    std::vector<uint32_t> distinct(points.begin(), points.end());
-    std::sort(distinct.begin(), distinct.end());
-    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-    ++polyhedra.cells;
-    polyhedra.faces += faces;
-    polyhedra.corners += points.size();
-    polyhedra.points += distinct.size();
   }
 
   /// What the pieces say of themselves, together.

@@ -364,6 +364,14 @@ Result<BatchHeader> read_batch_header(ByteReader& in) {
   return header;
 }
 
+void count_polyhedron(std::vector<uint64_t>& points, size_t faces, MeshDescription::Polyhedra& polyhedra) {
+  ++polyhedra.cells;
+  polyhedra.faces += faces;
+  polyhedra.corners += points.size();
+  std::sort(points.begin(), points.end());
+  polyhedra.points += static_cast<uint64_t>(std::unique(points.begin(), points.end()) - points.begin());
+}
+
 std::vector<std::byte> encode_tail(const StreamTail& tail) {
   Writer writer;
   visit_tail(writer, tail);

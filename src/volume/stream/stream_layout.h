@@ -85,6 +85,8 @@ struct StreamTail {
   /// The largest error of each of these after decoding, as the encoder met them; none where all are exact.
   std::vector<double> errors;
 };
+/// Counts one more. `points`: the corners of its faces, which are put in order.
+void count_polyhedron(std::vector<uint64_t>& points, size_t faces, MeshDescription::Polyhedra& polyhedra);
 std::vector<std::byte> encode_tail(const StreamTail& tail);
 /// Error: corrupt.
 Result<StreamTail> decode_tail(Bytes bytes);

@@ -50,7 +50,6 @@ class StreamWriter::Implementation {
   Result<> add_values(size_t i, size_t count, std::span<const Bytes> arrays);
   Result<> add_delayed();
   Result<> add_all_delayed();
-  void count_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> points);
 
   StreamBatches batches_;
   const StreamOptions& options_ = batches_.options();
@@ -273,20 +272,10 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
                        std::to_string(face_sizes.size()) + " faces of " + std::to_string(corners) +
                        " corners, and " + std::to_string(connectivity.size()) + " points for them");
   }
-  count_polyhedron(face_sizes, connectivity);
-  return add_cell(face_cell, CellType::polyhedron, connectivity, last_use, face_sizes, 0, 1, arrays);
-}
-
-void StreamWriter::Implementation::count_polyhedron(std::span<const uint32_t> face_sizes,
-                                                    std::span<const uint64_t> points) {
   ++cells_of_type_[static_cast<uint8_t>(CellType::polyhedron)];
-  ++tail_.polyhedra.cells;
-  tail_.polyhedra.faces += face_sizes.size();
-  tail_.polyhedra.corners += points.size();
-  sorted_.assign(points.begin(), points.end());
-  std::sort(sorted_.begin(), sorted_.end());
-  tail_.polyhedra.points +=
-      static_cast<uint64_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
+  sorted_.assign(connectivity.begin(), connectivity.end());
+  count_polyhedron(sorted_, face_sizes.size(), tail_.polyhedra);
+  return add_cell(face_cell, CellType::polyhedron, connectivity, last_use, face_sizes, 0, 1, arrays);
 }
 
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
