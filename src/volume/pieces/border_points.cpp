@@ -45,12 +45,6 @@ class FaceSums {
     sum = mix(sum);
     for (const uint32_t point : points) sums_[point] ^= sum;
   }
-  /// Points of a cell that is known as a list only. Each gets another sum, so that few cancel.
-  void add_loose(std::span<const uint32_t> points) {
-    uint64_t sum = 0;
-    for (const uint32_t point : points) sum += mixed_[point];
-    for (const uint32_t point : points) sums_[point] ^= mix(mix(sum) + mixed_[point]);
-  }
   const std::vector<uint64_t>& sums() const { return sums_; }
 
  private:
@@ -79,7 +73,7 @@ std::vector<uint32_t> border_points(const Mesh& piece, std::span<const uint32_t>
       } else if (type == CellType::polyhedron) {
         add_polyhedron(block, i, sums);
       } else {
-        sums.add_loose(block.cell(i));
+        sums.add_face(block.cell(i), block.cell(i));
       }
     }
   }
