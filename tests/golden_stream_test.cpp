@@ -206,6 +206,11 @@ std::vector<GoldenFile> goldens() {
   GoldenFile& any = add("any_order", mixed_cells());
   any.is_lossy = true;  // in another order
   any.options.order = Order::canonical;
+  add("pieces", with_fields()).options.most_cells_per_part = 20;
+  GoldenFile& pieces = add("any_order_pieces", scattered_bricks());
+  pieces.is_lossy = true;  // in another order
+  pieces.options.order = Order::canonical;
+  pieces.options.most_cells_per_part = 80;
   return all;
 }
 
