@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "numbers/number_map.h"
-
 namespace maille {
 namespace {
 
@@ -16,15 +14,6 @@ double to_segment(const Vector3& p, const Vector3& a, const Vector3& b) {
 }
 
 }  // namespace
-
-Vector3 point_position(const Array& positions, uint64_t point) {
-  const size_t size = size_of(positions.type);
-  Vector3 p;
-  for (size_t k = 0; k < 3; ++k) {
-    p.x[k] = number_as_double(positions.type, positions.bytes.data() + (3 * point + k) * size);
-  }
-  return p;
-}
 
 double squared_distance(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 n = cross(b - a, c - a);

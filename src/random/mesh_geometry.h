@@ -9,11 +9,9 @@
 #include <span>
 
 #include "mesh/box_distance.h"
+#include "numbers/point_position.h"
 
 namespace maille {
-
-/// A point's position, whatever its type. Numbers that are none stay so.
-Vector3 point_position(const Array& positions, uint64_t point);
 
 /// A vertex of three floats, numbers that are none counting as 0: orders and boxes need some place.
 inline Vector3 finite_position(std::span<const float> positions, uint32_t vertex) {

@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "numbers/number_map.h"
+#include "numbers/point_position.h"
 
 namespace maille {
 namespace {
@@ -47,19 +48,11 @@ bool has_value(const Array& array, uint64_t tuple, const ValueCondition& wanted)
   return length >= wanted.low && length <= wanted.high;
 }
 
-Vector3 position_of(const Array& positions, uint32_t point) {
-  Vector3 position;
-  const size_t size = size_of(positions.type);
-  for (unsigned k = 0; k < 3; ++k)
-    position[k] = number_as_double(positions.type, positions.bytes.data() + (size_t{3} * point + k) * size);
-  return position;
-}
-
 /// Points whose numbers are not finite are nowhere.
 std::optional<Box> box_of(const Array& positions, std::span<const uint32_t> points) {
   std::optional<Box> box;
   for (const uint32_t point : points) {
-    const Vector3 at = position_of(positions, point);
+    const Vector3 at = point_position(positions, point);
     if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
     if (!box) box = Box{at, at};
     for (unsigned k = 0; k < 3; ++k) {
@@ -77,7 +70,7 @@ bool is_everywhere(const Region& region) {
 bool crosses(const Region::Plane& plane, const Array& positions, std::span<const uint32_t> points) {
   bool below = false, above = false;
   for (const uint32_t point : points) {
-    const double side = dot(plane.normal, position_of(positions, point)) + plane.offset;
+    const double side = dot(plane.normal, point_position(positions, point)) + plane.offset;
     below = below || side <= 0;
     above = above || side >= 0;
   }

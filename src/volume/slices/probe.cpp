@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numbers/number_map.h"
+#include "numbers/point_position.h"
 #include "volume/slices/solid_faces.h"
 
 namespace maille {
@@ -37,7 +39,7 @@ std::optional<std::array<double, 4>> coordinates(const std::array<Corner, 4>& co
 
 Vector3 mean(const Mesh& mesh, std::span<const uint32_t> points) {
   Vector3 sum;
-  for (const uint32_t point : points) sum = sum + position_of_point(mesh.points, point);
+  for (const uint32_t point : points) sum = sum + point_position(mesh.points, point);
   return sum * (1 / static_cast<double>(points.size()));
 }
 
@@ -53,7 +55,7 @@ std::optional<Weights> weights_at(const Mesh& mesh, const CellBlock& block, uint
     for (size_t k = 0; k < corners.size() && !weights; ++k) {
       const auto corner = [&](size_t i) {
         const auto points = corners.subspan(i % corners.size(), 1);
-        return Corner{position_of_point(mesh.points, points[0]), points};
+        return Corner{point_position(mesh.points, points[0]), points};
       };
       const std::array<Corner, 4> tetrahedron = {middle, centre, corner(k), corner(k + 1)};
       const auto shares = coordinates(tetrahedron, place);
@@ -90,7 +92,7 @@ void set_values(const Mesh& mesh, const Weights& weights, ProbedValues& probed) 
 bool is_in_box(const Mesh& mesh, std::span<const uint32_t> points, const Vector3& place) {
   std::array<bool, 3> below{}, above{};
   for (const uint32_t point : points) {
-    const Vector3 at = position_of_point(mesh.points, point);
+    const Vector3 at = point_position(mesh.points, point);
     for (unsigned k = 0; k < 3; ++k) {
       below[k] = below[k] || at[k] <= place[k];
       above[k] = above[k] || at[k] >= place[k];

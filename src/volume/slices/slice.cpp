@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "numbers/number_map.h"
+#include "numbers/point_position.h"
 #include "volume/slices/solid_faces.h"
 
 namespace maille {
@@ -31,7 +32,7 @@ class Slicer {
   Slicer(const Mesh& mesh, const Region::Plane& plane) : mesh_(mesh) {
     sides_.resize(mesh.point_count());
     for (uint32_t point = 0; point < sides_.size(); ++point)
-      sides_[point] = dot(plane.normal, position_of_point(mesh.points, point)) + plane.offset;
+      sides_[point] = dot(plane.normal, point_position(mesh.points, point)) + plane.offset;
   }
 
   Mesh run() {

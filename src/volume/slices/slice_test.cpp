@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "numbers/point_position.h"
 #include "volume/slices/solid_faces.h"
 #include "volume/testing.h"
 
@@ -52,7 +53,7 @@ double area_of(const Mesh& mesh) {
       const auto corners = block.cell(i);
       Vector3 sum;
       for (size_t k = 2; k < corners.size(); ++k) {
-        const auto at = [&](size_t c) { return position_of_point(mesh.points, corners[c]); };
+        const auto at = [&](size_t c) { return point_position(mesh.points, corners[c]); };
         sum = sum + cross(at(k - 1) - at(0), at(k) - at(0));
       }
       area += std::sqrt(dot(sum, sum)) / 2;
@@ -69,7 +70,7 @@ TEST(Slice, PolygonsFillThePlaneAndHaveTheValuesThere) {
     ASSERT_TRUE(validate(cut));
     ASSERT_EQ(cut.arrays.size(), 2u);
     for (uint32_t i = 0; i < cut.point_count(); ++i) {
-      const Vector3 at = position_of_point(cut.points, i);
+      const Vector3 at = point_position(cut.points, i);
       EXPECT_NEAR(dot(normal, at) - dot(normal, {{2.1, 1.9, 2.05}}), 0, 1e-12);
       EXPECT_NEAR(cut.arrays[0].values<double>()[2 * i], 2 * at[0] - at[1] + 3 * at[2] + 1, 1e-12);
     }

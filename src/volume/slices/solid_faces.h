@@ -1,23 +1,12 @@
 #pragma once
 
 #include <maille/faces.h>
-#include <maille/geometry.h>
 #include <maille/mesh.h>
 
 #include <array>
 #include <span>
 
-#include "numbers/number_map.h"
-
 namespace maille {
-
-inline Vector3 position_of_point(const Array& positions, uint64_t point) {
-  Vector3 position;
-  const size_t size = size_of(positions.type);
-  for (unsigned k = 0; k < 3; ++k)
-    position[k] = number_as_double(positions.type, positions.bytes.data() + (3 * point + k) * size);
-  return position;
-}
 
 /// Calls f(corners) for each face of a solid, by numbers of points; of curved solids by their corners. Other
 /// cells have none.

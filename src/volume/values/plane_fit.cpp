@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "numbers/point_position.h"
+
 namespace maille {
 namespace {
 
@@ -31,12 +33,8 @@ bool solve(const std::array<double, 6>& a, double more, const Vector3& b, Vector
 }  // namespace
 
 void find_places(Scalar type, Bytes positions, std::vector<Vector3>& places) {
-  const size_t size = size_of(type);
-  places.resize(positions.size() / (3 * size));
-  for (size_t i = 0; i < places.size(); ++i) {
-    for (unsigned k = 0; k < 3; ++k)
-      places[i][k] = number_as_double(type, positions.data() + (3 * i + k) * size);
-  }
+  places.resize(positions.size() / (3 * size_of(type)));
+  for (size_t i = 0; i < places.size(); ++i) places[i] = point_position(type, positions.data(), i);
 }
 
 DecodedPlaces::DecodedPlaces(const StreamedArray& positions) : positions_(positions) {
