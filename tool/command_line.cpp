@@ -115,6 +115,13 @@ Result<Command> with_fetch_limit(Options options, const Raw& raw) {
   return with_raw(options, raw);
 }
 
+/// With the names of --arrays; an empty list is one, too: no arrays.
+template <class Options>
+Options with_arrays(Options options, const Parser& parser, const std::string& verb) {
+  if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(parser.raw.arrays, ',');
+  return options;
+}
+
 Result<Command> command_of(const Parser& parser, const std::string& verb) {
   const Raw& raw = parser.raw;
   if (verb == "compress") {
@@ -126,11 +133,7 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
     options.provenance = !raw.no_provenance;
     return with_raw(options, raw);
   }
-  if (verb == "decompress") {
-    DecompressOptions options = parser.decompress;
-    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
-    return with_raw(options, raw);
-  }
+  if (verb == "decompress") return with_raw(with_arrays(parser.decompress, parser, verb), raw);
   if (verb == "diff") {
     DiffOptions options = parser.diff;
     options.arrays = !raw.no_arrays;
@@ -141,21 +144,9 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
   if (verb == "verify") return with_raw(parser.verify, raw);
   if (verb == "convert") return with_raw(parser.convert, raw);
   if (verb == "generate") return with_raw(parser.generate, raw);
-  if (verb == "extract") {
-    ExtractOptions options = parser.extract;
-    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
-    return with_fetch_limit(options, raw);
-  }
-  if (verb == "slice") {
-    SliceOptions options = parser.slice;
-    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
-    return with_fetch_limit(options, raw);
-  }
-  if (verb == "probe") {
-    ProbeOptions options = parser.probe;
-    if (parser.app.get_subcommand(verb)->count("--arrays") > 0) options.arrays = split(raw.arrays, ',');
-    return with_fetch_limit(options, raw);
-  }
+  if (verb == "extract") return with_fetch_limit(with_arrays(parser.extract, parser, verb), raw);
+  if (verb == "slice") return with_fetch_limit(with_arrays(parser.slice, parser, verb), raw);
+  if (verb == "probe") return with_fetch_limit(with_arrays(parser.probe, parser, verb), raw);
   if (verb == "serve") return parser.serve;
   if (verb == "view") {
     ViewOptions options = parser.view;

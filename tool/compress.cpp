@@ -74,11 +74,7 @@ Result<> check(const CompressOptions& options, const std::string& output) {
   if (wants_pieces(options) && options.delay > 0)
     return failure(ErrorCode::usage,
                    "--pieces and --delay exclude each other: a piece is put in order as a whole");
-  if (options.common.json && output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
-  return {};
+  return check_json_output(options.common, output);
 }
 
 /// What was compressed, for the report.

@@ -47,10 +47,7 @@ Result<> report(const ConvertOptions& options, const Mesh& mesh, uint64_t before
 }  // namespace
 
 Result<int> run(const ConvertOptions& options) {
-  if (options.common.json && options.output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
+  TOOL_CHECK(check_json_output(options.common, options.output));
   const std::string format = TOOL_TRY(output_format(options.output, options.output_format, ""));
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
   const auto file = TOOL_TRY(open_output({options.output, options.input, options.force,

@@ -149,10 +149,7 @@ Result<Salvaged> decode_whole(const DecompressOptions& options, const Source& so
 Result<int> run(const DecompressOptions& options) {
   const Stopwatch whole;
   std::string output = options.output.empty() && options.input == "-" ? "-" : options.output;
-  if (options.common.json && output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
+  TOOL_CHECK(check_json_output(options.common, output));
   Input input;
   if (output.empty()) {
     input = TOOL_TRY(open_maille(options.input));

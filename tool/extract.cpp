@@ -1,30 +1,17 @@
 #include <fmt/format.h>
-#include <maille/io.h>
 #include <maille/random_access.h>
 
 #include <algorithm>
 
 #include "extract_volume.h"
-#include "files.h"
-#include "progress.h"
+#include "part_output.h"
 #include "result.h"
-#include "summary.h"
 #include "text.h"
 #include "verbs.h"
 
 namespace maille::tool {
 
 namespace {
-
-Result<std::string> format_of_output(const ExtractOptions& options) {
-  const bool named = options.output != "-" && options.output.rfind("/dev/", 0) != 0;
-  const std::string format =
-      TOOL_TRY(output_format(options.output, options.output_format, named ? "" : "ply"));
-  if (format != "maille") return format;
-  return failure(ErrorCode::usage,
-                 fmt::format("{}: extract writes other formats; `maille compress` makes .maille of them",
-                             options.output));
-}
 
 Region region_of(const ExtractOptions& options) {
   Region region;
@@ -98,23 +85,14 @@ Result<> report(const ExtractOptions& options, const Input& input, const Selecti
                  {"charts", selection.charts.size()},  {"faces_read", selection.faces},
                  {"damaged_charts", damaged},          {"points", mesh.point_count()},
                  {"cells", mesh.cell_count()},         {"seconds", seconds}};
-    if (input.remote != nullptr) {
-      const HttpStatistics fetched = input.remote->statistics();
-      json["fetched"] = {{"bytes", fetched.bytes},
-                         {"of_bytes", input.source->size()},
-                         {"requests", fetched.requests},
-                         {"round_trips", fetched.round_trips}};
-    }
+    add_fetched(input, json);
     return answer(dump(json));
   }
   if (options.common.quiet) return {};
   say(fmt::format("{} -> {}: {}, {}, of {}, {:.2f} s", input_name(options.input), output_name(options.output),
                   counted(mesh.point_count(), "point"), counted(mesh.cell_count(), cell_word(mesh)),
                   counted(selection.charts.size(), "chart"), seconds));
-  if (input.remote != nullptr) {
-    say(fmt::format("fetched {}, of a file of {}", fetched_text(input),
-                    human_bytes(static_cast<double>(input.source->size()))));
-  }
+  say_fetched(input);
   return {};
 }
 
@@ -208,11 +186,8 @@ Result<Extracted> extract_nearest(File& file, const ExtractOptions& options) {
 
 Result<int> run(const ExtractOptions& options) {
   const Stopwatch whole;
-  if (options.common.json && options.output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
-  const std::string format = TOOL_TRY(format_of_output(options));
+  TOOL_CHECK(check_json_output(options.common, options.output));
+  const std::string format = TOOL_TRY(part_format(options, "extract"));
   const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
   if (TOOL_TRY(mode_of(*input.source)) == Mode::stream) return extract_volume(options, input, format);
   TOOL_CHECK(check_no_volume_options(options));
@@ -225,15 +200,10 @@ Result<int> run(const ExtractOptions& options) {
                                        : !options.component.empty() ? extract_component(file, options)
                                                                     : extract_region(file, options, input));
   const auto& [mesh, selection, problems] = extracted;
-  const auto output = TOOL_TRY(open_output({options.output, options.input, options.force,
-                                            is_binary(format, options.ascii), is_folder_format(format)}));
-  const std::vector<std::string> notes =
-      TOOL_TRY(write_mesh(mesh, *output, {.format = format, .ascii = options.ascii}));
-  TOOL_CHECK(output->commit());
-  say_notes(output_name(options.output), notes, options.common.quiet);
+  TOOL_CHECK(write_part(mesh, options.input, options, format, options.common));
   for (const std::string& problem : problems) complain(problem);
   TOOL_CHECK(report(options, input, selection, mesh, problems.size(), whole.seconds()));
-  return problems.empty() ? 0 : 6;
+  return problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
 }
 
 }  // namespace maille::tool

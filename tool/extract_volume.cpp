@@ -2,11 +2,10 @@
 #include "extract_volume.h"
 
 #include <fmt/format.h>
-#include <maille/io.h>
 
 #include <cmath>
 
-#include "progress.h"
+#include "part_output.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -21,12 +20,9 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, last - first + 1);
 }
 
-std::optional<double> number_in(const std::string& text) {
-  const std::string digits = trimmed(text);
-  char* end = nullptr;
-  const double value = std::strtod(digits.c_str(), &end);
-  if (digits.empty() || *end != 0 || std::isnan(value)) return std::nullopt;
-  return value;
+std::optional<double> limit_in(const std::string& text) {
+  const std::optional<double> value = parse_number<double>(text);
+  return value && !std::isnan(*value) ? value : std::nullopt;
 }
 
 /// "velocity[0]": the name, and which component.
@@ -35,9 +31,10 @@ bool set_name(const std::string& text, ValueCondition& condition) {
   if (condition.array.empty() || condition.array.back() != ']') return !condition.array.empty();
   const size_t open = condition.array.rfind('[');
   if (open == std::string::npos || open == 0) return false;
-  const auto number = number_in(condition.array.substr(open + 1, condition.array.size() - open - 2));
-  if (!number || *number < 0 || *number > 65535 || *number != std::floor(*number)) return false;
-  condition.component = static_cast<uint32_t>(*number);
+  const auto number =
+      parse_number<uint32_t>(condition.array.substr(open + 1, condition.array.size() - open - 2));
+  if (!number) return false;
+  condition.component = *number;
   condition.array.resize(open);
   return true;
 }
@@ -48,13 +45,13 @@ bool set_range(const std::string& text, ValueCondition& condition) {
   const bool or_equal = text.size() > 1 && text[1] == '=';
   const std::string rest = text.substr(or_equal ? 2 : 1);
   if (const size_t colon = rest.find(':'); text[0] == '=' && colon != std::string::npos) {
-    const auto low = number_in(rest.substr(0, colon)), high = number_in(rest.substr(colon + 1));
+    const auto low = limit_in(rest.substr(0, colon)), high = limit_in(rest.substr(colon + 1));
     if (!low || !high) return false;
     condition.low = *low;
     condition.high = *high;
     return true;
   }
-  const auto number = number_in(rest);
+  const auto number = limit_in(rest);
   if (!number) return false;
   if (text[0] == '>') condition.low = or_equal ? *number : std::nextafter(*number, infinity);
   if (text[0] == '<') condition.high = or_equal ? *number : std::nextafter(*number, -infinity);
@@ -79,15 +76,16 @@ Result<VolumeQuery> query_of(const ExtractOptions& options) {
   for (const std::string& text : options.where) query.conditions.push_back(TOOL_TRY(parse_condition(text)));
   if (!options.cells.empty()) {
     const size_t colon = options.cells.find(':');
-    const auto first = number_in(options.cells.substr(0, colon));
-    const auto end = colon == std::string::npos ? std::nullopt : number_in(options.cells.substr(colon + 1));
-    if (!first || !end || *first < 0 || *end < *first || *end > 1e18) {
+    const auto first = parse_number<uint64_t>(options.cells.substr(0, colon));
+    const auto end =
+        parse_number<uint64_t>(colon == std::string::npos ? "" : options.cells.substr(colon + 1));
+    if (!first || !end || *end < *first) {
       return failure(ErrorCode::usage,
                      fmt::format("--cells {}: two numbers, the first cell and the one behind the last, as in "
                                  "100:200",
                                  options.cells));
     }
-    query.cells = {static_cast<uint64_t>(*first), static_cast<uint64_t>(*end)};
+    query.cells = {*first, *end};
   }
   return query;
 }
@@ -111,13 +109,7 @@ Result<> report(const ExtractOptions& options, const Input& input, const VolumeF
                  {"points", found.mesh.point_count()},
                  {"cells", found.mesh.cell_count()},
                  {"seconds", seconds}};
-    if (input.remote != nullptr) {
-      const HttpStatistics fetched = input.remote->statistics();
-      json["fetched"] = {{"bytes", fetched.bytes},
-                         {"of_bytes", input.source->size()},
-                         {"requests", fetched.requests},
-                         {"round_trips", fetched.round_trips}};
-    }
+    add_fetched(input, json);
     return answer(dump(json));
   }
   if (options.common.quiet) return {};
@@ -125,10 +117,7 @@ Result<> report(const ExtractOptions& options, const Input& input, const VolumeF
                   output_name(options.output), counted(found.mesh.point_count(), "point"),
                   counted(found.mesh.cell_count(), "cell"), found.pieces, counted(file.pieces(), "piece"),
                   seconds));
-  if (input.remote != nullptr) {
-    say(fmt::format("fetched {}, of a file of {}", fetched_text(input),
-                    human_bytes(static_cast<double>(input.source->size()))));
-  }
+  say_fetched(input);
   return {};
 }
 
@@ -203,12 +192,7 @@ Result<int> extract_volume(const ExtractOptions& options, const Input& input, co
     add_numbers("input_cell", Domain::cell, found.cell_numbers, found.mesh);
     add_numbers("input_point", Domain::point, found.point_numbers, found.mesh);
   }
-  const auto output = TOOL_TRY(open_output({options.output, options.input, options.force,
-                                            is_binary(format, options.ascii), is_folder_format(format)}));
-  const std::vector<std::string> notes =
-      TOOL_TRY(write_mesh(found.mesh, *output, {.format = format, .ascii = options.ascii}));
-  TOOL_CHECK(output->commit());
-  say_notes(output_name(options.output), notes, options.common.quiet);
+  TOOL_CHECK(write_part(found.mesh, options.input, options, format, options.common));
   TOOL_CHECK(report(options, input, file, found, whole.seconds()));
   return found.problems.empty() ? 0 : static_cast<int>(ErrorCode::corrupt);
 }

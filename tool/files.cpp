@@ -223,6 +223,12 @@ Result<> check_folder(const OutputRequest& request) {
 
 }  // namespace
 
+Result<> check_json_output(const CommonOptions& common, const std::string& output) {
+  if (!common.json || output != "-") return {};
+  return failure(ErrorCode::usage,
+                 "--json and the output '-' both want standard output; name an output file");
+}
+
 Result<> check_output(const OutputRequest& request) {
   if (request.folder) return check_folder(request);
   if (request.path == "-") {

@@ -77,6 +77,8 @@ struct OutputRequest {
   bool folder = false;  ///< a mesh of OpenFOAM: polymesh_sink()
 };
 
+/// Error: usage, where the answer (--json) and the output ("-") would both go to standard output.
+Result<> check_json_output(const CommonOptions& common, const std::string& output);
 /// Checks that writing makes sense: errors as of open_output().
 Result<> check_output(const OutputRequest& request);
 /// Checks that writing makes sense, then opens the output. Errors: usage (same file as the input, exists

@@ -243,10 +243,7 @@ Result<int> run(const GenerateOptions& options) {
     return failure(ErrorCode::usage, options.count ? "--count writes nothing; leave OUT away"
                                                    : "name a file to write, or give --count");
   }
-  if (options.common.json && options.output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
+  TOOL_CHECK(check_json_output(options.common, options.output));
   const BlockDictionary blocks = TOOL_TRY(read_block_dictionary(options.input));
   say_notes(options.input, blocks.notes, options.common.quiet);
   auto result = options.count ? count(options, blocks.description) : write(options, blocks.description);

@@ -151,12 +151,18 @@ struct GenerateOptions {
   bool force = false;
 };
 
-struct ExtractOptions {
+/// How a part of a mesh is written.
+struct OutputOptions {
+  std::string output;
+  std::string output_format;
+  bool ascii = false;
+  bool force = false;
+};
+
+struct ExtractOptions : OutputOptions {
   CommonOptions common;
   std::string input;
   uint64_t fetch_limit = default_fetch_limit;
-  std::string output;
-  std::string output_format;
   std::vector<double> box;         ///< empty, or six numbers: the lowest corner, then the highest
   std::vector<double> sphere;      ///< empty, or four: centre, radius
   std::vector<double> plane;       ///< empty, or six: a point on it, its normal
@@ -176,32 +182,24 @@ struct ExtractOptions {
   bool full = false;
   bool whole_charts = false;
   bool chart_numbers = false;
-  bool ascii = false;
-  bool force = false;
 };
 
-struct SliceOptions {
+/// A volume in any format, of which cells are wanted.
+struct VolumeOptions {
   CommonOptions common;
   std::string input;
   std::string input_format;
   uint64_t fetch_limit = default_fetch_limit;
-  std::string output;
-  std::string output_format;
+  std::optional<std::vector<std::string>> arrays;
+  uint64_t step = 0;  ///< of time
+};
+
+struct SliceOptions : VolumeOptions, OutputOptions {
   std::vector<double> plane;  ///< six: a point on it, its normal
-  std::optional<std::vector<std::string>> arrays;
-  uint64_t step = 0;  ///< of time
-  bool ascii = false;
-  bool force = false;
 };
 
-struct ProbeOptions {
-  CommonOptions common;
-  std::string input;
-  std::string input_format;
-  uint64_t fetch_limit = default_fetch_limit;
+struct ProbeOptions : VolumeOptions {
   std::vector<double> places;  ///< three for each
-  std::optional<std::vector<std::string>> arrays;
-  uint64_t step = 0;  ///< of time
 };
 
 struct ServeOptions {

@@ -38,13 +38,12 @@ Result<int> run(const ProbeOptions& options) {
   std::vector<Vector3> places;
   for (size_t i = 0; i + 3 <= options.places.size(); i += 3)
     places.push_back({{options.places[i], options.places[i + 1], options.places[i + 2]}});
-  const VolumeRequest request = {options.input, options.input_format, options.fetch_limit, options.arrays,
-                                 options.step};
+  VolumeInput input = TOOL_TRY(VolumeInput::open(options));
   std::vector<ProbedValues> probed;
   for (const Vector3& place : places) {
     VolumeQuery query;
     query.region.box = Box{place, place};
-    const Mesh cells = TOOL_TRY(read_cells(request, query, options.common));
+    const Mesh& cells = *TOOL_TRY(input.cells(query));
     probed.push_back(probe(cells, std::span(&place, 1)).front());
   }
   Json json = Json::array();

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
-#include <maille/io.h>
 #include <maille/slice.h>
 
+#include "part_output.h"
 #include "result.h"
-#include "summary.h"
 #include "text.h"
 #include "verbs.h"
 #include "volume_cells.h"
@@ -12,44 +11,32 @@ namespace maille::tool {
 
 Result<int> run(const SliceOptions& options) {
   const Stopwatch whole;
-  if (options.common.json && options.output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
-  const bool named = options.output != "-" && options.output.rfind("/dev/", 0) != 0;
-  const std::string format =
-      TOOL_TRY(output_format(options.output, options.output_format, named ? "" : "ply"));
-  if (format == "maille") {
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: slice writes other formats; `maille compress` makes .maille of them",
-                               options.output));
-  }
+  TOOL_CHECK(check_json_output(options.common, options.output));
+  const std::string format = TOOL_TRY(part_format(options, "slice"));
   VolumeQuery query;
   query.plane = TOOL_TRY(plane_of(options.plane));
-  const VolumeRequest request = {options.input, options.input_format, options.fetch_limit, options.arrays,
-                                 options.step};
-  const Mesh sliced = slice(TOOL_TRY(read_cells(request, query, options.common)), *query.plane);
+  VolumeInput input = TOOL_TRY(VolumeInput::open(options));
+  const Mesh sliced = slice(*TOOL_TRY(input.cells(query)), *query.plane);
   if (sliced.cell_count() == 0) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: the plane passes no solid of the mesh", input_name(options.input)));
   }
-  const auto output = TOOL_TRY(open_output({options.output, options.input, options.force,
-                                            is_binary(format, options.ascii), is_folder_format(format)}));
-  const std::vector<std::string> notes =
-      TOOL_TRY(write_mesh(sliced, *output, {.format = format, .ascii = options.ascii}));
-  TOOL_CHECK(output->commit());
-  say_notes(output_name(options.output), notes, options.common.quiet);
+  TOOL_CHECK(write_part(sliced, options.input, options, format, options.common));
   if (options.common.json) {
-    TOOL_CHECK(answer(dump({{"input", input_name(options.input)},
-                            {"output", options.output},
-                            {"points", sliced.point_count()},
-                            {"polygons", sliced.cell_count()},
-                            {"seconds", whole.seconds()}})));
-  } else if (!options.common.quiet) {
-    say(fmt::format("{} -> {}: {}, {}, {:.2f} s", input_name(options.input), output_name(options.output),
-                    counted(sliced.point_count(), "point"), counted(sliced.cell_count(), "polygon"),
-                    whole.seconds()));
+    Json json = {{"input", input_name(options.input)},
+                 {"output", options.output},
+                 {"points", sliced.point_count()},
+                 {"polygons", sliced.cell_count()},
+                 {"seconds", whole.seconds()}};
+    add_fetched(input.input(), json);
+    TOOL_CHECK(answer(dump(json)));
+    return 0;
   }
+  if (options.common.quiet) return 0;
+  say(fmt::format("{} -> {}: {}, {}, {:.2f} s", input_name(options.input), output_name(options.output),
+                  counted(sliced.point_count(), "point"), counted(sliced.cell_count(), "polygon"),
+                  whole.seconds()));
+  say_fetched(input.input());
   return 0;
 }
 

@@ -135,10 +135,7 @@ Result<> report(const SubdivideOptions& options, const Mesh& mesh, const Output&
 }  // namespace
 
 Result<int> run(const SubdivideOptions& options) {
-  if (options.common.json && options.output == "-") {
-    return failure(ErrorCode::usage,
-                   "--json and the output '-' both want standard output; name an output file");
-  }
+  TOOL_CHECK(check_json_output(options.common, options.output));
   const std::string format = TOOL_TRY(output_format(options.output, options.output_format, "ply"));
   if (format == "maille") {
     return failure(ErrorCode::usage, fmt::format("{}: write a PLY and `maille compress` it", options.output));

@@ -4,8 +4,10 @@
 #include <maille/error.h>
 #include <maille/mesh.h>
 
+#include <charconv>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +41,18 @@ std::string human_bytes(double bytes);
 std::string counted(uint64_t count, std::string_view noun);
 /// A number with no more digits than it needs, "0" for 0.
 std::string number(double value);
+/// The number that a text is, spaces around it left out; nothing where there is more or less than one number
+/// of this type, whatever the locale.
+template <class T>
+std::optional<T> parse_number(std::string_view text) {
+  const size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
+  if (first == std::string_view::npos) return std::nullopt;
+  text = text.substr(first, last - first + 1);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
 /// part / whole with two decimals, "-" when whole is 0.
 std::string quotient(double part, double whole);
 /// "f32 x 3".

@@ -4,12 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include "result.h"
+#include "text.h"
 
 namespace maille::tool {
 
@@ -24,11 +24,10 @@ bool means_positions(const std::string& name) {
 constexpr double largest_bits = 52;
 
 Result<double> parse_value(const std::string& option, const std::string& text, Tolerance::Kind kind) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+  const std::optional<double> number = parse_number<double>(text);
+  if (!number || !std::isfinite(*number))
     return failure(ErrorCode::usage, fmt::format("{}: '{}' is not a number", option, text));
-  }
+  const double value = *number;
   if (kind == Tolerance::Kind::bits) {
     if (value < 1 || value > largest_bits || value != std::floor(value)) {
       return failure(ErrorCode::usage,

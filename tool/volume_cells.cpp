@@ -5,9 +5,29 @@
 #include <algorithm>
 #include <cmath>
 
+#include "progress.h"
 #include "result.h"
 
 namespace maille::tool {
+
+namespace {
+
+void keep_arrays(const std::vector<std::string>& names, Mesh& mesh) {
+  std::erase_if(mesh.arrays, [&](const Array& array) {
+    return std::find(names.begin(), names.end(), array.name) == names.end();
+  });
+}
+
+DecodeOptions decoding_of(const VolumeOptions& options, const Threads& threads) {
+  DecodeOptions decoding;
+  decoding.limits.mesh_bytes = options.common.memory;
+  decoding.arrays = options.arrays;
+  decoding.step = options.step;
+  decoding.executor = threads.executor();
+  return decoding;
+}
+
+}  // namespace
 
 Result<> allow(const VolumeFile& file, const VolumeQuery& query, const Input& input) {
   if (input.remote == nullptr) return {};
@@ -27,33 +47,31 @@ Result<Region::Plane> plane_of(const std::vector<double>& numbers) {
   return Region::Plane{unit, -dot(unit, point)};
 }
 
-Result<Mesh> read_cells(const VolumeRequest& request, const VolumeQuery& query, const CommonOptions& common) {
-  const Input input = TOOL_TRY(open_input(request.input, request.input_format, request.fetch_limit));
-  const Threads threads(common.threads);
+Result<VolumeInput> VolumeInput::open(const VolumeOptions& options) {
+  VolumeInput volume(TOOL_TRY(open_input(options.input, options.input_format, options.fetch_limit)),
+                     options.common.threads);
+  const Input& input = volume.input_;
   if (input.is_maille && TOOL_TRY(mode_of(*input.source)) == Mode::stream) {
-    DecodeOptions decoding;
-    decoding.limits.mesh_bytes = common.memory;
-    decoding.arrays = request.arrays;
-    decoding.step = request.step;
-    decoding.executor = threads.executor();
-    const VolumeFile file = TOOL_TRY(VolumeFile::open(*input.source, decoding));
-    TOOL_CHECK(allow(file, query, input));
-    ExtractedVolume found = TOOL_TRY(file.extract(query));
-    if (!found.problems.empty()) return failure(ErrorCode::corrupt, found.problems.front());
-    return std::move(found.mesh);
+    volume.file_ = TOOL_TRY(VolumeFile::open(*input.source, decoding_of(options, volume.threads_)));
+    return volume;
   }
-  if (request.step != 0)
+  if (options.step != 0)
     return failure(ErrorCode::usage,
-                   input_name(request.input) + ": has no steps; files of mode stream have them");
-  ProgressDisplay progress(common.progress, common.quiet);
-  Mesh mesh = TOOL_TRY(load(input, common, progress)).mesh;
+                   input_name(options.input) + ": has no steps; files of mode stream have them");
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  volume.mesh_ = TOOL_TRY(load(input, options.common, progress)).mesh;
   progress.clear();
-  if (!request.arrays) return mesh;
-  const auto is_unwanted = [&](const Array& array) {
-    return std::find(request.arrays->begin(), request.arrays->end(), array.name) == request.arrays->end();
-  };
-  mesh.arrays.erase(std::remove_if(mesh.arrays.begin(), mesh.arrays.end(), is_unwanted), mesh.arrays.end());
-  return mesh;
+  if (options.arrays) keep_arrays(*options.arrays, volume.mesh_);
+  return volume;
+}
+
+Result<const Mesh*> VolumeInput::cells(const VolumeQuery& query) {
+  if (!file_) return &mesh_;
+  TOOL_CHECK(allow(*file_, query, input_));
+  ExtractedVolume found = TOOL_TRY(file_->extract(query));
+  if (!found.problems.empty()) return failure(ErrorCode::corrupt, found.problems.front());
+  mesh_ = std::move(found.mesh);
+  return &mesh_;
 }
 
 }  // namespace maille::tool
