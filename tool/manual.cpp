@@ -38,8 +38,8 @@ constexpr ExitCode exit_codes[] = {
 constexpr const char* general_notes =
     "An address (http://, https://) stands wherever a .maille file is read. "
     "Answers go to standard output, everything else to standard error. An output file appears whole or not "
-    "at "
-    "all: it is written under a temporary name and renamed at the end. Files are never overwritten without "
+    "at all: it is written under a temporary name and renamed at the end. Files are never overwritten "
+    "without "
     "-f.";
 
 std::string wrapped(const std::string& text, size_t indent, size_t column) {
@@ -156,33 +156,49 @@ std::string help_text(const VerbEntry& verb) {
   return text;
 }
 
+namespace {
+
+/// An item of a list. Further lines of the help, such as the values of an option, are items below it.
+std::string markdown_item(const std::string& left, const std::string& help) {
+  const size_t line = std::min(help.find('\n'), help.size());
+  const std::string first = help.substr(0, line);
+  const bool is_long = left.size() > help_width / 2;  // a name is not broken
+  std::string text = is_long ? fmt::format("* {}:\n  {}", left, wrapped(first, 2, 2))
+                             : "* " + wrapped(left + ": " + first, 2, 2);
+  for (size_t start = line + 1; start < help.size();) {
+    const size_t end = std::min(help.find('\n', start), help.size());
+    text += "  * " + wrapped(help.substr(start, end - start), 4, 4);
+    start = end + 1;
+  }
+  return text;
+}
+
+std::string markdown_option(const OptionEntry& option) {
+  std::string left = option.positional.empty() ? "" : fmt::format("`{}`", option.positional);
+  if (!option.names.empty()) left += fmt::format("{}`{}`", left.empty() ? "" : " or ", names_of(option));
+  return markdown_item(left, option.help);
+}
+
+std::string markdown_verb(const VerbEntry& verb) {
+  std::string text = fmt::format("## maille {}\n\n{}", verb.name, wrapped(verb.summary(), 0, 0));
+  if (!details_of(verb).empty()) text += wrapped(details_of(verb), 0, 0);
+  if (!verb.aliases.empty()) text += fmt::format("Short form: `{}`.\n", fmt::join(verb.aliases, "`, `"));
+  text += fmt::format("\n```\n{}\n```\n\n", usage_of(verb));
+  for (const OptionEntry& option : verb.options) text += markdown_option(option);
+  if (!verb.examples.empty()) text += fmt::format("\n```sh\n{}\n```\n", verb.examples);
+  return text + "\n";
+}
+
+}  // namespace
+
 std::string markdown_manual(const CommandEntry& command) {
   std::string text = fmt::format(
       "# The command `maille`\n\n"
       "<!-- Written by `maille completion markdown`; a test keeps it current. Edit tool/parser.cpp. "
       "-->\n\n"
-      "{}\n{}\n\n",
-      command.description, general_notes);
-  for (const VerbEntry& verb : command.verbs) {
-    text += fmt::format("## maille {}\n\n{}\n", verb.name, verb.summary());
-    if (!details_of(verb).empty()) text += details_of(verb) + "\n";
-    if (!verb.aliases.empty()) text += fmt::format("Short form: `{}`.\n", fmt::join(verb.aliases, "`, `"));
-    text += fmt::format("\n```\n{}\n```\n\n| argument or option | meaning |\n|---|---|\n", usage_of(verb));
-    for (const OptionEntry& option : verb.options) {
-      std::string left = option.positional.empty() ? "" : fmt::format("`{}`", option.positional);
-      if (!option.names.empty()) left += fmt::format("{}`{}`", left.empty() ? "" : " or ", names_of(option));
-      std::string help = option.help;
-      for (std::string* cell : {&left, &help}) {
-        for (size_t bar = 0; (bar = cell->find('|', bar)) != std::string::npos; bar += 2)
-          cell->insert(bar, "\\");
-        for (size_t end = 0; (end = cell->find('\n', end)) != std::string::npos;)
-          cell->replace(end, 1, "<br>");
-      }
-      text += fmt::format("| {} | {} |\n", left, help);
-    }
-    if (!verb.examples.empty()) text += fmt::format("\n```sh\n{}\n```\n", verb.examples);
-    text += "\n";
-  }
+      "{}\n{}\n",
+      wrapped(command.description, 0, 0), wrapped(general_notes, 0, 0));
+  for (const VerbEntry& verb : command.verbs) text += markdown_verb(verb);
   text += "## Exit codes\n\n| code | meaning |\n|---|---|\n";
   for (const ExitCode& exit : exit_codes) text += fmt::format("| {} | {} |\n", exit.code, exit.meaning);
   return text;
