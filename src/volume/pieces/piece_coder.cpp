@@ -1,0 +1,185 @@
+#include "volume/pieces/piece_coder.h"
+
+#include <maille/version.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/result.h"
+#include "volume/pieces/border_points.h"
+#include "volume/stream/stream_file.h"
+
+namespace maille {
+namespace {
+
+/// Points of different places may have one place on a lattice: decoders know them apart by that.
+Result<> find_places(PieceInWork& piece) {
+  DecodeOptions options;
+  options.arrays.emplace();
+  const Mesh decoded = MAILLE_TRY(decode_stream(*memory_source(Bytes(piece.coded.file)), options));
+  for (uint32_t i = 0; i < decoded.point_count(); ++i) piece.places.push_back(place_of(decoded.points, i));
+  return {};
+}
+
+/// How far numbers of array i (0: positions) may be from what is described.
+double bound_of(const ArrayMapsList& maps, size_t i, const PieceField& field) {
+  const bool by_size = !maps.maps[i].empty() && maps.maps[i][0].kind == NumberMap::Kind::logarithm;
+  if (!by_size) return maps.bounds[i];
+  double largest = 0;
+  for (const PieceField::Component& component : field.components) {
+    if (component.low <= component.high)
+      largest = std::max<double>({largest, std::abs(component.low), std::abs(component.high)});
+  }
+  return maps.bounds[i] * largest;
+}
+
+void describe(const ArrayMapsList& maps, const Mesh& sub, PieceInWork& piece) {
+  PieceRecord& record = piece.record;
+  record.cells = sub.cell_count();
+  record.points = sub.point_count();
+  enclose(sub.points, bound_of(maps, 0, describe_field(sub.points, 0)), record);
+  const EncodeReport& report = piece.report;
+  record.coded_bytes = {report.connectivity.coded_bytes, report.order_bytes, report.positions.coded_bytes};
+  size_t next = 1;
+  for (const Array& array : sub.arrays) {
+    record.fields.push_back(describe_field(array, 0));
+    const double bound = bound_of(maps, next, record.fields.back());
+    if (bound > 0) record.fields.back() = describe_field(array, bound);
+    record.coded_bytes.push_back(report.arrays[next++ - 1].coded_bytes);
+  }
+}
+
+void add(const ArrayReport& piece, ArrayReport& all) {
+  all.coded_bytes += piece.coded_bytes;
+  all.lossless = piece.lossless;
+  all.bound = piece.bound;
+  all.asked = piece.asked;
+  all.extent = piece.extent;
+  all.step = piece.step;
+  all.maximum_error = std::max(all.maximum_error, piece.maximum_error);
+}
+
+}  // namespace
+
+StreamHeader header_of(const PieceCoding& coding) {
+  StreamHeader header;
+  header.description.positions = coding.stream.positions;
+  header.description.arrays = coding.stream.arrays;
+  header.description.mesh_arrays = coding.stream.mesh_arrays;
+  header.description.metadata = coding.stream.metadata;
+  header.description.provenance = coding.stream.provenance;
+  header.description.effort = coding.stream.effort;
+  header.description.any_order = true;
+  header.description.order_apart = coding.kept();
+  header.maps = coding.maps.maps;
+  header.bounds = coding.maps.bounds;
+  return header;
+}
+
+Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vector<uint32_t> cells) {
+  EncodeOptions options = coding.options;
+  options.executor = nullptr;
+  options.progress = nullptr;
+  StreamOptions stream = coding.stream;
+  stream.executor = nullptr;
+  stream.mesh_arrays.clear();
+  stream.metadata.clear();
+  stream.provenance.clear();
+  PieceInWork piece;
+  std::vector<uint32_t> order;
+  const auto sink = memory_sink(piece.coded.file);
+  piece.report =
+      MAILLE_TRY(encode_stream_by(sub.mesh, *sink, options, std::move(stream), coding.maps, &order));
+  std::vector<uint32_t> place_of_point(order.size());
+  for (uint32_t i = 0; i < order.size(); ++i) {
+    place_of_point[order[i]] = i;
+    piece.coded_points.push_back(sub.points[order[i]]);
+  }
+  if (!cells.empty()) piece.border = border_points(sub.mesh, place_of_point);
+  if (coding.maps.bounds[0] > 0) MAILLE_CHECK(find_places(piece));
+  describe(coding.maps, sub.mesh, piece);
+  piece.coded.blocks = std::move(sub.block_numbers);
+  if (!coding.kept()) return piece;
+  piece.numbers.points = std::move(sub.points);
+  if (cells.empty()) return piece;
+  piece.record.first_cell = cells.front();
+  piece.record.last_cell = cells.back();
+  piece.numbers.cells = std::move(cells);
+  return piece;
+}
+
+void add_report(const EncodeReport& piece, EncodeReport& all) {
+  all.connectivity.coded_bytes += piece.connectivity.coded_bytes;
+  all.order_bytes += piece.order_bytes;
+  add(piece.positions, all.positions);
+  size_t next = 0;
+  for (ArrayReport& array : all.arrays) {
+    if (array.domain != Domain::mesh) add(piece.arrays[next++], array);
+  }
+}
+
+Result<FileWriter> begin_file(Sink& sink, const PieceCoding& coding) {
+  const FileHeader header = {.major = format_major,
+                             .minor = format_minor,
+                             .required_features = in_pieces_feature,
+                             .mode = Mode::stream};
+  FileWriter file = MAILLE_TRY(FileWriter::begin(sink, header));
+  MAILLE_CHECK(file.write_stream({"DESC"}, MAILLE_TRY(encode_header(header_of(coding)))));
+  return file;
+}
+
+Result<> write_index(FileWriter& file, const std::vector<PieceRecord>& records) {
+  for (size_t first = 0; first < records.size(); first += pieces_per_page) {
+    const auto count = static_cast<ptrdiff_t>(std::min<size_t>(pieces_per_page, records.size() - first));
+    const auto from = records.begin() + static_cast<ptrdiff_t>(first);
+    const auto page = static_cast<uint32_t>(first / pieces_per_page);
+    MAILLE_CHECK(file.write_stream({"PIDX", page, 0}, encode_index({from, from + count})));
+  }
+  return {};
+}
+
+CellTotals count_cells(const Mesh& mesh) {
+  CellTotals totals;
+  totals.corners = mesh.corner_count();
+  for (const CellBlock& block : mesh.blocks) {
+    for (uint64_t i = 0; i < block.size(); ++i) {
+      ++totals.of_type[static_cast<size_t>(block.type_of(i))];
+      if (block.type_of(i) != CellType::polyhedron) continue;
+      const auto corners = block.cell(i);
+      std::vector<uint64_t> points(corners.begin(), corners.end());
+      count_polyhedron(points, block.faces(i).size(), totals.polyhedra);
+    }
+  }
+  return totals;
+}
+
+void set_totals(const CellTotals& totals, StreamTail& tail) {
+  tail.corners = totals.corners;
+  tail.polyhedra = totals.polyhedra;
+  for (size_t type = 0; type < totals.of_type.size(); ++type) {
+    if (totals.of_type[type] > 0) tail.types.emplace_back(static_cast<CellType>(type), totals.of_type[type]);
+  }
+}
+
+void unsign_zeros(StreamTail& tail) {
+  for (ValueRange& range : tail.ranges) {
+    for (ValueRange::Component& component : range.components) {
+      component.low += 0.0;
+      component.high += 0.0;
+    }
+  }
+}
+
+std::vector<double> errors_of(const EncodeReport& report) {
+  std::vector<double> errors = {report.positions.maximum_error};
+  bool exact = report.positions.lossless;
+  for (const ArrayReport& array : report.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    errors.push_back(array.maximum_error);
+    exact = exact && array.lossless;
+  }
+  if (exact) errors.clear();
+  return errors;
+}
+
+}  // namespace maille
