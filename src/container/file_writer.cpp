@@ -64,6 +64,21 @@ Result<> FileWriter::write_stream(
   return {};
 }
 
+Result<> FileWriter::count_chunks(Bytes records) {
+  ByteReader in(records);
+  while (in.remaining() > 0 && in.ok()) {
+    ChunkRecord record;
+    FieldReader fields(in);
+    ChunkHeader::visit(record.header, fields);
+    record.checksum = in.get<uint64_t>();
+    digest_.add_chunk(record.header, record.checksum);
+    offset_ += chunk_total_bytes(record.header);
+  }
+  if (!in.ok()) return failure(ErrorCode::corrupt, "the records of chunks are damaged");
+  index_.put_bytes(records);
+  return {};
+}
+
 Result<> FileWriter::write_part(const ChunkHeader& part, Bytes content) {
   const uint64_t checksum = MAILLE_TRY(write_chunk(part, content));
   digest_.add_chunk(part, checksum);

@@ -21,6 +21,13 @@ class FileWriter {
   /// Goes on behind the footer of a complete file, at `end`, with its digest so far: chunks to come, an index
   /// of them, a footer of its own. The sink writes from there on. Writes nothing itself.
   static FileWriter resume(Sink& sink, uint64_t end, const Digest& digest);
+  /// Writes chunks alone, which another writer takes in by count_chunks(): not to be finished.
+  static FileWriter run(Sink& sink) { return {sink, Digest({})}; }
+  /// What index and digest need to know of the chunks so far.
+  Bytes records() const { return index_.bytes(); }
+  /// Takes in chunks that somebody else puts at offset(), by their records: nothing is written. Error:
+  /// corrupt.
+  Result<> count_chunks(Bytes records);
   /// Cuts `bytes` into chunks of at most max_chunk_bytes and writes them. An empty stream is one empty chunk.
   /// A key is written once. A chunk costs 20 to 34 bytes beside its content, so many tiny streams are better
   /// one.
