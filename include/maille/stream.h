@@ -150,6 +150,8 @@ class StepSource {
 struct StepOptions {
   double time = 0;  ///< finite
   std::vector<StreamArray> arrays;
+  /// What is to be the metadata of the mesh at this time; without a value: what it came with.
+  std::optional<std::vector<std::pair<std::string, std::string>>> metadata = {};
   Limits limits;  ///< of what is held at once
   Executor* executor = nullptr;
 };
@@ -169,7 +171,8 @@ struct StepReport {
 /// corrupt, write_failed.
 Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values);
 /// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
-/// in which the file has them. Of `options`, bounds of arrays and the executor count.
+/// in which the file has them, and its metadata, if it has any. Of `options`, bounds of arrays and the
+/// executor count.
 Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
                                const EncodeOptions& options = {});
 /// The steps behind a mesh, the first one step 1; empty for other modes. `search`: where the end of a large

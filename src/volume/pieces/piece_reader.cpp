@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "volume/pieces/border_points.h"
+#include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/time_steps.h"
 #include "volume/values/value_range.h"
@@ -115,6 +116,8 @@ Result<> PieceReader::take_step() {
                                          "; the last one is " + std::to_string(steps.size()));
   }
   header_.description.arrays = steps[options_.step - 1].arrays;
+  const StepValues values = MAILLE_TRY(StepValues::open(*source_, options_.step));
+  header_.description.metadata = MAILLE_TRY(values.metadata(header_));
   return {};
 }
 

@@ -38,6 +38,34 @@ Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
   }
 }
 
+namespace {
+
+bool needs_none_before(const std::vector<StepEntry>& entries) {
+  return std::all_of(entries.begin(), entries.end(),
+                     [](const StepEntry& entry) { return entry.method == StepEntry::whole; });
+}
+
+}  // namespace
+
+/// Lists are told by the one before, from a step on that does without or has none of its own.
+Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step) {
+  std::vector<std::vector<StepEntry>> lists;  // the last one first
+  for (; step > 0; --step) {
+    StepHeader header = MAILLE_TRY(decode_step(
+        MAILLE_TRY(file.read_stream({"STEP", static_cast<uint32_t>(step), 0})), mesh.description.arrays));
+    if (!header.metadata) break;
+    lists.push_back(*std::move(header.metadata));
+    if (step % key_steps == 0 || needs_none_before(lists.back())) break;
+  }
+  Metadata metadata = mesh.description.metadata;
+  for (size_t i = lists.size(); i-- > 0;) metadata = MAILLE_TRY(metadata_of(lists[i], metadata));
+  return metadata;
+}
+
+Result<Metadata> StepValues::metadata(const StreamHeader& mesh) const {
+  return metadata_of_step(file_, mesh, number_);
+}
+
 Result<std::vector<std::byte>> StepValues::read(uint64_t step, uint32_t batch, size_t array) const {
   return file_.read_stream(MAILLE_TRY(key_of(step, batch, array, header_of(step).arrays.size())));
 }

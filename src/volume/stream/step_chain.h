@@ -26,6 +26,8 @@ class StepValues {
   const StepHeader& header_of(uint64_t step) const {
     return headers_[headers_.size() - 1 - static_cast<size_t>(number_ - step)];
   }
+  /// Of this step; `mesh`: that of the mesh. Errors: corrupt, cannot_read.
+  Result<Metadata> metadata(const StreamHeader& mesh) const;
   /// Coded tuples of an array in a batch.
   Result<std::vector<std::byte>> read(uint64_t step, uint32_t batch, size_t array) const;
 
@@ -35,6 +37,9 @@ class StepValues {
   uint64_t number_;
   std::deque<StepHeader> headers_;  ///< of the steps up to this one
 };
+
+/// The metadata of a step of the file; that of the mesh for step 0. Errors: corrupt, cannot_read.
+Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step);
 
 /// Key of the values of array i of a step in a batch. Error: unsupported, beyond 2^32 of them.
 Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays);

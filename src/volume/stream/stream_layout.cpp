@@ -216,6 +216,20 @@ void visit_step(Visitor& v, Header& header) {
   v.list(header.errors, [&](auto& error) { v.real(error); });
 }
 
+/// Behind all else of a step, where it has metadata of its own.
+template <class Visitor, class Entries>
+void visit_entries(Visitor& v, Entries& entries) {
+  v.list(entries, [&](auto& entry) {
+    v.choice(entry.method, 3);
+    if (entry.method == StepEntry::whole) {
+      v.text(entry.key);
+    } else {
+      v.count(entry.of, most_plain_bytes);
+    }
+    if (entry.method != StepEntry::same) v.text(entry.value);
+  });
+}
+
 bool are_lattices(const std::vector<NumberMap>& maps) {
   return std::all_of(maps.begin(), maps.end(),
                      [](const NumberMap& map) { return map.kind == NumberMap::Kind::lattice; });
@@ -330,7 +344,8 @@ Result<StreamHeader> decode_header(Bytes bytes) {
 Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
   Writer writer;
   visit_step(writer, header);
-  return writer.pack("names and labels of arrays");
+  if (header.metadata) visit_entries(writer, *header.metadata);
+  return writer.pack("names and labels of arrays, and metadata");
 }
 
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays) {
@@ -339,9 +354,48 @@ Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arra
   StepHeader header;
   Reader reader(unpacked.plain, unpacked.tables);
   visit_step(reader, header);
+  if (reader.ok() && reader.remaining() > 0) visit_entries(reader, header.metadata.emplace());
   if (!reader.ok() || !reader.at_end() || !is_sensible(header, arrays))
     return failure(ErrorCode::corrupt, damaged);
   return header;
+}
+
+std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& before) {
+  std::vector<StepEntry> entries;
+  size_t next = 0;  // lists keep their order, or are told whole
+  constexpr size_t most_left_out = 256;
+  for (const auto& [key, value] : metadata) {
+    const size_t end = std::min(before.size(), next + most_left_out);
+    size_t k = next;
+    while (k < end && before[k].first != key) ++k;
+    if (k == end) {
+      entries.push_back({StepEntry::whole, 0, key, value});
+      continue;
+    }
+    const bool same = before[k].second == value;
+    entries.push_back(
+        {same ? StepEntry::same : StepEntry::same_key, k, std::string(), same ? std::string() : value});
+    next = k + 1;
+  }
+  return entries;
+}
+
+/// No entry is taken twice, so a list is no longer than the one before and its own bytes.
+Result<Metadata> metadata_of(const std::vector<StepEntry>& entries, const Metadata& before) {
+  Metadata metadata;
+  uint64_t next = 0, bytes = 0;
+  for (const StepEntry& entry : entries) {
+    const bool named = entry.method != StepEntry::whole;
+    const bool known = !named || (entry.of >= next && entry.of < before.size());
+    if (known && named) next = entry.of + 1;
+    if (known)
+      metadata.emplace_back(named ? before[entry.of].first : entry.key,
+                            entry.method == StepEntry::same ? before[entry.of].second : entry.value);
+    bytes += known ? metadata.back().first.size() + metadata.back().second.size() : 0;
+    if (!known || bytes > most_plain_bytes)
+      return failure(ErrorCode::corrupt, "the metadata of a step is damaged");
+  }
+  return metadata;
 }
 
 void write_batch_header(ByteWriter& out, const BatchHeader& header) {

@@ -3,6 +3,9 @@
 #include <maille/mesh_source.h>
 #include <maille/stream.h>
 
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "base/bytes.h"
@@ -103,6 +106,18 @@ struct StepCoding {
   uint32_t of = 0;
 };
 
+/// Keys and values, in their order.
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+/// An entry of a step's metadata: told whole, or by one of the list before, which is that of the step before
+/// or, where a step has to do without, of the mesh. Texts of a solver are mostly the same from time to time.
+struct StepEntry {
+  enum Method : uint8_t { whole, same, same_key };
+  Method method = whole;
+  uint64_t of = 0;  ///< in the list before; greater than that of any entry before this one
+  std::string key, value;
+};
+
 /// STEP: arrays with their values at one time.
 struct StepHeader {
   double time = 0;
@@ -111,6 +126,8 @@ struct StepHeader {
   std::vector<double> bounds;
   std::vector<StepCoding> codings;
   std::vector<double> errors;  ///< the largest of each array, after decoding
+  /// Without a value: that of the mesh.
+  std::optional<std::vector<StepEntry>> metadata;
 
   bool needs_before() const;
   /// What is coded of array i, if anything. `mesh`: the header of the stream.
@@ -125,6 +142,9 @@ StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh)
 Result<std::vector<std::byte>> encode_step(const StepHeader& header);
 /// `arrays`: of the mesh. Error: corrupt.
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
+/// `metadata` told by the list before, and the other way round. Error: corrupt.
+std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& before);
+Result<Metadata> metadata_of(const std::vector<StepEntry>& entries, const Metadata& before);
 
 inline constexpr uint32_t cells_per_block = 4096;
 inline Mixing mixing_at(int effort) {

@@ -223,6 +223,7 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
     }
   }
   header_.description.numbered = std::move(numbered);
+  header_.description.metadata = MAILLE_TRY(step.metadata(header_));
   header_.description.arrays = step.header().arrays;
   // What VTK and Exodus call the time of all that a file holds.
   for (Array& array : header_.description.mesh_arrays) {

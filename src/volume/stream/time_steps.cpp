@@ -400,6 +400,12 @@ Result<StepReport> write_step(const std::string& path, const Source& source, con
                               const StepOptions& options) {
   const uint64_t number = count_steps(file) + 1;
   step.errors.resize(step.arrays.size());
+  if (options.metadata && *options.metadata != mesh.description.metadata) {
+    const bool by_itself = number % key_steps == 0;
+    const auto before = by_itself ? mesh.description.metadata : metadata_of_step(file, mesh, number - 1);
+    if (!before && before.error().code != ErrorCode::corrupt) return tl::unexpected(before.error());
+    step.metadata = entries_of(*options.metadata, before.value_or(Metadata()));
+  }
   const auto partners = MAILLE_TRY(compare_with_earlier(source, mesh, number, step, values, options));
   const std::unique_ptr<Sink> sink = MAILLE_TRY(append_sink(path, file.end()));
   StepWriter writer(file, mesh, step, number, partners, values, options,
@@ -500,6 +506,7 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
   MeshValues values(std::move(columns));
   StepOptions step_options;
   step_options.executor = options.executor;
+  if (!mesh.metadata.empty()) step_options.metadata = mesh.metadata;
   return append(path, std::move(step), values, step_options, Counts{mesh.point_count(), mesh.cell_count()});
 }
 

@@ -8,6 +8,7 @@
 
 #include "support/cases.h"
 #include "support/temporary_folder.h"
+#include "volume/stream/stream_layout.h"
 #include "volume/testing.h"
 
 namespace maille {
@@ -261,6 +262,44 @@ TEST_F(TimeSteps, DamageOfOneStepLeavesTheMeshReadable) {
   EXPECT_FALSE(info->problems.empty());
   ASSERT_TRUE(append_step(path_, 2, at_time(2)));  // the others do not need it
   EXPECT_TRUE(read(2));
+}
+
+/// Texts of a solver at one time: some stay, some change, some are there at some times only.
+Mesh with_texts(Mesh mesh, unsigned step) {
+  mesh.metadata = {{"made by", "a solver"}, {"time", std::to_string(step)}};
+  if (step % 3 != 0) mesh.metadata.insert(mesh.metadata.begin() + 1, {"boundary", "fixedValue"});
+  if (step % 5 == 0) mesh.metadata.emplace_back("note " + std::to_string(step), "restarted");
+  return mesh;
+}
+
+TEST_F(TimeSteps, EachHasMetadataOfItsOwn) {
+  constexpr unsigned steps = 20;  // beyond one that does without those before
+  const auto at_time = [](unsigned) { return grid(2, 2, 2); };
+  write(encoded(at_time(0), kept()));
+  for (unsigned step = 1; step <= steps; ++step)
+    ASSERT_TRUE(append_step(path_, step, with_texts(at_time(step), step)));
+  ASSERT_TRUE(append_step(path_, steps + 1, at_time(0)));  // says nothing
+  ASSERT_TRUE(append_step(path_, steps + 2, with_texts(at_time(3), 3)));
+  for (const unsigned step : {20u, 1u, 17u, 16u, 15u, 3u, 22u})
+    EXPECT_EQ(read(step)->metadata, with_texts(at_time(0), step == steps + 2 ? 3 : step).metadata) << step;
+  EXPECT_EQ(read(steps + 1)->metadata, read(0)->metadata);
+}
+
+TEST(StepMetadata, NoEntryIsTakenTwice) {
+  const Metadata before = {{"a", std::string(1 << 20, 'x')}, {"b", "2"}};
+  std::vector<StepEntry> entries = entries_of({{"a", before[0].second}, {"b", "3"}, {"c", "4"}}, before);
+  ASSERT_EQ(entries.size(), 3u);
+  EXPECT_EQ(entries[0].method, StepEntry::same);
+  EXPECT_EQ(entries[1].method, StepEntry::same_key);
+  EXPECT_EQ(entries[2].method, StepEntry::whole);
+  ASSERT_TRUE(metadata_of(entries, before));
+  entries[1].of = 0;
+  EXPECT_FALSE(metadata_of(entries, before));
+  entries[1].of = 2;
+  EXPECT_FALSE(metadata_of(entries, before));
+  const std::vector<StepEntry> swapped = entries_of({before[1], before[0]}, before);
+  EXPECT_EQ(swapped[1].method, StepEntry::whole);
+  EXPECT_EQ(*metadata_of(swapped, before), (Metadata{before[1], before[0]}));
 }
 
 TEST_F(TimeSteps, StreamsGiveThemPieceByPiece) {
