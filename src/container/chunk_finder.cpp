@@ -9,7 +9,6 @@ namespace maille {
 namespace {
 
 constexpr size_t max_problems = 100;
-constexpr size_t window_bytes = size_t{64} << 10;
 
 tl::unexpected<Error> bad_index(const std::string& what) {
   return failure(ErrorCode::corrupt,
@@ -131,7 +130,7 @@ Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
   if (const Bytes all = source_.view(); !all.empty()) return all.subspan(static_cast<size_t>(offset));
   const uint64_t end = offset + std::min<uint64_t>(size, left);
   if (offset < start_ || end > start_ + buffer_.size()) {
-    buffer_.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, window_bytes), left)));
+    buffer_.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, ahead_), left)));
     start_ = offset;
     if (auto read = source_.read_at(offset, buffer_); !read) {
       drop();
@@ -144,7 +143,7 @@ Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
 Result<Bytes> SourceWindow::before(uint64_t end, size_t size) {
   const uint64_t offset = end - size;
   if (offset < start_ || end > start_ + buffer_.size()) {
-    const auto count = static_cast<size_t>(std::min<uint64_t>(end, window_bytes));
+    const auto count = static_cast<size_t>(std::min<uint64_t>(end, std::max(size, ahead_)));
     MAILLE_CHECK(at(end - count, count));
   }
   return at(offset, size);

@@ -19,10 +19,12 @@ class Problems {
   std::vector<std::string> sentences_;
 };
 
-/// Bytes of a source near one another: straight from its view, or read 64 KiB at a time.
+/// Bytes of a source near one another: straight from its view, or read 64 KiB at a time. With `ahead` 0,
+/// where it is known what is wanted, no more than that is read: a distant source may have to fetch the rest.
 class SourceWindow {
  public:
-  explicit SourceWindow(const Source& source) : source_(source) {}
+  static constexpr size_t usual = size_t{64} << 10;
+  explicit SourceWindow(const Source& source, size_t ahead = usual) : source_(source), ahead_(ahead) {}
   /// At least min(size, bytes left in the file) bytes from `offset` on; valid until the next call.
   Result<Bytes> at(uint64_t offset, size_t size);
   /// At least the `size` bytes before `end`, by reading 64 KiB that end there: for going backwards.
@@ -32,6 +34,7 @@ class SourceWindow {
 
  private:
   const Source& source_;
+  size_t ahead_;
   std::vector<std::byte> buffer_;
   uint64_t start_ = 0;
 };

@@ -219,7 +219,7 @@ Result<Bytes> FileReader::read_content(SourceWindow& window, const ChunkRecord& 
 }
 
 Result<std::vector<std::byte>> FileReader::read_chunk(const ChunkRecord& record) const {
-  SourceWindow window(*source_);
+  SourceWindow window(*source_, 0);
   const Bytes content = MAILLE_TRY(read_content(window, record));
   return std::vector<std::byte>(content.begin(), content.end());
 }
@@ -255,7 +255,7 @@ Result<std::vector<std::byte>> FileReader::read_stream(const StreamKey& key) con
   const std::span<const size_t> parts = parts_of(key);
   std::vector<std::byte> stream;
   stream.reserve(static_cast<size_t>(stream_bytes(key)));  // chunks do not overlap: less than the file
-  SourceWindow window(*source_);
+  SourceWindow window(*source_, 0);
   for (const size_t i : parts) {
     const Bytes content = MAILLE_TRY(read_content(window, records_[i]));
     stream.insert(stream.end(), content.begin(), content.end());
