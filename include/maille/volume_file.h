@@ -40,6 +40,8 @@ struct VolumeQuery {
   std::vector<ValueCondition> conditions;
   /// Cells by their number in the input, the first and the one behind the last. Only where the order is kept.
   std::optional<std::pair<uint64_t, uint64_t>> cells;
+  /// Cells of these pieces alone, in any order: for programs that ask for one after another.
+  std::optional<std::vector<uint32_t>> pieces;
 };
 
 /// What is known of a piece without reading it.
@@ -92,7 +94,7 @@ class VolumeFile {
   /// Error: usage, for a piece that is not there.
   Result<PieceInfo> info(uint32_t piece) const;
   /// The pieces that may have such cells, in the order of the file: by the index alone. Error: usage, for an
-  /// array or a component that is not there, and for numbers of cells where the order is not kept.
+  /// array, a component or a piece that is not there, and for numbers of cells where the order is not kept.
   Result<std::vector<uint32_t>> select(const VolumeQuery& query) const;
   /// The cells of a query as one mesh with all blocks that have such cells: exactly those of the original,
   /// bit for bit where nothing was asked to be lossy. Damaged pieces are left out and named. Errors: as

@@ -203,6 +203,28 @@ TEST(VolumeFile, CellsComeByTheirNumbers) {
   EXPECT_EQ(refused.error().code, ErrorCode::usage);
 }
 
+TEST(VolumeFile, PiecesAskedForOneByOneAreTheMesh) {
+  Mesh mesh = grid(10, 8, 6);
+  add_arrays(mesh, 2);
+  const std::vector<std::byte> bytes = encoded(mesh, in_pieces(50, Order::keep));
+  const auto source = memory_source(Bytes(bytes));
+  const VolumeFile file = *VolumeFile::open(*source);
+  uint64_t cells = 0;
+  for (uint32_t piece = 0; piece < file.pieces(); ++piece) {
+    VolumeQuery query;
+    query.pieces = std::vector<uint32_t>{piece};
+    EXPECT_EQ(*file.select(query), *query.pieces);
+    const ExtractedVolume found = *file.extract(query);
+    EXPECT_EQ(found.mesh.cell_count(), file.info(piece)->cells);
+    EXPECT_EQ(found.pieces, 1u);
+    cells += found.mesh.cell_count();
+  }
+  EXPECT_EQ(cells, mesh.cell_count());
+  VolumeQuery none;
+  none.pieces = std::vector<uint32_t>{file.pieces()};
+  EXPECT_EQ(file.select(none).error().code, ErrorCode::usage);
+}
+
 TEST(VolumeFile, AStreamThatIsNotInPiecesIsOnePiece) {
   const Mesh mesh = field_on_grid(6, 5, 4);
   const Opened opened(encoded(mesh, kept()));

@@ -65,6 +65,10 @@ void remove_unwanted(const DecodeOptions& options, Mesh& mesh) {
   mesh.arrays.erase(std::remove_if(mesh.arrays.begin(), mesh.arrays.end(), is_unwanted), mesh.arrays.end());
 }
 
+tl::unexpected<Error> no_piece(const PieceReader& reader, uint32_t piece) {
+  return failure(ErrorCode::usage, reader.name() + ": has no piece " + std::to_string(piece));
+}
+
 }  // namespace
 
 struct VolumeFile::State {
@@ -97,8 +101,7 @@ uint32_t VolumeFile::pieces() const {
 
 Result<PieceInfo> VolumeFile::info(uint32_t piece) const {
   const PieceReader& reader = state_->reader;
-  if (piece >= pieces())
-    return failure(ErrorCode::usage, reader.name() + ": has no piece " + std::to_string(piece));
+  if (piece >= pieces()) return no_piece(reader, piece);
   const PieceRecord& record = reader.pieces()[piece];
   PieceInfo info;
   info.cells = record.cells;
@@ -119,8 +122,14 @@ Result<PieceInfo> VolumeFile::info(uint32_t piece) const {
 
 Result<std::vector<uint32_t>> VolumeFile::select(const VolumeQuery& query) const {
   const CheckedQuery checked = MAILLE_TRY(CheckedQuery::check(query, state_->reader));
+  std::vector<uint8_t> asked(pieces(), query.pieces ? 0 : 1);
+  for (const uint32_t piece : query.pieces.value_or(std::vector<uint32_t>())) {
+    if (piece >= pieces()) return no_piece(state_->reader, piece);
+    asked[piece] = 1;
+  }
   std::vector<uint32_t> found;
   for (uint32_t piece = 0; piece < pieces(); ++piece) {
+    if (asked[piece] == 0) continue;
     const bool known = state_->reader.in_pieces();
     if (!known || checked.may_have(state_->reader.pieces()[piece])) found.push_back(piece);
   }
