@@ -6,6 +6,9 @@
 namespace maille::wasm {
 
 Bytes ArrivedBytes::here(uint64_t offset) const {
+#ifndef MAILLE_CHART_DECODER
+  if (empty_) return {};
+#endif
   for (auto at = pieces_.upper_bound(offset); at != pieces_.begin();) {
     --at;
     const uint64_t within = offset - at->first;

@@ -33,6 +33,8 @@ class ArrivedBytes final : public Source {
 
   /// The ranges that were missing since the last call.
   std::vector<ByteRange> take_wanted();
+  /// From now on nothing is here: what a call asks for first is learnt without doing its work.
+  void pretend_empty(bool on) { empty_ = on; }
 
  private:
   struct Free {
@@ -52,6 +54,7 @@ class ArrivedBytes final : public Source {
   std::string name_;
   std::map<uint64_t, Piece> pieces_;  ///< by offset; they may overlap
   mutable std::vector<ByteRange> wanted_;
+  bool empty_ = false;
 };
 
 }  // namespace maille::wasm

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "cell_faces.h"
 #include "placement.h"
@@ -26,6 +27,7 @@ struct Polygon {
 struct Polygons {
   std::vector<Polygon> list;
   std::vector<uint32_t> points;
+  uint32_t flat = 0;  ///< of the list, at its front
 
   template <class Points>
   void add(uint32_t cell, const Points& of_face, uint64_t corner) {
@@ -37,63 +39,93 @@ struct Polygons {
   }
 };
 
-void add_faces(const CellBlock& block, uint64_t i, uint32_t cell, uint64_t corner, Polygons& surface,
-               Polygons& of_solids) {
-  const CellType type = block.type_of(i);
-  const auto sizes = type == CellType::polyhedron ? block.faces(i) : std::span<const uint32_t>();
-  for_each_face(
-      type, block.cell(i), sizes,
-      [&](std::span<const uint32_t> points) { of_solids.add(cell, points, no_corner); },
-      [&](std::span<const uint32_t> points, bool whole) {
-        surface.add(cell, points, whole ? corner : no_corner);
-      });
-}
-
-/// Of the faces of solids those that stand there once.
-void keep_boundary(const Polygons& of_solids, Polygons& surface) {
-  std::vector<uint32_t> sorted(of_solids.points);
-  for (const Polygon& polygon : of_solids.list) {
-    const auto begin = sorted.begin() + static_cast<ptrdiff_t>(polygon.first);
-    std::sort(begin, begin + polygon.size);
-  }
-  const auto key = [&](uint32_t i) {
-    return std::span<const uint32_t>(sorted).subspan(of_solids.list[i].first, of_solids.list[i].size);
-  };
-  const auto compare = [&](uint32_t a, uint32_t b) {
-    const auto left = key(a), right = key(b);
-    if (left.size() != right.size()) return left.size() < right.size() ? -1 : 1;
-    for (size_t k = 0; k < left.size(); ++k) {
-      if (left[k] != right[k]) return left[k] < right[k] ? -1 : 1;
+/// Which faces of solids are met once, by a hash of their corners in any order: 64 bits of it are enough for
+/// what is drawn, and keep a solid's faces in 9 bytes each.
+class FaceTable {
+ public:
+  void meet(std::span<const uint32_t> points) {
+    const uint64_t key = key_of(points);
+    size_t at = place_of(key);
+    if (keys_[at] == key) {
+      times_[at] = 2;  // twice or more: the same
+      return;
     }
-    return 0;
-  };
-  std::vector<uint32_t> order(of_solids.list.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const int differs = compare(a, b);
-    return differs != 0 ? differs < 0 : a < b;
-  });
-  std::vector<uint32_t> single;
-  for (size_t i = 0, end = 0; i < order.size(); i = end) {
-    for (end = i + 1; end < order.size() && compare(order[i], order[end]) == 0;) ++end;
-    if (end == i + 1) single.push_back(order[i]);
+    if (2 * ++count_ > keys_.size()) {
+      grow();
+      at = place_of(key);
+    }
+    keys_[at] = key;
+    times_[at] = 1;
   }
-  std::sort(single.begin(), single.end());
-  for (const uint32_t i : single)
-    surface.add(of_solids.list[i].cell, of_solids.of(of_solids.list[i]), no_corner);
-}
+  bool is_single(std::span<const uint32_t> points) const { return times_[place_of(key_of(points))] == 1; }
 
-Polygons polygons_of(const Mesh& mesh) {
-  Polygons surface, of_solids;
+ private:
+  static uint64_t mixed(uint64_t x) {
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EB;
+    return x ^ (x >> 31);
+  }
+  static uint64_t key_of(std::span<const uint32_t> points) {
+    uint64_t sum = points.size();
+    for (const uint32_t point : points) sum += mixed(point + 0x9E3779B97F4A7C15);
+    return mixed(sum) | 1;  // 0: none
+  }
+  size_t place_of(uint64_t key) const {
+    const size_t mask = keys_.size() - 1;
+    size_t at = (key >> 32) & mask;
+    while (keys_[at] != 0 && keys_[at] != key) at = (at + 1) & mask;
+    return at;
+  }
+  void grow() {
+    const std::vector<uint64_t> keys = std::exchange(keys_, std::vector<uint64_t>(2 * keys_.size()));
+    const std::vector<uint8_t> times = std::exchange(times_, std::vector<uint8_t>(2 * times_.size()));
+    for (size_t i = 0; i < keys.size(); ++i) {
+      if (keys[i] == 0) continue;
+      const size_t at = place_of(keys[i]);
+      keys_[at] = keys[i];
+      times_[at] = times[i];
+    }
+  }
+
+  std::vector<uint64_t> keys_ = std::vector<uint64_t>(1024);
+  std::vector<uint8_t> times_ = std::vector<uint8_t>(1024);
+  size_t count_ = 0;
+};
+
+/// Calls of_solid(points, cell) and of_surface(points, cell, corner).
+template <class OfSolid, class OfSurface>
+void for_all_faces(const Mesh& mesh, OfSolid of_solid, OfSurface of_surface) {
   uint32_t cell = 0;
   uint64_t corner = 0;
   for (const CellBlock& block : mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-      add_faces(block, i, cell, corner, surface, of_solids);
+      const CellType type = block.type_of(i);
+      const auto sizes = type == CellType::polyhedron ? block.faces(i) : std::span<const uint32_t>();
+      for_each_face(
+          type, block.cell(i), sizes, [&](std::span<const uint32_t> points) { of_solid(points, cell); },
+          [&](std::span<const uint32_t> points, bool whole) {
+            of_surface(points, cell, whole ? corner : no_corner);
+          });
       corner += block.cell(i).size();
     }
   }
-  keep_boundary(of_solids, surface);
+}
+
+Polygons polygons_of(const Mesh& mesh) {
+  Polygons surface;
+  FaceTable of_solids;
+  for_all_faces(
+      mesh, [&](std::span<const uint32_t> points, uint32_t) { of_solids.meet(points); },
+      [&](std::span<const uint32_t> points, uint32_t cell, uint64_t corner) {
+        surface.add(cell, points, corner);
+      });
+  surface.flat = static_cast<uint32_t>(surface.list.size());
+  for_all_faces(
+      mesh,
+      [&](std::span<const uint32_t> points, uint32_t cell) {
+        if (of_solids.is_single(points)) surface.add(cell, points, no_corner);
+      },
+      [](auto...) {});
   return surface;
 }
 
@@ -172,10 +204,12 @@ Drawable draw(const Mesh& mesh, const std::optional<Vector3>& origin) {
   const Polygons polygons = polygons_of(mesh);
   const Vertices vertices(mesh, polygons);
   Drawable drawable;
+  drawable.flat_faces = polygons.flat;
   drawable.points = vertices.points;
   drawable.positions.resize(3 * drawable.points.size());
   drawable.origin = place(mesh.points, drawable.points, origin, drawable.positions);
   for (const Polygon& polygon : polygons.list) {
+    drawable.faces.push_back(static_cast<uint32_t>(drawable.cells.size()));
     for (uint32_t k = 2; k < polygon.size; ++k) {
       for (const uint32_t corner : {0u, k - 1, k}) {
         drawable.triangles.push_back(vertices.of_place[polygon.first + corner]);

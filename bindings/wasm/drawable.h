@@ -17,7 +17,9 @@ struct Drawable {
   std::vector<uint32_t> points;     ///< by vertex: the point of the mesh
   std::vector<uint32_t> triangles;  ///< 3 vertices each
   std::vector<uint32_t> cells;      ///< by triangle: the cell of the mesh, through all blocks
-  std::vector<Array> arrays;        ///< those on points and corners, a tuple per vertex
+  std::vector<uint32_t> faces;  ///< by face: its first triangle; the others, around its first corner, follow
+  uint32_t flat_faces = 0;      ///< of these, that come first: flat cells of the mesh
+  std::vector<Array> arrays;    ///< those on points and corners, a tuple per vertex
   std::vector<Array> of_triangles;  ///< those on cells, a tuple per triangle, where they were asked for
 };
 

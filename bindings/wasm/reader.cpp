@@ -192,8 +192,6 @@ MAILLE_EXPORT int32_t maille_decode(Reader* reader) {
   return reader->keep(maille::decode(reader->bytes, reader->options()), reader->mesh);
 }
 
-namespace {
-
 void list_drawn(Reader& reader) {
   std::vector<Buffer>& list = reader.buffers;
   const Drawable& drawable = reader.drawable;
@@ -213,7 +211,9 @@ void list_exact(Reader& reader) {
     const CellBlock& block = reader.mesh.blocks[b];
     for (Buffer buffer : {numbers_of(BufferKind::block_types, Scalar::u8, block.types),
                           wide_numbers(reader, BufferKind::block_offsets, block.offsets),
-                          numbers_of(BufferKind::block_connectivity, Scalar::u32, block.connectivity)}) {
+                          numbers_of(BufferKind::block_connectivity, Scalar::u32, block.connectivity),
+                          numbers_of(BufferKind::piece_face_sizes, Scalar::u32, block.face_sizes),
+                          wide_numbers(reader, BufferKind::piece_cell_faces, block.cell_faces)}) {
       buffer.block = b;
       buffer.cell_type = static_cast<uint32_t>(block.type);
       buffer.name = block.name.data();
@@ -223,6 +223,8 @@ void list_exact(Reader& reader) {
   }
   for (const Array& array : reader.mesh.arrays) add_array(list, BufferKind::array, array);
 }
+
+namespace {
 
 /// Vertices are the points of the mesh, triangles its cells, in their order: JavaScript counts them itself.
 void list_plain(Reader& reader, const std::optional<Vector3>& origin) {

@@ -49,6 +49,10 @@ enum class BufferKind : uint32_t {
   piece_points,
   piece_point_slots,
   piece_ended_slots,
+  drawn_faces,
+  border_keys,
+  cell_numbers,
+  point_numbers,
 };
 
 /// One entry of the list that buffers() gives.
@@ -70,6 +74,10 @@ struct Buffer {
 struct Pieces {
   virtual ~Pieces() = default;
 };
+/// A file of mode stream of which parts are read: volume.cpp.
+struct Volume {
+  virtual ~Volume() = default;
+};
 
 struct Reader {
   Reader(uint64_t size, std::string name, uint64_t mesh_bytes)
@@ -83,6 +91,7 @@ struct Reader {
   Drawable drawable;
   PackedChart packed;
   std::unique_ptr<Pieces> pieces;
+  std::unique_ptr<Volume> volume;
   std::vector<std::vector<double>> wide;  ///< what buffers have of numbers of 64 bits
   std::vector<Buffer> buffers;
   std::vector<std::byte> written;  ///< a file made of the mesh: save_ply.cpp
@@ -148,6 +157,11 @@ inline Buffer wide_numbers(Reader& reader, BufferKind kind, const std::vector<ui
   reader.wide.emplace_back(values.begin(), values.end());
   return numbers_of(kind, Scalar::f64, reader.wide.back());
 }
+
+/// The drawable of the reader. numbers: origin (3).
+void list_drawn(Reader& reader);
+/// The mesh of the reader, bit for bit.
+void list_exact(Reader& reader);
 
 inline int32_t no_file(Reader& reader) {
   reader.message = reader.bytes.name() +

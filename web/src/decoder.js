@@ -4,7 +4,7 @@ const DONE = 0;
 const WANTS_BYTES = 1000;
 const GOES_ON = 1001;
 /** What a decoder says of what it leaves out: which one has it. */
-const NEEDS_FULL = 1002;
+export const NEEDS_FULL = 1002;
 export const decoderFor = {[NEEDS_FULL]: 'full', 1003: 'small'};
 
 /** Kinds of failure, as the command's exit codes name them. */
@@ -42,7 +42,7 @@ const domains = ['point', 'corner', 'cell', 'mesh'];
 const roles = ['none', 'normal', 'colour', 'texture_coordinate', 'tangent', 'label'];
 const kinds = ['positions', 'points', 'triangles', 'cells', 'drawnArray', 'exactPositions', 'types', 'offsets',
   'connectivity', 'array', 'triangleArray', 'types', 'offsets', 'connectivity', 'slots', 'faceSizes', 'cellFaces', 'points',
-  'pointSlots', 'endedSlots'];
+  'pointSlots', 'endedSlots', 'faces', 'borderKeys', 'cellNumbers', 'pointNumbers'];
 /** What maille_buffers() lists. */
 const Wanted = {exact: 0, drawn: 1, surface: 2, surfaceOfPieces: 3};
 const texts = new TextDecoder();
@@ -93,7 +93,7 @@ export class Decoder {
   }
 }
 
-/** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. */
+/** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. Those of volumes: volume_decoder.js. */
 export class DecoderFile {
   /** @param meshBytes what a decoded mesh may take in memory */
   constructor(decoder, size, name, meshBytes = 2 ** 31) {
@@ -115,8 +115,8 @@ export class DecoderFile {
   }
 
   open() {
-    return this.#outcome(this.decoder.calls.maille_open(this.reader), () => {
-      const n = this.#numbers();
+    return this.outcome(this.decoder.calls.maille_open(this.reader), () => {
+      const n = this.numbers();
       const levels = [];
       for (let i = 0; i < n[4]; ++i) levels.push({faces: n[5 + 2 * i], charts: n[6 + 2 * i]});
       return {sphere: {centre: [n[0], n[1], n[2]], radius: n[3]}, levels};
@@ -128,8 +128,8 @@ export class DecoderFile {
     const packed = this.#pack(request);
     const outcome = this.decoder.calls.maille_select(this.reader, packed.address, packed.count, request.maxFaces ?? 0);
     this.decoder.calls.maille_release(packed.address);
-    return this.#outcome(outcome, () => {
-      const n = this.#numbers(), charts = [];
+    return this.outcome(outcome, () => {
+      const n = this.numbers(), charts = [];
       for (let i = 0; i < n.length; i += 9) {
         charts.push({
           group: n[i], chart: n[i + 1], level: n[i + 2], faces: n[i + 3], bytes: n[i + 4],
@@ -145,8 +145,8 @@ export class DecoderFile {
    * charts: [{group, chart, level, refinedBy, faces, bytes, sphere}]}]}; refinedBy: -1 at level 0.
    */
   groups(first, count) {
-    return this.#outcome(this.decoder.calls.maille_groups(this.reader, first, count), () => {
-      const n = this.#numbers(), groups = [];
+    return this.outcome(this.decoder.calls.maille_groups(this.reader, first, count), () => {
+      const n = this.numbers(), groups = [];
       const sphereAt = i => ({centre: [n[i], n[i + 1], n[i + 2]], radius: n[i + 3]});
       for (let i = 1; i < n.length;) {
         const group = {level: n[i], viewError: n[i + 1], sphere: sphereAt(i + 2), replaces: n[i + 6], charts: []};
@@ -165,23 +165,23 @@ export class DecoderFile {
 
   /** One chart, for drawing. */
   chart(group, chart) {
-    return this.#outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.#drawn(Wanted.drawn));
+    return this.outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.drawn(this.#buffers(Wanted.drawn)));
   }
   /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
   extract(request) {
-    return this.#outcome(this.decoder.calls.maille_extract(this.reader), () => {
+    return this.outcome(this.decoder.calls.maille_extract(this.reader), () => {
       if (request.clip) this.#clip(request);
-      return this.#exact();
+      return this.exact(this.#buffers(Wanted.exact));
     });
   }
   /** The same as a PLY file: {bytes, points, faces, notes}; `notes`: sentences about what PLY does not hold. */
   extractPly(request) {
     const {calls, memory} = this.decoder;
     if (!calls.maille_ply) throw new MailleError(NEEDS_FULL, 'the small decoder writes no files');
-    return this.#outcome(calls.maille_extract(this.reader), () => {
+    return this.outcome(calls.maille_extract(this.reader), () => {
       if (request.clip) this.#clip(request);
-      return this.#outcome(calls.maille_ply(this.reader), () => {
-        const [address, size, points, faces] = this.#numbers(), notes = this.#message().split('\n').filter(Boolean);
+      return this.outcome(calls.maille_ply(this.reader), () => {
+        const [address, size, points, faces] = this.numbers(), notes = this.message().split('\n').filter(Boolean);
         const bytes = new Uint8Array(memory.buffer.slice(address, address + size));
         calls.maille_clear(this.reader);
         return {bytes, points, faces, notes};
@@ -190,38 +190,38 @@ export class DecoderFile {
   }
   /** The whole mesh of a file of any mode. */
   decode(drawn) {
-    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.#drawn(Wanted.drawn) : this.#exact());
+    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.drawn(this.#buffers(Wanted.drawn)) : this.exact(this.#buffers(Wanted.exact)));
   }
   /** What can be seen of a file of mode single or random, as decode(true), with values of cells on triangles. */
   surface() {
-    return this.#outcome(this.decoder.calls.maille_decode(this.reader), () => this.#drawn(Wanted.surface));
+    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => this.drawn(this.#buffers(Wanted.surface)));
   }
   /** Times of the steps of a file of mode stream: [{step, time}], without step 0, which is the mesh itself. */
   steps() {
-    return this.#outcome(this.decoder.calls.maille_steps(this.reader), () => [...this.#numbers()].map((time, i) => ({step: i + 1, time})));
+    return this.outcome(this.decoder.calls.maille_steps(this.reader), () => [...this.numbers()].map((time, i) => ({step: i + 1, time})));
   }
   /** A file of mode stream is to be given in pieces, with the arrays of a step. */
   beginPieces(step = 0) {
-    return this.#outcome(this.decoder.calls.maille_begin_pieces(this.reader, step), () => true);
+    return this.outcome(this.decoder.calls.maille_begin_pieces(this.reader, step), () => true);
   }
   /** The next of them; null: there is none. */
   nextPiece() {
-    return this.#outcome(this.decoder.calls.maille_next_piece(this.reader), () => {
-      const [there, firstCell, slotCount] = this.#numbers();
+    return this.outcome(this.decoder.calls.maille_next_piece(this.reader), () => {
+      const [there, firstCell, slotCount] = this.numbers();
       return there ? {firstCell, slotCount, ...this.#piece()} : null;
     });
   }
   /** The surface of all of them. */
   surfaceOfPieces() {
-    return this.#outcome(this.decoder.calls.maille_surface_of_pieces(this.reader), () => this.#drawn(Wanted.surfaceOfPieces));
+    return this.outcome(this.decoder.calls.maille_surface_of_pieces(this.reader), () => this.drawn(this.#buffers(Wanted.surfaceOfPieces)));
   }
   /** What a ray meets first, exactly; null: nothing. */
   hit(origin, direction) {
     const address = this.decoder.put(new Uint8Array(Float64Array.from([...origin, ...direction]).buffer));
     const outcome = this.decoder.calls.maille_hit(this.reader, address);
     this.decoder.calls.maille_release(address);
-    return this.#outcome(outcome, () => {
-      const n = this.#numbers();
+    return this.outcome(outcome, () => {
+      const n = this.numbers();
       if (n.length === 0) return null;
       return {
         group: n[0], chart: n[1], face: n[2], corners: [n[3], n[4], n[5]], weights: [n[6], n[7], n[8]],
@@ -230,13 +230,13 @@ export class DecoderFile {
     });
   }
 
-  #outcome(outcome, value) {
+  outcome(outcome, value) {
     if (outcome === DONE) return value();
-    if (outcome === WANTS_BYTES) return new WantsBytes(this.#numbers());
-    if (outcome === GOES_ON) return new GoesOn(this.#numbers()[0]);
-    throw new MailleError(outcome, this.#message());
+    if (outcome === WANTS_BYTES) return new WantsBytes(this.numbers());
+    if (outcome === GOES_ON) return new GoesOn(this.numbers()[0]);
+    throw new MailleError(outcome, this.message());
   }
-  #message() {
+  message() {
     const {calls} = this.decoder;
     return this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader));
   }
@@ -246,7 +246,7 @@ export class DecoderFile {
     this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);
     this.decoder.calls.maille_release(packed.address);
   }
-  #numbers() {
+  numbers() {
     const {calls, memory} = this.decoder;
     return new Float64Array(memory.buffer, calls.maille_numbers(this.reader), calls.maille_number_count(this.reader)).slice();
   }
@@ -264,11 +264,13 @@ export class DecoderFile {
     return {address: this.decoder.put(new Uint8Array(numbers.buffer)), count: numbers.length};
   }
 
-  /** @param wanted nothing: the piece at hand */
+  /** What maille_buffers() lists of the mesh at hand. */
   #buffers(wanted) {
-    const {calls, memory} = this.decoder;
-    const address = wanted === undefined ? calls.maille_piece_buffers(this.reader) : calls.maille_buffers(this.reader, wanted);
-    const count = calls.maille_buffer_count(this.reader);
+    return this.list(this.decoder.calls.maille_buffers(this.reader, wanted));
+  }
+  /** Copies of the buffers that a call listed at an address. */
+  list(address) {
+    const {calls, memory} = this.decoder, count = calls.maille_buffer_count(this.reader);
     const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS), list = [];
     let copy, begin = 0, end = 0;
     for (let i = 0; i < words.length; i += BUFFER_WORDS) {
@@ -290,8 +292,8 @@ export class DecoderFile {
     return list;
   }
 
-  #drawn(wanted) {
-    const list = this.#buffers(wanted), drawn = {origin: [...this.#numbers()], arrays: []};
+  drawn(list) {
+    const drawn = {origin: [...this.numbers()], arrays: []};
     this.decoder.calls.maille_clear(this.reader);
     for (const buffer of list) {
       const {kind, values} = buffer;
@@ -302,13 +304,15 @@ export class DecoderFile {
     return drawn;
   }
 
-  #exact() {
-    const list = this.#buffers(Wanted.exact), exact = {positions: null, blocks: [], arrays: []};
+  exact(list) {
+    const exact = {positions: null, blocks: [], arrays: []};
     this.decoder.calls.maille_clear(this.reader);
     for (const buffer of list) {
       const {kind, values} = buffer;
       if (kind === 'exactPositions') exact.positions = values;
       else if (kind === 'array') exact.arrays.push(describeArray(buffer));
+      else if (kind === 'cellNumbers' || kind === 'pointNumbers') exact[kind] = values;
+      else if ((kind === 'faceSizes' || kind === 'cellFaces') && values.length === 0) continue;
       else (exact.blocks[buffer.block] ??= {name: buffer.name, cellType: buffer.cellType})[kind] = values;
     }
     return exact;
@@ -316,7 +320,7 @@ export class DecoderFile {
 
   #piece() {
     const piece = {arrays: []};
-    for (const buffer of this.#buffers()) {
+    for (const buffer of this.list(this.decoder.calls.maille_piece_buffers(this.reader))) {
       const {kind, values} = buffer;
       if (kind === 'exactPositions') piece.positions = values;
       else if (kind === 'array') piece.arrays.push(describeArray(buffer));
@@ -343,7 +347,7 @@ function countLater(drawn, name, count) {
   Object.defineProperty(drawn, name, {get, set, enumerable: true, configurable: true});
 }
 
-function describeArray({name, domain, role, type, components, values}) {
+export function describeArray({name, domain, role, type, components, values}) {
   return {name, domain, role, type, components, values};
 }
 

@@ -109,6 +109,85 @@ export interface LeanMesh extends Omit<DrawnMesh, 'points' | 'cells'> {
   cells: Uint32Array | null;
 }
 
+/** Values that are wanted of an array: from low to high, both included. Of several components one, or the length of the tuple. */
+export interface ValueCondition {
+  array: string;
+  low?: number;
+  high?: number;
+  component?: number;
+}
+/** Which cells of a volume: those that meet all of this. */
+export interface VolumeRequest {
+  /** Cells whose box meets these. */
+  box?: Box;
+  sphere?: Sphere;
+  planes?: Plane[];
+  /** Cells with points on both sides of it. */
+  plane?: Plane;
+  /** Cells with such a value, or with a point that has it. */
+  where?: ValueCondition[];
+  /** Their numbers in the input, from the first to before the second. */
+  cells?: [number, number];
+  /** Only out of these pieces. */
+  pieces?: number[];
+  /** Names of the arrays that come. */
+  arrays?: string[];
+  /** Of time. */
+  step?: number;
+}
+/** What the index says of an array in a piece, by component. */
+export interface ValueRange {
+  name: string;
+  domain: 'point' | 'cell';
+  low: number[];
+  high: number[];
+  mean: number[];
+  nans: number;
+}
+/** Cells of a volume that stand together in space, and in the file. */
+export interface VolumePiece {
+  piece: number;
+  cells: number;
+  points: number;
+  /** In the file. */
+  bytes: number;
+  /** Null where nothing is known, as of volumes that are not in pieces. */
+  box: Box | null;
+  ranges: ValueRange[] | null;
+}
+export interface VolumeInfo {
+  cells: number;
+  points: number;
+  /** Whether cells and points have numbers of the input. */
+  keepsOrder: boolean;
+  pieces: number;
+  fields: (Omit<MeshArray, 'values'> & {low?: number[]; high?: number[]; nans?: number})[];
+  box: Box | null;
+}
+export interface VolumeCells extends Mesh {
+  /** In the input; null where its order is not kept. */
+  cellNumbers: Uint32Array | null;
+  pointNumbers: Uint32Array | null;
+  /** That were read, and how many cells they have. */
+  pieces: number;
+  cellsRead: number;
+  /** Damaged pieces that were left out, a sentence each. */
+  problems: string[];
+}
+/** Polygons as triangles; the triangles of a polygon have one of `cells`. */
+export interface DrawnSlice extends Omit<DrawnMesh, 'points'> {
+  problems: string[];
+}
+/** What is drawn of one piece. */
+export interface DrawnPiece extends Omit<DrawnMesh, 'points'> {
+  points?: Uint32Array;
+  /** By face or polygon: its first triangle; the others, around its first corner, follow. */
+  faces: Uint32Array;
+  /** By face: -1, or the same number as in other pieces that have it. */
+  borderKeys: Float64Array;
+}
+export type DrawnPart = {piece: VolumePiece; drawn: DrawnPiece; error?: undefined} | {piece: VolumePiece; error: Error; drawn?: undefined};
+
 export interface Block {
   name: string;
   /** A number of VTK; 255: each cell has its own, in `types`. */
@@ -117,6 +196,9 @@ export interface Block {
   /** Where cells begin in `connectivity`; empty where all have the same number of points. */
   offsets: Float64Array;
   connectivity: Uint32Array;
+  /** Polyhedra: corners of each face, and where faces of cells begin. */
+  faceSizes?: Uint32Array;
+  cellFaces?: Float64Array;
 }
 
 /** The mesh itself, bit for bit. */
@@ -192,6 +274,8 @@ export interface OpenOptions {
   cacheBytes?: number;
   /** What one decoded mesh may take. Default 2 GiB; a call that would take more is refused before it is decoded. */
   meshBytes?: number;
+  /** Of pieces of a volume, kept for the next slice by all threads together. Default 192 MiB. */
+  pieceBytes?: number;
   /** Threads; 0: none. Default: one less than cores, at most four, in browsers. */
   workers?: number;
   /** Called with the bytes fetched so far. */
@@ -206,6 +290,14 @@ export interface Step {
 }
 export interface CallOptions {
   signal?: AbortSignal;
+}
+export interface PartOptions extends CallOptions {
+  /** Names of the arrays that come. */
+  arrays?: string[];
+  step?: number;
+  /** Of these alone, in this order. */
+  pieces?: VolumePiece[];
+  onProgress?(progress: {pieces: number; of: number}): void;
 }
 export interface LongCallOptions extends CallOptions {
   onProgress?(progress: Progress): void;
@@ -223,7 +315,7 @@ export class MeshFile {
   readonly sphere?: Sphere;
   /** Once readSteps() has read them. */
   readonly steps?: Step[];
-  readonly info: Pick<MeshFile, 'name' | 'size' | 'mode' | 'levels' | 'sphere' | 'steps'>;
+  readonly info: Pick<MeshFile, 'name' | 'size' | 'mode' | 'levels' | 'sphere' | 'steps'> & {volume?: VolumeInfo};
   /** Bytes held in caches and by decoders, and what was fetched so far. */
   readonly usage: {cacheBytes: number; decoderBytes: number; fetchedBytes?: number; requests?: number};
 
@@ -235,6 +327,16 @@ export class MeshFile {
 
   /** Charts that together show a region without cracks. Mode random. */
   select(request?: Request, options?: CallOptions): Promise<Chart[]>;
+  /** Pieces that may have such cells, by the index alone. Volumes of mode stream. */
+  select(request: VolumeRequest, options?: CallOptions): Promise<VolumePiece[]>;
+  /** Cells of a volume, bit for bit. */
+  extract(request: VolumeRequest, options?: LongCallOptions): Promise<VolumeCells>;
+  /** What a plane cuts out of a volume, decoded from the pieces that it meets. */
+  slice(plane: Plane, options?: PartOptions): Promise<DrawnSlice>;
+  /** The same piece by piece, as they come. */
+  slices(plane: Plane, options?: PartOptions): AsyncGenerator<DrawnPart, void, void>;
+  /** Surfaces of pieces, as they come; each has the faces between pieces, too. */
+  surfaces(options?: PartOptions): AsyncGenerator<DrawnPart, void, void>;
   /** The same at once, or null where the index must be fetched first, which it then is. */
   selectNow(request?: Request): Chart[] | null;
   /** Groups of charts from `first` on, for renderers that choose themselves what they show. Mode random. */

@@ -10,6 +10,8 @@ export {ErrorCode, MailleError};
 const MAGIC = [0x89, 0x4d, 0x41, 0x49, 0x0d, 0x0a, 0x1a, 0x0a];
 const MODES = ['single', 'stream', 'random'];
 const HEADER = 25;
+/** Where the header has its required features, and the one of a volume in pieces. */
+const FEATURES = 12, IN_PIECES = 1;
 /** What extract() gives, unless it is told otherwise. */
 const THE_MESH_ITSELF = {level: 0, clip: true};
 
@@ -79,8 +81,8 @@ export class MeshFile {
   /**
    * @param input URL, Blob, ArrayBuffer, typed array, or {size, readAt(offset, size, signal)}
    * @param {object} options fetch, headers, credentials; maxWhole: bytes that may be read where the server gives no
-   *   ranges; cacheBytes: of what was fetched, kept; meshBytes: what one decoded mesh may take; workers: number of threads
-   *   (0: none); onBytes(fetched); signal
+   *   ranges; cacheBytes: of what was fetched, kept; meshBytes: what one decoded mesh may take; pieceBytes: of pieces of a
+   *   volume, kept for the next slice; workers: number of threads (0: none); onBytes(fetched); signal
    */
   static async open(input, options = {}) {
     const bytes = new CachedBytes(await bytesOf(input, options), options.cacheBytes ?? 32 * 2 ** 20);
@@ -110,12 +112,22 @@ export class MeshFile {
     this.#kind = kindOfMode(this.mode);
     this.module = await decoder(this.#kind);
     const about = {size: this.size, name: this.name, mode: this.mode, meshBytes: this.options.meshBytes};
+    if (this.mode === 'stream') about.keptMemory = 320 * 2 ** 20;
     const file = {about, modules: () => this.#modules(), read: (ranges, signal) => this.#read(ranges, signal)};
     if (this.mode === 'random') {
       this.session = new Session(file.modules(), about, file.read);
       Object.assign(this, await this.session.run({call: 'open'}, {signal}));
     }
     this.pool = new DecoderPool(file, this.options.workers);
+    this.inPieces = this.mode === 'stream' && (header[FEATURES] & IN_PIECES) !== 0;
+    if (this.mode === 'stream') this.session = new Session(file.modules(), about, file.read);
+    if (this.inPieces) await this.#openVolume(signal);
+  }
+  /** A volume, of which parts are read: the index of one in pieces, others are one piece. */
+  async #openVolume(signal) {
+    if (this.mode !== 'stream') throw new MailleError(ErrorCode.usage, `${this.name}: only files of mode "random" and volumes are read in parts; decode() reads this one whole`);
+    const {Volume} = await import('./volume.js');
+    return this.volume ??= await Volume.open(this, (ranges, signal) => this.#read(ranges, signal), signal);
   }
   #modules() {
     const other = async kind => {
@@ -137,11 +149,11 @@ export class MeshFile {
 
   /**
    * {name, size, mode}, and of a file of mode random levels [{faces, charts}] and sphere {centre, radius}; steps, as
-   * soon as readSteps() has read them.
+   * soon as readSteps() has read them; of a volume in pieces volume {cells, points, keepsOrder, pieces, fields, box}.
    */
   get info() {
-    const {name, size, mode, levels, sphere, steps} = this;
-    return {name, size, mode, levels, sphere, steps};
+    const {name, size, mode, levels, sphere, steps, volume} = this;
+    return {name, size, mode, levels, sphere, steps, volume: volume?.about};
   }
   /** What is held: {cacheBytes, decoderBytes}; and what was fetched so far: {fetchedBytes, requests}. */
   get usage() {
@@ -160,12 +172,13 @@ export class MeshFile {
   }
 
   /**
-   * Charts that together show a region without cracks.
+   * Charts that together show a region without cracks; of a volume pieces, see volume.js.
    * @param request box {low, high}, sphere {centre, radius}, planes [{normal, offset}]: where; level, bound (world units),
    *   view {eye, pixelsPerRadian, pixels}, maxFaces: how fine. Nothing: the coarsest.
    * @returns [{group, chart, level, faces, bytes, sphere}]
    */
   async select(request = {}, {signal} = {}) {
+    if (this.mode === 'stream') return (await this.#openVolume(signal)).select(request, {signal});
     this.#expectParts();
     return this.session.run({call: 'select', arguments: [request]}, {signal});
   }
@@ -191,11 +204,23 @@ export class MeshFile {
     return lean ? {points: null, cells: null, ...drawn} : withCounts(drawn);
   }
 
-  /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. */
+  /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. Of a volume, its cells: volume.js. */
   async extract(request = {}, {signal, onProgress} = {}) {
+    if (this.mode === 'stream') return (await this.#openVolume(signal)).extract(request, {signal, onProgress});
     this.#expectParts();
     return this.pool.run({call: 'extract', arguments: [{...THE_MESH_ITSELF, ...request}]}, {signal, onProgress});
   }
+  /** What a plane cuts out of a volume; the same piece by piece; and surfaces of its pieces: volume.js. */
+  async slice(plane, options = {}) {
+    return (await this.#openVolume(options.signal)).slice(plane, options);
+  }
+  async *slices(plane, options = {}) {
+    yield* (await this.#openVolume(options.signal)).slices(plane, options);
+  }
+  async *surfaces(options = {}) {
+    yield* (await this.#openVolume(options.signal)).surfaces(options);
+  }
+
   /** The same as a PLY file, with all arrays, the bytes of `maille extract`: {bytes, points, faces, notes}. */
   async extractPly(request = {}, {signal, onProgress} = {}) {
     this.#expectParts();
@@ -214,6 +239,7 @@ export class MeshFile {
    * read front to back, in memory for the surface alone; `step`: of time. onProgress({loaded, total, cells}).
    */
   async surface({signal, step = 0, onProgress} = {}) {
+    if (this.inPieces) return this.volume.surface({signal, step, onProgress});
     return this.pool.run({call: 'surface', arguments: this.mode === 'stream' ? [step] : []}, {signal, onProgress});
   }
 

@@ -9,23 +9,32 @@ export class DecoderPool {
    * @param count number of threads; 0: none. Default: one less than cores, at most four, in browsers.
    */
   constructor(file, count) {
-    Object.assign(this, {file, idle: [], busy: new Set(), queue: []});
+    Object.assign(this, {file, workers: [], idle: new Set(), others: new Set(), queue: []});
     const cores = globalThis.navigator?.hardwareConcurrency ?? 2;
     this.count = typeof Worker === 'undefined' ? 0 : count ?? Math.max(1, Math.min(4, cores - 1));
-    this.started = 0;
   }
 
+  /** How many tasks run at once. */
+  get lanes() {
+    return Math.max(1, this.count);
+  }
   /** Bytes that the decoders hold. */
   get memoryBytes() {
-    return [...this.idle, ...this.busy].reduce((sum, worker) => sum + worker.memoryBytes, 0);
+    return [...this.workers, ...this.others].reduce((sum, worker) => sum + (worker?.memoryBytes ?? 0), 0);
   }
 
-  run(task, {signal, onProgress} = {}) {
+  /**
+   * Tasks of one `lane`, a number from 0 on, go to the same decoder, which may have kept something from the last one; what is
+   * to come `first` does not wait for others that have not begun.
+   */
+  run(task, {signal, onProgress, lane, first = false} = {}) {
     signal?.throwIfAborted();
     return new Promise((resolve, reject) => {
-      const job = {task, signal, onProgress, resolve, reject, over: false};
-      signal?.addEventListener('abort', () => this.#finish(job, () => reject(signal.reason)), {once: true});
-      this.queue.push(job);
+      const job = {task, signal, onProgress, lane, resolve, reject, over: false};
+      job.onAbort = () => this.#finish(job, () => reject(signal.reason));
+      signal?.addEventListener('abort', job.onAbort, {once: true});
+      if (first) this.queue.unshift(job);
+      else this.queue.push(job);
       this.#start();
     });
   }
@@ -33,48 +42,52 @@ export class DecoderPool {
   /** A decoder that nobody else uses, for calls that belong together: {run(task, {signal}), end()}. */
   own() {
     const worker = this.#create();
-    this.busy.add(worker);
+    this.others.add(worker);
     return {
       run: (task, options = {}) => worker.run(task, options),
-      end: () => { this.busy.delete(worker); worker.end(); },
+      end: () => { this.others.delete(worker); worker.end(); },
     };
   }
 
   close() {
     this.closed = true;
-    for (const worker of [...this.idle, ...this.busy]) worker.end();
+    for (const worker of [...this.workers, ...this.others]) worker?.end();
     for (const job of this.queue.splice(0)) job.reject(new MailleError(ErrorCode.usage, `${this.file.about.name}: was closed`));
   }
 
   #finish(job, settle) {
     if (job.over) return;
     job.over = true;
+    job.signal?.removeEventListener('abort', job.onAbort);
     settle();
   }
 
   #start() {
-    while (this.queue.length > 0 && !this.closed) {
-      if (this.queue[0].over) {
-        this.queue.shift();
-        continue;
-      }
-      if (this.idle.length === 0) {
-        if (this.started === Math.max(1, this.count)) return;
-        this.idle.push(this.#create());
-        ++this.started;
-      }
-      const worker = this.idle.pop();
-      const job = this.queue.shift();
-      this.busy.add(worker);
-      worker.run(job.task, job).then(
-        result => this.#finish(job, () => job.resolve(result)),
-        error => this.#finish(job, () => job.reject(error)),
-      ).finally(() => {
-        this.busy.delete(worker);
-        this.idle.push(worker);
-        this.#start();
-      });
-    }
+    if (this.closed) return;
+    this.queue = this.queue.filter(job => !job.over && !this.#give(job));
+  }
+  /** @returns whether there is a decoder for it */
+  #give(job) {
+    const number = job.lane === undefined ? this.#freeNumber() : job.lane % this.lanes;
+    if (number < 0) return false;
+    if (!this.workers[number]) this.idle.add(this.workers[number] = this.#create());
+    const worker = this.workers[number];
+    if (!this.idle.delete(worker)) return false;
+    worker.run(job.task, job).then(
+      result => this.#finish(job, () => job.resolve(result)),
+      error => this.#finish(job, () => job.reject(error)),
+    ).finally(() => {
+      this.idle.add(worker);
+      this.#start();
+    });
+    return true;
+  }
+  /** One that is there, before a new one; -1: all are busy. */
+  #freeNumber() {
+    const there = this.workers.findIndex(worker => this.idle.has(worker));
+    if (there >= 0) return there;
+    for (let number = 0; number < this.lanes; ++number) if (!this.workers[number]) return number;
+    return -1;
   }
 
   #create() {
@@ -124,7 +137,8 @@ class OwnThread {
           this.#answer(data, signal);
         }
       };
-      this.worker.postMessage({task, progress: onProgress !== undefined});
+      const given = task.given?.map(({offset, bytes}) => ({offset, bytes: bytes.slice()})) ?? [];
+      this.worker.postMessage({task: {...task, given}, progress: onProgress !== undefined}, given.map(part => part.bytes.buffer));
     }).finally(() => signal?.removeEventListener('abort', abort));
   }
 

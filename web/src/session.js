@@ -17,7 +17,7 @@ export class Session {
   /**
    * @param modules {module, kind, other(kind)}: the decoder to begin with, 'charts', 'small' or 'full', and a function that
    *   gives {module, kind} of one that has at least what `kind` has
-   * @param about {size, name, mode, meshBytes} of the file
+   * @param about {size, name, mode, meshBytes} of the file; keptMemory: of a decoder that is kept for the next call
    * @param read (ranges, signal) => Promise of their bytes
    */
   constructor({module, kind, other}, about, read) {
@@ -28,11 +28,15 @@ export class Session {
     return this.decoder?.memoryBytes ?? 0;
   }
 
-  /** @param task {call, arguments}: a method of DecoderFile, or one of those below */
-  async run({call, arguments: given = []}, {signal, onProgress} = {}) {
+  /**
+   * @param task {call, arguments, given}: a method of DecoderFile, or one of those below; `given`: parts of the file that it
+   *   will want, [{offset, bytes}]
+   */
+  async run({call, arguments: given = [], given: parts = []}, {signal, onProgress} = {}) {
     for (;;) {
       try {
         await (this.opened ??= this.#open());
+        for (const {offset, bytes} of parts) this.file.give(offset, bytes);
         return await this.#call(call, given, signal, onProgress);
       } catch (error) {
         const wanted = this.#needed(error);
@@ -95,7 +99,8 @@ export class Session {
       await this.#until('beginPieces', () => this.file.beginPieces(step), signal);
       return this.#until('surface', () => this.file.surfaceOfPieces(), signal, onProgress);
     }
-    return this.#until(call, () => this.file[call](...given), signal, onProgress);
+    const more = this.file[call] ? null : await import('./volume_decoder.js');
+    return this.#until(call, () => (more ? more[call](this.file, ...given) : this.file[call](...given)), signal, onProgress);
   }
 
   async #until(call, attempt, signal, onProgress) {
@@ -142,7 +147,7 @@ export class Session {
     if (!this.file) return;
     if (call !== 'beginPieces' && call !== 'nextPiece') {
       this.file.forgetBehind(KEPT_FRONT);
-      if (this.memoryBytes > KEPT_MEMORY) this.close();
+      if (this.memoryBytes > (this.about.keptMemory ?? KEPT_MEMORY)) this.close();
     }
   }
 }

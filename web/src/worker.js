@@ -36,5 +36,5 @@ addEventListener('message', async ({data}) => {
     postMessage({error: {code: error.code ?? 6, message: error.message}});
   }
   // The decoder has copies. These would stay for megabytes until somebody looks for what nobody uses.
-  for (const bytes of given.splice(0)) bytes.buffer.transfer?.(0);
+  for (const bytes of [...given.splice(0), ...(data.task.given ?? []).map(part => part.bytes)]) bytes.buffer.transfer?.(0);
 });

@@ -20,6 +20,10 @@ export async function calls(url: string, blob: Blob, signal: AbortSignal): Promi
   for (const {step, time} of await file.readSteps({signal})) console.log(time, file.info.steps?.length, await file.surface({step}));
   for await (const piece of file.pieces({step: 1, signal})) console.log(piece.types.length);
   const surface = await file.surface({onProgress: ({cells, total}) => console.log(cells, total)});
+  const cut = await file.slice({normal: [0, 0, 1], offset: 0}, {arrays: ['T']});
+  const hot = await file.extract({where: [{array: 'T', low: 500}], plane: {normal: [1, 0, 0], offset: 0}});
+  for await (const {drawn, piece} of file.slices({normal: [0, 0, 1], offset: 0}, {signal})) console.log(drawn?.faces, piece.box?.low);
+  console.log(cut.triangles, hot.cellNumbers, file.info.volume?.fields[0].low);
   console.log(positions, part, face, shown.origin, whole.blocks[0].cellType, surface.arrays, file.usage.cacheBytes);
   // @ts-expect-error: a box has two corners
   await file.select({box: {low: [0, 0, 0]}});

@@ -1,0 +1,82 @@
+// Calls of volumes in the decoder (bindings/wasm/volume.cpp), beside those of DecoderFile: they return what they say, or WantsBytes.
+
+import {describeArray, MailleError, NEEDS_FULL, WantsBytes} from './decoder.js';
+
+/**
+ * A volume of mode stream: {cells, points, keepsOrder, pieces, fields}; pieces: [{piece, firstCell, firstPoint, cells, points,
+ * bytes, box, ranges}] in the order of `fields`, of the index; null where it says nothing.
+ */
+export function openVolume(file, request) {
+  return ofVolume(file, 'maille_open_volume', request, () => {
+    const n = file.numbers();
+    const fields = file.list(file.decoder.calls.maille_volume_fields(file.reader)).map(({values, ...field}) => describeArray(field));
+    return {cells: n[0], points: n[1], keepsOrder: n[2] !== 0, fields, pieces: piecesOf(n.subarray(4), n[3], fields)};
+  });
+}
+/** Numbers of the pieces that may have cells of a request, see MeshFile.select(). */
+export function selectPieces(file, request) {
+  return ofVolume(file, 'maille_select_pieces', request, () => [...file.numbers()]);
+}
+/** What of the file a request reads: [{offset, size}], as much as can be told beforehand. */
+export function rangesOfPieces(file, request) {
+  return ofVolume(file, 'maille_ranges_of_pieces', request, () => new WantsBytes(file.numbers()).ranges);
+}
+/** The cells of a request, exactly. */
+export function extractVolume(file, request) {
+  return ofVolume(file, 'maille_extract_volume', request, () => {
+    const [pieces, cellsRead] = file.numbers(), problems = file.message().split('\n').filter(Boolean);
+    return {...file.exact(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 0))), pieces, cellsRead, problems};
+  });
+}
+/** What request.plane cuts out of the piece request.pieces[0]. */
+export function sliceOfPiece(file, request) {
+  return ofVolume(file, 'maille_slice_of_piece', request, () => drawnOfPiece(file));
+}
+/** Its surface; borderKeys: by face, the same in another piece that has it, too, or -1. */
+export function surfaceOfPiece(file, request) {
+  return ofVolume(file, 'maille_surface_of_piece', request, () => drawnOfPiece(file));
+}
+function drawnOfPiece(file) {
+  const drawn = file.drawn(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 1)));
+  return {...drawn, origin: drawn.origin.slice(0, 3), held: drawn.origin.slice(3)};
+}
+function ofVolume(file, name, request, value) {
+  const {calls} = file.decoder, {numbers, text} = packed(request);
+  if (!calls[name]) throw new MailleError(NEEDS_FULL, 'the small decoder reads no volumes');
+  const addresses = [file.decoder.put(new Uint8Array(numbers.buffer)), file.decoder.put(text)];
+  const outcome = calls[name](file.reader, addresses[0], numbers.length, addresses[1], text.length);
+  addresses.forEach(address => calls.maille_release(address));
+  return file.outcome(outcome, value);
+}
+
+/** As unpacked() of volume.cpp unpacks it. */
+function packed({step = 0, keptBytes = 0, origin, box, sphere, plane, cells, planes = [], where = [], pieces, arrays}) {
+  const none = [NaN, NaN, NaN], ofPlane = ({normal, offset}) => [...normal, offset];
+  const numbers = Float64Array.from([
+    step, keptBytes, ...(origin ?? none), ...(box ? [...box.low, ...box.high] : [...none, ...none]),
+    ...(sphere ? [...sphere.centre, sphere.radius] : [...none, NaN]), ...(plane ? ofPlane(plane) : [...none, NaN]),
+    ...(cells ?? [-1, -1]), planes.length, ...planes.flatMap(ofPlane),
+    where.length, ...where.flatMap(({low = -Infinity, high = Infinity, component = -1}) => [low, high, component]),
+    ...(pieces ? [pieces.length, ...pieces] : [-1]), arrays ? arrays.length : -1,
+  ]);
+  const names = [...where.map(({array}) => array), ...(arrays ?? [])];
+  return {numbers, text: new TextEncoder().encode(names.map(name => `${name}\0`).join(''))};
+}
+
+/** What maille_open_volume() says of pieces. */
+function piecesOf(n, count, fields) {
+  const pieces = [];
+  let at = 0, firstCell = 0, firstPoint = 0;
+  const next = size => [...n.subarray(at, at += size)];
+  for (let piece = 0; piece < count; ++piece) {
+    const [cells, points, bytes] = next(3), low = next(3), high = next(3), ranges = at < n.length ? [] : null;
+    for (const {name, domain} of ranges ? fields : []) {
+      const [nans, components] = next(2), numbers = next(3 * components), each = k => numbers.filter((_, i) => i % 3 === k);
+      ranges.push({name, domain, nans, low: each(0), high: each(1), mean: each(2)});
+    }
+    pieces.push({piece, firstCell, firstPoint, cells, points, bytes, box: Number.isNaN(low[0]) ? null : {low, high}, ranges});
+    firstCell += cells;
+    firstPoint += points;
+  }
+  return pieces;
+}
