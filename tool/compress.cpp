@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <maille/encode.h>
+#include <maille/parts.h>
 #include <maille/version.h>
 #include <unistd.h>
 
@@ -158,10 +159,18 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   return Compressed{std::move(report), input.bytes()};
 }
 
-/// Of a folder, which has none of its own, those of the files in it.
+/// Of a folder, which has none of its own, those of the files in it; of a file that names others, theirs,
+/// too.
 uint64_t input_bytes(const Input& input) {
-  return input.source->size() > 0 || is_regular(input.path) || input.path == "-" ? input.source->size()
-                                                                                 : bytes_of_case(input.path);
+  if (input.source->size() == 0 && !is_regular(input.path) && input.path != "-")
+    return bytes_of_case(input.path);
+  uint64_t bytes = input.source->size();
+  std::error_code error;
+  for (const std::string& part : parts_of_mesh(input.path).value_or(std::vector<std::string>())) {
+    const uint64_t size = std::filesystem::file_size(part, error);
+    if (!error) bytes += size;
+  }
+  return bytes;
 }
 
 Result<Compressed> compress_whole(const Input& input, const CompressOptions& options,

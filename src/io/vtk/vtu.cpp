@@ -1,5 +1,7 @@
 #include "io/vtk/vtu.h"
 
+#include <maille/parts.h>
+
 #include <algorithm>
 
 #include "base/bytes.h"
@@ -7,6 +9,7 @@
 #include "io/cell_store.h"
 #include "io/format.h"
 #include "io/reading.h"
+#include "io/vtk/joined_parts.h"
 #include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
@@ -14,12 +17,12 @@ namespace {
 
 class PieceFaces;
 
-/// Reads pieces, of one file or several, and joins them as VTK does: points, cells and their arrays one after
-/// the other.
+/// Reads pieces, of one file or several: points, cells and their arrays one after the other, as VTK does;
+/// then joins what they have in common. `whole`: there are no other pieces.
 class VtuReader {
  public:
-  VtuReader(std::string name, uint64_t plausible, const ReadOptions& options)
-      : name_(std::move(name)), options_(options), budget_(name_, plausible, options.limits) {}
+  VtuReader(std::string name, uint64_t plausible, const ReadOptions& options, bool whole = true)
+      : name_(std::move(name)), options_(options), budget_(name_, plausible, options.limits), whole_(whole) {}
 
   Result<> add_file(const VtkXml& xml);
   Result<ReadResult> finish();
@@ -48,6 +51,9 @@ class VtuReader {
   VtkFieldData field_;
   std::vector<std::string> notes_;
   size_t pieces_ = 0;
+  std::vector<uint64_t> first_points_, first_cells_;  ///< by piece
+  PartMarks marks_;
+  bool whole_;
   bool has_points_ = false;
   bool has_block_array_ = false;
 };
@@ -292,6 +298,8 @@ Result<> VtuReader::read_piece(const VtkXml& xml, pugi::xml_node piece) {
   const std::string where = xml.file + ": piece " + std::to_string(pieces_);
   const uint64_t points = piece.attribute("NumberOfPoints").as_ullong(0);
   const uint64_t cells = piece.attribute("NumberOfCells").as_ullong(0);
+  first_points_.push_back(mesh_.point_count());
+  first_cells_.push_back(cells_.count());
   MAILLE_CHECK(read_points(xml, piece, points, where));
   MAILLE_CHECK(read_cells(xml, piece, points, cells, where));
   // The first piece that has something decides which arrays there are.
@@ -299,6 +307,8 @@ Result<> VtuReader::read_piece(const VtkXml& xml, pugi::xml_node piece) {
   MAILLE_CHECK(read_data(xml, piece.child("PointData"), Domain::point, points, where));
   MAILLE_CHECK(read_data(xml, piece.child("CellData"), Domain::cell, cells, where));
   if (piece.child("CellData").find_child_by_attribute(vtu_block_mark, "1")) has_block_array_ = true;
+  if (const auto ids = piece.child("PointData").attribute("GlobalIds")) marks_.point_ids = ids.as_string();
+  if (const auto ids = piece.child("CellData").attribute("GlobalIds")) marks_.cell_ids = ids.as_string();
   ++pieces_;
   return {};
 }
@@ -338,20 +348,28 @@ Result<ReadResult> VtuReader::finish() {
   mesh_.metadata = field_.metadata();
   check_vtk_corner_arrays(mesh_, notes_);
   if (auto ok = validate(mesh_); !ok) return malformed(name_, ok.error().message);
+  MAILLE_CHECK(join_parts(name_, first_points_, first_cells_, marks_, whole_, mesh_, notes_));
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
-Result<ReadResult> read_parallel(const VtkXml& head, const ReadOptions& options) {
+Result<std::vector<std::string>> parts_of(const VtkXml& head) {
+  std::vector<std::string> paths;
   const pugi::xml_node grid = head.document.child("VTKFile").child("PUnstructuredGrid");
+  for (const pugi::xml_node piece : grid.children("Piece"))
+    paths.push_back(MAILLE_TRY(path_of_named(head.file, piece.attribute("Source").as_string())));
+  if (paths.empty()) return failure(ErrorCode::malformed_input, head.file + ": it names no pieces");
+  return paths;
+}
+
+Result<ReadResult> read_files(const std::string& name, std::span<const std::string> paths, bool whole,
+                              const ReadOptions& options) {
   std::vector<std::unique_ptr<Source>> sources;
   uint64_t size = 0;
-  for (const pugi::xml_node piece : grid.children("Piece")) {
-    const std::string path = MAILLE_TRY(path_of_named(head.file, piece.attribute("Source").as_string()));
+  for (const std::string& path : paths) {
     sources.push_back(MAILLE_TRY(file_source(path)));
     size += sources.back()->size();
   }
-  if (sources.empty()) return failure(ErrorCode::malformed_input, head.file + ": it names no pieces");
-  VtuReader reader(head.file, size * 16, options);
+  VtuReader reader(name, size * 16, options, whole);
   for (const auto& source : sources) {
     const InputBytes input = MAILLE_TRY(InputBytes::load(*source));
     const VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source->name(), {"UnstructuredGrid"}));
@@ -372,10 +390,23 @@ Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   const VtkXml xml =
       MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"UnstructuredGrid", "PUnstructuredGrid"}));
-  if (xml.document.child("VTKFile").child("PUnstructuredGrid")) return read_parallel(xml, options);
+  if (xml.document.child("VTKFile").child("PUnstructuredGrid"))
+    return read_files(xml.file, MAILLE_TRY(parts_of(xml)), true, options);
   VtuReader reader(source.name(), plausible_bytes(xml, input.bytes().size()), options);
   MAILLE_CHECK(reader.add_file(xml));
   return reader.finish();
+}
+
+Result<std::vector<std::string>> parts_of_mesh(const std::string& path) {
+  if (!path.ends_with(".pvtu")) return std::vector<std::string>();
+  const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
+  const InputBytes input = MAILLE_TRY(InputBytes::load(*source));
+  return parts_of(MAILLE_TRY(parse_vtk_xml(input.bytes(), path, {"PUnstructuredGrid"})));
+}
+
+Result<ReadResult> read_parts(std::span<const std::string> paths, const ReadOptions& options, bool whole) {
+  if (paths.empty()) return ReadResult();
+  return read_files(paths[0], paths, whole, options);
 }
 
 const Format& vtu_format() {

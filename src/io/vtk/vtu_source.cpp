@@ -153,6 +153,7 @@ class VtuSource final : public MeshSource {
   Result<> load_xml();
   Result<> open_piece(pugi::xml_node piece);
   Result<Column> open_column(pugi::xml_node node, const std::string& where, uint64_t tuples);
+  Result<> check_pieces() const;
   Result<> open_data(pugi::xml_node data, Domain domain, Piece& piece, const std::string& where);
   Result<> read_fields(pugi::xml_node grid);
   Result<> read(Column& column, uint64_t first, uint64_t count, std::span<std::byte> out);
@@ -326,10 +327,23 @@ Result<> VtuSource::read_fields(pugi::xml_node grid) {
   return {};
 }
 
+/// What pieces have in common is joined by a whole read only.
+Result<> VtuSource::check_pieces() const {
+  if (pieces_.size() < 2) return {};
+  for (const Column& column : pieces_[0].arrays) {
+    const std::string& name = column.description.name;
+    if (name == "vtkGhostType" || name == "vtkGhostLevels" || name == "GlobalPointIds")
+      return failure(ErrorCode::unsupported,
+                     xml_.file + ": pieces with \"" + name + "\" are not read in parts");
+  }
+  return {};
+}
+
 Result<> VtuSource::open() {
   MAILLE_CHECK(load_xml());
   const pugi::xml_node grid = xml_.document.child("VTKFile").child("UnstructuredGrid");
   for (const pugi::xml_node piece : grid.children("Piece")) MAILLE_CHECK(open_piece(piece));
+  MAILLE_CHECK(check_pieces());
   MAILLE_CHECK(read_fields(grid));
   const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
   uint64_t cells = 0;
