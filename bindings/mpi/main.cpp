@@ -1,0 +1,235 @@
+// maille-mpi: what `maille compress --pieces` and `maille verify` do, by many processes.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <numeric>
+
+#include <maille/mpi.h>
+#include <maille/parts.h>
+#include <maille/volume_file.h>
+
+namespace {
+
+using namespace maille;
+
+struct Options {
+  std::vector<std::string> files;  ///< inputs, then the output
+  int effort = 5;
+  uint64_t pieces = cells_of_volume_piece;
+  bool as_is = false, any_order = false, quiet = false;
+  double error = 0;
+};
+
+/// What a rank has read.
+struct OwnPart {
+  Mesh mesh;
+  std::vector<uint64_t> points, cells;
+  std::vector<std::string> notes;
+};
+
+std::vector<uint64_t> counted_from(uint64_t first, uint64_t count) {
+  std::vector<uint64_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), first);
+  return numbers;
+}
+
+/// Whole numbers as they are; none where there is no such array, or other values.
+std::vector<uint64_t> numbers_of(const Mesh& mesh, const char* name, Domain domain) {
+  const Array* const array = mesh.find(name, domain);
+  if (array == nullptr || array->components != 1) return {};
+  std::vector<uint64_t> numbers;
+  const auto take = [&](auto zero) {
+    for (const auto number : array->values<decltype(zero)>())
+      numbers.push_back(static_cast<uint64_t>(number));
+  };
+  if (array->type == Scalar::i64) take(int64_t{});
+  if (array->type == Scalar::u64) take(uint64_t{});
+  if (array->type == Scalar::i32) take(int32_t{});
+  if (array->type == Scalar::u32) take(uint32_t{});
+  return numbers;
+}
+
+/// The first rank reads everything.
+Result<OwnPart> read_alone(const std::vector<std::string>& inputs, Ranks& ranks) {
+  OwnPart own;
+  if (ranks.rank() != 0) return own;
+  Result<ReadResult> read = inputs.size() == 1 ? read_mesh(inputs[0]) : read_parts(inputs);
+  if (!read) return tl::unexpected(read.error());
+  own.mesh = std::move(read->mesh);
+  own.notes = std::move(read->notes);
+  own.points = counted_from(0, own.mesh.point_count());
+  own.cells = counted_from(0, own.mesh.cell_count());
+  return own;
+}
+
+/// Whether all ranks say so.
+bool all_agree(Ranks& ranks, bool mine) {
+  std::vector<uint64_t> against = {mine ? 0u : 1u};
+  ranks.largest(against);
+  return against[0] == 0;
+}
+
+/// Each rank reads its share of the parts, if these number their points; else the first one reads all.
+Result<OwnPart> read_shares(const std::vector<std::string>& parts, Ranks& ranks) {
+  const size_t first = parts.size() * ranks.rank() / ranks.size();
+  const size_t end = parts.size() * (ranks.rank() + 1) / ranks.size();
+  Result<ReadResult> read = read_parts(std::span(parts).subspan(first, end - first), {}, false);
+  OwnPart own;
+  bool has_points = false, has_cells = false;
+  if (read) {
+    own.mesh = std::move(read->mesh);
+    own.notes = std::move(read->notes);
+    own.points = numbers_of(own.mesh, "GlobalPointIds", Domain::point);
+    own.cells = numbers_of(own.mesh, "GlobalCellIds", Domain::cell);
+    has_points = own.points.size() == own.mesh.point_count() && own.mesh.blocks.size() <= 1;
+    has_cells = own.cells.size() == own.mesh.cell_count();
+  }
+  if (!all_agree(ranks, has_points)) return read_alone(parts, ranks);
+  const bool numbered = all_agree(ranks, has_cells);
+  std::vector<uint64_t> counts(ranks.size());
+  counts[ranks.rank()] = own.mesh.cell_count();
+  ranks.add(counts);
+  const uint64_t before = std::accumulate(counts.begin(), counts.begin() + ranks.rank(), uint64_t{0});
+  if (!numbered) own.cells = counted_from(before, own.mesh.cell_count());
+  return own;
+}
+
+Result<OwnPart> read_inputs(const Options& options, Ranks& ranks) {
+  const std::vector<std::string> inputs(options.files.begin(), options.files.end() - 1);
+  if (inputs.size() > 1) return read_shares(inputs, ranks);
+  Result<std::vector<std::string>> parts = parts_of_mesh(inputs[0]);
+  if (!parts) return tl::unexpected(parts.error());
+  return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, ranks);
+}
+
+/// The error of the first rank that has one, in all.
+Result<> agree(Ranks& ranks, const Result<>& mine) {
+  std::vector<uint64_t> failing = {mine ? 0 : ranks.size() - ranks.rank()};
+  ranks.largest(failing);
+  if (failing[0] == 0) return {};
+  const auto first = static_cast<unsigned>(ranks.size() - failing[0]);
+  std::vector<std::byte> told;
+  if (ranks.rank() == first) {
+    const std::string text = std::to_string(static_cast<int>(mine.error().code)) + " " + mine.error().message;
+    const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+    told.assign(bytes, bytes + text.size());
+  }
+  const auto all = ranks.exchange(std::vector(ranks.size(), told));
+  const std::string text(reinterpret_cast<const char*>(all[first].data()), all[first].size());
+  const size_t blank = text.find(' ');
+  return failure(static_cast<ErrorCode>(std::stoi(text.substr(0, blank))), text.substr(blank + 1));
+}
+
+Result<> compress(const Options& options, MPI_Comm communicator) {
+  const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
+  Result<OwnPart> own = read_inputs(options, *ranks);
+  if (auto all = agree(*ranks, own ? Result<>() : Result<>(tl::unexpected(own.error()))); !all) return all;
+  for (const std::string& note : own->notes) {
+    if (!options.quiet) std::fprintf(stderr, "maille-mpi: %s\n", note.c_str());
+  }
+  EncodeOptions encoding;
+  encoding.mode = Mode::stream;
+  encoding.effort = options.effort;
+  encoding.order = options.any_order ? Order::canonical : Order::keep;
+  if (options.error > 0) encoding.positions = {Tolerance::Kind::absolute, options.error};
+  const RankPart part{&own->mesh, own->points, own->cells};
+  const auto report = mpi::encode(communicator, part, options.files.back(), encoding,
+                                  {.cells_per_piece = options.pieces, .as_is = options.as_is});
+  if (!report) return tl::unexpected(report.error());
+  if (ranks->rank() == 0 && !options.quiet) {
+    std::printf("%s: %llu points, %llu cells; %llu bytes, by %u ranks\n", options.files.back().c_str(),
+                static_cast<unsigned long long>(report->points),
+                static_cast<unsigned long long>(report->cells),
+                static_cast<unsigned long long>(report->file_bytes), ranks->size());
+  }
+  return {};
+}
+
+/// Decodes the pieces of a rank; its cells.
+Result<uint64_t> count_cells(const std::string& path, const Ranks& ranks, uint64_t& expected) {
+  Result<std::unique_ptr<Source>> source = file_source(path);
+  if (!source) return tl::unexpected(source.error());
+  Result<VolumeFile> file = VolumeFile::open(**source);
+  if (!file) return tl::unexpected(file.error());
+  expected = file->cells();
+  // One piece after the other: a rank needs memory for one.
+  uint64_t cells = 0;
+  const uint64_t pieces = file->pieces();
+  for (uint64_t p = pieces * ranks.rank() / ranks.size(); p < pieces * (ranks.rank() + 1) / ranks.size();
+       ++p) {
+    VolumeQuery query;
+    query.pieces = std::vector<uint32_t>{static_cast<uint32_t>(p)};
+    const Result<ExtractedVolume> found = file->extract(query);
+    if (!found) return tl::unexpected(found.error());
+    if (!found->problems.empty()) return failure(ErrorCode::corrupt, found->problems[0]);
+    cells += found->cells_read;
+  }
+  return cells;
+}
+
+Result<> verify(const Options& options, MPI_Comm communicator) {
+  const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
+  const std::string& path = options.files[0];
+  uint64_t expected = 0;
+  const Result<uint64_t> cells = count_cells(path, *ranks, expected);
+  if (auto all = agree(*ranks, cells ? Result<>() : Result<>(tl::unexpected(cells.error()))); !all)
+    return all;
+  std::vector<uint64_t> sum = {*cells};
+  ranks->add(sum);
+  if (sum[0] != expected)
+    return failure(ErrorCode::corrupt, path + ": its pieces have " + std::to_string(sum[0]) + " cells, not " +
+                                           std::to_string(expected));
+  if (ranks->rank() == 0 && !options.quiet)
+    std::printf("%s: %llu cells are all there\n", path.c_str(), static_cast<unsigned long long>(sum[0]));
+  return {};
+}
+
+extern "C" void stop(int signal) {
+  mpi::remove_unfinished_file();
+  std::_Exit(128 + signal);
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app("maille for the ranks of a cluster: mpirun -n 8 maille-mpi compress flow.pvtu flow.maille");
+  app.require_subcommand(1);
+  CLI::App& compressing = *app.add_subcommand(
+      "compress",
+      "One file in pieces, the same for any number of ranks. Several inputs are parts of one mesh "
+      "(VTU); parts with GlobalPointIds are read by all ranks, anything else by the first one.");
+  compressing.add_option("files", options.files, "INPUT... OUTPUT")->required()->expected(2, 1 << 20);
+  compressing.add_option("--effort", options.effort, "1 (fast) to 9 (small)")->check(CLI::Range(1, 9));
+  compressing.add_option("--pieces", options.pieces, "cells of a piece, about")->check(CLI::PositiveNumber);
+  compressing.add_option("-e,--error", options.error, "largest error of positions")
+      ->check(CLI::PositiveNumber);
+  compressing.add_flag("--as-is", options.as_is, "the part of each rank is a piece");
+  compressing.add_flag("--any-order", options.any_order, "the order of points and cells may change");
+  compressing.add_flag("-q,--quiet", options.quiet, "errors only");
+  CLI::App& verifying = *app.add_subcommand("verify", "Decodes all pieces, each by one rank.");
+  verifying.add_option("file", options.files, "FILE")->required()->expected(1);
+  verifying.add_flag("-q,--quiet", options.quiet, "errors only");
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = rank == 0 ? app.exit(error) : error.get_exit_code();
+    return code == 0 ? 0 : static_cast<int>(ErrorCode::usage);
+  }
+  const Result<> done =
+      compressing.parsed() ? compress(options, MPI_COMM_WORLD) : verify(options, MPI_COMM_WORLD);
+  if (done) return 0;
+  if (rank == 0) std::fprintf(stderr, "maille-mpi: %s\n", done.error().message.c_str());
+  return static_cast<int>(done.error().code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, stop);
+  const int code = run(argc, argv);
+  MPI_Finalize();
+  return code;
+}
