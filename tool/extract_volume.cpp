@@ -113,12 +113,36 @@ Result<> report(const ExtractOptions& options, const Input& input, const VolumeF
     return answer(dump(json));
   }
   if (options.common.quiet) return {};
-  say(fmt::format("{} -> {}: {}, {}, of {} of {}, {:.2f} s", input_name(options.input),
-                  output_name(options.output), counted(found.mesh.point_count(), "point"),
-                  counted(found.mesh.cell_count(), "cell"), found.pieces, counted(file.pieces(), "piece"),
+  const std::string from = options.coarse
+                               ? "from the index"
+                               : fmt::format("of {} of {}", found.pieces, counted(file.pieces(), "piece"));
+  say(fmt::format("{} -> {}: {}, {}, {}, {:.2f} s", input_name(options.input), output_name(options.output),
+                  counted(found.mesh.point_count(), "point"), counted(found.mesh.cell_count(), "cell"), from,
                   seconds));
   say_fetched(input);
   return {};
+}
+
+Result<ExtractedVolume> extract_cells(const ExtractOptions& options, const Input& input,
+                                      const VolumeFile& file) {
+  const VolumeQuery query = TOOL_TRY(query_of(options));
+  TOOL_CHECK(allow(file, query, input));
+  ExtractedVolume found = TOOL_TRY(file.extract(query));
+  for (const std::string& problem : found.problems) complain(problem);
+  if (found.mesh.cell_count() == 0) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: no cell is wanted: nothing of the mesh lies there, or has such values",
+                               input_name(options.input)));
+  }
+  if (!options.numbers) return found;
+  if (found.cell_numbers.empty()) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: --numbers: the file does not keep the order of the input",
+                               input_name(options.input)));
+  }
+  add_numbers("input_cell", Domain::cell, found.cell_numbers, found.mesh);
+  add_numbers("input_point", Domain::point, found.point_numbers, found.mesh);
+  return found;
 }
 
 /// The first option given that is for surfaces of mode random only.
@@ -154,6 +178,7 @@ Result<> check_no_volume_options(const ExtractOptions& options) {
                       : !options.cells.empty() ? "--cells"
                       : options.arrays         ? "--arrays"
                       : options.numbers        ? "--numbers"
+                      : options.coarse         ? "--coarse"
                       : options.step != 0      ? "--step"
                                                : nullptr;
   if (found == nullptr) return {};
@@ -167,7 +192,6 @@ Result<int> extract_volume(const ExtractOptions& options, const Input& input, co
     return failure(ErrorCode::usage, fmt::format("{}: {} is for surfaces, files of mode random",
                                                  input_name(options.input), found));
   }
-  const VolumeQuery query = TOOL_TRY(query_of(options));
   const Threads threads(options.common.threads);
   DecodeOptions decoding;
   decoding.limits.mesh_bytes = options.common.memory;
@@ -175,22 +199,11 @@ Result<int> extract_volume(const ExtractOptions& options, const Input& input, co
   decoding.step = options.step;
   decoding.executor = threads.executor();
   const VolumeFile file = TOOL_TRY(VolumeFile::open(*input.source, decoding));
-  TOOL_CHECK(allow(file, query, input));
-  ExtractedVolume found = TOOL_TRY(file.extract(query));
-  for (const std::string& problem : found.problems) complain(problem);
-  if (found.mesh.cell_count() == 0) {
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: no cell is wanted: nothing of the mesh lies there, or has such values",
-                               input_name(options.input)));
-  }
-  if (options.numbers && found.cell_numbers.empty()) {
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: --numbers: the file does not keep the order of the input",
-                               input_name(options.input)));
-  }
-  if (options.numbers) {
-    add_numbers("input_cell", Domain::cell, found.cell_numbers, found.mesh);
-    add_numbers("input_point", Domain::point, found.point_numbers, found.mesh);
+  ExtractedVolume found;
+  if (options.coarse) {
+    found.mesh = TOOL_TRY(file.coarse());
+  } else {
+    found = TOOL_TRY(extract_cells(options, input, file));
   }
   TOOL_CHECK(write_part(found.mesh, options.input, options, format, options.common));
   TOOL_CHECK(report(options, input, file, found, whole.seconds()));

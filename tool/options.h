@@ -170,6 +170,7 @@ struct ExtractOptions : OutputOptions {
   std::string cells;               ///< empty, or "FIRST:END"
   std::optional<std::vector<std::string>> arrays;
   uint64_t step = 0;     ///< of time
+  bool coarse = false;   ///< the coarse level of a volume, nothing else of it
   bool numbers = false;  ///< arrays with the numbers of cells and points in the input
   std::optional<double> error;
   std::optional<uint32_t> level;

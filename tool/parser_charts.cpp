@@ -154,6 +154,12 @@ void Parser::add_extract() {
       ->group(files_group);
   add_region(e, extract);
   add_detail(e, extract);
+  CLI::Option* coarse =
+      e->add_flag("--coarse", extract.coarse,
+                  "Volumes in pieces: some thousand vertices with means of the values of the cells around")
+          ->group("Detail");
+  for (const char* part : {"--box", "--sphere", "--plane", "--where", "--cells", "--numbers", "--step"})
+    coarse->excludes(e->get_option(part));
   // Both are of the mesh itself, as a whole.
   for (const char* whole : {"--component", "--nearest"}) {
     for (const char* name : {"--box", "--sphere", "--whole-charts", "--chart-numbers", "--error", "--level",

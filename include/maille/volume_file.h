@@ -100,6 +100,11 @@ class VolumeFile {
   /// bit for bit where nothing was asked to be lossy. Damaged pieces are left out and named. Errors: as
   /// select().
   Result<ExtractedVolume> extract(const VolumeQuery& query) const;
+  /// The whole volume for a first picture: some thousand vertices, each the middle of some thousand cells
+  /// near each other, with the means of their values, as floats within a 250th of their range in a piece;
+  /// arrays of labels are left out. Nothing more is read. Error: unsupported, where the file is not in
+  /// pieces.
+  Result<Mesh> coarse() const;
 
  private:
   struct State;

@@ -11,6 +11,8 @@ maille diff --same-order part.vtu same.vtu
 json 'j["pieces"] < j["of_pieces"], 0 < j["cells"] < j["cells_read"]' < part.json
 maille extract -q grid.maille first.vtu --cells 0:100
 maille compress -q first.vtu first.maille; maille info --json first.maille | json 'j["cells"]'
+maille extract -q grid.maille coarse.vtu --coarse
+maille compress -q coarse.vtu coarse.maille; maille info --json coarse.maille | json 'j["cells"] == j["points"], j["cells"]'
 maille slice -q grid.maille cut.ply --plane 0.15,0,0,1,0.2,0
 maille slice -q grid.vtu same.ply --plane 0.15,0,0,1,0.2,0
 maille diff cut.ply same.ply
@@ -19,6 +21,8 @@ try maille extract grid.maille none.vtu --box 1,1,1,0,0,0
 try maille extract grid.maille none.vtu --where 'T > 5'
 try maille extract grid.maille none.vtu --where 'T'
 try maille extract grid.maille none.vtu --level 2
+try maille extract plain.maille none.vtu --coarse
+try maille extract grid.maille none.vtu --coarse --box 0,0,0,1,1,1
 try maille slice grid.maille none.vtu --plane 0,0,0,0,0,0
 try maille compress --pieces 10 --mode single grid.vtu none.maille
 try maille compress --pieces 10 cube.ply none.maille

@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "volume/pieces/border_points.h"
+#include "volume/pieces/coarse_level.h"
 #include "volume/stream/stream_file.h"
 
 namespace maille {
@@ -98,6 +99,7 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   if (!cells.empty()) piece.border = border_points(sub.mesh, place_of_point);
   if (coding.maps.bounds[0] > 0) MAILLE_CHECK(find_places(piece));
   describe(coding.maps, sub.mesh, piece);
+  add_coarse_points(sub.mesh, cells_of_coarse_point(coding.cells), piece.record);
   piece.coded.blocks = std::move(sub.block_numbers);
   if (!coding.kept()) return piece;
   piece.numbers.points = std::move(sub.points);

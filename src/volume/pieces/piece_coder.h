@@ -24,6 +24,7 @@ struct PieceCoding {
   EncodeOptions options;
   StreamOptions stream;  ///< of the whole mesh
   ArrayMapsList maps;    ///< of the whole mesh, so that a number has one value in all pieces
+  uint64_t cells = 0;    ///< of the whole mesh
 
   bool kept() const { return options.order == Order::keep; }
 };

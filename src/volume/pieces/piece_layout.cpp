@@ -23,6 +23,7 @@ void visit_field(Visitor& v, Field& field) {
     v.fixed(component.mean);
   });
   v.count(field.nans, ~uint64_t{0});
+  v.list(field.coarse, [&](auto& number) { v.fixed(number); });
 }
 
 template <class Visitor, class Record>
@@ -35,6 +36,7 @@ void visit_record(Visitor& v, Record& record) {
   v.count(record.last_cell, 0xffffffff);
   v.list(record.coded_bytes, [&](auto& bytes) { v.count(bytes, ~uint64_t{0}); });
   v.list(record.fields, [&](auto& field) { visit_field(v, field); });
+  v.list(record.coarse, [&](auto& number) { v.fixed(number); });
 }
 
 /// Rising numbers by the gaps between them: mostly none, or as the one before.

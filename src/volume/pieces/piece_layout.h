@@ -33,6 +33,7 @@ struct PieceField {
   };
   std::vector<Component> components;  ///< one for all where an array has more than most_ranges
   uint64_t nans = 0;
+  std::vector<uint8_t> coarse;  ///< values of coarse points within the ranges, see coarse_level.h
 };
 
 /// A line of the index.
@@ -46,6 +47,7 @@ struct PieceRecord {
   /// Bytes of connectivity, order, positions, then of each array.
   std::vector<uint64_t> coded_bytes;
   std::vector<PieceField> fields;  ///< by array on points and cells
+  std::vector<uint8_t> coarse;     ///< places of coarse points in the box, see coarse_level.h
 };
 /// PIDX: the lines of so many pieces are a page.
 inline constexpr uint32_t pieces_per_page = 4096;

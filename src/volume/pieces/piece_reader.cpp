@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "volume/pieces/border_points.h"
+#include "volume/pieces/coarse_level.h"
 #include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/time_steps.h"
@@ -134,6 +135,8 @@ Result<> PieceReader::check_index() const {
       if (record.fields[i].components.size() != (components > most_ranges ? 1 : components))
         return failure(ErrorCode::corrupt, name_ + ": the index of pieces is damaged");
     }
+    if (!has_coarse_sizes(record, header_.description.arrays))
+      return failure(ErrorCode::corrupt, name_ + ": the index of pieces is damaged");
   }
   return {};
 }

@@ -28,7 +28,9 @@ class PiecesEncoder {
   PiecesEncoder(const Mesh& mesh, PieceCoding coding)
       : mesh_(mesh),
         coding_(std::move(coding)),
-        executor_(coding_.options.executor ? *coding_.options.executor : serial_executor()) {}
+        executor_(coding_.options.executor ? *coding_.options.executor : serial_executor()) {
+    coding_.cells = mesh.cell_count();
+  }
 
   Result<EncodeReport> run(Sink& sink, uint64_t target) {
     cells_ = cut_cells(mesh_, target, executor_);

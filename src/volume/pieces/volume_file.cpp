@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/result.h"
+#include "volume/pieces/coarse_level.h"
 #include "volume/pieces/piece_reader.h"
 #include "volume/pieces/sub_mesh.h"
 #include "volume/pieces/volume_query.h"
@@ -134,6 +135,18 @@ Result<std::vector<uint32_t>> VolumeFile::select(const VolumeQuery& query) const
     if (!known || checked.may_have(state_->reader.pieces()[piece])) found.push_back(piece);
   }
   return found;
+}
+
+Result<Mesh> VolumeFile::coarse() const {
+  const PieceReader& reader = state_->reader;
+  if (!reader.in_pieces()) {
+    return failure(
+        ErrorCode::unsupported,
+        reader.name() + ": has no coarse level; volumes that are compressed with --pieces have one");
+  }
+  Mesh mesh = coarse_mesh(reader.pieces(), description().arrays);
+  remove_unwanted(state_->options, mesh);
+  return mesh;
 }
 
 Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {

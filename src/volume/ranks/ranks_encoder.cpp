@@ -36,6 +36,7 @@ class RanksEncoder {
     coding_.maps = MAILLE_TRY(
         choose_maps_among_ranks(part_, layout_, points, cells, coding_.stream, how_.sample_bytes, ranks_));
     totals_ = count_among_ranks(part_, layout_, points, ranks_);
+    coding_.cells = totals_.tail.cells;
     const Division division = divide(points, cells);
     pieces_ = division.count;
     std::vector<PieceOfRank> mine = exchange_pieces(part_, layout_, points, division, ranks_);

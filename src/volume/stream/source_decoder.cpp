@@ -91,7 +91,8 @@ class SinkFeeder {
     if (portion.cell_count() > mesh_.cells - std::min(mesh_.cells, portion.first_cell))
       return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
     cells_.types.resize(portion.types.size());
-    for (size_t i = 0; i < portion.types.size(); ++i) cells_.types[i] = static_cast<uint8_t>(portion.types[i]);
+    for (size_t i = 0; i < portion.types.size(); ++i)
+      cells_.types[i] = static_cast<uint8_t>(portion.types[i]);
     const auto exchange = [&] {
       cells_.offsets.swap(portion.offsets);
       cells_.connectivity.swap(portion.connectivity);
@@ -117,8 +118,9 @@ class SinkFeeder {
     }
     for (const uint64_t number : sorted_) {
       if (number >= mesh_.points || !numbers_.add(number)) {
-        return failure(ErrorCode::corrupt,
-                       name_ + ": the numbers of points have gaps or repeat; read it in parts (StreamReader)");
+        return failure(
+            ErrorCode::corrupt,
+            name_ + ": the numbers of points have gaps or repeat; read it in parts (StreamReader)");
       }
     }
     if (numbers_.full())
