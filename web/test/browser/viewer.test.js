@@ -14,7 +14,7 @@ const folder = path.join(root, 'build/web/files');
 const meshes = {
   armadillo: ['tri/armadillo.obj', '--mode', 'random', '--bits', '14'], bear: ['tri/bear.off'], can: ['hex/can.vtu'],
   combustor: ['hex/combustor_plot3d.vtu'], coloured: ['textured/bunny10k_textured.ply', '--mode', 'random'],
-  quads: ['poly/fertility_quad.off', '--mode', 'random'],
+  quads: ['poly/fertility_quad.off', '--mode', 'random'], pieces: ['hex/combustor_plot3d.vtu', '--pieces', '4000'],
 };
 const points = 'property float x\nproperty float y\nproperty float z\n';
 const odd = {
@@ -225,6 +225,53 @@ test('a small screen has the steps of time, too', {skip}, async () => {
   assert.ok(inside);
   assert.deepEqual(page.complaints, []);
   await page.close();
+});
+
+test('a cut through a volume shows the field on it, out of the pieces that the plane meets', {skip}, async () => {
+  const page = await openViewer('pieces.maille');
+  const seen = () => page.evaluate(async () => {
+    const {model} = viewer, cuts = model.cut.meshes, {normal, constant} = model.plane;
+    const away = mesh => Math.max(...Array.from({length: mesh.geometry.getAttribute('position').count}, (_, i) =>
+      Math.abs(normal.dot(mesh.position.clone().add(mesh.position.clone().fromBufferAttribute(mesh.geometry.getAttribute('position'), i))) + constant)));
+    const slice = await model.file.slice({normal: normal.toArray(), offset: constant});
+    return {
+      triangles: model.cut.triangles, wanted: slice.triangles.length / 3, pieces: cuts.length, away: Math.max(...cuts.map(away)) / model.sphere.radius,
+      scalars: cuts.every(mesh => mesh.geometry.getAttribute('scalar').array.every(Number.isFinite)), unlit: cuts.every(mesh => mesh.material.isMeshBasicMaterial),
+    };
+  });
+  await page.click('[data-axis="y"]');
+  const cuts = [];
+  for (const place of ['0.5', '0.3', '0.9']) {
+    await page.evaluate(value => { document.querySelector('#clip').value = value; document.querySelector('#clip').oninput(); }, place);
+    await page.waitForFunction(() => !viewer.model.cut.running);
+    const cut = await seen();
+    assert.ok(cut.triangles > 0 && cut.triangles === cut.wanted && cut.pieces < 11, JSON.stringify(cut));
+    assert.ok(cut.away < 1e-6 && cut.scalars && cut.unlit, JSON.stringify(cut));
+    cuts.push(cut.triangles);
+  }
+  assert.equal(new Set(cuts).size, 3);
+  await page.keyboard.press('m');
+  await screenshot(page, 'cut');
+  await page.click('[data-tool="pick"]');
+  await page.evaluate(() => viewer.navigation.place(viewer.model.sphere.center.clone().add({x: 0, y: 3 * viewer.model.sphere.radius, z: 0.01}), viewer.model.sphere.center));
+  await page.mouse.click(480, 320);
+  await page.waitForSelector('#picked:not([hidden])');
+  assert.match(await page.textContent('#picked'), /Density/);
+  await page.click('[data-axis=""]');
+  assert.equal(await page.evaluate(() => viewer.model.cut.triangles), 0);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('the surface of a volume in pieces is the one of the volume', {skip}, async () => {
+  const triangles = [];
+  for (const file of ['combustor.maille', 'pieces.maille']) {
+    const page = await openViewer(file);
+    triangles.push(await page.evaluate(() => viewer.model.triangles));
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+  }
+  assert.equal(triangles[1], triangles[0]);
 });
 
 test('what cannot be drawn is told, and the rest is drawn', {skip}, async () => {

@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 
 import {isOfCells, tupleOfTriangle} from '../../src/three.js';
+import {edgesOf} from './cut_faces.js';
 import {count, number} from './text.js';
 
 /** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
@@ -25,6 +26,11 @@ export class Colouring {
     this.own = material({vertexColors: true});
     this.ofField = material({color: 0xffffff});
     this.ofField.onBeforeCompile = shader => colourByScalar(shader, this.uniforms);
+    // Cuts are flat: lamps would only change their colours.
+    this.cut = new THREE.MeshBasicMaterial({color: 0xb4a58c, side: THREE.DoubleSide, toneMapped: false});
+    this.cutOfField = new THREE.MeshBasicMaterial({side: THREE.DoubleSide, toneMapped: false});
+    this.cutOfField.onBeforeCompile = shader => colourByScalar(shader, this.uniforms);
+    this.edges = new THREE.LineBasicMaterial({color: 0x000000, transparent: true, opacity: 0.45, toneMapped: false});
     this.distinct = distinct.map(colour => material({color: new THREE.Color(`#${colour}`)}));
     this.all = [this.plain, this.own, this.ofField, ...this.distinct];
     this.setMap(this.map);
@@ -37,6 +43,8 @@ export class Colouring {
   }
   setWireframe(on) {
     for (const each of this.all) each.wireframe = on;
+    this.showsEdges = on;
+    for (const mesh of this.model?.meshes ?? []) this.#showEdges(mesh);
   }
   setFlat(on) {
     for (const each of this.all) {
@@ -47,20 +55,26 @@ export class Colouring {
 
   /** @param {string} mode 'plain', 'own', 'level', 'chart', or the key of a field; with its component, -1: magnitude */
   set(model, mode, component = -1) {
-    Object.assign(this, {mode, component, field: model.fields.get(mode) ?? null});
+    Object.assign(this, {model, mode, component, field: model.fields.get(mode) ?? null});
     this.range = [Infinity, -Infinity];
+    this.#widen((this.field && model.rangeOf?.(this.field, component)) ?? this.range);
     for (const mesh of model.meshes) this.apply(mesh);
     model.weigh?.();
   }
 
   /** Colours one mesh; returns whether the range of values grew. */
   apply(mesh) {
-    const {level, group, chart} = mesh.userData.chart;
+    const {chart: {level, group, chart}, isCut, scalarsOf} = mesh.userData;
     const perCell = this.field?.domain === 'cell';
-    showPerCell(mesh, perCell);
+    if (!scalarsOf) showPerCell(mesh, perCell);
+    if (isCut) this.#showEdges(mesh);
     if (this.field) {
-      mesh.material = this.ofField;
+      mesh.material = isCut ? this.cutOfField : this.ofField;
       return this.#setScalars(mesh);
+    }
+    if (isCut) {
+      mesh.material = this.cut;
+      return false;
     }
     if (this.mode === 'level') mesh.material = this.distinct[level % this.distinct.length];
     else if (this.mode === 'chart') mesh.material = this.distinct[(group * 7 + chart) % this.distinct.length];
@@ -68,9 +82,20 @@ export class Colouring {
     return false;
   }
 
+  /** Instead of the triangles of a cut, which are nobody's, the sides of its polygons. */
+  #showEdges(mesh) {
+    if (!mesh.userData.isCut || (mesh.children.length > 0) === Boolean(this.showsEdges)) return;
+    if (this.showsEdges) return mesh.add(new THREE.LineSegments(edgesOf(mesh.geometry.userData.drawn), this.edges));
+    for (const edges of [...mesh.children]) {
+      edges.geometry.dispose();
+      edges.removeFromParent();
+    }
+  }
+
   #setScalars(mesh) {
     const {geometry} = mesh, {arrays, cells} = geometry.userData;
-    const array = arrays.find(a => a.name === this.field.name && isOfCells(a) === (this.field.domain === 'cell'));
+    const given = mesh.userData.scalarsOf && {values: mesh.userData.scalarsOf(this.field, this.component), components: 1, domain: 'point'};
+    const array = given ?? arrays.find(a => a.name === this.field.name && isOfCells(a) === (this.field.domain === 'cell'));
     const vertices = geometry.getAttribute('position').count;
     if (!geometry.hasAttribute('scalar')) geometry.setAttribute('scalar', new THREE.BufferAttribute(new Float32Array(vertices), 1));
     const attribute = geometry.getAttribute('scalar'), scalars = attribute.array.fill(NaN);

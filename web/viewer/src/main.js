@@ -43,7 +43,7 @@ class Viewer {
   /** @param input an address, File or ArrayBuffer; resolves to whether it could be opened */
   async open(input) {
     this.opening?.abort();
-    const opening = this.opening = new AbortController(), name = nameOf(input);
+    const opening = this.opening = Object.assign(new AbortController(), {busy: true}), name = nameOf(input);
     clearMessages();
     find('start').hidden = true;
     showProgress(NaN, `Opening ${name}`);
@@ -64,6 +64,7 @@ class Viewer {
       return false;
     } finally {
       opened = true;
+      opening.busy = false;
       if (this.opening === opening) showProgress(null);
     }
   }
@@ -91,6 +92,8 @@ class Viewer {
     this.setTarget(this.target);
     this.setSpheres(find('spheres').checked);
     this.fit(this.navigation.firstDirection);
+    model.onChange = () => this.stage.touch();
+    model.onLimit = left => tell(`${counted(left, 'piece')} of this volume ${left === 1 ? 'is' : 'are'} shown as boxes with mean values: its surface is more than a page reads. Cut it open to see what is inside.`);
     model.object.addEventListener('chart', ({mesh}) => this.#arrived(mesh));
     model.object.addEventListener('error', ({error}) => this.#failed(error));
     this.#tellWhatIsMissing();
@@ -98,7 +101,7 @@ class Viewer {
   }
   #tellWhatIsMissing() {
     const {model} = this, faces = model.refines ? model.file.levels[0]?.faces ?? 0 : model.triangles;
-    if (faces === 0) tell('This mesh has no faces. Points and lines are not drawn.', true);
+    if (faces === 0 && !model.volume) tell('This mesh has no faces. Points and lines are not drawn.', true);
     if (model.undrawable > 0) tell(`${counted(model.undrawable, 'triangle')} not drawn: the numbers of their corners are not finite.`, true);
   }
 
@@ -122,7 +125,7 @@ class Viewer {
   }
   #failed(error) {
     ++this.failures;
-    const place = this.failures === 1 ? 'This place stays coarse.' : `${this.failures} places stay coarse.`;
+    const place = this.model.volume || !this.model.refines ? '' : this.failures === 1 ? 'This place stays coarse.' : `${this.failures} places stay coarse.`;
     tell(`${sentence(error)} ${place}`, true, {text: 'Try again', run: () => {
       this.failures = 0;
       this.model.object.retry();
@@ -148,7 +151,13 @@ class Viewer {
     this.spheres.show(on && this.model?.refines ? this.model : null);
     this.showsSpheres = on;
   }
+  /** @param {THREE.Plane | null} plane what lies before it is seen; of volumes the cut is shown */
+  setCut(plane) {
+    this.stage.setClip(plane);
+    this.model?.setCut?.(plane);
+  }
   setColour(key, component) {
+    this.model?.setField?.(this.model.fields.get(key) ?? null);
     if (this.model) this.colouring.set(this.model, key, component);
     this.stage.touch();
   }
@@ -185,7 +194,8 @@ class Viewer {
     const {model} = this;
     if (!model) return;
     showLegend(legendOf(this.colouring, model));
-    const rows = [['Triangles', count(model.triangles)]];
+    const rows = [['Triangles', count(model.triangles)], ...model.rows ?? []];
+    if (!this.opening?.busy) showProgress(model.progress ?? null);
     if (model.refines) {
       const {object} = model;
       rows.push(['Charts shown', `${object.shown.size} of ${object.charts.size} here`],

@@ -4,11 +4,15 @@
 import * as THREE from 'three';
 
 import {MeshFile} from '../../src/maille.js';
-import {cacheBytesFor, isOfCells, MailleObject, toGeometry, tupleOfTriangle} from '../../src/three.js';
-import {bytesText, counted} from './text.js';
+import {cacheBytesFor, isOfCells, MailleObject, toGeometry} from '../../src/three.js';
+import {CutFaces} from './cut_faces.js';
+import {bytesText, counted, Rate} from './text.js';
+import {cornersOf, pickDrawn, triangleOf, valuesAt, weightsOf} from './values.js';
 
 /** Servers without ranges give all of a file: as much as a page can hold. */
 const MOST_BYTES = 2 ** 31;
+/** A volume that is not in pieces is decoded whole for a cut: larger ones have none. */
+const MOST_CUT = 64e6;
 
 /**
  * @param input address, File or ArrayBuffer
@@ -24,6 +28,10 @@ export async function openModel(input, on = {}, signal = undefined) {
   file = await MeshFile.open(input, {maxWhole: MOST_BYTES, cacheBytes: cacheBytesFor(budget()), fetch: countingFetch(onBytes), signal});
   try {
     if (file.mode === 'random') return new RefinedModel(file, count);
+    if (file.inPieces) {
+      const {VolumeModel} = await import('./volume_model.js');
+      return new VolumeModel(file, count);
+    }
     const onProgress = ({loaded}) => on.bytes?.(Math.max(count.fetched, loaded ?? 0), file.size);
     const begin = performance.now(), drawn = await file.surface({signal, onProgress});
     return new WholeModel(file, count, drawn, performance.now() - begin);
@@ -51,12 +59,12 @@ function countingFetch(onBytes) {
 
 class RefinedModel {
   constructor(file, count) {
-    Object.assign(this, {file, count, refines: true, decoded: []});
+    Object.assign(this, {file, count, refines: true, rate: new Rate()});
     this.object = new MailleObject(file, {maxBytes: budget()});
     this.fields = new Map();
     this.object.addEventListener('chart', ({mesh}) => {
       noteFields(this.fields, mesh.geometry.userData.arrays);
-      this.decoded.push([performance.now(), mesh.userData.triangles]);
+      this.rate.add(mesh.userData.triangles);
     });
   }
   get sphere() { return this.object.boundingSphere; }
@@ -67,14 +75,7 @@ class RefinedModel {
     const {levels} = this.file;
     return `${counted(levels[0]?.faces ?? 0, 'face')} · ${counted(levels.length, 'level')} · ${bytesText(this.file.size)}`;
   }
-  /** Triangles a second, of the last seconds in which there were any. */
-  get decodeRate() {
-    const now = performance.now();
-    while (this.decoded.length > 0 && now - this.decoded[0][0] > 3000) this.decoded.shift();
-    if (this.decoded.length < 2) return null;
-    const time = this.decoded.at(-1)[0] - this.decoded[0][0];
-    return time > 0 ? this.decoded.slice(1).reduce((sum, [, n]) => sum + n, 0) / time * 1000 : null;
-  }
+  get decodeRate() { return this.rate.value; }
   update(camera, renderer) { return this.object.update(camera, renderer); }
   weigh() { this.object.weigh(); }
   dispose() { this.object.dispose(); }
@@ -107,8 +108,9 @@ class WholeModel {
     const mesh = new THREE.Mesh(geometry);
     mesh.position.fromArray(drawn.origin);
     mesh.userData = {chart: {level: 0, group: 0, chart: 0}, triangles: drawn.triangles.length / 3};
-    this.meshes = [mesh];
+    this.mesh = mesh;
     this.object = new THREE.Group().add(mesh);
+    if (file.mode === 'stream' && file.size <= MOST_CUT) this.#offerCuts();
     this.fields = new Map();
     noteFields(this.fields, drawn.arrays);
     this.decodeRate = milliseconds > 0 ? mesh.userData.triangles / milliseconds * 1000 : null;
@@ -116,28 +118,37 @@ class WholeModel {
     const {center, radius} = geometry.boundingSphere;
     this.sphere = new THREE.Sphere(center.clone().add(mesh.position), Number.isFinite(radius) ? radius : 1);
   }
+  #offerCuts() {
+    this.cut = new CutFaces(this.file, {
+      part: mesh => this.object.dispatchEvent({type: 'chart', mesh}), error: error => this.object.dispatchEvent({type: 'error', error}),
+      changed: () => this.onChange?.(),
+    });
+    this.object.add(this.cut.group);
+    this.object.retry = () => {};
+  }
+  get meshes() { return [this.mesh, ...this.cut?.meshes ?? []]; }
   get shown() { return this.meshes; }
   get about() {
     return `${counted(this.triangles, 'triangle')} shown · mode ${this.file.mode} · ${bytesText(this.file.size)}`;
   }
-  update() { return true; }
+  update() { return !this.cut?.running; }
   dispose() {
-    for (const mesh of this.meshes) mesh.geometry.dispose();
+    this.cut?.dispose();
+    this.mesh.geometry.dispose();
     this.object.removeFromParent();
     this.file.close();
   }
 
   async pick(raycaster) {
-    const [hit] = raycaster.intersectObjects(this.meshes, false);
-    if (!hit) return null;
-    const triangle = hit.faceIndex, corners = cornersOf(this.drawn, triangle, this.drawn.origin);
-    const barycentric = THREE.Triangle.getBarycoord(hit.point, ...corners.map(c => new THREE.Vector3(...c)), new THREE.Vector3());
-    const face = this.drawn.cells[triangle], at = {triangle, weights: barycentric?.toArray() ?? [1, 0, 0]};
-    return {position: hit.point.toArray(), distance: hit.distance, face, number: face, corners, ...at, values: this.valuesAt(at)};
+    return pickDrawn(raycaster, this.meshes);
   }
   /** Of what pick() gave, at the step that is shown. */
-  valuesAt({triangle, weights}) {
-    return valuesAt(this.drawn, triangle, weights);
+  valuesAt({drawn, triangle, weights}) {
+    return valuesAt(drawn, triangle, weights);
+  }
+  /** The cut that is shown, a THREE.Plane; null: none. */
+  setCut(plane) {
+    this.cut?.set(plane, {step: this.step});
   }
 
   /** The values of a step of time instead of those that are shown: on the same vertices and triangles. */
@@ -148,6 +159,7 @@ class WholeModel {
     // In place: the geometries have the same list.
     this.drawn.arrays.splice(0, Infinity, ...arrays);
     this.step = step;
+    if (this.cut?.wanted) this.cut.set(this.cut.plane, {step});
   }
 }
 
@@ -165,35 +177,6 @@ function leaveOutUndrawable({positions, triangles}) {
     if (!Number.isFinite(positions[i])) positions[i] = 0;
   }
   return leftOut;
-}
-
-/** The triangle of a face that has the corners that were hit. */
-function triangleOf({cells, triangles, points}, {face, corners}) {
-  const wanted = [...corners].sort().join();
-  for (let t = 0; t < cells.length; ++t) {
-    if (cells[t] === face && [0, 1, 2].map(k => points[triangles[3 * t + k]]).sort().join() === wanted) return t;
-  }
-  return null;
-}
-function weightsOf({triangles, points}, t, {corners, weights}) {
-  return [0, 1, 2].map(k => weights[corners.indexOf(points[triangles[3 * t + k]])] ?? 0);
-}
-function cornersOf({positions, triangles}, t, origin) {
-  return [0, 1, 2].map(k => [0, 1, 2].map(c => positions[3 * triangles[3 * t + k] + c] + origin[c]));
-}
-
-/** Arrays at a place of a triangle: those of cells as they are, others weighted, labels of the nearest corner. */
-function valuesAt({arrays, triangles, cells}, t, weights) {
-  return arrays.map(array => {
-    const {name, domain, role, type, components, values} = array;
-    const at = index => Array.from({length: components}, (_, c) => values[index * components + c]);
-    if (isOfCells(array)) return {name, domain, value: at(tupleOfTriangle(array, cells, t))};
-    const vertices = [0, 1, 2].map(k => triangles[3 * t + k]);
-    if (role === 'label' || /64$/.test(type) && type[0] !== 'f')
-      return {name, domain, value: at(vertices[weights.indexOf(Math.max(...weights))])};
-    const corners = vertices.map(at);
-    return {name, domain, value: corners[0].map((_, c) => corners.reduce((sum, v, k) => sum + weights[k] * v[c], 0))};
-  });
 }
 
 /** What can be coloured by, with the range seen so far. */

@@ -104,8 +104,9 @@ export class Region {
     card.querySelector('.close').onclick = () => this.setBox(null, null);
     const button = card.querySelector('.main');
     button.onclick = () => this.#download(button);
-    button.disabled = !model.refines;
-    if (!model.refines) card.querySelector('p').textContent = 'Only files of mode "random" give regions: compress the mesh with --mode random.';
+    button.hidden = !model.refines;
+    if (model.volume) card.querySelector('p').textContent = 'Cells that meet this box, as the command gives them:';
+    else if (!model.refines) card.querySelector('p').textContent = 'Only files of mode "random" give regions: compress the mesh with --mode random.';
     this.#say();
   }
   #field(corner, axis, label) {
@@ -122,8 +123,8 @@ export class Region {
   }
   #say() {
     const {min, max} = this.box, pre = this.card.querySelector('pre');
-    pre.hidden = !this.model.refines;
-    pre.textContent = `maille extract ${fileName(this.model.file.name)} region.ply --box=${[...min.toArray(), ...max.toArray()].join(',')}`;
+    pre.hidden = !this.model.refines && !this.model.volume;
+    pre.textContent = `maille extract ${fileName(this.model.file.name)} region.${this.model.volume ? 'vtu' : 'ply'} --box=${[...min.toArray(), ...max.toArray()].join(',')}`;
     this.helper.box.copy(this.box);
   }
 }

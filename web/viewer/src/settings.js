@@ -1,5 +1,7 @@
 // What can be set: the panel, buttons and keys, which all end here.
 
+import * as THREE from 'three';
+
 import {maps} from './colouring.js';
 import {isTyping} from './navigation.js';
 
@@ -100,12 +102,13 @@ export class Settings {
     this.viewer.colouring.setFlat(flat);
   }
   #cut() {
-    const {stage} = this.viewer, {center, radius} = stage.sphere;
-    stage.setClip(Boolean(this.axis));
-    if (!this.axis) return;
-    const sign = this.flipped ? 1 : -1, at = center[this.axis] + (2 * find('clip').valueAsNumber - 1) * radius;
-    stage.clip.normal.set(0, 0, 0)[this.axis] = sign;
-    stage.clip.constant = -sign * at;
+    const {stage, model} = this.viewer, {center, radius} = stage.sphere;
+    if (!this.axis) return this.viewer.setCut(null);
+    const sign = this.flipped ? 1 : -1, share = find('clip').valueAsNumber, {box} = model ?? {};
+    const [low, high] = box ? [box.min[this.axis], box.max[this.axis]] : [center[this.axis] - radius, center[this.axis] + radius];
+    const normal = new THREE.Vector3();
+    normal[this.axis] = sign;
+    this.viewer.setCut(new THREE.Plane(normal, -sign * (low + share * (high - low))));
   }
 
   /** The choices that a model gives. @param {string | null} chosen null: what suits it */

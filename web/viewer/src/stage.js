@@ -60,8 +60,10 @@ export class Stage extends EventTarget {
     this.touch();
   }
 
-  setClip(on) {
-    this.renderer.clippingPlanes = on ? [this.clip] : [];
+  /** @param {THREE.Plane | null} plane what lies before it is seen, and a hair behind it: what lies in it, too */
+  setClip(plane) {
+    if (plane) this.clip.copy(plane).constant += 1e-5 * this.sphere.radius;
+    this.renderer.clippingPlanes = plane ? [this.clip] : [];
     this.touch();
   }
   get clipped() {

@@ -14,6 +14,23 @@ export function bytesText(n) {
   return `${n} bytes`;
 }
 
+/** So many a second, of the last seconds in which there were any. */
+export class Rate {
+  constructor() {
+    this.times = [];
+  }
+  add(n) {
+    this.times.push([performance.now(), n]);
+  }
+  /** Null: not known. */
+  get value() {
+    const {times} = this, now = performance.now();
+    while (times.length > 0 && now - times[0][0] > 3000) times.shift();
+    if (times.length < 2) return null;
+    const time = times.at(-1)[0] - times[0][0];
+    return time > 0 ? times.slice(1).reduce((sum, [, n]) => sum + n, 0) / time * 1000 : null;
+  }
+}
 export function rateText(n) {
   return n >= 1e6 ? `${(n / 1e6).toPrecision(3)} M/s` : `${Math.round(n / 1e3)} k/s`;
 }
