@@ -44,7 +44,7 @@ const kinds = ['positions', 'points', 'triangles', 'cells', 'drawnArray', 'exact
   'connectivity', 'array', 'triangleArray', 'types', 'offsets', 'connectivity', 'slots', 'faceSizes', 'cellFaces', 'points',
   'pointSlots', 'endedSlots', 'faces', 'borderKeys', 'cellNumbers', 'pointNumbers'];
 /** What maille_buffers() lists. */
-const Wanted = {exact: 0, drawn: 1, surface: 2, surfaceOfPieces: 3};
+export const Wanted = {exact: 0, drawn: 1, surface: 2, surfaceOfPieces: 3};
 const texts = new TextDecoder();
 const BUFFER_WORDS = 11;  // struct Buffer of reader.cpp
 
@@ -93,7 +93,7 @@ export class Decoder {
   }
 }
 
-/** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. Those of volumes: volume_decoder.js. */
+/** One file in the decoder. Calls return what they say, or WantsBytes; they throw MailleError. Those of mode stream: volume_decoder.js. */
 export class DecoderFile {
   /** @param meshBytes what a decoded mesh may take in memory */
   constructor(decoder, size, name, meshBytes = 2 ** 31) {
@@ -165,13 +165,13 @@ export class DecoderFile {
 
   /** One chart, for drawing. */
   chart(group, chart) {
-    return this.outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.drawn(this.#buffers(Wanted.drawn)));
+    return this.outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.drawn(this.buffers(Wanted.drawn)));
   }
   /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
   extract(request) {
     return this.outcome(this.decoder.calls.maille_extract(this.reader), () => {
       if (request.clip) this.#clip(request);
-      return this.exact(this.#buffers(Wanted.exact));
+      return this.exact(this.buffers(Wanted.exact));
     });
   }
   /** The same as a PLY file: {bytes, points, faces, notes}; `notes`: sentences about what PLY does not hold. */
@@ -190,30 +190,11 @@ export class DecoderFile {
   }
   /** The whole mesh of a file of any mode. */
   decode(drawn) {
-    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.drawn(this.#buffers(Wanted.drawn)) : this.exact(this.#buffers(Wanted.exact)));
+    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => drawn ? this.drawn(this.buffers(Wanted.drawn)) : this.exact(this.buffers(Wanted.exact)));
   }
   /** What can be seen of a file of mode single or random, as decode(true), with values of cells on triangles. */
   surface() {
-    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => this.drawn(this.#buffers(Wanted.surface)));
-  }
-  /** Times of the steps of a file of mode stream: [{step, time}], without step 0, which is the mesh itself. */
-  steps() {
-    return this.outcome(this.decoder.calls.maille_steps(this.reader), () => [...this.numbers()].map((time, i) => ({step: i + 1, time})));
-  }
-  /** A file of mode stream is to be given in pieces, with the arrays of a step. */
-  beginPieces(step = 0) {
-    return this.outcome(this.decoder.calls.maille_begin_pieces(this.reader, step), () => true);
-  }
-  /** The next of them; null: there is none. */
-  nextPiece() {
-    return this.outcome(this.decoder.calls.maille_next_piece(this.reader), () => {
-      const [there, firstCell, slotCount] = this.numbers();
-      return there ? {firstCell, slotCount, ...this.#piece()} : null;
-    });
-  }
-  /** The surface of all of them. */
-  surfaceOfPieces() {
-    return this.outcome(this.decoder.calls.maille_surface_of_pieces(this.reader), () => this.drawn(this.#buffers(Wanted.surfaceOfPieces)));
+    return this.outcome(this.decoder.calls.maille_decode(this.reader), () => this.drawn(this.buffers(Wanted.surface)));
   }
   /** What a ray meets first, exactly; null: nothing. */
   hit(origin, direction) {
@@ -265,7 +246,7 @@ export class DecoderFile {
   }
 
   /** What maille_buffers() lists of the mesh at hand. */
-  #buffers(wanted) {
+  buffers(wanted) {
     return this.list(this.decoder.calls.maille_buffers(this.reader, wanted));
   }
   /** Copies of the buffers that a call listed at an address. */
@@ -316,17 +297,6 @@ export class DecoderFile {
       else (exact.blocks[buffer.block] ??= {name: buffer.name, cellType: buffer.cellType})[kind] = values;
     }
     return exact;
-  }
-
-  #piece() {
-    const piece = {arrays: []};
-    for (const buffer of this.list(this.decoder.calls.maille_piece_buffers(this.reader))) {
-      const {kind, values} = buffer;
-      if (kind === 'exactPositions') piece.positions = values;
-      else if (kind === 'array') piece.arrays.push(describeArray(buffer));
-      else piece[kind] = values;
-    }
-    return piece;
   }
 }
 

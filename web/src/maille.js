@@ -250,17 +250,7 @@ export class MeshFile {
    */
   async *pieces({signal, step = 0, onProgress} = {}) {
     if (this.mode !== 'stream') throw new MailleError(ErrorCode.usage, `${this.name}: only files of mode "stream" come in pieces; decode() reads it`);
-    const worker = this.pool.own();
-    try {
-      await worker.run({call: 'beginPieces', arguments: [step]}, {signal});
-      for (;;) {
-        const piece = await worker.run({call: 'nextPiece'}, {signal, onProgress});
-        if (!piece) return;
-        yield piece;
-      }
-    } finally {
-      worker.end();
-    }
+    yield* (await import('./volume.js')).portions(this.pool, step, {signal, onProgress});
   }
 
   /** What a ray meets first, on the original: {position, distance, face, corners, weights, group, chart}, or null. */

@@ -94,13 +94,14 @@ export class Session {
       await this.#until('select', () => this.file.select(...given), signal);
       return this.#until(call, () => this.file[call](...given), signal, onProgress);
     }
-    if (call === 'surface' && this.about.mode === 'stream') {
-      const [step] = given;
-      await this.#until('beginPieces', () => this.file.beginPieces(step), signal);
-      return this.#until('surface', () => this.file.surfaceOfPieces(), signal, onProgress);
+    // What is of mode stream alone is loaded with the first call.
+    const calls = this.about.mode === 'stream' ? await import('./volume_decoder.js') : {};
+    const attempt = (name, given) => () => (calls[name] ? calls[name](this.file, ...given) : this.file[name](...given));
+    if (call === 'surface' && calls.beginPieces) {
+      await this.#until('beginPieces', attempt('beginPieces', given), signal);
+      return this.#until('surface', attempt('surfaceOfPieces', []), signal, onProgress);
     }
-    const more = this.file[call] ? null : await import('./volume_decoder.js');
-    return this.#until(call, () => (more ? more[call](this.file, ...given) : this.file[call](...given)), signal, onProgress);
+    return this.#until(call, attempt(call, given), signal, onProgress);
   }
 
   async #until(call, attempt, signal, onProgress) {

@@ -277,3 +277,18 @@ export function joined(parts) {
   if (parts.every(part => part.points)) drawn.points = together(Uint32Array, parts.map(part => part.points));
   return drawn;
 }
+
+/** What MeshFile.pieces() gives, of a decoder that has nothing else to do. */
+export async function* portions(pool, step, {signal, onProgress}) {
+  const worker = pool.own();
+  try {
+    await worker.run({call: 'beginPieces', arguments: [step]}, {signal});
+    for (;;) {
+      const piece = await worker.run({call: 'nextPiece'}, {signal, onProgress});
+      if (!piece) return;
+      yield piece;
+    }
+  } finally {
+    worker.end();
+  }
+}

@@ -1,6 +1,37 @@
-// Calls of volumes in the decoder (bindings/wasm/volume.cpp), beside those of DecoderFile: they return what they say, or WantsBytes.
+// Calls of the decoder for files of mode stream (bindings/wasm/pieces.cpp, volume.cpp), beside those of DecoderFile: they return
+// what they say, or WantsBytes or GoesOn.
 
-import {describeArray, MailleError, NEEDS_FULL, WantsBytes} from './decoder.js';
+import {describeArray, MailleError, NEEDS_FULL, Wanted, WantsBytes} from './decoder.js';
+
+/** Times of the steps of a file of mode stream: [{step, time}], without step 0, which is the mesh itself. */
+export function steps(file) {
+  return file.outcome(file.decoder.calls.maille_steps(file.reader), () => [...file.numbers()].map((time, i) => ({step: i + 1, time})));
+}
+/** A file of mode stream is to be given in pieces, with the arrays of a step. */
+export function beginPieces(file, step = 0) {
+  return file.outcome(file.decoder.calls.maille_begin_pieces(file.reader, step), () => true);
+}
+/** The next of them; null: there is none. */
+export function nextPiece(file) {
+  return file.outcome(file.decoder.calls.maille_next_piece(file.reader), () => {
+    const [there, firstCell, slotCount] = file.numbers();
+    return there ? {firstCell, slotCount, ...pieceOf(file)} : null;
+  });
+}
+/** The surface of all of them. */
+export function surfaceOfPieces(file) {
+  return file.outcome(file.decoder.calls.maille_surface_of_pieces(file.reader), () => file.drawn(file.buffers(Wanted.surfaceOfPieces)));
+}
+function pieceOf(file) {
+  const piece = {arrays: []};
+  for (const buffer of file.list(file.decoder.calls.maille_piece_buffers(file.reader))) {
+    const {kind, values} = buffer;
+    if (kind === 'exactPositions') piece.positions = values;
+    else if (kind === 'array') piece.arrays.push(describeArray(buffer));
+    else piece[kind] = values;
+  }
+  return piece;
+}
 
 /**
  * A volume of mode stream: {cells, points, keepsOrder, pieces, fields}; pieces: [{piece, firstCell, firstPoint, cells, points,
