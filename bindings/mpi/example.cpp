@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
   // For tests of what happens then.
   if (argc > 3 && std::atoi(argv[2]) == rank) {
     if (std::strcmp(argv[3], "dies") == 0) std::abort();
-    if (std::strcmp(argv[3], "other-array") == 0) slab.mesh.arrays[0].name = "p";
+    if (std::strcmp(argv[3], "other-array") == 0) slab.mesh.arrays[0].name.push_back('p');
     if (std::strcmp(argv[3], "other-point") == 0) slab.mesh.points.values<float>()[0] += 1;
     if (std::strcmp(argv[3], "no-cell") == 0) slab.cell_ids.pop_back();
   }

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include "support/cases.h"
+#include "support/random.h"
 #include "support/temporary_folder.h"
 
 namespace maille {
@@ -175,6 +177,26 @@ TEST_F(JoinedParts, PartsThatAreNotAllMayHaveGhostsOfOthers) {
   ASSERT_TRUE(part) << part.error().message;
   EXPECT_EQ(part->mesh.cell_count(), 2u);
   EXPECT_EQ(part->mesh.point_count(), 12u);
+}
+
+TEST_F(JoinedParts, SurviveRandomDamage) {
+  for (const bool numbers : {false, true}) {
+    const Bar first = {
+        .first = 0, .last = 2, .ghosts = {0, 0, 1}, .point_numbers = numbers, .cell_numbers = numbers};
+    const Bar second = {
+        .first = 1, .last = 3, .ghosts = {1, 0, 0}, .point_numbers = numbers, .cell_numbers = numbers};
+    ASSERT_TRUE(read({first, second}));
+    const std::string whole = second.text();
+    for (uint64_t seed = 0; seed < cases(300); ++seed) {
+      Random random(seed);
+      std::string damaged = whole;
+      for (uint64_t i = random.between(1, 3); i > 0; --i)
+        damaged[random.below(damaged.size())] = "0123456789- "[random.below(12)];
+      folder_.write("part1.vtu", damaged);
+      const auto result = read_mesh(path());
+      EXPECT_TRUE(!result || validate(result->mesh)) << seed;
+    }
+  }
 }
 
 }  // namespace
