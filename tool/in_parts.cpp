@@ -76,6 +76,10 @@ uint64_t bytes_of_case(const std::string& path) {
   for (fs::directory_iterator file(folder.empty() ? "." : folder, error), end; file != end;
        file.increment(error)) {
     if (file->is_regular_file(error)) bytes += file->file_size(error);
+    // Of a case that was divided.
+    const fs::path mesh = file->path() / "constant/polyMesh";
+    if (file->path().filename().string().starts_with("processor") && fs::is_directory(mesh, error))
+      bytes += bytes_of_case(mesh.string());
   }
   return bytes;
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "io/cell_store.h"
+#include "io/foam/foam_processors.h"
 #include "io/foam/polymesh_zones.h"
 #include "io/format.h"
 
@@ -16,24 +17,42 @@ namespace {
 class PolyMeshReader {
  public:
   PolyMeshReader(std::string folder, const ReadOptions& options)
-      : folder_(std::move(folder)), options_(options), budget_(folder_, folder_bytes(), options.limits) {}
+      : folder_(std::move(folder)),
+        options_(options),
+        budget_(folder_, folder_bytes(), options.limits),
+        joined_(options.limits) {}
+  /// The mesh that was divided among processors, whose folders these are.
+  PolyMeshReader(std::string folder, std::vector<std::string> processors, const ReadOptions& options)
+      : folder_(std::move(folder)),
+        processors_(std::move(processors)),
+        options_(options),
+        budget_(folder_, bytes_of_processors(), options.limits),
+        joined_(options.limits) {}
 
   Result<ReadResult> read();
 
  private:
-  uint64_t folder_bytes() const {
+  uint64_t bytes_of_processors() const {
+    uint64_t bytes = 0;
+    for (const std::string& processor : processors_) bytes += folder_bytes(processor);
+    return bytes;
+  }
+  uint64_t folder_bytes() const { return folder_bytes(folder_); }
+  static uint64_t folder_bytes(const std::string& folder) {
     uint64_t bytes = 0;
     for (const char* name :
          {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
       for (const char* ending : {"", ".gz"}) {
         std::error_code error;
-        const auto size = std::filesystem::file_size(folder_ + "/" + name + ending, error);
+        const auto size = std::filesystem::file_size(folder + "/" + name + ending, error);
         if (!error) bytes += size;
       }
     }
     return bytes;
   }
   Result<FoamReader> open(const char* name) { return FoamReader::open(folder_, name, options_.limits); }
+  Result<> read_lists();
+  Result<> read_processors();
   Result<> read_points();
   Result<> read_faces();
   Result<std::vector<uint64_t>> read_cells_of_faces(const char* name);
@@ -52,8 +71,10 @@ class PolyMeshReader {
   }
 
   std::string folder_;
+  std::vector<std::string> processors_;
   const ReadOptions& options_;
   Budget budget_;
+  FoamProcessors joined_;
   Mesh mesh_;
   std::vector<uint32_t> corners_;
   std::vector<uint64_t> ends_;
@@ -213,6 +234,11 @@ Result<> PolyMeshReader::add_patches() {
 }
 
 Result<> PolyMeshReader::read_zones(FoamZones& zones, const FoamZoneKind& kind, uint64_t elements) {
+  if (!processors_.empty()) {
+    FoamProcessors::ZoneElements given = joined_.zones(kind);
+    if (given.names.empty()) return {};
+    return zones.take(std::move(given.names), given.elements);
+  }
   if (!has_foam_zones(folder_, kind)) return {};
   FoamReader file = MAILLE_TRY(open(kind.file));
   return zones.read(file, elements, budget_);
@@ -254,7 +280,7 @@ Result<> PolyMeshReader::add_zone_arrays(FoamZones& zones, const FoamZoneKind& k
   return {};
 }
 
-Result<ReadResult> PolyMeshReader::read() {
+Result<> PolyMeshReader::read_lists() {
   MAILLE_CHECK(read_points());
   MAILLE_CHECK(read_faces());
   MAILLE_CHECK(report_progress(options_.progress, "reading", 0.5));
@@ -262,7 +288,31 @@ Result<ReadResult> PolyMeshReader::read() {
   neighbour_ = MAILLE_TRY(read_cells_of_faces("neighbour"));
   FoamReader boundary = MAILLE_TRY(open("boundary"));
   patches_ = MAILLE_TRY(read_foam_patches(boundary));
-  MAILLE_CHECK(check_faces());
+  return check_faces();
+}
+
+Result<> PolyMeshReader::read_processors() {
+  for (const std::string& folder : processors_) {
+    PolyMeshReader part(folder, options_);
+    MAILLE_CHECK(part.read_lists());
+    const FoamLists lists = {std::move(part.mesh_.points), std::move(part.corners_),   std::move(part.ends_),
+                             std::move(part.owner_),       std::move(part.neighbour_), part.cells_,
+                             std::move(part.patches_)};
+    MAILLE_CHECK(joined_.add(folder, lists, budget_));
+  }
+  FoamLists all = MAILLE_TRY(joined_.finish());
+  mesh_.points = std::move(all.points);
+  corners_ = std::move(all.corners);
+  ends_ = std::move(all.ends);
+  owner_ = std::move(all.owner);
+  neighbour_ = std::move(all.neighbour);
+  cells_ = all.cells;
+  patches_ = std::move(all.patches);
+  return check_faces();
+}
+
+Result<ReadResult> PolyMeshReader::read() {
+  MAILLE_CHECK(processors_.empty() ? read_lists() : read_processors());
   MAILLE_CHECK(budget_.take(corners_.size(), 2 * sizeof(uint32_t)));
   MAILLE_CHECK(budget_.take(cells_, 4 * sizeof(uint64_t)));
   MAILLE_CHECK(read_zones(cell_zones_, foam_cell_zones, cells_));
@@ -292,6 +342,8 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
   }
   const std::string folder = foam_folder_of(source.name());
   if (!std::filesystem::exists(folder + "/points") && !std::filesystem::exists(folder + "/points.gz")) {
+    std::vector<std::string> processors = MAILLE_TRY(foam_processors_of(folder));
+    if (!processors.empty()) return PolyMeshReader(folder, std::move(processors), options).read();
     return failure(
         ErrorCode::cannot_read,
         "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");

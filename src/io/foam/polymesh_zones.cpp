@@ -86,6 +86,15 @@ Result<> FoamZones::skip_labels(FoamReader& file) {
   return count == 0 && !values ? Result<>() : file.end_list(values);
 }
 
+Result<> FoamZones::take(std::vector<std::string> names, std::span<const Element> elements) {
+  names_ = std::move(names);
+  uint64_t place = 0;
+  for (const Element& element : elements)
+    MAILLE_CHECK(sorted_.add({element.element, element.zone, place++, uint64_t{element.flipped}}, {}));
+  MAILLE_CHECK(sorted_.sort());
+  return count();
+}
+
 Result<> FoamZones::read(FoamReader& file, uint64_t elements, Budget& budget) {
   bool values = false;
   const uint64_t zones = MAILLE_TRY(file.begin_list(values));

@@ -25,6 +25,12 @@ class FoamZones {
 
   /// `elements`: how many there are.
   Result<> read(FoamReader& file, uint64_t elements, Budget& budget);
+  /// The same of zones that are known: elements in the order of their zones' lists.
+  struct Element {
+    uint64_t element = 0, zone = 0;
+    bool flipped = false;
+  };
+  Result<> take(std::vector<std::string> names, std::span<const Element> elements);
   const std::vector<std::string>& names() const { return names_; }
 
   struct Use {
