@@ -389,6 +389,17 @@ MAILLE_EXPORT int32_t maille_extract_volume(Reader* reader, const double* packed
   return done;
 }
 
+/// A first picture of all: vertices with means of values, for maille_volume_buffers(). Nothing is read but
+/// the index.
+MAILLE_EXPORT int32_t maille_coarse_volume(Reader* reader, const double* packed, uint32_t count,
+                                           const char* text, uint32_t text_size) {
+  OpenVolume* volume = nullptr;
+  if (const int32_t outcome = open(*reader, unpacked(packed, count, text, text_size), volume);
+      outcome != done)
+    return outcome;
+  return reader->keep(volume->file.coarse(), reader->mesh);
+}
+
 /// What the plane of a query cuts out of its piece, for maille_volume_buffers().
 MAILLE_EXPORT int32_t maille_slice_of_piece(Reader* reader, const double* packed, uint32_t count,
                                             const char* text, uint32_t text_size) {

@@ -331,6 +331,8 @@ export class MeshFile {
   select(request: VolumeRequest, options?: CallOptions): Promise<VolumePiece[]>;
   /** Cells of a volume, bit for bit. */
   extract(request: VolumeRequest, options?: LongCallOptions): Promise<VolumeCells>;
+  /** A first picture of a volume in pieces, of its index alone: vertices that stand for some thousand cells, with their means. */
+  coarse(options?: CallOptions): Promise<Pick<Mesh, 'positions' | 'arrays'>>;
   /** What a plane cuts out of a volume, decoded from the pieces that it meets. */
   slice(plane: Plane, options?: PartOptions): Promise<DrawnSlice>;
   /** The same piece by piece, as they come. */

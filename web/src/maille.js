@@ -210,7 +210,10 @@ export class MeshFile {
     this.#expectParts();
     return this.pool.run({call: 'extract', arguments: [{...THE_MESH_ITSELF, ...request}]}, {signal, onProgress});
   }
-  /** What a plane cuts out of a volume; the same piece by piece; and surfaces of its pieces: volume.js. */
+  /** A volume's first picture; what a plane cuts out of it; the same piece by piece; and surfaces of its pieces: volume.js. */
+  async coarse(options = {}) {
+    return (await this.#openVolume(options.signal)).coarse(options);
+  }
   async slice(plane, options = {}) {
     return (await this.#openVolume(options.signal)).slice(plane, options);
   }

@@ -39,6 +39,11 @@ export class Volume {
     return numbers.map(number => this.pieces[number]);
   }
 
+  /** A first picture, of the index alone: {positions, arrays} of vertices, each with the means of some thousand cells. */
+  coarse({signal} = {}) {
+    return this.session.run({call: 'coarseVolume', arguments: [{}]}, {signal});
+  }
+
   /** Such cells, exactly; `arrays`: names of those that come; `step`: of time. */
   async extract(request, options) {
     this.expectArrays(request.arrays);

@@ -59,6 +59,13 @@ export function extractVolume(file, request) {
     return {...file.exact(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 0))), pieces, cellsRead, problems};
   });
 }
+/** A first picture of all: {positions, arrays} of vertices that stand for some thousand cells each. */
+export function coarseVolume(file, request) {
+  return ofVolume(file, 'maille_coarse_volume', request, () => {
+    const {positions, arrays} = file.exact(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 0)));
+    return {positions, arrays};
+  });
+}
 /** What request.plane cuts out of the piece request.pieces[0]. */
 export function sliceOfPiece(file, request) {
   return ofVolume(file, 'maille_slice_of_piece', request, () => drawnOfPiece(file));

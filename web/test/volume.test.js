@@ -152,6 +152,17 @@ test('without the order of the input the surface has as many faces, and slices a
   }
 });
 
+test('the coarse level is that of `maille extract --coarse`, of the index alone', async () => {
+  const packed = compressed('hex/can.vtu', '--pieces', '500'), bytes = readFileSync(packed), {asked, fetch} = server(bytes);
+  const file = await MeshFile.open('http://localhost/x.maille', {fetch}), opened = asked.length;
+  const own = await file.coarse(), expected = await native('extract', packed, '--coarse');
+  assert.equal(asked.length, opened);
+  assert.deepEqual(own.positions, expected.positions);
+  assert.deepEqual(own.arrays.map(({name, values}) => [name, values]), ofElements(expected.arrays).map(({name, values}) => [name, values]));
+  assert.ok(own.positions.length > 0);
+  file.close();
+});
+
 /** fetch() of one file, with ranges; `asked`: the ranges. */
 function server(bytes) {
   const asked = [];

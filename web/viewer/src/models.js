@@ -30,7 +30,7 @@ export async function openModel(input, on = {}, signal = undefined) {
     if (file.mode === 'random') return new RefinedModel(file, count);
     if (file.inPieces) {
       const {VolumeModel} = await import('./volume_model.js');
-      return new VolumeModel(file, count);
+      return new VolumeModel(file, count, await file.coarse({signal}));
     }
     const onProgress = ({loaded}) => on.bytes?.(Math.max(count.fetched, loaded ?? 0), file.size);
     const begin = performance.now(), drawn = await file.surface({signal, onProgress});

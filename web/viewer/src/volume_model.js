@@ -1,5 +1,5 @@
-// A volume in pieces: boxes of pieces with mean values first, which the index has; then surfaces, piece by piece, nearest
-// first; and where it is cut open the cut, out of the pieces that the plane meets.
+// A volume in pieces: boxes with mean values first, for some thousand cells each, which the index has; then surfaces, piece by
+// piece, nearest first; and where it is cut open the cut, out of the pieces that the plane meets.
 
 import * as THREE from 'three';
 
@@ -17,7 +17,8 @@ const ALL_ARRAYS = 64e6;
 const TIDY = 500;
 
 export class VolumeModel {
-  constructor(file, count) {
+  /** @param coarse what file.coarse() gives */
+  constructor(file, count, coarse) {
     const {volume} = file.info;
     Object.assign(this, {file, count, volume, step: 0, refines: false, flat: true, undrawable: 0, rate: new Rate()});
     this.fields = new Map(volume.fields.map(field => {
@@ -28,7 +29,7 @@ export class VolumeModel {
     this.object.retry = () => this.#read(this.broken.splice(0));
     this.surface = new THREE.Group();
     this.cut = new CutFaces(file, {part: mesh => this.#tell(mesh), error: error => this.#fail(error), changed: () => this.onChange?.()});
-    this.boxes = boxesOf(file.volume.pieces, file.volume.origin ?? [0, 0, 0], this.fields);
+    this.boxes = boxesOf(groupsOf(coarse, file.volume.pieces), coarse.arrays, file.volume.origin ?? [0, 0, 0]);
     this.object.add(this.boxes, this.surface, this.cut.group);
     const {low, high} = volume.box ?? {low: [0, 0, 0], high: [1, 1, 1]};
     this.box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
@@ -187,38 +188,59 @@ function boxOf({low, high}) {
   return new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
 }
 
-/** One mesh of all boxes, a little apart; userData: hide(piece), scalarsOf(field, component): mean values by vertex. */
-function boxesOf(pieces, origin, fields) {
-  const box = new THREE.BoxGeometry(1, 1, 1), corners = box.getAttribute('position'), normals = box.getAttribute('normal').array, size = corners.count;
-  const positions = new Float32Array(3 * size * pieces.length), all = new Float32Array(positions.length), index = [];
-  for (const [i, {box: sides}] of pieces.entries()) {
-    all.set(normals, 3 * size * i);
-    if (!sides) continue;
-    for (let at = 0; at < 3 * size; ++at) {
-      const k = at % 3, middle = (sides.low[k] + sides.high[k]) / 2 - origin[k];
-      positions[3 * size * i + at] = middle + 0.96 * (sides.high[k] - sides.low[k]) * corners.array[at];
-    }
-    for (const corner of box.index.array) index.push(size * i + corner);
+/** A box for each coarse point: as much of its piece's as the point has of its points; coarse points come piece by piece. */
+function groupsOf({positions}, pieces) {
+  const groups = [], counts = new Map();
+  let at = 0;
+  for (let i = 0; i < positions.length; i += 3) {
+    const middle = [...positions.subarray(i, i + 3)];
+    let next = at;
+    while (next < pieces.length && !contains(pieces[next].box, middle)) ++next;
+    if (next < pieces.length) at = next;
+    const {piece, box} = pieces[at];
+    counts.set(piece, (counts.get(piece) ?? 0) + 1);
+    groups.push({piece, middle, box});
   }
-  const geometry = new THREE.BufferGeometry().setIndex(index), whole = Uint32Array.from(index), per = box.index.count;
-  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3)).setAttribute('normal', new THREE.BufferAttribute(all, 3));
-  geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(index), 1));
-  const mesh = new THREE.Mesh(geometry), place = new Map(pieces.filter(piece => piece.box).map(({piece}, i) => [piece, per * i]));
+  for (const group of groups) {
+    const {piece, box} = group, share = 0.96 / Math.cbrt(counts.get(piece));
+    group.sides = box ? box.high.map((x, k) => share * (x - box.low[k])) : [0, 0, 0];
+    if (counts.get(piece) === 1 && box) group.middle = box.low.map((x, k) => (x + box.high[k]) / 2);
+  }
+  return groups;
+}
+function contains(box, point) {
+  return box !== null && point.every((x, k) => box.low[k] <= x && x <= box.high[k]);
+}
+
+/** One mesh of all boxes; userData: hide(piece), show(pieces), scalarsOf(field, component): mean values by vertex. */
+function boxesOf(groups, arrays, origin) {
+  const box = new THREE.BoxGeometry(1, 1, 1), corners = box.getAttribute('position').array, around = box.getAttribute('normal').array;
+  const size = corners.length, per = box.index.count, positions = new Float32Array(size * groups.length), normals = new Float32Array(positions.length);
+  const whole = new Uint32Array(per * groups.length), places = new Map();
+  for (const [i, {piece, middle, sides}] of groups.entries()) {
+    for (let k = 0; k < size; ++k) positions[size * i + k] = middle[k % 3] - origin[k % 3] + sides[k % 3] * corners[k];
+    normals.set(around, size * i);
+    whole.set(box.index.array.map(corner => corner + size / 3 * i), per * i);
+    places.set(piece, [...places.get(piece) ?? [], per * i]);
+  }
+  const geometry = new THREE.BufferGeometry().setIndex(new THREE.BufferAttribute(whole.slice(), 1));
+  geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3)).setAttribute('normal', new THREE.BufferAttribute(normals, 3));
+  geometry.userData = {arrays: [], cells: [], points: []};
+  const mesh = new THREE.Mesh(geometry);
   mesh.position.fromArray(origin);
-  const turn = (numbers, on) => {
-    for (const piece of numbers) {
-      const at = place.get(piece);
-      if (at !== undefined) geometry.index.array.set(on ? whole.subarray(at, at + per) : new Uint32Array(per), at);
-    }
+  const turn = (pieces, on) => {
+    for (const at of pieces.flatMap(piece => places.get(piece) ?? []))
+      geometry.index.array.set(on ? whole.subarray(at, at + per) : new Uint32Array(per), at);
     geometry.index.needsUpdate = true;
   };
-  const numberOf = new Map([...fields.keys()].map((key, i) => [key, i]));
-  const scalarsOf = (field, component) => Float32Array.from({length: size * pieces.length}, (_, i) => meanOf(pieces[Math.floor(i / size)].ranges?.[numberOf.get(field.key)], field, component));
-  mesh.userData = {chart: {level: 0, group: 0, chart: 0}, triangles: 0, hide: piece => turn([piece], false), show: numbers => turn(numbers, true), scalarsOf};
-  geometry.userData = {arrays: [], cells: [], points: []};
+  const scalarsOf = ({name, components}, component) => {
+    const array = arrays.find(other => other.name === name && other.components === components);
+    const means = groups.map((_, i) => (array ? meanOf(array.values.subarray(i * components, (i + 1) * components), component) : NaN));
+    return Float32Array.from({length: positions.length / 3}, (_, vertex) => means[Math.floor(3 * vertex / size)]);
+  };
+  mesh.userData = {chart: {level: 0, group: 0, chart: 0}, triangles: 0, hide: piece => turn([piece], false), show: pieces => turn(pieces, true), scalarsOf};
   return mesh;
 }
-function meanOf(range, {components}, component) {
-  if (!range || range.mean.length !== components) return NaN;
-  return components === 1 ? range.mean[0] : component >= 0 ? range.mean[component] : Math.hypot(...range.mean);
+function meanOf(values, component) {
+  return values.length === 1 ? values[0] : component >= 0 ? values[component] : Math.hypot(...values);
 }
