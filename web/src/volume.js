@@ -4,8 +4,8 @@ import {ErrorCode, MailleError} from './decoder.js';
 
 /** Of the file, asked for at once: pieces that lie side by side come in one request. */
 const BYTES_AT_ONCE = 4 * 2 ** 20;
-/** A thread has so many pieces to do before others are fetched for it. */
-const AHEAD = 3;
+/** The same in pieces, for each thread. */
+const AHEAD = 16;
 
 const PIECE_BYTES = 192 * 2 ** 20;
 
@@ -97,16 +97,18 @@ export class Volume {
    * @param request of each; its `pieces` and `origin` are set here
    */
   async *#parts(call, pieces, request, {signal, onProgress} = {}) {
-    const stop = new AbortController(), come = [], total = pieces.length;
-    const forward = () => stop.abort(signal.reason);
+    // One for each piece: node warns of signals for which many wait.
+    const stops = new Set(), come = [], total = pieces.length;
+    const stop = reason => stops.forEach(each => each.abort(reason)), forward = () => stop(signal.reason);
     signal?.addEventListener('abort', forward, {once: true});
     let running = 0, done = 0, wake = () => {};
-    const run = async (piece, given) => {
+    const run = async (piece, given, own) => {
       try {
-        come.push({piece, drawn: await this.#run(call, piece, request, given, stop.signal)});
+        come.push({piece, drawn: await this.#run(call, piece, request, given, own.signal)});
       } catch (error) {
         come.push({piece, error});
       }
+      stops.delete(own);
       --running;
       wake();
     };
@@ -117,8 +119,9 @@ export class Volume {
         if (waiting.length > 0 && running < this.pool.lanes) {
           const batch = takeBatch(waiting, AHEAD * this.pool.lanes);
           running += batch.length;
-          const given = this.#fetch(batch, request, stop.signal);
-          batch.forEach((piece, i) => run(piece, given.then(parts => parts[i])));
+          const own = batch.map(() => new AbortController()), given = this.#fetch(batch, request, own.map(each => each.signal));
+          own.forEach(each => stops.add(each));
+          batch.forEach((piece, i) => run(piece, given.then(parts => parts[i]), own[i]));
         }
         if (come.length === 0) await new Promise(resolve => { wake = resolve; });
         while (come.length > 0) {
@@ -130,7 +133,7 @@ export class Volume {
       }
     } finally {
       signal?.removeEventListener('abort', forward);
-      stop.abort(new MailleError(ErrorCode.usage, 'no longer wanted'));
+      stop(new MailleError(ErrorCode.usage, 'no longer wanted'));
     }
   }
 
@@ -146,10 +149,10 @@ export class Volume {
   }
 
   /** The bytes of pieces that no decoder has kept, all asked for in one turn: [[{offset, bytes}]] by piece. */
-  async #fetch(pieces, request, signal) {
-    const wanted = await Promise.all(pieces.map(piece => this.#rangesOf(piece, request, signal)));
-    return Promise.all(wanted.map(async ranges => {
-      const bytes = await this.read(ranges, signal);
+  async #fetch(pieces, request, signals) {
+    const wanted = await Promise.all(pieces.map((piece, i) => this.#rangesOf(piece, request, signals[i])));
+    return Promise.all(wanted.map(async (ranges, i) => {
+      const bytes = await this.read(ranges, signals[i]);
       return ranges.map(({offset}, i) => ({offset, bytes: bytes[i]}));
     }));
   }
