@@ -96,7 +96,7 @@ Result<ValueChain> ValueChain::of_step(const StreamHeader& mesh, const StepValue
       return failure(ErrorCode::corrupt, "a step has differences to an array that is not there");
     if (step == 0) break;
     const StepCoding coding = values.header_of(step).codings[array];
-    if (coding.method == StepCoding::alone || coding.method == StepCoding::difference)
+    if (coding.method != StepCoding::as_mesh && coding.method != StepCoding::as_before)
       links.emplace_back(step, array);
     if (coding.method == StepCoding::alone) break;
     array = coding.of;
@@ -107,8 +107,10 @@ Result<ValueChain> ValueChain::of_step(const StreamHeader& mesh, const StepValue
     const StepHeader& header = values.header_of(links[i].first);
     const size_t at = links[i].second;
     const bool differs = header.codings[at].method == StepCoding::difference;
-    chain.add(links[i].first, at, header.array(at, mesh), wanted.domain,
-              differs ? header.maps[at] : std::vector<NumberMap>{});
+    const StreamedArray coded = header.array(at, mesh);
+    if (coded.follows && !coded.mixed)
+      return failure(ErrorCode::corrupt, "a step follows another in an array whose numbers are not mixed");
+    chain.add(links[i].first, at, coded, wanted.domain, differs ? header.maps[at] : std::vector<NumberMap>{});
   }
   return chain;
 }
@@ -140,7 +142,7 @@ bool ValueChain::code(const CodedCells& cells, std::span<const Vector3> places, 
   const size_t count = domain() == Domain::point ? cells.points.size() : cells.size();
   for (Link& link : links_) {
     if (link.maps.empty()) {
-      if (!link.stage.code(cells, places, tuples)) return false;
+      if (!link.stage.code(cells, places, tuples, tuples)) return false;
       continue;
     }
     differences_.resize(count * link.stage.tuple_size());

@@ -210,7 +210,7 @@ void visit_step(Visitor& v, Header& header) {
   });
   v.list(header.bounds, [&](auto& bound) { v.real(bound); });
   v.list(header.codings, [&](auto& coding) {
-    v.choice(coding.method, 4);
+    v.choice(coding.method, 5);
     v.count(coding.of, 0xffffffff);
   });
   v.list(header.errors, [&](auto& error) { v.real(error); });
@@ -313,7 +313,9 @@ StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh)
 
 StreamedArray StepHeader::array(size_t i, const StreamHeader& mesh) const {
   if (codings[i].method == StepCoding::difference) return differences_of(arrays[i], mesh);
-  return mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
+  StreamedArray array = mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
+  array.follows = codings[i].method == StepCoding::following;
+  return array;
 }
 
 StreamedArray StreamHeader::with_models(StreamedArray array) const {

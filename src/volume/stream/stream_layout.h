@@ -101,6 +101,7 @@ struct StepCoding {
     as_mesh,     ///< by array `of` of the mesh, which keeps the bound
     as_before,   ///< by array `of` of the step before; that of the first step is the mesh
     difference,  ///< codes less those of array `of` of the step before
+    following,   ///< as alone, but expected from that array, too; mixed values only
   };
   Method method = alone;
   uint32_t of = 0;

@@ -50,7 +50,8 @@ struct Partner {
   double error = 0;         ///< the largest
   bool on_lattice = false;  ///< all values of the new array are within the bound on `maps`
   double lattice_error = 0;
-  std::vector<NumberMap> maps;         ///< of differences
+  std::vector<NumberMap> maps;  ///< of differences
+  bool follows = false;         ///< numbers of the new array may be expected from those of the earlier one
   std::vector<std::byte> before = {};  ///< all tuples of the earlier array, as they are read
 };
 
@@ -68,7 +69,8 @@ std::vector<NumberMap> lattice_for(const std::vector<NumberMap>& now, const std:
 /// Holds the arrays of a new step against those of an earlier one.
 class Comparison {
  public:
-  Comparison(const StepHeader& step, StepSource& values) : step_(step), values_(values) {}
+  Comparison(const StepHeader& step, const StreamHeader& mesh, StepSource& values)
+      : step_(step), mesh_(mesh), values_(values) {}
 
   /// `differences`: values may be coded as such. `maps` of the earlier arrays.
   void add_partners(const std::vector<StreamArray>& known, const std::vector<std::vector<NumberMap>>& maps,
@@ -81,6 +83,7 @@ class Comparison {
         partner.of = static_cast<uint32_t>(k);
         if (differences && step_.bounds[i] > 0) partner.maps = lattice_for(step_.maps[i], maps[k]);
         partner.on_lattice = !partner.maps.empty();
+        partner.follows = differences && step_.array(i, mesh_).mixed && !is_numbered(known[k]);
         break;
       }
     }
@@ -91,7 +94,7 @@ class Comparison {
     StreamPortion portion;
     while (is_any_left() && MAILLE_TRY(reader.next(portion))) {
       for (Partner& partner : partners_) {
-        if (!partner.keeps && !partner.on_lattice) continue;
+        if (!is_of_use(partner)) continue;
         size_t place = 0;  // among the arrays of the domain
         for (size_t k = 0; k < partner.of; ++k) place += known[k].domain == known[partner.of].domain;
         const bool points = known[partner.of].domain == Domain::point;
@@ -103,9 +106,9 @@ class Comparison {
   }
 
  private:
-  bool is_any_left() const {
-    return std::any_of(partners_.begin(), partners_.end(),
-                       [](const Partner& partner) { return partner.keeps || partner.on_lattice; });
+  bool is_any_left() const { return std::any_of(partners_.begin(), partners_.end(), is_of_use); }
+  static bool is_of_use(const Partner& partner) {
+    return partner.keeps || partner.on_lattice || partner.follows;
   }
   Result<> compare(Partner& partner, const StreamPortion& portion, Bytes tuples) {
     const size_t i = partner.array;
@@ -113,7 +116,8 @@ class Comparison {
                               step_.bounds[i]};
     const size_t size = array.tuple_size(), number_size = size_of(array.type);
     tuple_.resize(size);
-    if (partner.on_lattice) partner.before.insert(partner.before.end(), tuples.begin(), tuples.end());
+    if (partner.on_lattice || partner.follows)
+      partner.before.insert(partner.before.end(), tuples.begin(), tuples.end());
     for (size_t at = 0; at * size < tuples.size() && (partner.keeps || partner.on_lattice); ++at) {
       const bool points = step_.arrays[i].domain == Domain::point;
       MAILLE_CHECK(values_.read(i, points ? portion.points[at] : portion.first_cell + at, tuple_.data()));
@@ -128,18 +132,27 @@ class Comparison {
         partner.on_lattice = is_kept(array, logarithm, number, back.data(), partner.lattice_error);
       }
     }
-    if (!partner.on_lattice) partner.before = {};
+    if (!partner.on_lattice && !partner.follows) partner.before = {};
     return {};
   }
 
+  /// Numbers that are not coded with the mesh, so that no chain of steps can begin with them.
+  bool is_numbered(const StreamArray& array) const {
+    const StreamDescription& mesh = mesh_.description;
+    return std::any_of(mesh.numbered.begin(), mesh.numbered.end(), [&](const NumberedArray& numbered) {
+      return mesh.arrays[numbered.array].name == array.name && are_alike(mesh.arrays[numbered.array], array);
+    });
+  }
+
   const StepHeader& step_;
+  const StreamHeader& mesh_;
   StepSource& values_;
   std::vector<Partner> partners_;
   std::vector<std::byte> tuple_;
 };
 
 /// Arrays that values of the mesh, or of the step before, serve within the bound are marked so. What is
-/// returned may be coded as differences.
+/// returned may be coded as differences, or as what follows.
 Result<std::vector<Partner>> compare_with_earlier(const Source& source, const StreamHeader& mesh,
                                                   uint64_t number, StepHeader& step, StepSource& values,
                                                   const StepOptions& options) {
@@ -148,7 +161,7 @@ Result<std::vector<Partner>> compare_with_earlier(const Source& source, const St
   std::vector<Partner> differences;
   const auto hold = [&](uint64_t earlier, const std::vector<StreamArray>& known, const auto& maps,
                         StepCoding::Method method) -> Result<> {
-    Comparison comparison(step, values);
+    Comparison comparison(step, mesh, values);
     comparison.add_partners(known, maps, earlier + 1 == number && !by_itself);
     StreamReader reader = MAILLE_TRY(StreamReader::open(source, earlier, reading));
     MAILLE_CHECK(comparison.read(reader, known));
@@ -157,7 +170,7 @@ Result<std::vector<Partner>> compare_with_earlier(const Source& source, const St
       if (partner.keeps) {
         step.codings[partner.array] = {method, partner.of};
         step.errors[partner.array] = partner.error;
-      } else if (partner.on_lattice) {
+      } else if (partner.on_lattice || partner.follows) {
         differences.push_back(std::move(partner));
       }
     }
@@ -175,13 +188,16 @@ Result<std::vector<Partner>> compare_with_earlier(const Source& source, const St
   return differences;
 }
 
-/// One way to code an array of a step: by itself, or as differences. All batches are coded, so that the
-/// smaller one can be chosen.
+/// One way to code an array of a step: by itself, as differences, or expected from the step before, too. All
+/// batches are coded, so that the smallest one can be chosen: where little changes, or all by noise,
+/// differences are smaller by up to a fifth; elsewhere what follows is, by 5 to 20 %, and is hardly ever
+/// larger than alone.
 struct CodedArray {
   size_t array;
   ArrayStage<RansEncoder> stage;
-  const Partner* partner = nullptr;  ///< of differences
-  size_t at = 0;                     ///< bytes of the partner that have been used
+  const Partner* partner = nullptr;  ///< of differences, or to follow
+  bool follows = false;
+  size_t at = 0;  ///< bytes of the partner that have been used
   std::vector<std::byte> tuples = {};
   std::vector<std::pair<uint32_t, std::vector<std::byte>>> batches = {};
   uint64_t bytes = 0;
@@ -208,7 +224,12 @@ class StepWriter {
     }
     for (const Partner& partner : partners) {
       const StreamArray& array = step.arrays[partner.array];
-      ways_.push_back({partner.array, {differences_of(array, mesh), array.domain}, &partner});
+      if (partner.on_lattice)
+        ways_.push_back({partner.array, {differences_of(array, mesh), array.domain}, &partner});
+      if (!partner.follows) continue;
+      StreamedArray following = step.array(partner.array, mesh);
+      following.follows = true;
+      ways_.push_back({partner.array, {following, array.domain}, &partner, true});
     }
     for (const CodedArray& way : ways_) is_placed_ = is_placed_ || way.stage.is_placed();
     tuples_.resize(step.arrays.size());
@@ -254,11 +275,15 @@ class StepWriter {
       return;
     }
     const Scalar type = step_.arrays[way.array].type;
+    const Bytes before = Bytes(way.partner->before).subspan(way.at, tuples.size());
+    way.at += tuples.size();
+    if (way.follows) {
+      way.stage.code(cells_, places_, tuples.data(), before.data());
+      return;
+    }
     way.tuples.resize(tuples.size() / size_of(type) *
                       size_of(size_of(type) == 8 ? Scalar::i64 : Scalar::i32));
-    const Bytes before = Bytes(way.partner->before).subspan(way.at, tuples.size());
     find_differences(type, way.partner->maps, before, tuples, way.tuples.data());
-    way.at += tuples.size();
     way.stage.code(cells_, places_, way.tuples.data());
   }
   Result<> begin_positions() {
@@ -290,16 +315,18 @@ class StepWriter {
     }
     return {};
   }
-  /// Of two ways the smaller; by itself where they are the same.
+  /// Of all ways the smallest; the first of those that are the same.
   bool is_chosen(const CodedArray& way) const {
     return std::none_of(ways_.begin(), ways_.end(), [&](const CodedArray& other) {
-      if (other.array != way.array || &other == &way) return false;
-      return way.partner == nullptr ? other.bytes < way.bytes : other.bytes <= way.bytes;
+      if (other.array != way.array) return false;
+      return &other < &way ? other.bytes <= way.bytes : other.bytes < way.bytes;
     });
   }
   Result<> write_array(const CodedArray& way) {
     step_.errors[way.array] = way.stage.largest_error();
-    if (way.partner != nullptr) {
+    if (way.follows) {
+      step_.codings[way.array] = {StepCoding::following, way.partner->of};
+    } else if (way.partner != nullptr) {
       step_.codings[way.array] = {StepCoding::difference, way.partner->of};
       step_.maps[way.array] = way.partner->maps;
       step_.errors[way.array] = way.partner->lattice_error;

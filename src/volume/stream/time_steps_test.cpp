@@ -191,6 +191,56 @@ TEST_F(TimeSteps, DifferencesAreSmallerAndKeepTheBoundInAChain) {
   for (const unsigned time : {20u, 15u, 1u, 16u}) expect_wave(read(time), time);
 }
 
+/// Noise that grows and shrinks from step to step: of no use as it stands, nor are differences to it.
+Mesh pulsing_at(unsigned time) {
+  Mesh mesh = grid(15, 15, 15);
+  const double size = 1 + 0.5 * std::sin(2.0 * time);
+  Array exact = make_array("exact", Domain::point, Scalar::f64, 1);
+  Array bounded = make_array("bounded", Domain::cell, Scalar::f32, 2);
+  Array whole = make_array("whole", Domain::point, Scalar::i32, 1);
+  for (Array* array : {&exact, &whole}) array->resize(mesh.point_count());
+  bounded.resize(mesh.cell_count());
+  for (size_t i = 0; i < mesh.point_count(); ++i) {
+    const double noise = std::sin(static_cast<double>(i * i));
+    exact.values<double>()[i] = i == 100 + time ? std::nan("1") : noise * size;
+    whole.values<int32_t>()[i] = static_cast<int32_t>(noise * size * 1e5);
+  }
+  for (size_t i = 0; i < 2 * mesh.cell_count(); ++i)
+    bounded.values<float>()[i] = static_cast<float>(size * std::cos(static_cast<double>(i * i)));
+  bounded.values<float>()[time] = std::numeric_limits<float>::infinity();
+  mesh.arrays = {exact, bounded, whole};
+  return mesh;
+}
+EncodeOptions of_pulses() {
+  EncodeOptions options = kept();
+  options.arrays["bounded"] = {Tolerance::Kind::absolute, 1e-4};
+  return options;
+}
+void expect_pulse(const Result<Mesh>& found, unsigned time) {
+  ASSERT_TRUE(found) << found.error().message;
+  const Mesh mesh = pulsing_at(time);
+  for (const size_t a : {0u, 2u}) EXPECT_EQ(found->arrays[a].bytes, mesh.arrays[a].bytes) << time;
+  const auto before = mesh.arrays[1].values<float>(), after = found->arrays[1].values<float>();
+  for (size_t i = 0; i < before.size(); ++i) {
+    ASSERT_TRUE(before[i] == after[i] || std::fabs(double{before[i]} - double{after[i]}) <= 1e-4)
+        << time << " " << i;
+  }
+}
+
+TEST_F(TimeSteps, FollowTheStepBeforeWhereDifferencesAreNoSmaller) {
+  write(encoded(pulsing_at(0), of_pulses()));
+  std::vector<uint64_t> following;
+  for (unsigned time = 1; time <= 17; ++time) {
+    const auto report = append_step(path_, time, pulsing_at(time), of_pulses());
+    ASSERT_TRUE(report) << report.error().message;
+    if (time == 15) following = report->array_bytes;
+    if (time != 16) continue;
+    for (size_t i = 0; i < 3; ++i)
+      EXPECT_LT(following[i] * 20, report->array_bytes[i] * 19) << i << ": the sixteenth is alone";
+  }
+  for (const unsigned time : {17u, 15u, 1u, 16u}) expect_pulse(read(time), time);
+}
+
 TEST_F(TimeSteps, AStepWithoutTheOneBeforeIsRefusedButKeyStepsAreNot) {
   write(encoded(wave_at(0), of_waves()));
   uint64_t before = 0;

@@ -37,10 +37,12 @@ class ArrayStage {
   bool is_placed() const { return array_.placed; }
 
   /// The tuples of the points that came up, or of the cells. `places`: of these points, if is_placed().
+  /// `before`: their tuples in the step before, if the array follows one; may be where `tuples` are.
   /// False: the stream is damaged.
-  bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples) {
+  bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples,
+            const std::byte* before = nullptr) {
     if (planes_) planes_->begin_block(cells, places);
-    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples); }, tuples_);
+    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples, before); }, tuples_);
   }
 
  private:
@@ -75,8 +77,18 @@ class ArrayStage {
     }
   }
 
+  /// The step before, which comes tuple by tuple as this one does.
   template <class Tuples>
-  bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples) {
+  void look_back(Tuples& coder, const std::byte*& before) {
+    if constexpr (Tuples::takes_planes) {
+      if (!array_.follows) return;
+      stencil_.before = coder.places_before(before);
+      before += array_.tuple_size();
+    }
+  }
+
+  template <class Tuples>
+  bool code_with(Tuples& coder, const CodedCells& cells, std::byte* tuples, const std::byte* before) {
     if (domain_ == Domain::point) {
       for (size_t i = 0; i < cells.points.size(); ++i) {
         if constexpr (Tuples::has_plain) {
@@ -91,6 +103,7 @@ class ArrayStage {
         if (i + ahead < cells.points.size()) prefetch(coder, cells, cells.points[i + ahead]);
         find_stencil(cells.points[i], cells, stencil_);
         if (planes_) stencil_.plane = planes_->expect_point(cells.points[i], cells);
+        look_back(coder, before);
         coder.code(*coder_, stencil_, cells.points[i].slot, tuples);
         learn_place(coder);
         tuples += array_.tuple_size();
@@ -101,6 +114,7 @@ class ArrayStage {
         const uint32_t slot = cells.cell_slots[i];
         stencils_.find(cells, i, stencil_);
         if (planes_) stencil_.plane = planes_->expect_cell(cells, i);
+        look_back(coder, before);
         coder.code(*coder_, stencil_, slot == no_slot ? 0 : slot + 1, tuples);
         learn_place(coder);
         tuples += array_.tuple_size();

@@ -46,7 +46,7 @@ std::array<int32_t, inputs> initial_weights() {
 }  // namespace
 
 uint64_t mixed_coder_bytes(const StreamedArray& array) {
-  return (uint64_t{1} << 20) + array.components * uint64_t{48000};
+  return (uint64_t{1} << 20) + array.components * uint64_t{array.follows ? 100000u : 48000u};
 }
 
 template <class Coder, unsigned Bits>
@@ -61,7 +61,15 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
       followers_(size_t{followers} << follower_bits) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   array_.maps.clear();  // with their tables
-  for (unsigned c = 0; c < array.components; ++c) situations_.push_back(std::make_unique<Situations>());
+  for (unsigned c = 0; c < array.components; ++c) {
+    situations_.push_back(std::make_unique<Situations>());
+    if (!array.follows) continue;
+    for (Situation& situation : *situations_.back()) situation.fit.template emplace<FollowingFit>();
+  }
+  if (array.follows) {
+    last_before_.resize(array.components);
+    places_before_.resize(array.components);
+  }
   for (auto& ratios : ratios_) ratios.fill(1.0F);
 }
 
@@ -70,10 +78,13 @@ void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stenci
                                         std::byte* tuple) {
   const unsigned count = array_.components;
   if (values_.size() < (size_t{slot} + 1) * count) values_.resize((size_t{slot} + slot / 8 + 16) * count);
+  if (array_.follows && known_before_.size() < values_.size()) known_before_.resize(values_.size());
   before_ = {};
   for (component_ = 0; component_ < count; ++component_) {
     code_number(coder, stencil, slot, tuple + component_ * number_size_);
     values_[size_t{slot} * count + component_] = value_;
+    if (array_.follows)
+      known_before_[size_t{slot} * count + component_] = last_before_[component_] = in_step_before_;
     before_ = {value_, before_[0]};
     places_[component_] = value_.place;
   }
@@ -100,11 +111,13 @@ void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil&
 
 /// Full: the polynomial through the seven others, the mean of parallelograms, that of neighbours.
 template <class Coder, unsigned Bits>
-void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, std::array<double, 3>& sums) {
-  sums.fill(last_[component_].place);
+template <class PlaceOf>
+void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, PlaceOf place_of, double last,
+                                             Sums& sums) const {
+  sums.fill(last);
   if (stencil.is_full()) {
     std::array<double, 7> p;
-    for (unsigned k = 0; k < 7; ++k) p[k] = at(stencil.others[k]).place;
+    for (unsigned k = 0; k < 7; ++k) p[k] = place_of(stencil.others[k]);
     const double near = (p[0] + p[1]) + p[2];
     const double across = (p[3] + p[4]) + p[5];
     sums = {near - across + p[6], near * (2 / 3.0) - across * (1 / 3.0), near * (1 / 3.0)};
@@ -113,24 +126,22 @@ void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, std::a
   for (unsigned i = 0; i < stencil.sums; ++i) {
     const PointSum& sum = stencil.sum[i];
     double place = 0;
-    for (unsigned k = 0; k < sum.count; ++k) place += sum.weight[k] * at(sum.slot[k]).place;
+    for (unsigned k = 0; k < sum.count; ++k) place += sum.weight[k] * place_of(sum.slot[k]);
     sums[i] = place;
   }
   for (unsigned i = stencil.sums; i > 0 && i < 3; ++i) sums[i] = sums[stencil.sums - 1];
 }
 
 template <class Coder, unsigned Bits>
-void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil,
-                                                const std::array<double, 3>& sums) {
-  features_.fill(0);
+void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil, const Sums& sums) {
   const Value& last = last_[component_];
   if (component_ > 0) features_[7] = before_[0].residual;
   if (stencil.plane != nullptr) {
-    features_[12] = to_float(stencil.plane[component_] - sums[0]);
+    features_[12] = to_float(stencil.plane[component_] - origin_);
     for (unsigned k = 0; k < stencil.near_count; ++k) features_[13 + k] = at(stencil.near[k]).bend;
   }
   if (stencil.is_full()) {
-    for (unsigned k = 0; k < 7; ++k) features_[k] = at(stencil.others[k]).twist;
+    for (unsigned k = 0; k < 7; ++k) features_[k] = twist_at(stencil.others[k]);
     for (unsigned k = 0; k < 3; ++k) features_[8] += at(stencil.others[k]).residual;
     features_[9] = to_float(sums[1] - sums[0]);
     features_[10] = to_float(sums[2] - sums[0]);
@@ -141,32 +152,112 @@ void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil,
   features_[0] = to_float(sums[1] - sums[0]);
   features_[1] = to_float(sums[2] - sums[0]);
   features_[5] = last.residual;
-  constexpr std::array<unsigned, 3> twist_at = {6, 8, 11};
+  constexpr std::array<unsigned, 3> twist_place = {6, 8, 11};
   for (unsigned k = 0; k < stencil.near_count; ++k) {
-    const Value& near = at(stencil.near[k]);
-    features_[2 + k] = near.residual;
-    features_[twist_at[k]] = near.twist;
-    if (k > 0) features_[8 + k] = to_float(near.place - at(stencil.near[0]).place);
+    const uint32_t near = stencil.near[k];
+    features_[2 + k] = at(near).residual;
+    features_[twist_place[k]] = twist_at(near);
+    if (k > 0) features_[8 + k] = to_float(place_at(near) - place_at(stencil.near[0]));
   }
+}
+
+/// Sums of what has changed since the step before; and features of that step.
+template <class Coder, unsigned Bits>
+void MixedValueCoder<Coder, Bits>::find_changes(const PointStencil& stencil, const Sums& sums,
+                                                Sums& changes) {
+  Before& here = in_step_before_;
+  here.place = stencil.before[component_];
+  Sums then;
+  const Before& last = last_before_[component_];
+  find_sums(
+      stencil, [&](uint32_t slot) { return before_at(slot).place; }, last.place, then);
+  for (unsigned i = 0; i < 3; ++i) changes[i] = sums[i] - then[i];
+  here.twist = to_float(here.place - then[0]);
+  candidate_[as_before] = here.place;
+  candidate_[changed] = here.place + changes[0];
+  candidate_[changed + 1] = here.place + changes[2];
+  features_[16] = here.twist;
+  features_[17] = to_float(then[1] - then[0]);
+  features_[18] = to_float(then[2] - then[0]);
+  features_[19] = to_float(changes[0]);
+  features_[27] = to_float(last_[component_].place - last.place - changes[0]);
+  if (stencil.is_full()) {
+    for (unsigned k = 0; k < 7; ++k) features_[20 + k] = before_at(stencil.others[k]).twist;
+  } else {
+    for (unsigned k = 0; k < stencil.near_count; ++k) features_[20 + k] = before_at(stencil.near[k]).twist;
+  }
+}
+
+template <class Coder, unsigned Bits>
+double MixedValueCoder<Coder, Bits>::place_at(uint32_t slot) const {
+  return array_.follows ? at(slot).place - before_at(slot).place : at(slot).place;
+}
+
+template <class Coder, unsigned Bits>
+float MixedValueCoder<Coder, Bits>::twist_at(uint32_t slot) const {
+  return array_.follows ? at(slot).twist - before_at(slot).twist : at(slot).twist;
+}
+
+template <class Coder, unsigned Bits>
+double MixedValueCoder<Coder, Bits>::predict() const {
+  if (const auto* following = std::get_if<FollowingFit>(&situation_->fit))
+    return following->predict(features_);
+  return std::get<Fit>(situation_->fit).predict(first_features());
+}
+
+/// By the weights, unless that is far from all else.
+template <class Coder, unsigned Bits>
+double MixedValueCoder<Coder, Bits>::fitted_place() const {
+  const double place = origin_ + predict();
+  const auto is_near = [&](double other) {
+    const double off = place - other;
+    return off * off < 100 * deviation_ * deviation_;
+  };
+  if (is_near(origin_)) return place;
+  if (array_.follows && (is_near(candidate_[as_before]) || is_near(candidate_[0]))) return place;
+  return origin_;
+}
+
+template <class Coder, unsigned Bits>
+const double* MixedValueCoder<Coder, Bits>::places_before(const std::byte* tuple) {
+  for (unsigned c = 0; c < array_.components; ++c)
+    places_before_[c] = bounded(spaces_[c].place_of(spaces_[c].code_of(tuple + c * number_size_)));
+  return places_before_.data();
 }
 
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
   situation_ = &(*situations_[component_])[stencil.situation];
-  std::array<double, 3> sums;
-  find_sums(stencil, sums);
-  add_features(stencil, sums);
+  Sums sums;
+  find_sums(
+      stencil, [&](uint32_t slot) { return at(slot).place; }, last_[component_].place, sums);
+  std::copy(sums.begin(), sums.end(), candidate_.begin());
+  features_.fill(0);
+  origin_ = sums[0];
+  if (array_.follows) {
+    Sums changes;
+    find_changes(stencil, sums, changes);
+    origin_ = candidate_[changed];
+    add_features(stencil, changes);
+  } else {
+    add_features(stencil, sums);
+  }
   find_sizes(stencil);
   row_ = stencil.situation * 2u + (component_ > 0 ? 1 : 0);
-  double correction = situation_->fit.predict(features_);
-  if (!(correction * correction < 100 * deviation_ * deviation_)) correction = 0;
   const bool planed = stencil.plane != nullptr;
-  candidate_ = {sums[0], sums[1], sums[2], sums[0] + correction};
+  candidate_[fitted] = fitted_place();
   candidate_[on_plane] = planed ? stencil.plane[component_] : candidate_[fitted];
   const auto& miss = situation_->miss;
-  const auto least = std::min_element(miss.begin(), miss.end()) - miss.begin();
+  const auto end = array_.follows ? miss.end() : miss.begin() + as_before;
+  const auto least = std::min_element(miss.begin(), end) - miss.begin();
   mean_ = {sums[0], planed ? candidate_[on_plane] : sums[1], candidate_[static_cast<size_t>(least)],
            candidate_[fitted]};
+  if (array_.follows) {
+    // Two experts are as the step before, where that has missed less.
+    const unsigned usual = planed ? on_plane : 1;
+    if (miss[changed] < miss[0]) mean_[0] = candidate_[changed];
+    if (miss[changed + 1] < miss[usual]) mean_[1] = candidate_[changed + 1];
+  }
   centre_ = code_near(mean_[best]);
   base_ = place(centre_);
   step_ = std::fabs((centre_ < highest ? place(centre_ + 1) : place(centre_ - 1)) - base_);
@@ -234,6 +325,7 @@ void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
   add_repeat(4, centre_);
   add_repeat(5, *follower_[1]);
   add_repeat(6, last_[component_].code);
+  if (array_.follows) add_repeat(7, code_near(in_step_before_.place));
 }
 
 template <class Coder, unsigned Bits>
@@ -384,7 +476,7 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
   Situation& situation = *situation_;
   situation.visits += situation.visits < 50;
   situation.square += (error * error - situation.square) * (1.0 / situation.visits);
-  for (unsigned i = 0; i < candidates; ++i) {
+  for (unsigned i = 0; i < (array_.follows ? candidates : as_before); ++i) {
     const int miss = half_octave(std::fabs(where - candidate_[i]) + 0.3 * step_);
     situation.miss[i] += 0.02F * (static_cast<float>(miss) - situation.miss[i]);
   }
@@ -394,7 +486,14 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
     float& known = ratios_[j][j == best ? size_bin_ : deviation_bin_];
     known += 0.03F * (static_cast<float>(ratio) - known);
   }
-  situation.fit.learn(features_, value_.twist, static_cast<float>(1 / deviation_));
+  if (auto* following = std::get_if<FollowingFit>(&situation.fit)) {
+    // What is far off weighs less: while the first numbers show how large errors are, one would outweigh all
+    // others (12 bits a double of noise that grows; no more than 0.1 % where arrays are alone).
+    const double doubt = std::max(deviation_, 0.05 * std::fabs(residual));
+    return following->learn(features_, to_float(where - origin_), static_cast<float>(1 / doubt));
+  }
+  const auto certainty = static_cast<float>(1 / deviation_);
+  std::get<Fit>(situation.fit).learn(first_features(), value_.twist, certainty);
 }
 
 template <class Coder, unsigned Bits>

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "code/online_least_squares.h"
@@ -35,6 +37,8 @@ class MixedValueCoder {
 
   /// One tuple. It goes to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
+  /// Where the numbers of a tuple of the step before are, by component.
+  const double* places_before(const std::byte* tuple);
   /// Where the numbers of the last tuple are.
   const std::vector<double>& places() const { return places_; }
   /// Encoder: the largest error of numbers with a bound, so far.
@@ -48,14 +52,20 @@ class MixedValueCoder {
   using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
   using Wide = std::conditional_t<Bits == 32, int64_t, __int128>;
   using Fit = OnlineLeastSquares<16, 256>;
+  /// Of an array that follows: with features of the step before. What it has to find is small where things
+  /// change little, so its origin is that nothing but the first sum has changed.
+  using FollowingFit = OnlineLeastSquares<28, 256>;
   using Repeats = RepeatCandidates<Wide>;
+  using Sums = std::array<double, 3>;
   static constexpr Wide lowest = std::numeric_limits<Code>::min();
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = 4;
   static constexpr unsigned best = 2;  ///< the expert that had missed least in this situation
   static constexpr unsigned fitted = 3;
-  static constexpr unsigned on_plane = 4;  ///< a candidate that is no expert
-  static constexpr unsigned candidates = 5;
+  static constexpr unsigned on_plane = 4;   ///< a candidate that is no expert
+  static constexpr unsigned as_before = 5;  ///< likewise: the number of the step before
+  static constexpr unsigned changed = 6;    ///< as the first sum, and as the last one
+  static constexpr unsigned candidates = 8;
   static constexpr unsigned inputs = 16;
   static constexpr unsigned node_types = 16;
   static constexpr unsigned scale_bins = 64;
@@ -74,9 +84,14 @@ class MixedValueCoder {
     int16_t size = 0;    ///< the same in half octaves
     Code code = 0;
   };
+  /// Of the step before.
+  struct Before {
+    double place = 0;
+    float twist = 0;
+  };
   /// What was learnt of one component in one situation.
   struct Situation {
-    Fit fit;
+    std::variant<Fit, FollowingFit> fit;
     double square = 0;  ///< mean of squared errors
     unsigned visits = 0;
     std::array<float, candidates> miss{};  ///< mean half octaves by which each candidate missed
@@ -85,8 +100,19 @@ class MixedValueCoder {
 
   void code_number(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* number);
   void expect(const PointStencil& stencil);
-  void add_features(const PointStencil& stencil, const std::array<double, 3>& sums);
-  void find_sums(const PointStencil& stencil, std::array<double, 3>& sums);
+  void add_features(const PointStencil& stencil, const Sums& sums);
+  template <class PlaceOf>
+  void find_sums(const PointStencil& stencil, PlaceOf place_of, double last, Sums& sums) const;
+  void find_changes(const PointStencil& stencil, const Sums& sums, Sums& changes);
+  double place_at(uint32_t slot) const;
+  float twist_at(uint32_t slot) const;
+  double fitted_place() const;
+  double predict() const;
+  typename Fit::Features first_features() const {
+    typename Fit::Features features;
+    std::copy_n(features_.begin(), features.size(), features.begin());
+    return features;
+  }
   void find_sizes(const PointStencil& stencil);
   void set_scales();
   void find_repeats(const PointStencil& stencil);
@@ -104,10 +130,7 @@ class MixedValueCoder {
   const NumberSpace& space() const { return spaces_[component_]; }
   const Value& at(uint32_t slot) const { return values_[size_t{slot} * array_.components + component_]; }
   /// Bounded, so that no infinity gets into sums and squares.
-  double place(Wide code) const {
-    const double place = space().place_of(static_cast<int64_t>(code));
-    return place < farthest ? place > -farthest ? place : -farthest : farthest;
-  }
+  double place(Wide code) const { return bounded(space().place_of(static_cast<int64_t>(code))); }
   /// Half way from the code before to this one.
   double boundary(Wide code) const {
     return code <= lowest ? place(lowest) : (place(code - 1) + place(code)) * 0.5;
@@ -115,6 +138,12 @@ class MixedValueCoder {
   Wide code_near(double place) const {
     const Wide code = space().code_near(place);
     return code <= lowest ? lowest + 1 : code > highest ? highest : code;
+  }
+  const Before& before_at(uint32_t slot) const {
+    return known_before_[size_t{slot} * array_.components + component_];
+  }
+  static double bounded(double place) {
+    return place < farthest ? place > -farthest ? place : -farthest : farthest;
   }
   static constexpr double farthest = 1e30;
 
@@ -126,6 +155,9 @@ class MixedValueCoder {
   std::vector<Value> values_;  ///< by slot and component
   std::vector<Value> last_;    ///< the tuple before
   std::vector<double> places_;
+  std::vector<Before> known_before_;  ///< by slot and component, if the array follows a step
+  std::vector<Before> last_before_;
+  std::vector<double> places_before_;
   std::vector<std::unique_ptr<Situations>> situations_;
   Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
@@ -142,10 +174,11 @@ class MixedValueCoder {
   // Of the number at hand.
   unsigned component_ = 0;
   Situation* situation_ = nullptr;
-  Fit::Features features_;
+  FollowingFit::Features features_;
   std::array<double, experts> mean_;
   std::array<double, candidates> candidate_;  ///< sums, fit and plane
-  double base_ = 0;  ///< the centre's place; means are kept relative to it, in floats
+  double origin_ = 0;  ///< of what is fitted: the first sum, or the number before and that sum's change
+  double base_ = 0;    ///< the centre's place; means are kept relative to it, in floats
   double step_ = 1;
   double deviation_ = 1;  ///< by the errors of neighbours: root of the mean of squares
   double size_ = 1;       ///< the same: mean of logarithms
@@ -160,6 +193,7 @@ class MixedValueCoder {
   SignedLanes low_;  ///< distribution functions at the ends of the interval
   SignedLanes high_;
   Value value_;
+  Before in_step_before_;
 };
 
 }  // namespace maille

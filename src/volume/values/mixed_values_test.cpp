@@ -38,25 +38,31 @@ PointStencil stencil_of(uint32_t i, uint32_t row) {
   return stencil;
 }
 
+/// `before`: as many bytes, if the array follows these.
 template <unsigned Bits, class Coder>
-void code_all(Coder& coder, const StreamedArray& array, uint32_t row, std::span<std::byte> bytes) {
+void code_all(Coder& coder, const StreamedArray& array, uint32_t row, std::span<std::byte> bytes,
+              Bytes before = {}) {
   MixedValueCoder<Coder, Bits> values(array);
   const size_t size = array.tuple_size();
-  for (uint32_t i = 0; i < bytes.size() / size; ++i)
-    values.code(coder, stencil_of(i, row), i, bytes.data() + i * size);
+  for (uint32_t i = 0; i < bytes.size() / size; ++i) {
+    PointStencil stencil = stencil_of(i, row);
+    if (array.follows) stencil.before = values.places_before(before.data() + i * size);
+    values.code(coder, stencil, i, bytes.data() + i * size);
+  }
 }
 
 /// What the numbers take; they must come back.
 template <class Number>
-size_t code_numbers(const StreamedArray& array, std::vector<Number> numbers, uint32_t row = 32) {
+size_t code_numbers(const StreamedArray& array, std::vector<Number> numbers, uint32_t row = 32,
+                    Bytes step_before = {}) {
   constexpr unsigned bits = sizeof(Number) == 8 ? 64 : 32;
   const std::vector<Number> before = numbers;
   RansEncoder encoder;
-  code_all<bits>(encoder, array, row, std::as_writable_bytes(std::span(numbers)));
+  code_all<bits>(encoder, array, row, std::as_writable_bytes(std::span(numbers)), step_before);
   const std::vector<std::byte> bytes = encoder.finish();
   std::fill(numbers.begin(), numbers.end(), Number{});
   RansDecoder decoder(bytes);
-  code_all<bits>(decoder, array, row, std::as_writable_bytes(std::span(numbers)));
+  code_all<bits>(decoder, array, row, std::as_writable_bytes(std::span(numbers)), step_before);
   EXPECT_FALSE(decoder.exhausted());
   EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(before)), std::as_bytes(std::span(numbers))));
   return bytes.size();
@@ -114,6 +120,40 @@ RC_GTEST_PROP(MixedValues, GiveBackNumbersOfFewDigitsAndOthersAmongThem, ()) {
   code_numbers(array_of(Scalar::f32, 1, with_digits(-3)), floats);
 }
 
+StreamedArray following(StreamedArray array) {
+  array.follows = true;
+  return array;
+}
+
+RC_GTEST_PROP(MixedValues, ThatFollowAnyBitsComeBack, (std::vector<uint64_t> wide, uint64_t seed)) {
+  std::vector<uint64_t> before = wide;
+  for (size_t i = 0; i < before.size(); ++i) {
+    if ((seed >> i % 61 & 1) != 0) before[i] = seed * (i + 1) << i % 64;
+  }
+  std::vector<double> doubles;
+  for (const uint64_t bits : wide) doubles.push_back(bits_as<double>(bits));
+  const std::vector<float> floats(doubles.begin(), doubles.end());
+  const Bytes step_before = std::as_bytes(std::span(before));
+  code_numbers(following(array_of(Scalar::f64, 1, as_bits)), doubles, 32, step_before);
+  code_numbers(following(array_of(Scalar::f32, 1, as_bits)), floats, 32, step_before);
+  code_numbers(following(array_of(Scalar::f32, 1, with_digits(6))), floats, 32, step_before);
+  code_numbers(following(array_of(Scalar::u64, 1, {.kind = NumberMap::Kind::integer})), wide, 32,
+               step_before);
+}
+
+TEST(MixedValues, ThatFollowNoiseTakeLittleIfThatOnlyGrows) {
+  std::mt19937 random(4);
+  std::vector<float> before, now;
+  for (int i = 0; i < 20000; ++i) {
+    before.push_back(static_cast<float>(random() % 65536));
+    now.push_back(before.back() * 1.25F);
+  }
+  const StreamedArray array = array_of(Scalar::f32, 1, as_bits);
+  const size_t alone = code_numbers(array, now);
+  const size_t bytes = code_numbers(following(array), now, 32, std::as_bytes(std::span(before)));
+  EXPECT_LT(bytes * 2, alone);
+}
+
 TEST(DecimalFloats, AreCountedWithoutGapsThatNumbersDoNotNeed) {
   const NumberSpace space(Scalar::f32, with_digits(-6));
   int64_t before = 0;
@@ -154,9 +194,10 @@ TEST(MixedValues, ThatComeAgainInTheNextRowTakeLittle) {
 
 template <unsigned Bits>
 std::vector<std::byte> decoded(const StreamedArray& array, Bytes bytes) {
-  std::vector<std::byte> numbers(24 * 1000);
+  std::vector<std::byte> numbers(24 * 1000), before(numbers.size());
+  for (size_t i = 0; i < before.size(); ++i) before[i] = bytes[i * 7 % bytes.size()];
   RansDecoder decoder(bytes);
-  code_all<Bits>(decoder, array, 32, numbers);
+  code_all<Bits>(decoder, array, 32, numbers, before);
   return numbers;
 }
 
@@ -171,6 +212,14 @@ TEST(MixedValues, OfDamagedBytesAreTheSameEachTime) {
     EXPECT_EQ(decoded<64>(wide, bytes), decoded<64>(wide, bytes));
     EXPECT_EQ(decoded<32>(digits, bytes), decoded<32>(digits, bytes));
     EXPECT_EQ(decoded<32>(decimals, bytes), decoded<32>(decimals, bytes));
+    NumberMap lattice = {.kind = NumberMap::Kind::lattice, .origin = -1e300, .step = 1e-300};
+    NumberMap logarithm = {.kind = NumberMap::Kind::logarithm, .origin = -3, .step = 1e-9};
+    for (const NumberMap& map : {as_bits, lattice, logarithm}) {
+      const StreamedArray array = following(array_of(Scalar::f64, 3, map));
+      EXPECT_EQ(decoded<64>(array, bytes), decoded<64>(array, bytes));
+    }
+    for (const StreamedArray& array : {following(digits), following(decimals)})
+      EXPECT_EQ(decoded<32>(array, bytes), decoded<32>(array, bytes));
   }
 }
 

@@ -36,12 +36,14 @@ struct PointStencil {
 
   /// By component what the number would be on a plane through those around (PlaneFit); null: not known.
   const double* plane = nullptr;
+  /// By component its place in the step before; null: not known.
+  const double* before = nullptr;
 
   bool is_full() const { return situation < partial; }
   void clear() {
     situation = alone;
     sums = near_count = 0;
-    plane = nullptr;
+    plane = before = nullptr;
   }
   PointSum& add_sum() {
     sum[sums].count = 0;

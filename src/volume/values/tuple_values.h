@@ -23,9 +23,10 @@ struct StreamedArray {
   Scalar type = Scalar::f32;
   uint32_t components = 1;
   std::vector<NumberMap> maps;  ///< one per component
-  double bound = 0;     ///< largest error allowed, of logarithms relative to the number; 0: the same bits
-  bool mixed = false;   ///< coded by MixedValueCoder
-  bool placed = false;  ///< and expected from where points are, too (PlaneFit)
+  double bound = 0;      ///< largest error allowed, of logarithms relative to the number; 0: the same bits
+  bool mixed = false;    ///< coded by MixedValueCoder
+  bool placed = false;   ///< and expected from where points are, too (PlaneFit)
+  bool follows = false;  ///< and from the numbers of the step before
 
   size_t tuple_size() const { return size_of(type) * components; }
   /// Are codes of 64 bits? Not those of doubles that all are floats.
