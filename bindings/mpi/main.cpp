@@ -71,7 +71,8 @@ bool all_agree(Ranks& ranks, bool mine) {
 }
 
 /// Each rank reads its share of the parts, if these number their points; else the first one reads all.
-Result<OwnPart> read_shares(const std::vector<std::string>& parts, Ranks& ranks) {
+Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::vector<std::string>& inputs,
+                            Ranks& ranks) {
   const size_t first = parts.size() * ranks.rank() / ranks.size();
   const size_t end = parts.size() * (ranks.rank() + 1) / ranks.size();
   Result<ReadResult> read = read_parts(std::span(parts).subspan(first, end - first), {}, false);
@@ -85,7 +86,7 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, Ranks& ranks)
     has_points = own.points.size() == own.mesh.point_count() && own.mesh.blocks.size() <= 1;
     has_cells = own.cells.size() == own.mesh.cell_count();
   }
-  if (!all_agree(ranks, has_points)) return read_alone(parts, ranks);
+  if (!all_agree(ranks, has_points)) return read_alone(inputs, ranks);
   const bool numbered = all_agree(ranks, has_cells);
   std::vector<uint64_t> counts(ranks.size());
   counts[ranks.rank()] = own.mesh.cell_count();
@@ -97,10 +98,10 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, Ranks& ranks)
 
 Result<OwnPart> read_inputs(const Options& options, Ranks& ranks) {
   const std::vector<std::string> inputs(options.files.begin(), options.files.end() - 1);
-  if (inputs.size() > 1) return read_shares(inputs, ranks);
+  if (inputs.size() > 1) return read_shares(inputs, inputs, ranks);
   Result<std::vector<std::string>> parts = parts_of_mesh(inputs[0]);
   if (!parts) return tl::unexpected(parts.error());
-  return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, ranks);
+  return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, inputs, ranks);
 }
 
 /// The error of the first rank that has one, in all.
