@@ -209,7 +209,7 @@ class CellCoder {
     ++counted_;
     const uint32_t slot = hull_.add_point(number);
     // No point is there twice; an encoder looked before.
-    if (!table_.insert(number, slot, 8)) [[unlikely]] {
+    if (in_table_ && !table_.insert(number, slot, 8)) [[unlikely]] {
       damaged_ = true;
       return 0;
     }
@@ -224,7 +224,7 @@ class CellCoder {
   /// And out of it.
   [[gnu::always_inline]] void leave_point(uint32_t slot, CodedCells& out) {
     out.removed.push_back(slot);
-    table_.erase(number_of(slot), 9);
+    if (in_table_) table_.erase(number_of(slot), 9);
     if (encoding && !numbered_ && !gates_) inputs_.erase(input_numbers_[slot], 9);
     hull_.remove_point(slot);
   }
@@ -258,11 +258,21 @@ class CellCoder {
   }
   uint64_t input_number(uint32_t slot) const { return numbered_ ? number_of(slot) : input_numbers_[slot]; }
   void end_point(uint32_t slot, CodedCells& out);
+  /// The slot of a point by its number.
+  uint32_t slot_of(uint64_t number, unsigned corner) {
+    if (!in_table_) [[unlikely]]
+      fill_table();
+    return table_.find(number, corner);
+  }
+  void fill_table();
 
   bool numbered_;
   bool damaged_ = false;
+  /// Points that are numbered as they come up can only be there once, and at gates mostly nobody asks for a
+  /// number: then the table waits until someone does.
+  bool in_table_ = numbered_;
   Hull hull_;
-  PointTable table_;   ///< by number
+  PointTable table_;   ///< by number, if `in_table_`
   PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
   std::vector<uint64_t> input_numbers_;
   std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own

@@ -168,10 +168,17 @@ uint32_t CellCoder<Coder>::code_old_point(Coder& coder, uint32_t slot, uint64_t 
   uint64_t number = encoding ? number_of(slot) : 0;
   number = base + static_cast<uint64_t>(old_point_.code(coder, static_cast<int64_t>(number - base)));
   if constexpr (!encoding) {
-    slot = table_.find(number, 15);
+    slot = slot_of(number, 15);
     damaged_ = damaged_ || slot == no_slot || coder.exhausted();
   }
   return slot;
+}
+
+/// All points in memory: once, at most.
+template <class Coder>
+void CellCoder<Coder>::fill_table() {
+  in_table_ = true;
+  hull_.each_point([&](uint32_t slot) { table_.insert(number_of(slot), slot, 8); });
 }
 
 /// Faces that nobody asked about, but that close here all the same.
@@ -336,6 +343,7 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
 }
 
 template void CellCoder<RangeEncoder>::code_corners(RangeEncoder&);
+template void CellCoder<RangeEncoder>::fill_table();
 template void CellCoder<RangeEncoder>::glue_the_rest();
 template uint32_t CellCoder<RangeEncoder>::code_old_point(RangeEncoder&, uint32_t, uint64_t);
 template void CellCoder<RangeEncoder>::code_extra_nodes(RangeEncoder&, RangeEncoder&, StreamedCell&,
@@ -344,6 +352,7 @@ template void CellCoder<RangeEncoder>::code_finals(RangeEncoder&, StreamedCell&,
 template void CellCoder<RangeEncoder>::follow_group(const StreamedCell&);
 template bool CellCoder<RangeEncoder>::code_loose(RangeEncoder&, RangeEncoder&, StreamedCell&, CodedCells&);
 template void CellCoder<RangeDecoder>::code_corners(RangeDecoder&);
+template void CellCoder<RangeDecoder>::fill_table();
 template void CellCoder<RangeDecoder>::glue_the_rest();
 template uint32_t CellCoder<RangeDecoder>::code_old_point(RangeDecoder&, uint32_t, uint64_t);
 template void CellCoder<RangeDecoder>::code_extra_nodes(RangeDecoder&, RangeDecoder&, StreamedCell&,

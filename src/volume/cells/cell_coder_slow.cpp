@@ -133,7 +133,7 @@ void CellCoder<Coder>::add_anchor(uint32_t cell, unsigned origin) {
 
 template <class Coder>
 void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
-  const uint32_t slot = table_.find(number, 9 + origin);
+  const uint32_t slot = slot_of(number, 9 + origin);
   if (slot == no_slot) return;
   unsigned left = 12;
   hull_.around(slot, [&](uint32_t cell, uint32_t) {

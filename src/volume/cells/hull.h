@@ -226,6 +226,14 @@ class Hull {
   }
   void give_back_cell(uint32_t slot) { cell_slots_.give_back(slot); }
 
+  /// Calls visit(slot) for the points in memory.
+  template <class Visit>
+  void each_point(Visit visit) const {
+    for (uint32_t slot = 0; slot < points_.size(); ++slot) {
+      if (points_[slot].alive()) visit(slot);
+    }
+  }
+
   uint32_t live_points() const { return point_slots_.taken(); }
   uint32_t live_cells() const { return cell_slots_.taken(); }
   uint32_t point_capacity() const { return point_slots_.capacity(); }
