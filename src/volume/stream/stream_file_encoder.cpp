@@ -369,6 +369,7 @@ class MeshFeeder {
     uint64_t count = 0;
     for (; count < most && type_of(first + count) == type_of(first); ++count) {
       const uint64_t cell = cell_at(first + count);
+      if (!order.empty()) ask_ahead(block, order, first + count);
       if (block.cell(cell).size() != nodes) break;
       for (const uint32_t point : turned_points(block, cell, turns_[b], room)) {
         numbers_.push_back(point);
@@ -388,6 +389,17 @@ class MeshFeeder {
     }
     MAILLE_CHECK(writer_.add_cells(type_of(first), numbers_, finals_, arrays, nodes));
     return count;
+  }
+
+  /// In another order than the mesh's a cell and its points are anywhere in memory: hints that those of the
+  /// next cells are wanted soon.
+  void ask_ahead(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t i) const {
+    constexpr uint64_t cell_ahead = 24, points_ahead = 8;
+    const uint64_t nodes = nodes_of(block.type);
+    if (nodes == 0 || i + cell_ahead >= order.size()) return;
+    __builtin_prefetch(&block.connectivity[order[i + cell_ahead] * nodes]);
+    const uint32_t* const points = &block.connectivity[order[i + points_ahead] * nodes];
+    for (uint64_t k = 0; k < nodes; ++k) __builtin_prefetch(&last_[points[k]]);
   }
 
   /// Cells of one type in their order: while some are coded the next ones are made ready.
