@@ -64,6 +64,20 @@ class MeshCollector {
     return {};
   }
 
+  /// What the end of the file says is made room for, up to `most` bytes: growing without it touches all
+  /// memory twice. Nothing relies on it.
+  void expect(const StreamTail& tail, uint64_t most) {
+    room_ = most;
+    for (const StreamTail::Block& block : tail.blocks)
+      expected_nodes_.push_back(saturated(block.cells, nodes_of(block.type)));
+    reserve(numbers_, tail.points);
+    reserve(mesh_.points.bytes, saturated(tail.points, mesh_.points.tuple_size()));
+    for (size_t k = 0; k < arrays_.size(); ++k) {
+      const uint64_t count = arrays_[k].domain == Domain::point ? tail.points : tail.cells;
+      if (wanted_[k]) reserve(arrays_[k].bytes, saturated(count, arrays_[k].tuple_size()));
+    }
+  }
+
   /// A part of a mesh: points that never came up leave gaps in the numbers.
   Result<> close_gaps(const std::string& name) {
     std::vector<uint64_t> known = numbers_;
@@ -125,6 +139,18 @@ class MeshCollector {
     CellBlock& block = mesh_.blocks.emplace_back();
     block.name = start.name;
     block.type = start.type;
+    if (mesh_.blocks.size() <= expected_nodes_.size())
+      reserve(block.connectivity, expected_nodes_[mesh_.blocks.size() - 1]);
+  }
+  static uint64_t saturated(uint64_t a, uint64_t b) {
+    return b != 0 && a > ~uint64_t{0} / b ? ~uint64_t{0} : a * b;
+  }
+  /// As far as there is room.
+  template <class Number>
+  void reserve(std::vector<Number>& numbers, uint64_t count) {
+    const uint64_t some = std::min<uint64_t>(count, room_ / sizeof(Number));
+    room_ -= some * sizeof(Number);
+    numbers.reserve(static_cast<size_t>(some));
   }
   tl::unexpected<Error> too_many_points(const std::string& name) const {
     return failure(ErrorCode::memory_bound,
@@ -207,7 +233,13 @@ class MeshCollector {
   std::vector<bool> wanted_;
   std::vector<uint64_t> numbers_;
   uint64_t size_ = 0;
+  std::vector<uint64_t> expected_nodes_;  ///< by block
+  uint64_t room_ = 0;                     ///< bytes that may still be reserved
 };
+
+/// A file may claim any size. So room is made for so many bytes for each of its own, and in all, at most: the
+/// rest grows as it comes, as does what is beyond in regular meshes, whose files are the smallest.
+constexpr uint64_t reserved_per_byte = 64, most_reserved = uint64_t{128} << 20;
 
 /// Files whose order stands apart are read, too.
 Result<StreamReader> open_any(const Source& source, const DecodeOptions& options) {
@@ -227,6 +259,13 @@ Result<std::optional<CodedOrder>> order_of(const Source& source, const StreamDes
   if (!order)
     return failure(ErrorCode::corrupt, source.name() + ": the order of cells and points is damaged");
   return order;
+}
+
+/// What the end of the file says, if it is there: what is wrong with it, the reader tells when it comes
+/// there.
+Result<StreamTail> tail_of(const Source& source) {
+  const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  return decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})));
 }
 
 }  // namespace
@@ -252,6 +291,9 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   const auto order = MAILLE_TRY(order_of(source, reader.description()));
   MeshCollector collector(reader.description(), options);
+  if (const auto tail = tail_of(source))
+    collector.expect(
+        *tail, std::min({options.limits.mesh_bytes / 2, source.size() * reserved_per_byte, most_reserved}));
   const auto add = [&](const StreamPortion& portion) { return collector.add(portion, source.name()); };
   MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion&) -> Result<> {
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
