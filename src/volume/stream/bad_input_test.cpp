@@ -184,6 +184,7 @@ TEST(BadInput, CountsThatNoFileCouldHoldAreRefused) {
     StreamTail tail;
     tail.cells = tail.points = tail.corners = count;
     tail.batches = 1;
+    tail.blocks.push_back({"", CellType::hexahedron, count});
     const std::vector<std::byte> file = claiming(batch, tail, 60);
     const auto mesh = decode(*memory_source(Bytes(file)));
     ASSERT_FALSE(mesh) << count;
