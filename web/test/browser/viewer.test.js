@@ -263,6 +263,33 @@ test('a cut through a volume shows the field on it, out of the pieces that the p
   await page.close();
 });
 
+test('a link shows the same view, and a picture is saved', {skip}, async () => {
+  const page = await openViewer('pieces.maille');
+  await page.evaluate(() => {
+    viewer.settings.setUp('z');
+    viewer.settings.setMap('magma');
+    viewer.settings.setCut('x', true, 0.3);
+    viewer.navigation.turn(0.4, 0.2);
+  });
+  const state = other => other.evaluate(() => ({
+    camera: viewer.stage.camera.position.toArray().map(x => x.toPrecision(5)), colour: document.querySelector('#colour').value,
+    map: viewer.colouring.map, axis: viewer.settings.axis, clip: viewer.stage.clip.constant.toPrecision(5), up: viewer.settings.up,
+  }));
+  const link = await page.evaluate(() => viewer.copyLink()), expected = await state(page);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('p')]);
+  await download.saveAs(path.join(folder, 'picture.png'));
+  assert.ok(statSync(path.join(folder, 'picture.png')).size > 5000);
+  assert.equal(download.suggestedFilename(), 'pieces.png');
+  const other = await newPage(browser);
+  await other.goto(link);
+  await settle(other);
+  await other.waitForFunction(() => viewer.settings.axis === 'x');
+  assert.deepEqual(await state(other), expected);
+  assert.deepEqual([...page.complaints, ...other.complaints], []);
+  await other.close();
+  await page.close();
+});
+
 test('the surface of a volume in pieces is the one of the volume', {skip}, async () => {
   const triangles = [];
   for (const file of ['combustor.maille', 'pieces.maille']) {

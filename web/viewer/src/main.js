@@ -5,7 +5,7 @@ import * as THREE from 'three';
 import {Colouring, legendOf} from './colouring.js';
 import {openModel} from './models.js';
 import {Navigation} from './navigation.js';
-import {clearMessages, showLegend, showProgress, showStatistics, tell} from './page.js';
+import {clearMessages, saveAs, showLegend, showProgress, showStatistics, tell} from './page.js';
 import {Picking} from './picking.js';
 import {Region} from './region.js';
 import {Settings} from './settings.js';
@@ -13,6 +13,7 @@ import {Spheres} from './spheres.js';
 import {Stage} from './stage.js';
 import {bytesText, count, counted, rateText, sentence} from './text.js';
 import {Timeline} from './timeline.js';
+import {followLink, linkOf} from './view_link.js';
 
 const find = id => document.getElementById(id);
 
@@ -56,6 +57,7 @@ class Viewer {
       const model = await openModel(input, {bytes}, opening.signal);
       if (opening.signal.aborted) return model.dispose();
       this.#show(model, name);
+      this.address = typeof input === 'string' ? input : null;
       return true;
     } catch (error) {
       if (opening.signal.aborted) return false;
@@ -164,6 +166,24 @@ class Viewer {
   setMap(name) {
     this.colouring.setMap(name);
     this.stage.touch();
+  }
+  savePicture() {
+    const {renderer, scene, camera, canvas} = this.stage;
+    // What was drawn before is no longer there.
+    renderer.render(scene, camera);
+    canvas.toBlob(blob => saveAs(blob, `${find('file-name').textContent.replace(/\.maille$/, '')}.png`));
+  }
+  async copyLink() {
+    if (!this.address) return tell('A file of this device has no address that others could open.');
+    const link = linkOf(this, this.address);
+    try {
+      await navigator.clipboard.writeText(link);
+      tell('The address of this view is copied.');
+    } catch {
+      history.replaceState(null, '', link);  // pages without a clipboard
+      tell('The address of this view is now that of the page.');
+    }
+    return link;
   }
   escape() {
     if (!find('start').hidden) find('start').hidden = this.model !== null;
@@ -282,7 +302,7 @@ function nameOf(input) {
 try {
   const viewer = window.viewer = new Viewer();
   const file = new URLSearchParams(location.search).get('file');
-  if (file) viewer.open(file);
+  if (file) viewer.open(file).then(opened => opened && followLink(viewer));
   else viewer.showStart();
 } catch (error) {
   document.body.classList.add('nothing');

@@ -25,6 +25,14 @@ export function tell(text, bad = false, action = null, kind = text) {
   if (!bad) setTimeout(() => message.remove(), 6000);
 }
 
+/** Gives bytes to whoever sits there, as a file. */
+export function saveAs(blob, name) {
+  const link = document.createElement('a');
+  Object.assign(link, {href: URL.createObjectURL(blob), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
 export function clearMessages() {
   find('messages').replaceChildren();
 }

@@ -2,6 +2,7 @@
 
 import * as THREE from 'three';
 
+import {saveAs} from './page.js';
 import {count, sentence} from './text.js';
 
 /** Rays through a rectangle, each way. */
@@ -76,12 +77,10 @@ export class Region {
     button.disabled = true;
     button.textContent = 'Fetching…';
     try {
-      const {bytes, points, faces, notes} = await this.ply(), link = document.createElement('a');
+      const {bytes, points, faces, notes} = await this.ply();
       if (faces === 0) return this.tell('No face has a point in this box.');
       const name = fileName(this.model.file.name).replace(/\.maille$/, '');
-      Object.assign(link, {href: URL.createObjectURL(new Blob([bytes], {type: 'application/octet-stream'})), download: `${name}-region.ply`});
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+      saveAs(new Blob([bytes], {type: 'application/octet-stream'}), `${name}-region.ply`);
       this.tell([`${count(faces)} faces with ${count(points)} points saved`, ...notes].join('; ') + '.');
     } catch (error) {
       this.tell(sentence(error), true);

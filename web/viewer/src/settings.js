@@ -22,7 +22,7 @@ export class Settings {
   #panel() {
     const {viewer} = this;
     find('map').append(...Object.keys(maps).map(name => new Option(name, name)));
-    find('map').onchange = () => viewer.setMap(find('map').value);
+    find('map').onchange = () => this.setMap(find('map').value);
     find('colour').onchange = () => this.setColour(find('colour').value);
     for (const [id, set] of [['wireframe', on => viewer.colouring.setWireframe(on)], ['flat', on => viewer.colouring.setFlat(on)],
       ['spheres', on => viewer.setSpheres(on)], ['light', on => this.setTheme(on ? 'light' : 'dark')], ['freeze', on => viewer.setFrozen(on)]]) {
@@ -48,6 +48,8 @@ export class Settings {
       if (button.tagName === 'BUTTON') button.onclick = () => this.setTool(button.dataset.tool);
     }
     find('fit').onclick = () => viewer.fit();
+    find('picture').onclick = () => viewer.savePicture();
+    find('link').onclick = () => viewer.copyLink();
     find('help-button').onclick = () => this.help();
     find('panel-button').onclick = () => this.togglePanel();
     this.setTool('orbit');
@@ -94,6 +96,16 @@ export class Settings {
     for (const button of find('clip-axis').querySelectorAll('[data-axis]')) button.setAttribute('aria-pressed', button.dataset.axis === axis);
     find('clip').disabled = find('clip-flip').disabled = axis === '';
     this.#cut();
+  }
+  /** @param {number} share from 0 to 1: where along the axis */
+  setCut(axis, flipped, share) {
+    find('clip').value = share;
+    this.flipped = flipped;
+    this.setAxis(axis);
+  }
+  setMap(name) {
+    find('map').value = name;
+    this.viewer.setMap(name);
   }
   /** Flat shading as suits a mesh, until somebody chose. */
   suitFlat(flat) {
@@ -147,7 +159,7 @@ export class Settings {
     const keys = {
       1: () => this.setTool('orbit'), 2: () => this.setTool('fly'), 3: () => this.setTool('pick'), 4: () => this.setTool('box'),
       Home: () => viewer.fit(), Escape: () => viewer.escape(), '?': () => this.help(), Tab: () => this.togglePanel(),
-      c: () => this.#nextColour(), m: () => check('wireframe'), f: () => check('flat'), b: () => check('spheres'), t: () => check('light'),
+      c: () => this.#nextColour(), p: () => viewer.savePicture(), l: () => viewer.copyLink(), m: () => check('wireframe'), f: () => check('flat'), b: () => check('spheres'), t: () => check('light'),
       ' ': () => viewer.timeline.play(!viewer.timeline.playing), ',': () => viewer.timeline.move(-1), '.': () => viewer.timeline.move(1),
       h: () => check('freeze'), o: () => viewer.showStart(), u: () => this.setUp(this.up === 'z' ? 'y' : 'z'), '[': () => this.setTarget(viewer.target / 1.25), ']': () => this.setTarget(viewer.target * 1.25),
       ArrowLeft: () => move(-1, 0), ArrowRight: () => move(1, 0), ArrowUp: () => move(0, 1), ArrowDown: () => move(0, -1),
