@@ -2,6 +2,9 @@
 
 #include <maille/error.h>
 #include <maille/io.h>
+#include <maille/mesh.h>
+#include <maille/source.h>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,15 +15,39 @@ namespace maille {
 struct SeriesEntry {
   std::string path;
   double time = 0;
-  std::optional<uint64_t> step = {};  ///< in the file, from 0 on
+  /// In the file or case, from 0 on; without a value: of a file that may be of another mesh.
+  std::optional<uint64_t> step = {};
 };
-/// Whether the name is that of a file that lists a series (.pvd), or may hold one (Exodus).
+/// Whether the name is that of a file that lists a series (.pvd), or may hold one (Exodus), or of a case of
+/// OpenFOAM with folders of times.
 bool may_be_series(const std::string& path);
 /// The files that a .pvd of ParaView lists, in its order, with their times, which are finite; or the steps of
-/// an Exodus file. The files are in the list's folder or below: one that names others is refused.
-/// Error: cannot_read; malformed_input; unsupported, when one time has several files.
+/// an Exodus file; or the folders of times of a case of OpenFOAM, by their times. The files are in the list's
+/// folder or below: one that names others is refused. Error: cannot_read; malformed_input; unsupported, when
+/// one time has several files.
 Result<std::vector<SeriesEntry>> read_series(const std::string& path);
 /// read_mesh() of the file, with the variables of the step.
 Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options = {});
+
+/// Writes a case of OpenFOAM: a mesh, and its fields at one time after the other.
+class CaseWriter {
+ public:
+  /// Writes the mesh and the fields of its time, as write_mesh() does. `sink`: polymesh_sink(), which the
+  /// caller commits; it must outlive the writer. The mesh need not. Errors: those of write_mesh().
+  static Result<CaseWriter> begin(const Mesh& mesh, Sink& sink, bool ascii = false);
+  CaseWriter(CaseWriter&&) noexcept;
+  ~CaseWriter();
+
+  /// The fields of another time: of a mesh with the same points and cells, whose metadata tell the time and
+  /// the texts around values, as reading a case gives them. A time that was written is passed over.
+  Result<> add(const Mesh& mesh);
+  /// What could not be written, as of write_mesh(). Once, behind the last time.
+  std::vector<std::string> notes();
+
+ private:
+  struct Implementation;
+  explicit CaseWriter(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
 
 }  // namespace maille

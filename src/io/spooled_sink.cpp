@@ -1,6 +1,9 @@
 // Formats whose writers go over the mesh several times: it is spooled to temporary files, and written when
 // all is there.
+#include <algorithm>
+
 #include "base/result.h"
+#include "io/foam/foam_case.h"
 #include "io/foam/polymesh.h"
 #include "io/foam/polymesh_groups.h"
 #include "io/gmsh/gmsh.h"
@@ -55,7 +58,7 @@ class SpooledGmshSink final : public SpooledSink {
   bool ascii_;
 };
 
-/// Without the values that polyMesh does not hold.
+/// Without the values that a case of OpenFOAM does not hold.
 class PolyMeshSink final : public SpooledSink {
  public:
   PolyMeshSink(std::unique_ptr<FolderSink> sink, std::unique_ptr<ScratchMesh> mesh,
@@ -63,8 +66,13 @@ class PolyMeshSink final : public SpooledSink {
       : SpooledSink(std::move(mesh)), sink_(std::move(sink)), description_(description), options_(options) {}
 
   Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
-    return is_foam_group_array(description_.arrays[array]) ? SpooledSink::write_array(array, first, tuples)
-                                                           : Result<>();
+    const auto& metadata = description_.metadata;
+    const bool has_fields = std::any_of(metadata.begin(), metadata.end(), [](const auto& entry) {
+      return entry.first.starts_with(foam_field_prefix);
+    });
+    return has_fields || is_foam_group_array(description_.arrays[array])
+               ? SpooledSink::write_array(array, first, tuples)
+               : Result<>();
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "io/cell_store.h"
+#include "io/foam/foam_field_reader.h"
 #include "io/foam/foam_processors.h"
 #include "io/foam/polymesh_zones.h"
 #include "io/format.h"
@@ -30,6 +31,8 @@ class PolyMeshReader {
         joined_(options.limits) {}
 
   Result<ReadResult> read();
+  /// The same with the fields of a time.
+  Result<ReadResult> read_with_fields(const std::string& case_folder, const FoamTime& time);
 
  private:
   uint64_t bytes_of_processors() const {
@@ -81,6 +84,7 @@ class PolyMeshReader {
   std::vector<uint64_t> owner_, neighbour_;
   uint64_t cells_ = 0;
   std::vector<FoamPatch> patches_;
+  FoamPlaces places_;
   FoamFaces outward_;  ///< faces of the cell at hand
   FoamCell made_;
   CellStore store_;
@@ -229,6 +233,8 @@ Result<> PolyMeshReader::add_patches() {
     }
     shapes_.add(patch.faces, type, patch.name);
     add_foam_metadata(patch, mesh_.metadata);
+    places_.patches.push_back({patch.name, patch.type, store_.count() - patch.faces, patch.faces,
+                               std::span(std::as_const(owner_)).subspan(patch.first, patch.faces)});
   }
   return {};
 }
@@ -334,6 +340,23 @@ Result<ReadResult> PolyMeshReader::read() {
   return result;
 }
 
+Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_folder, const FoamTime& time) {
+  ReadResult result = MAILLE_TRY(read());
+  places_.mesh = folder_;
+  places_.points = result.mesh.point_count();
+  places_.cells = cells_;
+  places_.all_cells = result.mesh.cell_count();
+  places_.owners = std::span<const uint64_t>(owner_).first(neighbour_.size());
+  places_.most_owned = most_owned_faces(places_.owners, neighbour_);
+  FoamFieldReader fields(places_, options_.limits, budget_, result.mesh, result.notes);
+  for (const char* inside : {"system", "constant"}) {
+    for (FoamText& text : read_foam_texts(case_folder, inside, result.notes))
+      result.mesh.metadata.emplace_back(foam_case_prefix + text.path, std::move(text.text));
+  }
+  MAILLE_CHECK(fields.read(case_folder, time));
+  return result;
+}
+
 Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(source.name(), error)) {
@@ -348,7 +371,10 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
         ErrorCode::cannot_read,
         "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
   }
-  return PolyMeshReader(folder, options).read();
+  const FoamCasePath place = foam_case_of(source.name());
+  PolyMeshReader reader(folder, options);
+  if (!place.time && place.times.empty()) return reader.read();
+  return reader.read_with_fields(place.folder, place.time.value_or(place.times.front()));
 }
 
 bool recognise_polymesh(Bytes first_bytes) {

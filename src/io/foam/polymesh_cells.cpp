@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "io/cell_faces.h"
+#include "io/foam/foam_case.h"
 #include "io/foam/polymesh.h"
 
 namespace maille {
@@ -153,6 +154,9 @@ std::string foam_folder_of(const std::string& name) {
   namespace fs = std::filesystem;
   const fs::path path(name);
   const fs::path folder = fs::is_directory(path) ? path : path.parent_path();
+  // The folder of a time beside "constant".
+  const FoamCasePath place = foam_case_of(name);
+  if (place.time) return (fs::path(place.folder) / "constant" / "polyMesh").string();
   for (const char* inside : {"constant/polyMesh", "polyMesh"}) {
     if (fs::is_directory(folder / inside)) return (folder / inside).string();
   }

@@ -93,7 +93,9 @@ FoamFaceTable::Face FoamFaceTable::face_of(const ListSorter<5>::Item& item) {
   for (size_t at = behind; at < list.size(); at += mark_size)
     marks_.push_back({list[at], list[at + 2] | uint64_t{list[at + 3]} << 32, list[at + 1] != 0});
   const bool is_inner = item.numbers[0] == 0;
-  return {item.numbers[is_inner ? 1 : 2], is_inner ? item.numbers[2] : no_cell, list.first(behind), marks_};
+  const uint64_t number = item.numbers[1];
+  return {item.numbers[is_inner ? 1 : 2], is_inner ? item.numbers[2] : no_cell,
+          is_inner || number < of_faces ? ~uint64_t{0} : number - of_faces, list.first(behind), marks_};
 }
 
 /// Takes those of zones out of the group.

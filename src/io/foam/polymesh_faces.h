@@ -21,6 +21,7 @@ class FoamFaceTable {
   };
   struct Face {
     uint64_t owner = 0, neighbour = no_cell;
+    uint64_t side = ~uint64_t{0};  ///< of a patch: the number of the cell that is this face, among those
     std::span<const uint32_t> corners;
     std::span<const Mark> marks;
   };

@@ -1,10 +1,15 @@
 // OpenFOAM's polyMesh, written: points, faces, owner, neighbour, boundary, zones. Inner faces come first, by
 // owner and then neighbour, and point from the lesser cell to the greater; those of the patches follow. The
 // mesh is read in parts, and faces are sorted out of core.
+#include <maille/series.h>
+
 #include <algorithm>
 #include <filesystem>
 
 #include "base/bytes.h"
+#include "io/foam/case_sink.h"
+#include "io/foam/foam_case.h"
+#include "io/foam/foam_field_writer.h"
 #include "io/foam/foam_writer.h"
 #include "io/foam/polymesh.h"
 #include "io/foam/polymesh_faces.h"
@@ -37,9 +42,13 @@ class PolyMeshWriter {
         table_(memory / 4 * 3, folder, sink.name()),
         cell_zones_(memory / 8, folder),
         point_zones_(memory / 8, folder),
-        face_zones_(memory / 8, folder) {}
+        face_zones_(memory / 8, folder),
+        fields_(written_, sink, ascii) {}
 
   Result<std::vector<std::string>> write();
+  /// Behind write(): the fields of a time, of a mesh with the same points and cells.
+  Result<> write_fields(MeshSource& values) { return fields_.write_time(values); }
+  std::vector<std::string> field_notes() { return fields_.take_notes(); }
 
  private:
   /// Of the files of faces: how many there are of all.
@@ -56,7 +65,7 @@ class PolyMeshWriter {
   }
   Result<> collect();
   Result<> collect(const MeshDescription::Block& block, uint64_t first, uint64_t count);
-  Result<> add_cell(const MeshDescription::Block& block, uint64_t i);
+  Result<> add_cell(const MeshDescription::Block& block, uint64_t i, uint64_t place);
   Result<> collect_point_zones();
   void place_patches();
   void note();
@@ -79,6 +88,8 @@ class PolyMeshWriter {
   std::vector<uint64_t> zones_;
   uint64_t last_ = FoamFaceTable::no_patch;  ///< the patch that takes the rest, where it is not the last
   std::vector<std::string> notes_;
+  FoamWritten written_;
+  FoamFieldWriter fields_;
 };
 
 std::string PolyMeshWriter::note_of_sizes() const {
@@ -193,7 +204,8 @@ void PolyMeshWriter::put_boundary() {
   out_.put(text + ")\n");
 }
 
-Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t i) {
+/// `place`: of the cell in the mesh; it is number `i` of those at hand.
+Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t i, uint64_t place) {
   const auto type = static_cast<CellType>(piece_.types[i]);
   nodes_.clear();
   for (uint64_t k = piece_.offsets[i]; k < piece_.offsets[i + 1]; ++k)
@@ -202,6 +214,7 @@ Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t 
   const std::string& label = names_ ? names_->name(i) : none;
   if (is_face(type)) {
     const FoamGroups::Target target = groups_.of_face(block.name, label);
+    written_.faces.add(place);
     return target.zone ? table_.add_zone_face(nodes_, target.number) : table_.add_face(nodes_, target.number);
   }
   std::span<const uint32_t> sizes;
@@ -210,6 +223,7 @@ Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t 
                 .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
   const uint64_t cell = table_.cells;
   if (!MAILLE_TRY(table_.add_cell(type, nodes_, sizes))) return {};
+  written_.cells.add(place);
   zones_.clear();
   const auto add_zone = [&](const std::string& name) {
     if (!name.empty()) zones_.push_back(groups_.cell_zones.number(name));
@@ -226,7 +240,7 @@ Result<> PolyMeshWriter::collect(const MeshDescription::Block& block, uint64_t f
   MAILLE_CHECK(mesh_.read_cells(first, count, piece_));
   if (names_) MAILLE_CHECK(names_->read(mesh_, first, count));
   for (FoamLabels& labels : zone_labels_) MAILLE_CHECK(labels.read(mesh_, first, count));
-  for (uint64_t i = 0; i < count; ++i) MAILLE_CHECK(add_cell(block, i));
+  for (uint64_t i = 0; i < count; ++i) MAILLE_CHECK(add_cell(block, i, first + i));
   return {};
 }
 
@@ -309,8 +323,12 @@ void PolyMeshWriter::note() {
   if (binary_ ? !is_float(description_.point_type) : description_.point_type != Scalar::f64)
     notes_.push_back("positions are written as doubles");
   for (const auto& [key, value] : description_.metadata) {
-    const auto known = {foam_patch_prefix,        foam_entries_prefix,      foam_type_prefix,
-                        foam_cell_zones.metadata, foam_face_zones.metadata, foam_point_zones.metadata};
+    const auto known = {foam_patch_prefix,        foam_entries_prefix,
+                        foam_type_prefix,         foam_cell_zones.metadata,
+                        foam_face_zones.metadata, foam_point_zones.metadata,
+                        foam_field_prefix,        foam_text_prefix,
+                        foam_case_prefix,         foam_time_key,
+                        foam_banner_key};
     const auto begins = [&key = key](const char* prefix) { return key.starts_with(prefix); };
     if (std::none_of(known.begin(), known.end(), begins)) note_metadata(key, notes_);
   }
@@ -341,36 +359,93 @@ Result<std::vector<std::string>> PolyMeshWriter::write() {
   MAILLE_CHECK(face_zones_.write(foam_face_zones, groups_.face_zones, file_));
   MAILLE_CHECK(point_zones_.write(foam_point_zones, groups_.point_zones, file_));
   note();
+  written_.points = description_.points;
+  written_.inner = table_.inner;
+  written_.patches = patches_;
+  written_.visit = [this](const auto& f) { return for_each_written(f); };
   return std::move(notes_);
 }
 
-void note_arrays(const std::vector<Array>& arrays, std::vector<std::string>& notes) {
+/// Arrays that are neither groups nor a field, or what belongs to one ("p:gradient").
+void note_arrays(const std::vector<Array>& arrays, const MeshDescription& mesh,
+                 std::vector<std::string>& notes) {
   for (const Array& array : arrays) {
-    if (!is_foam_group_array(array)) note_array(array, notes);
+    const bool of_field = std::any_of(mesh.metadata.begin(), mesh.metadata.end(), [&](const auto& entry) {
+      return entry.first.starts_with(foam_field_prefix) &&
+             entry.first.size() > sizeof foam_field_prefix - 1 &&
+             (array.name + ":").starts_with(entry.first.substr(sizeof foam_field_prefix - 1) + ":");
+    });
+    if (!is_foam_group_array(array) && !of_field) note_array(array, notes);
   }
+}
+
+void append(std::vector<std::string>& notes, std::vector<std::string> more) {
+  notes.insert(notes.end(), more.begin(), more.end());
 }
 
 }  // namespace
 
 Result<std::vector<std::string>> write_polymesh(MeshSource& mesh, FolderSink& sink, bool ascii,
                                                 uint64_t memory, const std::string& folder) {
-  std::vector<std::string> notes = MAILLE_TRY(PolyMeshWriter(mesh, sink, ascii, memory, folder).write());
-  note_arrays(mesh.description().arrays, notes);
-  note_arrays(mesh.description().mesh_arrays, notes);
+  PolyMeshWriter writer(mesh, sink, ascii, memory, folder);
+  std::vector<std::string> notes = MAILLE_TRY(writer.write());
+  MAILLE_CHECK(writer.write_fields(mesh));
+  append(notes, writer.field_notes());
+  note_arrays(mesh.description().arrays, mesh.description(), notes);
+  note_arrays(mesh.description().mesh_arrays, mesh.description(), notes);
   return notes;
 }
 
-Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+struct CaseWriter::Implementation {
+  std::unique_ptr<MeshSource> mesh;
+  PolyMeshWriter writer;
+  std::vector<std::string> notes;
+  uint64_t left_out = 0;  ///< times without fields of OpenFOAM
+
+  // No temporary files: the mesh is in memory, too.
+  Implementation(const Mesh& first, FolderSink& sink, bool ascii)
+      : mesh(mesh_as_source(first)), writer(*mesh, sink, ascii, ~uint64_t{0}, "") {}
+};
+
+CaseWriter::CaseWriter(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+CaseWriter::CaseWriter(CaseWriter&&) noexcept = default;
+CaseWriter::~CaseWriter() = default;
+
+Result<CaseWriter> CaseWriter::begin(const Mesh& mesh, Sink& sink, bool ascii) {
   auto* const folder = dynamic_cast<FolderSink*>(&sink);
   if (folder == nullptr)
     return failure(ErrorCode::usage, sink.name() + ": is one file, but a polyMesh is a folder of files");
-  const auto source = mesh_as_source(mesh);
-  // No temporary files: the mesh is in memory, too.
-  std::vector<std::string> notes =
-      MAILLE_TRY(PolyMeshWriter(*source, *folder, options.ascii, ~uint64_t{0}, "").write());
-  note_arrays(mesh.arrays, notes);
-  if (options.ascii) note_nan_payloads(mesh, notes);
-  return notes;
+  CaseWriter made(std::make_unique<Implementation>(mesh, *folder, ascii));
+  Implementation& all = *made.implementation_;
+  all.notes = MAILLE_TRY(all.writer.write());
+  MAILLE_CHECK(all.writer.write_fields(*all.mesh));
+  note_arrays(mesh.arrays, all.mesh->description(), all.notes);
+  if (ascii) note_nan_payloads(mesh, all.notes);
+  return made;
+}
+
+Result<> CaseWriter::add(const Mesh& mesh) {
+  const auto values = mesh_as_source(mesh);
+  const MeshDescription& first = implementation_->mesh->description();
+  if (mesh.point_count() != first.points || mesh.cell_count() != first.cells)
+    return failure(ErrorCode::usage, "the fields of another time are those of another mesh");
+  const bool has_time = std::any_of(mesh.metadata.begin(), mesh.metadata.end(),
+                                    [](const auto& entry) { return entry.first == foam_time_key; });
+  implementation_->left_out += has_time || mesh.arrays.empty() ? 0 : 1;
+  return implementation_->writer.write_fields(*values);
+}
+
+std::vector<std::string> CaseWriter::notes() {
+  append(implementation_->notes, implementation_->writer.field_notes());
+  if (const uint64_t left_out = std::exchange(implementation_->left_out, 0); left_out != 0)
+    implementation_->notes.push_back(counted(left_out, "later time") +
+                                     " left out: their arrays did not come from fields of OpenFOAM");
+  return std::exchange(implementation_->notes, {});
+}
+
+Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
+  return MAILLE_TRY(CaseWriter::begin(mesh, sink, options.ascii)).notes();
 }
 
 std::string polymesh_folder(const std::string& path) {
@@ -380,14 +455,18 @@ std::string polymesh_folder(const std::string& path) {
   return (folder.filename() == "polyMesh" ? folder : folder / "constant" / "polyMesh").string();
 }
 
-Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path) {
+Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path, bool overwrite) {
   std::vector<std::string> mesh_files = {"cellLevel", "pointLevel", "surfaceIndex", "level0Edge"};
   for (const char* name : {"points", "faces", "owner", "neighbour", "boundary", "cells", "cellZones",
                            "faceZones", "pointZones"}) {
     mesh_files.emplace_back(name);
     mesh_files.push_back(std::string(name) + ".gz");
   }
-  return folder_sink(polymesh_folder(path), std::move(mesh_files), path);
+  const std::filesystem::path folder = polymesh_folder(path);
+  auto mesh = MAILLE_TRY(folder_sink(folder.string(), std::move(mesh_files), path));
+  const bool alone = std::filesystem::path(path).filename() == "polyMesh";
+  return alone ? std::move(mesh)
+               : case_sink(std::move(mesh), folder.parent_path().parent_path().string(), overwrite);
 }
 
 }  // namespace maille

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <pugixml.hpp>
 #include <string_view>
 
 #include "base/result.h"
 #include "io/exodus/exodus.h"
+#include "io/foam/foam_case.h"
 #include "io/numbers.h"
 #include "io/reading.h"
 #include "io/text_scanner.h"
@@ -47,6 +49,17 @@ Result<std::vector<SeriesEntry>> steps_of_exodus(const std::string& path, const 
   return steps;
 }
 
+/// The times of a case of OpenFOAM; none where the path says which one is meant.
+std::vector<SeriesEntry> times_of_case(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error) && !path.ends_with(".foam")) return {};
+  const FoamCasePath place = foam_case_of(path);
+  std::vector<SeriesEntry> times;
+  for (const FoamTime& time : place.time ? std::vector<FoamTime>() : place.times)
+    times.push_back({place.folder + "/" + time.name, time.value, times.size()});
+  return times;
+}
+
 Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const Source& source) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   pugi::xml_document document;
@@ -70,15 +83,17 @@ Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const So
 }  // namespace
 
 bool may_be_series(const std::string& path) {
-  return is_list(path) || is_exodus(path);
+  return is_list(path) || is_exodus(path) || !times_of_case(path).empty();
 }
 
 Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options) {
+  if (!is_exodus(entry.path)) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
   return entry.step ? read_exodus_step(*source, options, *entry.step) : read_mesh(*source, options);
 }
 
 Result<std::vector<SeriesEntry>> read_series(const std::string& path) {
+  if (!is_list(path) && !is_exodus(path)) return times_of_case(path);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return is_exodus(path) ? steps_of_exodus(path, *source) : files_of_list(path, *source);
 }
