@@ -3,12 +3,13 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help demo test test-mpi sanitize web viewer bench scale fuzz format install clean
+.PHONY: help demo test test-mpi test-foam sanitize web viewer bench scale fuzz format install clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
 	@echo "make test     build and run all tests"
 	@echo "make test-mpi build maille-mpi and test it with 1, 2, 3 and 8 ranks"
+	@echo "make test-foam run tutorials of OpenFOAM and bring their cases through .maille files (packages openfoam, openfoam-examples)"
 	@echo "make sanitize the same with the sanitizers of clang and small meshes (.ci/run does both)"
 	@echo "make web      build the WebAssembly decoder and test it, its JavaScript and the viewer, under node and in Chromium"
 	@echo "make viewer   build the viewer of maille view and maille serve; make install takes it along"
@@ -29,6 +30,10 @@ test:
 
 test-mpi:
 	@scripts/test-mpi
+
+test-foam:
+	@cmake --preset release > /dev/null && cmake --build --preset release --target maille_tool
+	@scripts/check-foam
 
 sanitize:
 	@scripts/test sanitize

@@ -5,12 +5,14 @@
 #include <maille/stream.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <set>
 
 #include "compress_one.h"
 #include "files.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -43,17 +45,25 @@ Result<std::vector<Step>> all_steps(const AppendOptions& options) {
   return steps;
 }
 
-/// What a VTK file says in its field data; nothing for others.
-std::optional<double> time_in(const Mesh& mesh) {
+}  // namespace
+
+std::optional<double> time_of(const Mesh& mesh) {
   for (const Array& array : mesh.arrays) {
     const bool names_it = array.name == "TimeValue" || array.name == "TIME";
     if (names_it && array.domain == Domain::mesh && array.type == Scalar::f64 && array.count() == 1)
       return array.values<double>()[0];
   }
+  // The folder of a case of OpenFOAM: a number, or it would be no time.
+  for (const auto& [key, value] : mesh.metadata) {
+    if (key == "openfoam.time") return std::strtod(value.c_str(), nullptr);
+  }
   return {};
 }
 
-Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, ProgressDisplay& progress) {
+namespace {
+
+Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, std::set<std::string>& said,
+                             ProgressDisplay& progress) {
   if (!step.number) {
     const Input input = TOOL_TRY(open_input(step.path, options.input_format));
     return load(input, options.common, progress);
@@ -61,6 +71,12 @@ Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, Pro
   ReadOptions reading;
   reading.limits.mesh_bytes = options.common.memory;
   ReadResult read = TOOL_TRY(read_series_entry({step.path, 0, step.number}, reading));
+  // Once is enough; of the first time of a series it was said with the mesh.
+  std::vector<std::string> notes;
+  for (const std::string& note : read.notes) {
+    if (said.insert(note).second && *step.number > 0) notes.push_back(note);
+  }
+  say_notes(input_name(step.path), notes, options.common.quiet);
   return LoadedMesh{std::move(read.mesh), std::move(read.notes)};
 }
 
@@ -163,13 +179,20 @@ void note_known_time(const AppendOptions& options, const std::vector<StreamStep>
             options.common.quiet);
 }
 
-Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances) {
+/// What steps had so far.
+struct Met {
+  std::set<std::string> arrays, said;  ///< names; notes
+};
+
+Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances,
+                            Met& met) {
   const Stopwatch whole;
   Appended done;
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
-    const LoadedMesh loaded = TOOL_TRY(load_step(step, options, progress));
-    TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(step.path)));
+    const LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
+    if (options.series.empty()) TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(step.path)));
+    for (const Array& array : loaded.mesh.arrays) met.arrays.insert(array.name);
     const Threads threads(options.common.threads);
     EncodeOptions encoding;
     encoding.arrays = tolerances.arrays;
@@ -184,7 +207,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
           check_same_mesh(options.file, *file.source, info, input_name(step.path), loaded.mesh, reading));
     }
     const auto known = TOOL_TRY(list_steps(*file.source));
-    done.time = step.time.value_or(time_in(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
+    done.time = step.time.value_or(time_of(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
     done.report = TOOL_TRY(append_step(options.file, done.time, loaded.mesh, encoding));
     note_known_time(options, known, done.time);
   }
@@ -214,8 +237,10 @@ uint64_t bytes_of_files(const std::vector<Step>& steps) {
   uint64_t bytes = 0;
   for (const Step& step : steps) {
     std::error_code error;
-    const uint64_t size = std::filesystem::file_size(step.path, error);
+    const bool folder = std::filesystem::is_directory(step.path, error);
+    const uint64_t size = folder ? bytes_of_folder(step.path) : std::filesystem::file_size(step.path, error);
     if (paths.insert(step.path).second && !error) bytes += size;
+    if (folder && paths.size() == 1) bytes += bytes_of_case(std::filesystem::path(step.path).parent_path());
   }
   return bytes;
 }
@@ -226,14 +251,20 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
   const std::vector<Step> steps = TOOL_TRY(all_steps(options));
   AppendedSteps all;
   all.input_bytes = bytes_of_files(steps);
+  Met met;
   for (const Step& step : steps) {
-    const Appended done = TOOL_TRY(append_one(options, step, tolerances));
+    const Appended done = TOOL_TRY(append_one(options, step, tolerances, met));
     ++all.count;
     all.coded_bytes += done.bytes;
     all.file_bytes = done.report.file_bytes;
     AppendOptions telling = options;
     telling.file = output;
     if (options.common.verbose) TOOL_CHECK(tell(telling, step, done));
+  }
+  for (const auto& [name, bound] : tolerances.arrays) {
+    if (met.arrays.count(name) == 0)
+      return failure(ErrorCode::usage,
+                     fmt::format("{}: has no array '{}' at any time", options.series, name));
   }
   return all;
 }
@@ -245,8 +276,9 @@ Result<int> run(const AppendOptions& options) {
   if (tolerances.positions) {
     return failure(ErrorCode::usage, "append: a step has no positions; bounds are of arrays, NAME=X");
   }
+  Met met;
   for (const Step& step : TOOL_TRY(all_steps(options))) {
-    const Appended done = TOOL_TRY(append_one(options, step, tolerances));
+    const Appended done = TOOL_TRY(append_one(options, step, tolerances, met));
     TOOL_CHECK(tell(options, step, done));
   }
   return 0;
@@ -268,25 +300,28 @@ bool is_series(const std::string& path) {
 }
 
 Result<int> compress_series(CompressOptions options) {
-  const std::string list = options.input;
+  std::string list = options.input;
+  while (list.size() > 1 && list.back() == '/') list.pop_back();
   const std::vector<SeriesEntry> series = TOOL_TRY(read_series(list));
   if (series.empty()) return failure(ErrorCode::malformed_input, list + ": names no file");
   if (options.output.empty()) options.output = with_extension(list, ".maille");
   if (options.output == "-" || options.any_order || options.mode.value_or(Mode::stream) != Mode::stream) {
     // Files that have a mesh besides their steps are read as before: with the last one.
-    if (!ends_with_pvd(list)) return compress_one(options);
+    if (!ends_with_pvd(list) && is_regular(list)) return compress_one(options);
     return failure(ErrorCode::usage,
                    list +
                        ": steps of time need a file of mode stream that keeps the order; leave out "
                        "--any-order, --mode and the output '-'");
   }
   options.mode = Mode::stream;
+  if (!ends_with_pvd(list) && !is_regular(list)) options.series = list;
   options.input = series.front().path;
   // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
   AppendOptions append;
   append.common = options.common;
   append.common.json = false;
   append.steps = {list};
+  append.series = options.series;
   const auto of_arrays = [](const std::vector<std::string>& bounds) {
     std::vector<std::string> named;
     for (const std::string& bound : bounds) {

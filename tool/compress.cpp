@@ -24,8 +24,9 @@ namespace {
 
 // No date, no folder, no threads: the same input and settings give the same file anywhere.
 std::string provenance_of(const CompressOptions& options) {
-  const size_t slash = options.input.rfind('/');
-  const std::string name = slash == std::string::npos ? options.input : options.input.substr(slash + 1);
+  const std::string& input = options.series.empty() ? options.input : options.series;
+  const size_t slash = input.rfind('/');
+  const std::string name = slash == std::string::npos ? input : input.substr(slash + 1);
   std::string text = fmt::format("maille {}: {}", library_version(), input_name(name));
   for (const BoundOption& option : bound_options) {
     const auto texts = options.bounds.find(option.kind);
@@ -173,11 +174,18 @@ uint64_t input_bytes(const Input& input) {
   return bytes;
 }
 
-Result<Compressed> compress_whole(const Input& input, const CompressOptions& options,
-                                  const Tolerances& tolerances, const std::string& output) {
+Result<Compressed> compress_whole(const Input& input, const CompressOptions& options, Tolerances tolerances,
+                                  const std::string& output) {
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+  // Fields of a case may begin at a later time: append_series() looks whether there is one.
+  if (!options.series.empty()) {
+    std::erase_if(tolerances.arrays, [&](const auto& bound) {
+      return std::none_of(loaded.mesh.arrays.begin(), loaded.mesh.arrays.end(),
+                          [&](const Array& array) { return array.name == bound.first; });
+    });
+  }
   TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
   if (const auto note = note_of_size(tolerances, loaded.mesh))
     say_notes(input_name(options.input), {*note}, options.common.quiet);

@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
+#include <maille/series.h>
 
 #include <algorithm>
 #include <cmath>
@@ -144,9 +145,39 @@ Result<Salvaged> decode_whole(const DecompressOptions& options, const Source& so
   return decoded;
 }
 
+/// Times that a case of OpenFOAM takes besides the mesh's own; 0 for other formats.
+Result<uint64_t> times_for(const std::string& format, const Source& source) {
+  if (!is_folder_format(format)) return 0;
+  const auto info = inspect(source);
+  return info ? info->steps.size() : 0;
+}
+
+/// The mesh and its fields at all times.
+Result<std::vector<std::string>> write_case(const DecompressOptions& options, const Source& source,
+                                            const Mesh& mesh, Sink& sink, uint64_t steps) {
+  CaseWriter writer = TOOL_TRY(CaseWriter::begin(mesh, sink, options.ascii));
+  for (uint64_t step = 1; step <= steps; ++step)
+    TOOL_CHECK(writer.add(TOOL_TRY(decode_whole(options, source, step)).mesh));
+  return writer.notes();
+}
+
+/// Without an extension, what was a case of OpenFOAM becomes one again.
+bool was_a_case(const std::string& path, const DecompressOptions& options) {
+  const std::string name = path.substr(path.rfind('/') + 1);
+  if (!options.output_format.empty() || name.empty() || name.find('.') != std::string::npos || path == "-")
+    return false;
+  const auto source =
+      is_regular(options.input) ? file_source(options.input) : Result<std::unique_ptr<Source>>(nullptr);
+  const auto info = source && *source ? inspect(**source) : Result<FileInfo>(FileInfo{});
+  if (!info) return false;
+  return std::any_of(info->metadata.begin(), info->metadata.end(),
+                     [](const auto& entry) { return entry.first.starts_with("openfoam."); });
+}
+
 }  // namespace
 
 Result<int> run(const DecompressOptions& options) {
+  if (options.output.ends_with(".pvd") && options.output_format.empty()) return decompress_series(options);
   const Stopwatch whole;
   std::string output = options.output.empty() && options.input == "-" ? "-" : options.output;
   TOOL_CHECK(check_json_output(options.common, output));
@@ -156,8 +187,14 @@ Result<int> run(const DecompressOptions& options) {
     output = TOOL_TRY(name_beside(input, options.output_format));
   }
   // Before an input that has to wait for it is opened: a pipe may take its time.
-  const std::string format = TOOL_TRY(format_to_write(options, output));
-  const bool plain = !options.salvage && !options.step && !options.time;
+  const std::string format =
+      was_a_case(output, options) ? "polymesh" : TOOL_TRY(format_to_write(options, output));
+  bool plain = !options.salvage && !options.step && !options.time;
+  // A case is written with all its times, one after the other.
+  if (plain && is_folder_format(format)) {
+    if (!input.source) input = TOOL_TRY(open_maille(options.input));
+    plain = TOOL_TRY(times_for(format, *input.source)) == 0;
+  }
   if (plain && can_write_in_parts(format, output, options.ascii)) {
     std::unique_ptr<Source> parts;
     if (!input.source || is_regular(options.input)) parts = TOOL_TRY(open_for_parts(options.input, output));
@@ -167,6 +204,7 @@ Result<int> run(const DecompressOptions& options) {
   }
   if (!input.source) input = TOOL_TRY(open_maille(options.input));
   const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
+  const uint64_t steps = TOOL_TRY(times_for(format, *input.source));
   if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
   const auto file = TOOL_TRY(open_output(
       {output, options.input, options.force, is_binary(format, options.ascii), is_folder_format(format)}));
@@ -174,7 +212,9 @@ Result<int> run(const DecompressOptions& options) {
   CountingSink sink(*file);
   const auto [mesh, damage] = TOOL_TRY(decode_whole(options, *input.source, time_step));
   const Stopwatch writing;
-  const auto notes = TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
+  const bool all_times = steps > 0 && !options.step && !options.time && !damage;
+  const auto notes = all_times ? TOOL_TRY(write_case(options, *input.source, mesh, sink, steps))
+                               : TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
   TOOL_CHECK(sink.commit());
   writing.done(options.common.verbose, "writing");
   say_notes(output_name(output), notes, options.common.quiet);

@@ -244,7 +244,7 @@ Result<> check_output(const OutputRequest& request) {
 
 Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
   TOOL_CHECK(check_output(request));
-  if (request.folder) return TOOL_TRY(polymesh_sink(request.path));
+  if (request.folder) return TOOL_TRY(polymesh_sink(request.path, request.force));
   return request.path == "-" ? stdout_sink() : file_sink(request.path);
 }
 
@@ -318,6 +318,11 @@ bool is_binary(const std::string& format, bool ascii) {
 Result<> CountingSink::begin_file(const std::string& file) {
   if (auto* const folder = dynamic_cast<FolderSink*>(&sink_)) return folder->begin_file(file);
   return failure(ErrorCode::usage, sink_.name() + ": is one file, not a folder of files");
+}
+
+Result<bool> CountingSink::begin_case_file(const std::string& path) {
+  auto* const folder = dynamic_cast<FolderSink*>(&sink_);
+  return folder == nullptr ? Result<bool>(false) : folder->begin_case_file(path);
 }
 
 Result<> CountingSink::write(Bytes bytes) {

@@ -104,6 +104,7 @@ class CountingSink final : public FolderSink {
   explicit CountingSink(Sink& sink) : sink_(sink) {}
   Result<> write(Bytes bytes) override;
   Result<> begin_file(const std::string& file) override;
+  Result<bool> begin_case_file(const std::string& path) override;
   Result<> commit() override { return sink_.commit(); }
   std::string name() const override { return sink_.name(); }
   uint64_t count() const { return count_; }

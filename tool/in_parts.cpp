@@ -72,13 +72,18 @@ uint64_t bytes_of_case(const std::string& path) {
     folder /= inside;
     break;
   }
+  return bytes_of_folder(folder.empty() ? "." : folder.string());
+}
+
+uint64_t bytes_of_folder(const std::string& path) {
   uint64_t bytes = 0;
-  for (fs::directory_iterator file(folder.empty() ? "." : folder, error), end; file != end;
-       file.increment(error)) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator file(path, error), end; file != end; file.increment(error)) {
     if (file->is_regular_file(error)) bytes += file->file_size(error);
     // Of a case that was divided.
-    const fs::path mesh = file->path() / "constant/polyMesh";
-    if (file->path().filename().string().starts_with("processor") && fs::is_directory(mesh, error))
+    const std::filesystem::path mesh = file->path() / "constant/polyMesh";
+    if (file->path().filename().string().starts_with("processor") &&
+        std::filesystem::is_directory(mesh, error))
       bytes += bytes_of_case(mesh.string());
   }
   return bytes;

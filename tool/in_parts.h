@@ -32,6 +32,8 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
 
 /// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
 uint64_t bytes_of_case(const std::string& path);
+/// The files in a folder, not those in folders below.
+uint64_t bytes_of_folder(const std::string& path);
 /// Is it a file, which can be opened again?
 bool is_regular(const std::string& path);
 

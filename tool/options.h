@@ -35,6 +35,7 @@ constexpr uint64_t default_fetch_limit = uint64_t{64} << 20;
 struct CompressOptions {
   CommonOptions common;
   std::string input;
+  std::string series;  ///< whose first mesh the input is, if it is one
   std::string output;  ///< empty: beside the input
   std::string input_format;
   std::optional<Mode> mode;  ///< none: volumes are streams
@@ -70,6 +71,7 @@ struct AppendOptions {
   std::string input_format;
   std::optional<double> time;
   CompressOptions quality;  ///< only its bounds
+  std::string series;       ///< a case of OpenFOAM, fields of which may be there at some times only
 };
 
 struct InfoOptions {

@@ -30,6 +30,7 @@ void Parser::add_compress() {
            "the file records the input's name unless --no-provenance is given.",
            "maille compress dragon.ply                        # dragon.maille, lossless\n"
            "maille compress run.pvd                           # run.maille, with all steps of time\n"
+           "maille compress cavity flow.maille                # a case of OpenFOAM, with all its times\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
            "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
@@ -104,10 +105,13 @@ void Parser::add_decompress() {
        "Arrays to write besides positions and faces, separated by commas; '' for none (default: all)")
       ->type_name("A,B,...")
       ->group(files_group);
-  CLI::Option* step = d->add_option("--step", decompress.step,
-                                    "Step of time whose arrays are written; 0 (default): those of the mesh")
-                          ->type_name("N")
-                          ->group(files_group);
+  CLI::Option* step =
+      d->add_option(
+           "--step", decompress.step,
+           "Step of time whose arrays are written; 0 (default): those of the mesh; a .pvd and cases of "
+           "OpenFOAM (polymesh) take all")
+          ->type_name("N")
+          ->group(files_group);
   d->add_option("--time", decompress.time, "The same by its time")
       ->type_name("T")
       ->group(files_group)
@@ -125,14 +129,16 @@ void Parser::add_append() {
       "append",
       "Append values of later times to a file of mode stream.\n"
       "Each STEP is the same mesh, points and cells in the same order, with other values in its arrays; a "
-      ".pvd names several, with their times. Arrays that have not changed since the mesh was compressed take "
+      ".pvd or a case of OpenFOAM names several, with their times. Arrays that have not changed since the "
+      "mesh was compressed take "
       "no room. Each step is read without the others. The file stays as it is until a step is whole.",
       "maille compress flow_0.vtu flow.maille\n"
       "maille append flow.maille flow_1.vtu --time 0.1\n"
       "maille append flow.maille run.pvd --error pressure=0.5\n"
       "maille decompress flow.maille last.vtu --time 0.1");
   add_file(a, "FILE", append.file, "A .maille file of mode stream")->required();
-  a->add_option("STEP", append.steps, "Meshes with the values of the next steps, in any format, or .pvd")
+  a->add_option("STEP", append.steps,
+                "Meshes with the values of the next steps, in any format, or .pvd or cases")
       ->type_name("FILE")
       ->required()
       ->group(files_group);

@@ -299,7 +299,12 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
   }
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
-  for (const auto& [key, value] : info.metadata) text += fmt::format("{}: {}\n", key, value);
+  for (const auto& [key, value] : info.metadata) {
+    // Whole files of OpenFOAM; --json shows them.
+    const auto lines = std::count(value.begin(), value.end(), '\n');
+    text +=
+        lines == 0 ? fmt::format("{}: {}\n", key, value) : fmt::format("{}: {} lines of text\n", key, lines);
+  }
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
   std::vector<std::string> head = {"array",    "domain",      "type",         "role",
                                    "elements", "coded bytes", "bits/element", "bound"};

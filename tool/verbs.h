@@ -1,6 +1,10 @@
 #pragma once
 
 #include <maille/error.h>
+#include <maille/mesh.h>
+
+#include <optional>
+#include <string>
 
 #include "options.h"
 
@@ -26,9 +30,13 @@ Result<int> run(const ExtractOptions& options);
 Result<int> run(const SliceOptions& options);
 Result<int> run(const ProbeOptions& options);
 
-/// Is it a list of files in time (.pvd), or a file with several steps (Exodus)? compress makes one file of
-/// them, its steps appended.
+/// Is it a list of files in time (.pvd), a file with several steps (Exodus), or a case of OpenFOAM with
+/// several times? compress makes one file of them, its steps appended.
 bool is_series(const std::string& path);
 Result<int> compress_series(CompressOptions options);
+/// A .vtu for each time, and the list of them, a .pvd.
+Result<int> decompress_series(const DecompressOptions& options);
+/// What a VTK file says in its field data, or a case of OpenFOAM by the name of a folder; nothing for others.
+std::optional<double> time_of(const Mesh& mesh);
 
 }  // namespace maille::tool

@@ -225,6 +225,57 @@ TEST_F(FoamCaseFields, MayNameTheirValueByVariables) {
   EXPECT_EQ(again("0/p"), text("0/p"));
 }
 
+TEST_F(FoamCaseFields, OfPointsAndThoseThatOpenFoamComputesComeBack) {
+  std::string points;
+  for (int i = 0; i < 14; ++i) points += std::to_string(i) + ".5\n";
+  put("0/D", header("pointScalarField", "D", "0") + "internalField nonuniform List<scalar> \n14\n(\n" +
+                 points +
+                 ")\n;\nboundaryField { inlet { type fixedValue; value uniform 7; g nonuniform List<scalar> "
+                 "1(3); } }\n");
+  put("0/p", header("volScalarField", "p", "0") +
+                 "internalField #codeStream { code #{ x; #}; };\nboundaryField { inlet { type a; value "
+                 "uniform 2; } }\n");
+  const auto read = read_mesh(folder_.path("case"));
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->mesh.find("D", Domain::point)->values<double>()[13], 13.5);
+  EXPECT_EQ(read->mesh.find("p", Domain::cell), nullptr);
+  EXPECT_THAT(read->notes,
+              ElementsAre(HasSubstr("0/p: its internalField is no value or list; kept as text only")));
+  const auto notes = write({read->mesh});
+  ASSERT_TRUE(notes) << notes.error().message;
+  EXPECT_THAT(*notes, ElementsAre(HasSubstr("there is code that OpenFOAM runs")));
+  EXPECT_EQ(again("0/D"), text("0/D"));
+  EXPECT_EQ(again("0/p"), text("0/p"));
+}
+
+TEST_F(FoamCaseFields, TextsThatDoNotFitTheArraysAreLeftOut) {
+  put("0/p", pressure("0"));
+  put("0/phi", flux("0"));
+  const Mesh whole = read_mesh(folder_.path("case"))->mesh;
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    Mesh mesh = whole;
+    for (auto& [key, value] : mesh.metadata) {
+      const size_t at = key == "openfoam.field.p" ? value.find(from) : std::string::npos;
+      if (at != std::string::npos) value.replace(at, from.size(), to);
+    }
+    return mesh;
+  };
+  for (const Mesh& mesh :
+       {changed("internalField   nonuniform List<scalar>", "internalField   nonuniform List<tensor>"),
+        changed("volScalarField", "volTensorField"), changed("volScalarField", "pointScalarField"),
+        changed("volScalarField", "surfaceScalarField"), changed("refValue", "value"),
+        changed("refValue", "other"), changed("    walls", "    x { walls"), changed("@6", "@base64:!"),
+        changed("@6", "@99999999999"), changed("{", ""),
+        changed("refValue", "value nonuniform List<scalar> @6; refValue"),
+        changed("boundaryField", "elsewhere")})
+    ASSERT_TRUE(write({mesh}));
+  Mesh few = whole;
+  few.arrays.clear();
+  const auto notes = write({few});
+  ASSERT_TRUE(notes);
+  EXPECT_THAT(*notes, Contains(HasSubstr("0/p: left out; its arrays are not there")));
+}
+
 TEST_F(FoamCaseFields, ThatDoNotFitNameFileAndLine) {
   const std::string begin = header("volScalarField", "p", "0");
   put("0/p", begin + "internalField nonuniform List<scalar> 4(1 2 3 4);\n");

@@ -184,8 +184,15 @@ Result<bool> FoamFieldReader::add_patch(const FoamField& field, const FoamValues
 Result<> FoamFieldReader::add(const FoamField& field, const FoamFieldKind& kind, const std::string& name,
                               const std::string& time) {
   using Place = FoamFieldKind::Place;
-  const auto internal = std::find_if(field.values.begin(), field.values.end(),
-                                     [](const FoamValues& values) { return values.is_internal(); });
+  // Of several the last one counts.
+  auto internal = field.values.end();
+  for (auto values = field.values.begin(); values != field.values.end(); ++values) {
+    if (!values->is_internal()) continue;
+    const bool again = internal != field.values.end();
+    if (again && !(values->uniform && internal->uniform))
+      return field.bad(values->begin, "there is a list for internalField already");
+    internal = values;
+  }
   // Without lists, a text may say its value by way of variables and other files.
   FoamField expanded = field;
   std::string value;

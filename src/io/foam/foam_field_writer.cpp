@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "base/result.h"
@@ -70,10 +71,16 @@ struct FoamFieldWriter::Field {
   FoamFieldKind kind;
   MeshSource& values;
   std::string name;
-  size_t array;       ///< with the values of cells, faces or points
-  bool ascii = true;  ///< as it is written
+  std::optional<size_t> array = {};  ///< with the values of cells, faces or points
+  bool ascii = true;                 ///< as it is written
   Scalar type = Scalar::f64;
+  /// Of uniform values: a text may repeat them without end, and each is held against all values.
+  std::set<std::pair<std::string, std::string>> done = {};
 
+  /// Whether these are in `array`: those of points say nothing about faces of patches.
+  bool has_values_at(const FoamValues& list) const {
+    return list.is_internal() || (list.entry == "value" && kind.place != FoamFieldKind::Place::points);
+  }
   std::optional<size_t> find(const std::string& array_name, Domain domain) const {
     const auto& arrays = values.description().arrays;
     for (size_t i = 0; i < arrays.size(); ++i) {
@@ -187,7 +194,9 @@ Result<> FoamFieldWriter::put_list(Field& field, const FoamValues& list, Window&
 /// Values that are all the same still, as the text says or another one; otherwise they are a list now.
 Result<> FoamFieldWriter::put_uniform(Field& field, const FoamValues& value) {
   const std::string_view text = field.text.text.substr(value.begin, value.end - value.begin);
-  const bool is_other = !value.is_internal() && (value.entry != "value" || patch(value.patch) == nullptr);
+  const bool repeats = !field.done.emplace(value.patch, value.entry).second;
+  const bool is_other = repeats || !field.array || !field.has_values_at(value) ||
+                        (!value.is_internal() && patch(value.patch) == nullptr);
   if (is_other || count_of(field, value) == 0 || text.find_first_of("$#") != std::string_view::npos) {
     out_.put(text);
     return {};
@@ -197,7 +206,7 @@ Result<> FoamFieldWriter::put_uniform(Field& field, const FoamValues& value) {
   std::vector<std::byte> said(field.kind.components * size_of(field.type)), found;
   MAILLE_CHECK(FoamValueReader(of_type, value).next(said.data()));
   bool same = true;
-  Window values(field.values, field.array);
+  Window values(field.values, *field.array);
   MAILLE_CHECK(for_each_value(field, value, values, [&](const std::byte* tuple) -> Result<> {
     if (found.empty()) found.assign(tuple, tuple + said.size());
     same = same && std::equal(found.begin(), found.end(), tuple);
@@ -228,8 +237,7 @@ Result<> FoamFieldWriter::put_values(Field& field, const FoamValues& list) {
     out_.put_bytes(Bytes(bytes).first(size));
     return {};
   }
-  const auto array =
-      of_field ? std::optional(field.array) : field.find(field.name + ":" + list.entry, Domain::cell);
+  const auto array = of_field ? field.array : field.find(field.name + ":" + list.entry, Domain::cell);
   Window values(field.values, *array);
   int digits = 6;
   std::from_chars(mark.data(), mark.data() + mark.size(), digits);
@@ -258,6 +266,7 @@ Result<> FoamFieldWriter::put_field(Field& field) {
     if (what == 1 && text.binary && field.ascii) replace(begin, text.format_end, "ascii");
   }
   for (const FoamValues& list : text.values) {
+    if (!list.uniform && !list.marked) continue;
     copy_to(list.begin);
     MAILLE_CHECK(list.uniform ? put_uniform(field, list) : put_values(field, list));
     done = list.end;
@@ -286,42 +295,48 @@ Result<> FoamFieldWriter::write_text(const std::string& path, const std::string&
   return out_.finish();
 }
 
+/// Whether there is an array for every list, of numbers of the same type and with as many components. Texts
+/// come from files, which may say anything.
+bool FoamFieldWriter::has_all_arrays(Field& field) const {
+  const auto& arrays = field.values.description().arrays;
+  const bool faces = field.kind.place == FoamFieldKind::Place::faces;
+  if (field.array) {
+    const Array& main = arrays[*field.array];
+    const uint32_t values = main.components / field.kind.components;
+    field.type = main.type;
+    if (main.components % field.kind.components != 0 || values < (faces ? most_owned_ : 1) ||
+        (!faces && values != 1))
+      return false;
+  }
+  std::set<std::pair<std::string, std::string>> marked;
+  return std::all_of(field.text.values.begin(), field.text.values.end(), [&](const FoamValues& list) {
+    if (!list.marked || field.text.text.substr(list.values).starts_with("base64:")) return true;
+    if (!marked.emplace(list.patch, list.entry).second) return false;  // as large as the mesh, each of them
+    if (field.has_values_at(list))
+      return field.array && (list.type.empty() || list.type == foam_list_type(field.text.type));
+    const auto other = field.find(field.name + ":" + list.entry, Domain::cell);
+    return !list.patch.empty() && field.array && other && arrays[*other].type == field.type &&
+           arrays[*other].components == foam_components(list.type);
+  });
+}
+
 Result<> FoamFieldWriter::write_field(MeshSource& values, const std::string& name, const std::string& text) {
   const auto scanned = scan_foam_field(text, "openfoam.field." + name);
   const auto kind = scanned ? foam_field_kind(scanned->type) : std::nullopt;
   const std::string path = time_ + "/" + name;
+  if (!is_plain_foam_path(path)) {
+    left_.push_back(path);
+    return {};
+  }
   if (!kind) {
     notes_.push_back(path + ": left out; " +
                      (scanned ? "its text is not that of a field" : scanned.error().message));
     return {};
   }
-  Field field{*scanned, *kind, values, name, 0};
-  const bool has_lists =
-      std::any_of(scanned->values.begin(), scanned->values.end(),
-                  [](const FoamValues& list) { return list.marked || list.is_internal(); });
-  const auto array =
-      field.find(name, kind->place == FoamFieldKind::Place::points ? Domain::point : Domain::cell);
-  const auto fits = [&](size_t i, uint64_t components) {
-    return values.description().arrays[i].components == components;
-  };
-  bool whole = array.has_value() || !has_lists;
-  for (const FoamValues& list : scanned->values) {
-    const bool other = list.marked && !list.is_internal() && list.entry != "value";
-    const bool plain = field.text.text.substr(list.values).starts_with("base64:");
-    if (!other || plain) continue;
-    const auto found = field.find(name + ":" + list.entry, Domain::cell);
-    whole = whole && found && fits(*found, foam_components(list.type));
-  }
-  if (array) {
-    const Array& main = values.description().arrays[*array];
-    field.array = *array;
-    field.type = main.type;
-    MAILLE_CHECK(find_patch_cells());
-    const bool faces = kind->place == FoamFieldKind::Place::faces;
-    whole = whole && main.components % kind->components == 0 &&
-            main.components / kind->components >= (faces ? most_owned_ : 1) &&
-            (faces || main.components == kind->components);
-  }
+  Field field{*scanned, *kind, values, name};
+  field.array = field.find(name, kind->place == FoamFieldKind::Place::points ? Domain::point : Domain::cell);
+  if (field.array) MAILLE_CHECK(find_patch_cells());
+  const bool whole = has_all_arrays(field);
   if (!whole) {
     notes_.push_back(path + ": left out; its arrays are not there, or not those of this mesh");
     return {};
@@ -329,7 +344,7 @@ Result<> FoamFieldWriter::write_field(MeshSource& values, const std::string& nam
   // Lists kept byte by byte are binary, and so is then the file; numbers of another width are text.
   const bool kept_bytes = text.find("base64:") != std::string::npos;
   const bool same_width = field.type == (scanned->single ? Scalar::f32 : Scalar::f64);
-  field.ascii = !scanned->binary || (!kept_bytes && (ascii_ || (array && !same_width)));
+  field.ascii = !scanned->binary || (!kept_bytes && (ascii_ || (field.array && !same_width)));
   if (!MAILLE_TRY(sink_.begin_case_file(path))) {
     left_.push_back(path);
     return {};
@@ -386,7 +401,10 @@ std::vector<std::string> FoamFieldWriter::take_notes() {
         "there is code that OpenFOAM runs or loads, so look at it first where you do not trust the file: " +
         list(with_code_));
   if (!left_.empty())
-    notes_.push_back("not written, as they are there already or only the mesh is asked for: " + list(left_));
+    notes_.push_back(
+        "not written, as they are there already, only the mesh is asked for, or the name is none for a "
+        "file: " +
+        list(left_));
   with_code_.clear();
   left_.clear();
   return std::exchange(notes_, {});

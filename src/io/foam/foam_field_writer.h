@@ -44,6 +44,7 @@ class FoamFieldWriter {
 
   Result<> write_field(MeshSource& values, const std::string& name, const std::string& text);
   Result<> write_text(const std::string& path, const std::string& text);
+  bool has_all_arrays(Field& field) const;
   Result<> put_field(Field& field);
   Result<> put_values(Field& field, const FoamValues& list);
   Result<> put_uniform(Field& field, const FoamValues& value);

@@ -357,6 +357,12 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
   return result;
 }
 
+void note_fields_of_processors(const std::string& processor, std::vector<std::string>& notes) {
+  if (!foam_case_of(processor).times.empty())
+    notes.emplace_back(
+        "fields in the folders of processors left out; reconstructPar makes a case with its fields of them");
+}
+
 Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(source.name(), error)) {
@@ -366,7 +372,12 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
   const std::string folder = foam_folder_of(source.name());
   if (!std::filesystem::exists(folder + "/points") && !std::filesystem::exists(folder + "/points.gz")) {
     std::vector<std::string> processors = MAILLE_TRY(foam_processors_of(folder));
-    if (!processors.empty()) return PolyMeshReader(folder, std::move(processors), options).read();
+    if (!processors.empty()) {
+      ReadResult result = MAILLE_TRY(PolyMeshReader(folder, processors, options).read());
+      const std::filesystem::path first = processors[0];
+      note_fields_of_processors(first.parent_path().parent_path().string(), result.notes);
+      return result;
+    }
     return failure(
         ErrorCode::cannot_read,
         "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
@@ -374,7 +385,15 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
   const FoamCasePath place = foam_case_of(source.name());
   PolyMeshReader reader(folder, options);
   if (!place.time && place.times.empty()) return reader.read();
-  return reader.read_with_fields(place.folder, place.time.value_or(place.times.front()));
+  ReadResult result =
+      MAILLE_TRY(reader.read_with_fields(place.folder, place.time.value_or(place.times.front())));
+  note_fields_of_processors(place.folder + "/processor0", result.notes);
+  if (!place.time && place.times.size() > 1) {
+    result.notes.push_back("the fields are those of time " + place.times[0].name + ", the first of " +
+                           std::to_string(place.times.size()) + "; " + place.folder + "/" +
+                           place.times[1].name + " names another");
+  }
+  return result;
 }
 
 bool recognise_polymesh(Bytes first_bytes) {

@@ -464,7 +464,7 @@ Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path, bool 
   }
   const std::filesystem::path folder = polymesh_folder(path);
   auto mesh = MAILLE_TRY(folder_sink(folder.string(), std::move(mesh_files), path));
-  const bool alone = std::filesystem::path(path).filename() == "polyMesh";
+  const bool alone = path.substr(0, path.find_last_not_of('/') + 1).ends_with("polyMesh");
   return alone ? std::move(mesh)
                : case_sink(std::move(mesh), folder.parent_path().parent_path().string(), overwrite);
 }

@@ -1,0 +1,148 @@
+// All times of a file as VTU files, and the list of them that ParaView opens.
+#include <fmt/format.h>
+#include <maille/decode.h>
+#include <maille/file.h>
+#include <maille/io.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "files.h"
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+struct TimeOfFile {
+  uint64_t step = 0;
+  double time = 0;
+  std::string name;  ///< of the VTU file, in the folder of the list
+};
+
+Result<Mesh> decode_time(const DecompressOptions& options, const Source& source, uint64_t step) {
+  const Threads threads(options.common.threads);
+  return decode(source, {.limits = {.mesh_bytes = options.common.memory},
+                         .arrays = options.arrays,
+                         .step = step,
+                         .executor = threads.executor(),
+                         .progress = {}});
+}
+
+bool same_arrays(const Mesh& a, const Mesh& b) {
+  return std::equal(
+      a.arrays.begin(), a.arrays.end(), b.arrays.begin(), b.arrays.end(), [](const Array& x, const Array& y) {
+        return x.name == y.name && x.domain == y.domain && x.type == y.type && x.bytes == y.bytes;
+      });
+}
+
+/// What the mesh itself holds is a time of its own, unless the first step says the same: that is how series
+/// are compressed.
+Result<std::vector<TimeOfFile>> times_of(const DecompressOptions& options, const Source& source,
+                                         const Mesh& mesh) {
+  const FileInfo info = TOOL_TRY(inspect(source));
+  std::vector<TimeOfFile> times;
+  const bool alone = info.steps.empty();
+  const auto is_first = [&]() -> Result<bool> {
+    return same_arrays(mesh, TOOL_TRY(decode_time(options, source, 1)));
+  };
+  const bool repeated = !alone && TOOL_TRY(is_first());
+  const auto own = time_of(mesh);
+  if (alone || (!repeated && (own || info.steps[0].time > 0))) {
+    times.push_back({0, own.value_or(0), ""});
+  } else if (!repeated) {
+    say_notes(input_name(options.input),
+              {"the values that the mesh came with are of no known time, and left out; --step 0 writes them"},
+              options.common.quiet);
+  }
+  for (size_t i = 0; i < info.steps.size(); ++i) times.push_back({i + 1, info.steps[i].time, ""});
+  return times;
+}
+
+Result<uint64_t> write_file(const DecompressOptions& options, const Mesh& mesh, const std::string& path) {
+  const auto file = TOOL_TRY(open_output({path, options.input, options.force, true, false}));
+  CountingSink sink(*file);
+  const auto notes = TOOL_TRY(write_mesh(mesh, sink, {.format = "vtu", .ascii = options.ascii}));
+  TOOL_CHECK(sink.commit());
+  say_notes(path, notes, options.common.quiet);
+  return sink.count();
+}
+
+std::string in_xml(const std::string& name) {
+  std::string text;
+  for (const char c : name)
+    text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
+  return text;
+}
+
+std::string list_of(const std::vector<TimeOfFile>& times) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
+  for (const TimeOfFile& time : times)
+    text += fmt::format("    <DataSet timestep=\"{}\" file=\"{}\"/>\n", time.time, in_xml(time.name));
+  return text + "  </Collection>\n</VTKFile>\n";
+}
+
+}  // namespace
+
+Result<int> decompress_series(const DecompressOptions& options) {
+  const Stopwatch whole;
+  if (options.step || options.time || options.salvage) {
+    return failure(ErrorCode::usage, options.output +
+                                         ": a list holds all times; of one time, or with --salvage, "
+                                         "write a .vtu");
+  }
+  const Input input = TOOL_TRY(open_maille(options.input));
+  TOOL_CHECK(check_output({options.output, options.input, options.force, false, false}));
+  Mesh mesh = TOOL_TRY(decode_time(options, *input.source, 0));
+  std::vector<TimeOfFile> times = TOOL_TRY(times_of(options, *input.source, mesh));
+  const std::string stem = with_extension(options.output, "");
+  for (size_t i = 0; i < times.size(); ++i) {
+    const std::string path = fmt::format("{}_{}.vtu", stem, i);
+    times[i].name = path.substr(path.rfind('/') + 1);
+    TOOL_CHECK(check_output({path, options.input, options.force, true, false}));
+  }
+  const std::string folder = stem.substr(0, stem.rfind('/') + 1);
+  uint64_t bytes = 0, cells = mesh.cell_count(), points = mesh.point_count();
+  for (size_t i = 0; i < times.size(); ++i) {
+    auto written = [&]() -> Result<uint64_t> {
+      if (times[i].step > 0) mesh = TOOL_TRY(decode_time(options, *input.source, times[i].step));
+      return write_file(options, mesh, folder + times[i].name);
+    }();
+    if (written) {
+      bytes += *written;
+      continue;
+    }
+    // Nothing half done stays.
+    for (size_t k = 0; k < i; ++k) {
+      std::error_code ignored;
+      std::filesystem::remove(folder + times[k].name, ignored);
+    }
+    return tl::unexpected(written.error());
+  }
+  const auto list = TOOL_TRY(open_output({options.output, options.input, options.force, false, false}));
+  const std::string text = list_of(times);
+  TOOL_CHECK(list->write(std::as_bytes(std::span(text.data(), text.size()))));
+  TOOL_CHECK(list->commit());
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump({{"input", input_name(options.input)},
+                            {"output", options.output},
+                            {"input_bytes", input.source->size()},
+                            {"output_bytes", bytes + text.size()},
+                            {"points", points},
+                            {"cells", cells},
+                            {"times", times.size()},
+                            {"seconds", whole.seconds()}})));
+  } else if (!options.common.quiet) {
+    say(fmt::format("{} -> {}: {}, {}, {}; {} -> {}, {:.2f} s", input_name(options.input), options.output,
+                    counted(points, "point"), counted(cells, cell_word(mesh)), counted(times.size(), "time"),
+                    human_bytes(static_cast<double>(input.source->size())),
+                    human_bytes(static_cast<double>(bytes + text.size())), whole.seconds()));
+  }
+  return 0;
+}
+
+}  // namespace maille::tool
