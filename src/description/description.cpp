@@ -1,5 +1,7 @@
 #include "description/description.h"
 
+#include <algorithm>
+
 #include "base/bytes.h"
 #include "base/result.h"
 #include "code/efforts.h"
@@ -124,6 +126,11 @@ Result<> check_size(const Description& description, const Limits& limits) {
 }
 
 }  // namespace
+
+bool is_wanted(const DecodeOptions& options, const std::string& name) {
+  return !options.arrays ||
+         std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
+}
 
 double memory_of(const Description& description) {
   auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/limits.h>
 #include <maille/mesh.h>
@@ -18,6 +19,9 @@ inline Tolerance tolerance_of(const EncodeOptions& options, const std::string& n
   const auto found = options.arrays.find(name);
   return found == options.arrays.end() ? Tolerance{} : found->second;
 }
+
+/// Whether options ask for arrays of this name; where they name none, all are.
+bool is_wanted(const DecodeOptions& options, const std::string& name);
 
 /// One array as a file describes it, without its numbers.
 struct ArrayDescription {

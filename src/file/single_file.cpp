@@ -152,9 +152,7 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   if (options.order == Order::keep) MAILLE_CHECK(writer.write_stream(order_key, coded.order));
   report.file_bytes = MAILLE_TRY(writer.finish());
   MAILLE_CHECK(sink.commit());
-  report.other_bytes =
-      report.file_bytes - report.connectivity.coded_bytes - report.order_bytes - report.positions.coded_bytes;
-  for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
+  set_other_bytes(report);
   return report;
 }
 

@@ -62,16 +62,6 @@ Result<std::string> path_of_named(const std::string& file, const std::string& na
   return (std::filesystem::path(file).parent_path() / path).string();
 }
 
-uint64_t size_in_memory(const Mesh& mesh) {
-  uint64_t size = mesh.points.bytes.size();
-  for (const CellBlock& block : mesh.blocks) {
-    size += block.types.size() + block.offsets.size() * sizeof(uint64_t) +
-            block.connectivity.size() * sizeof(uint32_t);
-  }
-  for (const Array& array : mesh.arrays) size += array.bytes.size();
-  return size;
-}
-
 std::string counted(uint64_t count, const std::string& singular, const std::string& plural) {
   return std::to_string(count) + " " + (count == 1 ? singular : plural);
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 #include "base/result.h"
+#include "mesh/mesh_size.h"
 
 namespace maille {
 
@@ -69,9 +70,6 @@ tl::unexpected<Error> malformed_byte(const std::string& file, uint64_t byte, con
 /// The path of another file that `file` names: in the same folder or below. Error: malformed_input, for names
 /// that lead elsewhere (absolute, by "..", an address, "-").
 Result<std::string> path_of_named(const std::string& file, const std::string& named);
-
-/// Bytes of positions, connectivity and arrays.
-uint64_t size_in_memory(const Mesh& mesh);
 
 /// "1 face", "2 faces".
 std::string counted(uint64_t count, const std::string& singular, const std::string& plural);

@@ -516,11 +516,6 @@ Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array) {
   return decode_array(nowhere.elements(), bytes, tuples, array);
 }
 
-bool is_wanted(const DecodeOptions& options, const std::string& name) {
-  return !options.arrays ||
-         std::find(options.arrays->begin(), options.arrays->end(), name) != options.arrays->end();
-}
-
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options, const SharedFanTables* tables,
                                   FanBuffers* buffers) {

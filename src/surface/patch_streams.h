@@ -88,8 +88,6 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
                                   const DecodeOptions& options, const SharedFanTables* tables = nullptr,
                                   FanBuffers* buffers = nullptr);
 
-bool is_wanted(const DecodeOptions& options, const std::string& array);
-
 /// Bytes of these streams in a file.
 struct PatchSizes {
   uint64_t topology = 0;         ///< with twins

@@ -3,19 +3,12 @@
 
 #include "base/pace.h"
 #include "base/result.h"
+#include "mesh/mesh_size.h"
 #include "volume/pieces/piece_reader.h"
 #include "volume/pieces/pieces_file.h"
 
 namespace maille {
 namespace {
-
-uint64_t bytes_of(const Mesh& mesh) {
-  uint64_t bytes = mesh.points.bytes.size();
-  for (const Array& array : mesh.arrays) bytes += array.bytes.size();
-  for (const CellBlock& block : mesh.blocks)
-    bytes += block.connectivity.size() * 4 + block.offsets.size() * 8 + block.types.size();
-  return bytes;
-}
 
 /// All pieces, or those that are whole; the first error of the others.
 struct AllPieces {
@@ -39,7 +32,7 @@ Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& optio
         if (!all.damage) all.damage = std::move(piece).error();
         continue;
       }
-      bytes += bytes_of(piece->mesh);
+      bytes += size_in_memory(piece->mesh);
       all.pieces.push_back(*std::move(piece));
     }
     if (bytes > options.limits.mesh_bytes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/result.h"
+#include "description/description.h"
 #include "volume/pieces/coarse_level.h"
 #include "volume/pieces/piece_reader.h"
 #include "volume/pieces/sub_mesh.h"
@@ -59,9 +60,7 @@ void remove_unwanted(const DecodeOptions& options, Mesh& mesh) {
   if (!options.arrays) return;
   const auto is_unwanted = [&](const Array& array) {
     const bool of_elements = array.domain == Domain::point || array.domain == Domain::cell;
-    const bool wanted =
-        std::find(options.arrays->begin(), options.arrays->end(), array.name) != options.arrays->end();
-    return of_elements && !wanted;
+    return of_elements && !is_wanted(options, array.name);
   };
   mesh.arrays.erase(std::remove_if(mesh.arrays.begin(), mesh.arrays.end(), is_unwanted), mesh.arrays.end());
 }

@@ -7,6 +7,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "description/description.h"
 #include "volume/order/cell_order.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/numbered_arrays.h"
@@ -25,9 +26,7 @@ class MeshCollector {
       : options_(options), numbered_(description.numbered) {
     mesh_.points = make(description.positions);
     for (const StreamArray& array : description.arrays) {
-      const bool wanted = !options.arrays || std::find(options.arrays->begin(), options.arrays->end(),
-                                                       array.name) != options.arrays->end();
-      wanted_.push_back(wanted);
+      wanted_.push_back(is_wanted(options, array.name));
       arrays_.push_back(make(array));
     }
     for (const Array& array : description.mesh_arrays) mesh_arrays_.push_back(array);

@@ -512,8 +512,6 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
   report.connectivity.coded_bytes = stream.cell_bytes + (order ? order->cells.size() : 0);
   report.order_bytes = stream.number_bytes + (order ? order->points.size() : 0);
   report.positions = report_of(mesh.points, options.positions, maps, stream, 0);
-  report.other_bytes =
-      stream.file_bytes - report.connectivity.coded_bytes - report.order_bytes - stream.position_bytes;
   size_t next = 0;
   for (const Array& array : mesh.arrays) {
     if (array.domain == Domain::mesh) {
@@ -521,8 +519,9 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
       continue;
     }
     report.arrays.push_back(report_of(array, tolerance_of(options, array.name), maps, stream, next + 1));
-    report.other_bytes -= stream.array_bytes[next++];
+    ++next;
   }
+  set_other_bytes(report);
   return report;
 }
 
