@@ -72,8 +72,8 @@ TEST(CoarseLevel, GroupsAreAsSmallAsAskedFor) {
   const Mesh mesh = with_linear_fields(grid(12, 9, 7));
   PieceRecord record;
   record.cells = mesh.cell_count();
-  enclose(mesh.points, 0, record);
-  for (const Array& array : mesh.arrays) record.fields.push_back(describe_field(array, 0));
+  enclose(mesh.points, {}, record);
+  for (const Array& array : mesh.arrays) record.fields.push_back(describe_field(array, {}));
   add_coarse_points(mesh, 40, record);
   EXPECT_GT(record.coarse.size() / 3, 12U * 9 * 7 / 60);
   EXPECT_EQ(record.fields[1].coarse.size(), record.coarse.size() / 3);

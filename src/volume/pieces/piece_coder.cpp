@@ -3,7 +3,6 @@
 #include <maille/version.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/result.h"
 #include "volume/pieces/border_points.h"
@@ -22,31 +21,22 @@ Result<> find_places(PieceInWork& piece) {
   return {};
 }
 
-/// How far numbers of array i (0: positions) may be from what is described.
-double bound_of(const ArrayMapsList& maps, size_t i, const PieceField& field) {
+/// Of array i; 0: positions.
+PieceBound bound_of(const ArrayMapsList& maps, size_t i) {
   const bool by_size = !maps.maps[i].empty() && maps.maps[i][0].kind == NumberMap::Kind::logarithm;
-  if (!by_size) return maps.bounds[i];
-  double largest = 0;
-  for (const PieceField::Component& component : field.components) {
-    if (component.low <= component.high)
-      largest = std::max<double>({largest, std::abs(component.low), std::abs(component.high)});
-  }
-  return maps.bounds[i] * largest;
+  return {maps.bounds[i], by_size};
 }
 
 void describe(const ArrayMapsList& maps, const Mesh& sub, PieceInWork& piece) {
   PieceRecord& record = piece.record;
   record.cells = sub.cell_count();
   record.points = sub.point_count();
-  enclose(sub.points, bound_of(maps, 0, describe_field(sub.points, 0)), record);
+  enclose(sub.points, bound_of(maps, 0), record);
   const EncodeReport& report = piece.report;
   record.coded_bytes = {report.connectivity.coded_bytes, report.order_bytes, report.positions.coded_bytes};
-  size_t next = 1;
-  for (const Array& array : sub.arrays) {
-    record.fields.push_back(describe_field(array, 0));
-    const double bound = bound_of(maps, next, record.fields.back());
-    if (bound > 0) record.fields.back() = describe_field(array, bound);
-    record.coded_bytes.push_back(report.arrays[next++ - 1].coded_bytes);
+  for (size_t i = 0; i < sub.arrays.size(); ++i) {
+    record.fields.push_back(describe_field(sub.arrays[i], bound_of(maps, i + 1)));
+    record.coded_bytes.push_back(report.arrays[i].coded_bytes);
   }
 }
 
@@ -153,6 +143,15 @@ CellTotals count_cells(const Mesh& mesh) {
     }
   }
   return totals;
+}
+
+void add_totals(const CellTotals& some, CellTotals& all) {
+  for (size_t type = 0; type < all.of_type.size(); ++type) all.of_type[type] += some.of_type[type];
+  all.corners += some.corners;
+  all.polyhedra.cells += some.polyhedra.cells;
+  all.polyhedra.faces += some.polyhedra.faces;
+  all.polyhedra.corners += some.polyhedra.corners;
+  all.polyhedra.points += some.polyhedra.points;
 }
 
 void set_totals(const CellTotals& totals, StreamTail& tail) {

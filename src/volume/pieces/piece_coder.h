@@ -61,6 +61,7 @@ struct CellTotals {
   MeshDescription::Polyhedra polyhedra;
 };
 CellTotals count_cells(const Mesh& mesh);
+void add_totals(const CellTotals& some, CellTotals& all);
 void set_totals(const CellTotals& totals, StreamTail& tail);
 /// The ranges of 0 and -0 are those of 0, whichever came first.
 void unsign_zeros(StreamTail& tail);

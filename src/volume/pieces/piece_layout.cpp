@@ -92,6 +92,10 @@ float above(double number) {
   return -below(-number);
 }
 
+double away(PieceBound bound, double number) {
+  return bound.by_size ? bound.bound * std::abs(number) : bound.bound;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_piece(const CodedPiece& piece) {
@@ -160,7 +164,7 @@ Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points
   return numbers;
 }
 
-PieceField describe_field(const Array& array, double bound) {
+PieceField describe_field(const Array& array, PieceBound bound) {
   ValueRange range;
   widen(range, array.type, array.components, array.bytes);
   PieceField field;
@@ -179,14 +183,14 @@ PieceField describe_field(const Array& array, double bound) {
     PieceField::Component& component = field.components.emplace_back();
     const ValueRange::Component& found = range.components[c];
     if (!found.any) continue;
-    component.low = below(found.low - bound);
-    component.high = above(found.high + bound);
+    component.low = below(found.low - away(bound, found.low));
+    component.high = above(found.high + away(bound, found.high));
     if (counts[c] > 0) component.mean = static_cast<float>(sums[c] / static_cast<double>(counts[c]));
   }
   return field;
 }
 
-void enclose(const Array& positions, double bound, PieceRecord& record) {
+void enclose(const Array& positions, PieceBound bound, PieceRecord& record) {
   const size_t size = size_of(positions.type);
   std::array<double, 3> low, high;
   low.fill(std::numeric_limits<double>::infinity());
@@ -201,8 +205,8 @@ void enclose(const Array& positions, double bound, PieceRecord& record) {
     if (low[k] > high[k]) return;
   }
   for (unsigned k = 0; k < 3; ++k) {
-    record.low[k] = below(low[k] - bound);
-    record.high[k] = above(high[k] + bound);
+    record.low[k] = below(low[k] - away(bound, low[k]));
+    record.high[k] = above(high[k] + away(bound, high[k]));
   }
 }
 

@@ -63,9 +63,14 @@ std::vector<std::byte> encode_numbers(const PieceNumbers& numbers);
 /// As many as the piece has. Error: corrupt.
 Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points);
 
-/// The statistics of an array whose decoded numbers may be `bound` away from those given.
-PieceField describe_field(const Array& array, double bound);
-/// The box around positions whose decoded numbers may be `bound` away.
-void enclose(const Array& positions, double bound, PieceRecord& record);
+/// How far decoded numbers may be from those given.
+struct PieceBound {
+  double bound = 0;
+  bool by_size = false;  ///< of each number, times this
+};
+/// The statistics of an array as it will be decoded.
+PieceField describe_field(const Array& array, PieceBound bound);
+/// The box around positions as they will be decoded.
+void enclose(const Array& positions, PieceBound bound, PieceRecord& record);
 
 }  // namespace maille
