@@ -30,5 +30,6 @@ set(maille_not_for_web
   "surface/(fans/(fit_shear|position_choice|position_runs|position_writer|positions_encoder|repeated_values)|parts/partition)"
   "volume/order/(delay_buffer|last_uses|reordered_source)"
   "volume/ranks/"
+  "volume/pieces/(bisection|cell_merger|mesh_spool|packed_cells|pieces_to_sink|point_sharing|scratch_lists|shared_numbers|source_pieces)"
   "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer|stream_file_info)")
 list(JOIN maille_not_for_web "|" maille_not_for_web)

@@ -37,7 +37,7 @@ std::string provenance_of(const CompressOptions& options) {
 }
 
 bool wants_pieces(const CompressOptions& options) {
-  return !options.pieces.empty() && options.pieces != "off";
+  return cells_of_piece(options.pieces).has_value();
 }
 
 EncodeOptions encode_options(const CompressOptions& options, const Tolerances& tolerances, bool volume) {
@@ -49,9 +49,7 @@ EncodeOptions encode_options(const CompressOptions& options, const Tolerances& t
   encode.order = keep ? Order::keep : Order::canonical;
   encode.positions = tolerances.positions.value_or(Tolerance{});
   encode.arrays = tolerances.arrays;
-  if (wants_pieces(options))
-    encode.most_cells_per_part =
-        options.pieces == "auto" ? cells_of_volume_piece : std::stoull(options.pieces);
+  encode.most_cells_per_part = cells_of_piece(options.pieces);
   if (options.provenance) encode.provenance = provenance_of(options);
   return encode;
 }
@@ -160,6 +158,18 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   return Compressed{std::move(report), input.bytes()};
 }
 
+/// Pieces of what comes once.
+Result<Compressed> compress_spooled(InputStream& input, const CompressOptions& options,
+                                    const Tolerances& tolerances, const std::string& output) {
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const WorkingSpace space = space_for(options.common, output, false);
+  InputInParts parts;
+  parts.mesh = TOOL_TRY(spool_stream(input, space, progress));
+  parts.bytes = input.bytes();
+  progress.clear();
+  return compress_parts(parts, options, tolerances, output);
+}
+
 /// Of a folder, which has none of its own, those of the files in it; of a file that names others, theirs,
 /// too.
 uint64_t input_bytes(const Input& input) {
@@ -213,11 +223,6 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
 
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
-  // Pieces are cut from the whole mesh.
-  if (wants_pieces(options)) {
-    const Input input = TOOL_TRY(open_input(options.input, options.input_format));
-    return compress_whole(input, options, tolerances, output);
-  }
   auto parts = TOOL_TRY([&] {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     return open_in_parts(options, progress);
@@ -226,11 +231,12 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
                              (!options.mode || options.mode == Mode::stream) &&
-                             (!options.any_order || options.delay > 0);
+                             (!options.any_order || options.delay > 0 || wants_pieces(options));
   if (may_be_stream) {
     const Threads threads(options.common.threads);
     if (auto stream = TOOL_TRY(open_stream(options.input, options.common, threads.executor(), begin)))
-      return compress_cells(*stream, options, tolerances, output, threads.executor());
+      return wants_pieces(options) ? compress_spooled(*stream, options, tolerances, output)
+                                   : compress_cells(*stream, options, tolerances, output, threads.executor());
   }
   if (!begin.empty()) {
     std::unique_ptr<Source> rest = TOOL_TRY(rest_of_stdin(std::move(begin)));

@@ -8,6 +8,7 @@
 
 #include "files.h"
 #include "generate_stream.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -205,9 +206,31 @@ Result<int> write_stream(const GenerateOptions& options, const BlockDescription&
   return 0;
 }
 
+Result<int> write_pieces(const GenerateOptions& options, const BlockDescription& description) {
+  const auto file = TOOL_TRY(open_output({options.output, options.input, options.force, true}));
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const EncodeReport report = TOOL_TRY(generate_pieces(description, options, *file, progress));
+  progress.clear();
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump({{"points", report.points},
+                            {"cells", report.cells},
+                            {"output", options.output},
+                            {"output_bytes", report.file_bytes}})));
+  } else if (!options.common.quiet) {
+    say(fmt::format("{} -> {}: {}, {} and outer faces, patches as labels of array \"patch\"; {}",
+                    options.input, output_name(options.output), counted(report.points, "point"),
+                    counted(report.cells, "cell"), human_bytes(static_cast<double>(report.file_bytes))));
+  }
+  return 0;
+}
+
 Result<int> write(const GenerateOptions& options, const BlockDescription& description) {
   const std::string format =
       TOOL_TRY(output_format(options.output, options.output_format, options.output == "-" ? "maille" : ""));
+  if (cells_of_piece(options.pieces)) {
+    if (format == "maille") return write_pieces(options, description);
+    return failure(ErrorCode::usage, fmt::format("{}: only .maille files are in pieces", options.output));
+  }
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
   if (format == "maille" && (many || options.output == "-")) return write_stream(options, description);
   const auto file = TOOL_TRY(open_output(

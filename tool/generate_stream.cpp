@@ -1,8 +1,10 @@
 #include "generate_stream.h"
 
+#include <maille/out_of_core.h>
 #include <maille/stream.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 
 #include "in_parts.h"
@@ -12,17 +14,19 @@ namespace maille::tool {
 
 namespace {
 
+/// `Writer`: StreamWriter, or MeshSpool; `begin(StreamOptions)` makes it.
+template <class Writer>
 class StreamedGeneration final : public GeneratedOutput {
  public:
-  StreamedGeneration(const BlockDescription& description, Sink& sink, const GenerateOptions& options,
-                     Executor* executor, ProgressDisplay& progress)
-      : description_(description), sink_(sink), options_(options), executor_(executor), progress_(progress) {}
+  using Begin = std::function<Result<Writer>(StreamOptions)>;
+  StreamedGeneration(const BlockDescription& description, bool any_order, Begin begin,
+                     ProgressDisplay& progress)
+      : description_(description), any_order_(any_order), begin_(std::move(begin)), progress_(progress) {}
 
   Result<> begin(const GeneratedSize& size) override {
     StreamOptions stream;
     stream.positions.type = Scalar::f64;
-    stream.any_order = options_.generation.streaming_order;
-    stream.executor = executor_;
+    stream.any_order = any_order_;
     StreamArray label{"patch", Domain::cell, Scalar::u16, 1, Role::label, {}, {}, {}};
     for (const HexBlock& block : description_.blocks) zones_.push_back(label_of(label.labels, block.zone));
     for (const BlockPatch& patch : size.patches) {
@@ -32,7 +36,7 @@ class StreamedGeneration final : public GeneratedOutput {
     if (label.labels.size() > 0xffff)
       return failure(ErrorCode::unsupported, "more than 65535 zones and patches");
     stream.arrays.push_back(std::move(label));
-    writer_.emplace(TOOL_TRY(StreamWriter::begin(sink_, std::move(stream))));
+    writer_.emplace(TOOL_TRY(begin_(std::move(stream))));
     cells_ = size.cells;
     watch_ = progress_.watch(static_cast<double>(cells_), "cells");
     return {};
@@ -49,7 +53,7 @@ class StreamedGeneration final : public GeneratedOutput {
     if (watch_) watch_({"cells", static_cast<double>(done_) / static_cast<double>(cells_)});
     return add(zones_[block], type, nodes, last_use);
   }
-  Result<StreamReport> finish() { return writer_->finish(); }
+  auto finish() { return writer_->finish(); }
 
  private:
   static uint16_t label_of(std::vector<std::string>& labels, const std::string& name) {
@@ -65,12 +69,11 @@ class StreamedGeneration final : public GeneratedOutput {
   }
 
   const BlockDescription& description_;
-  Sink& sink_;
-  const GenerateOptions& options_;
-  Executor* executor_;
+  bool any_order_;
+  Begin begin_;
   ProgressDisplay& progress_;
   Progress watch_;
-  std::optional<StreamWriter> writer_;
+  std::optional<Writer> writer_;
   std::vector<uint16_t> zones_, patches_, labels_;
   uint64_t cells_ = 0, done_ = 0;
 };
@@ -81,9 +84,32 @@ Result<StreamReport> generate_stream(const BlockDescription& description, const 
                                      Sink& sink, ProgressDisplay& progress) {
   keep_memory_small();
   const Threads threads(options.common.threads);
-  StreamedGeneration output(description, sink, options, threads.executor(), progress);
+  const auto begin = [&](StreamOptions stream) {
+    stream.executor = threads.executor();
+    return StreamWriter::begin(sink, std::move(stream));
+  };
+  StreamedGeneration<StreamWriter> output(description, options.generation.streaming_order, begin, progress);
   TOOL_CHECK(generate(description, options.generation, output));
   return output.finish();
+}
+
+Result<EncodeReport> generate_pieces(const BlockDescription& description, const GenerateOptions& options,
+                                     Sink& sink, ProgressDisplay& progress) {
+  keep_memory_small();
+  const WorkingSpace space = space_for(options.common, options.output, false);
+  const auto begin = [&](const StreamOptions& stream) { return MeshSpool::create(stream, space); };
+  // All of it is there before it is cut, so that the order costs no memory.
+  StreamedGeneration<MeshSpool> output(description, false, begin, progress);
+  TOOL_CHECK(generate(description, options.generation, output));
+  const auto mesh = TOOL_TRY(output.finish());
+  const Threads threads(options.common.threads);
+  EncodeOptions encoding;
+  encoding.mode = Mode::stream;
+  encoding.order = options.generation.streaming_order ? Order::canonical : Order::keep;
+  encoding.most_cells_per_part = cells_of_piece(options.pieces);
+  encoding.executor = threads.executor();
+  encoding.progress = progress.watch(static_cast<double>(mesh->description().cells), "cells");
+  return encode(*mesh, sink, encoding, space);
 }
 
 }  // namespace maille::tool

@@ -34,17 +34,6 @@ std::string scratch_folder(const std::string& output) {
   return slash == std::string::npos ? "." : output.substr(0, slash + 1);
 }
 
-WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
-  WorkingSpace space;
-  space.folder = scratch_folder(output);
-  const bool asked = common.memory != CommonOptions{}.memory;
-  if (asked) space.limit = common.memory;
-  if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
-  if (asked)
-    space.memory = std::min(space.memory, common.memory - std::min(common.memory, WorkingSpace::of_process));
-  return space;
-}
-
 bool has_volume(MeshSource& mesh) {
   CellPiece piece;
   constexpr uint64_t at_once = 1 << 14;
@@ -58,9 +47,25 @@ bool has_volume(MeshSource& mesh) {
 
 }  // namespace
 
+WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
+  WorkingSpace space;
+  space.folder = scratch_folder(output);
+  const bool asked = common.memory != CommonOptions{}.memory;
+  if (asked) space.limit = common.memory;
+  if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
+  if (asked)
+    space.memory = std::min(space.memory, common.memory - std::min(common.memory, WorkingSpace::of_process));
+  return space;
+}
+
 bool is_regular(const std::string& path) {
   struct stat status = {};
   return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+}
+
+std::optional<uint64_t> cells_of_piece(const std::string& pieces) {
+  if (pieces.empty() || pieces == "off") return std::nullopt;
+  return pieces == "auto" ? cells_of_volume_piece : std::stoull(pieces);
 }
 
 uint64_t bytes_of_case(const std::string& path) {
@@ -238,6 +243,7 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   const MeshDescription& description = (*mesh)->description();
   const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
   if (bytes < std::min(small_bytes, options.common.memory)) {
+    if (cells_of_piece(options.pieces)) return std::nullopt;
     // In memory, cells in no order can be coded in a better one with theirs beside it.
     const Result<double> bits = incoherence(**mesh);
     if (options.delay == 0 && (options.any_order || (bits && *bits > 2))) return std::nullopt;
@@ -262,6 +268,7 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
     return encode(mesh, sink, watched, space);
   }
   WorkingSpace space = space_for(options.common, output, false);
+  if (encoding.most_cells_per_part) return encode(mesh, sink, watched, space);
   space.delay = options.delay;
   const bool may_order = options.any_order && options.delay == 0;
   if (!may_order || TOOL_TRY(incoherence(mesh)) <= 2) {
@@ -311,8 +318,8 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
   if (!goes_in_parts(mesh, format, options)) return std::nullopt;
   const bool folder = format == "polymesh";
   TOOL_CHECK(check_output({output, options.input, options.force, true, folder}));
-  const uint64_t memory = space_for(options.common, output, false).memory;
-  auto opened = mesh_sink(output, format, mesh, {options.ascii, scratch_folder(output), memory});
+  const WorkingSpace space = space_for(options.common, output, false);
+  auto opened = mesh_sink(output, format, mesh, {options.ascii, space.folder, space.memory});
   if (!opened && opened.error().code == ErrorCode::unsupported) return std::nullopt;
   const auto sink = TOOL_TRY(std::move(opened));
   keep_memory_small();
@@ -323,7 +330,7 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
                                .executor = threads.executor(),
                                .progress = progress.watch(static_cast<double>(mesh.cells), "cells")};
   const Stopwatch step;
-  TOOL_CHECK(decode(source, *sink, decoding));
+  TOOL_CHECK(decode(source, *sink, decoding, space));
   progress.clear();
   say_notes(output, sink->notes(), options.common.quiet);
   step.done(options.common.verbose, "decompressing");

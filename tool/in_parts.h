@@ -30,6 +30,11 @@ Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, 
 Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const EncodeOptions& encoding,
                                        const CompressOptions& options, ProgressDisplay& progress);
 
+/// What work in parts may use. `reorder`: to put cells in order.
+WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder);
+/// What --pieces asks for; nothing: one stream.
+std::optional<uint64_t> cells_of_piece(const std::string& pieces);
+
 /// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
 uint64_t bytes_of_case(const std::string& path);
 /// The files in a folder, not those in folders below.

@@ -149,6 +149,7 @@ struct GenerateOptions {
   std::string output;  ///< empty with `count`
   std::string output_format;
   maille::GenerateOptions generation;
+  std::string pieces;  ///< as of CompressOptions; empty: off
   bool count = false;
   bool force = false;
 };

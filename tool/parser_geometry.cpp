@@ -94,6 +94,13 @@ void Parser::add_generate() {
   g->add_flag("--any-order", generate.generation.streaming_order,
               "Sweep blocks side by side together, so that few points are in use at any time")
       ->group(scheme_group);
+  g->add_option(
+       "--pieces", generate.pieces,
+       "Into .maille: in pieces that are read alone, of about so many cells each, or auto, by way of "
+       "temporary files (default: off)")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}))
+      ->type_name("N|auto|off")
+      ->group(scheme_group);
   g->add_flag("--count", generate.count, "Generate all of it, count, and write nothing; needs no memory")
       ->group(scheme_group);
   add_work(g, generate.common);

@@ -78,10 +78,11 @@ Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin) {
 
 namespace {
 
-/// Gives portions of one stream to the writer of another.
+/// Gives portions of a stream to the writer of another, or to a spool.
+template <class Writer>
 class Recoder {
  public:
-  Recoder(const StreamDescription& description, StreamWriter& writer) : writer_(writer) {
+  Recoder(const StreamDescription& description, Writer& writer) : writer_(writer) {
     for (const StreamArray& array : description.arrays) {
       if (array.domain == Domain::cell) cell_sizes_.push_back(array.tuple_size());
     }
@@ -142,7 +143,7 @@ class Recoder {
     return next - i;
   }
 
-  StreamWriter& writer_;
+  Writer& writer_;
   std::vector<size_t> cell_sizes_;
   std::vector<Bytes> points_, cells_;
   std::vector<uint64_t> numbers_;  ///< by slot
@@ -190,11 +191,10 @@ EncodeReport report_of(const StreamOptions& options, const StreamReport& stream)
 
 }  // namespace
 
-Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
-                                     uint64_t delay, ProgressDisplay& progress) {
-  const StreamDescription& from = input.reader.description();
+namespace {
+
+StreamOptions options_of(const StreamDescription& from, const EncodeOptions& encoding) {
   StreamOptions options;
-  options.delay = delay;
   options.positions = from.positions;
   options.positions.tolerance = encoding.positions;
   options.arrays = from.arrays;
@@ -204,19 +204,42 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
   }
   options.mesh_arrays = from.mesh_arrays;
   options.metadata = from.metadata;
-  options.provenance = encoding.provenance;
-  options.effort = encoding.effort;
-  options.any_order = from.any_order || encoding.order == Order::canonical;
-  options.executor = encoding.executor;
-  StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
-  Recoder recoder(from, writer);
+  return options;
+}
+
+template <class Writer>
+Result<> add_all(InputStream& input, Writer& writer, ProgressDisplay& progress) {
+  Recoder<Writer> recoder(input.reader.description(), writer);
   const Progress watch = progress.watch(0, "cells");
   StreamPortion portion;
   while (TOOL_TRY(input.reader.next(portion))) {
     TOOL_CHECK(recoder.add(portion));
     if (watch) watch({"cells", 0});
   }
+  return {};
+}
+
+}  // namespace
+
+Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
+                                     uint64_t delay, ProgressDisplay& progress) {
+  const StreamDescription& from = input.reader.description();
+  StreamOptions options = options_of(from, encoding);
+  options.delay = delay;
+  options.provenance = encoding.provenance;
+  options.effort = encoding.effort;
+  options.any_order = from.any_order || encoding.order == Order::canonical;
+  options.executor = encoding.executor;
+  StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
+  TOOL_CHECK(add_all(input, writer, progress));
   return report_of(options, TOOL_TRY(writer.finish()));
+}
+
+Result<std::unique_ptr<MeshSource>> spool_stream(InputStream& input, const WorkingSpace& space,
+                                                 ProgressDisplay& progress) {
+  MeshSpool spool = TOOL_TRY(MeshSpool::create(options_of(input.reader.description(), {}), space));
+  TOOL_CHECK(add_all(input, spool, progress));
+  return spool.finish();
 }
 
 }  // namespace maille::tool

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/encode.h>
+#include <maille/out_of_core.h>
 #include <maille/source.h>
 #include <maille/stream.h>
 
@@ -33,5 +34,9 @@ Result<std::unique_ptr<Source>> rest_of_stdin(std::vector<std::byte> begin);
 /// Compresses again what comes from a stream, `delay` cells held back.
 Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const EncodeOptions& encoding,
                                      uint64_t delay, ProgressDisplay& progress);
+
+/// What comes from a stream as a mesh that can be read in parts, in temporary files.
+Result<std::unique_ptr<MeshSource>> spool_stream(InputStream& input, const WorkingSpace& space,
+                                                 ProgressDisplay& progress);
 
 }  // namespace maille::tool

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "files.h"
+#include "in_parts.h"
 #include "original_order.h"
 #include "recode.h"
 #include "result.h"
@@ -234,6 +235,38 @@ Result<std::optional<Verdict>> judge_stream(const VerifyOptions& options, std::v
   return verdict;
 }
 
+/// Takes a mesh and keeps nothing.
+class NoSink final : public MeshSink {
+ public:
+  Result<> write_points(uint64_t, Bytes) override { return {}; }
+  Result<> write_cells(const CellPiece&) override { return {}; }
+  Result<> write_array(size_t, uint64_t, Bytes) override { return {}; }
+  Result<> commit() override { return {}; }
+};
+
+/// A volume in pieces, some of which are in memory at once. Nothing where it is something else.
+Result<std::optional<Verdict>> judge_pieces(const Input& input, const VerifyOptions& options) {
+  const auto mesh = describe(*input.source);
+  if (!mesh) return std::nullopt;
+  Verdict verdict;
+  verdict.word = "cell";
+  verdict.damage = TOOL_TRY(verify_checksums(*input.source));
+  if (!verdict.damage.empty()) return verdict;
+  keep_memory_small();
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Threads threads(options.common.threads);
+  const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
+                               .executor = threads.executor(),
+                               .progress = progress.watch(static_cast<double>(mesh->cells), "cells")};
+  NoSink nowhere;
+  const auto decoded = decode(*input.source, nowhere, decoding, space_for(options.common, "-", false));
+  if (!decoded && decoded.error().code != ErrorCode::corrupt) return tl::unexpected(decoded.error());
+  if (!decoded) verdict.damage.push_back(decoded.error().message);
+  verdict.points = mesh->points;
+  verdict.cells = mesh->cells;
+  return verdict;
+}
+
 Result<Verdict> judge(const VerifyOptions& options) {
   std::vector<std::byte> begin;
   if (options.original.empty()) {
@@ -243,7 +276,11 @@ Result<Verdict> judge(const VerifyOptions& options) {
     std::unique_ptr<Source> rest = TOOL_TRY(rest_of_stdin(std::move(begin)));
     return judge_whole(make_input(std::move(rest), options.input), options);
   }
-  return judge_whole(TOOL_TRY(open_maille(options.input)), options);
+  const Input input = TOOL_TRY(open_maille(options.input));
+  if (options.original.empty()) {
+    if (auto verdict = TOOL_TRY(judge_pieces(input, options))) return *std::move(verdict);
+  }
+  return judge_whole(input, options);
 }
 }  // namespace
 

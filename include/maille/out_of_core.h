@@ -3,8 +3,10 @@
 #include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/mesh_source.h>
+#include <maille/stream.h>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 // Meshes that are larger than memory, from file to file. Volumes: MeshSource -> .maille of mode `stream` ->
@@ -37,6 +39,11 @@ struct WorkingSpace {
 /// they do, points in the order in which cells meet them; reordered() goes before where cells are in no
 /// order. Errors: those of encode(), of the source, write_failed, memory_bound.
 ///
+/// Mode `stream` with `options.most_cells_per_part`: in pieces (VolumeFile). Cells are distributed to pieces
+/// of space in temporary files, which take some ten bytes a hexahedron, and a few pieces are in memory at
+/// once. The bytes are those of the mesh in memory up to two million cells; cuts of larger ones are found by
+/// a sample. `space` as above, and some 250 bytes for each cell of the pieces that are coded at once.
+///
 /// Mode `random`: one block of triangles, quads or polygons, arrays of points and cells, either order. The
 /// levels are built as in memory, but a window at a time; the file is the same for any memory and executor.
 /// `space.memory` is for all of it: 96 MB, two bytes a point, and 100 MB for each window that is worked on at
@@ -44,6 +51,37 @@ struct WorkingSpace {
 /// files.
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space = {});
+
+/// A mesh that comes once, from front to back, as from a pipe or a generator: it goes to temporary files, and
+/// can be read in parts when all of it is there. Takes what StreamWriter takes, in the same calls.
+class MeshSpool {
+ public:
+  /// Of `options` positions, arrays, arrays of the mesh and metadata count; of `space` the folder. Error:
+  /// write_failed.
+  static Result<MeshSpool> create(const StreamOptions& options, const WorkingSpace& space = {});
+  MeshSpool(MeshSpool&&) noexcept;
+  ~MeshSpool();
+
+  /// Numbers may come in any order, each once; in the end there must be no gaps.
+  Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
+  Result<> add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays = {});
+  Result<> begin_block(std::string name, CellType type);
+  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
+                     std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
+                     size_t nodes = 0);
+  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
+                          std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {});
+  /// Here for those that write to either; all points stay.
+  Result<> end_points(std::span<const uint64_t>) { return {}; }
+
+  /// What came. Nothing can be added any more. Errors: malformed_input, write_failed.
+  Result<std::unique_ptr<MeshSource>> finish();
+
+ private:
+  class Implementation;
+  explicit MeshSpool(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
 
 /// About the bits a cell that the order of the cells costs, judged by some ten thousand of them from the
 /// begin: below 2 for meshes that were written in sweeps.
@@ -60,7 +98,10 @@ Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpa
 /// for other modes, corrupt when its end is missing.
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options = {});
 /// Decompresses a file of mode `stream` into a sink that was made for its description(), with the same
-/// options, and commits it. Memory is for the points in use, and a bit for each point.
-Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {});
+/// options, and commits it. Memory is for the points in use, and a bit for each point. Of a file in pieces
+/// some are in memory at once, and what does not come in the order of the mesh goes through temporary files
+/// in `space.folder`.
+Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {},
+                const WorkingSpace& space = {});
 
 }  // namespace maille

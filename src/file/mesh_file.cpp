@@ -49,6 +49,8 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                             const WorkingSpace& space) {
   MAILLE_CHECK(check_bounds(options));
+  if (options.mode == Mode::stream && options.most_cells_per_part)
+    return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part, space);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options, space);
   if (options.mode == Mode::random) return encode_random(mesh, sink, options, {.sizes = {}, .space = space});
   return failure(
@@ -66,6 +68,12 @@ Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
   if (mode == Mode::stream)
     return in_pieces ? decode_pieces(source, options) : decode_stream(source, options);
   return decode_random(source, options);
+}
+
+Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options,
+                const WorkingSpace& space) {
+  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
+  return in_pieces ? decode_pieces(source, sink, options, space) : decode_stream(source, sink, options);
 }
 
 Result<Salvaged> salvage(const Source& source, const DecodeOptions& options) {

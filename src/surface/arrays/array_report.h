@@ -34,8 +34,8 @@ inline EncodeReport report_of(const Mesh& mesh) {
 
 /// What is left of the file when all else is told.
 inline void set_other_bytes(EncodeReport& report) {
-  report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.order_bytes -
-                       report.positions.coded_bytes;
+  report.other_bytes =
+      report.file_bytes - report.connectivity.coded_bytes - report.order_bytes - report.positions.coded_bytes;
   for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
 }
 

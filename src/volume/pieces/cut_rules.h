@@ -14,6 +14,16 @@ namespace maille {
 
 /// The middle of a cell's corners; coordinates that are not finite count as 0. Floats: cuts need no more, and
 /// memory counts.
+class MiddleSum {
+ public:
+  /// `position`: three numbers of the type.
+  void add(Scalar type, const std::byte* position);
+  std::array<float, 3> middle() const;
+
+ private:
+  std::array<double, 3> sum_{};
+  size_t points_ = 0;
+};
 std::array<float, 3> middle_of(const Array& positions, std::span<const uint32_t> points);
 
 /// How many pieces so many cells become, at least one.

@@ -1,9 +1,12 @@
 #include "volume/pieces/piece_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/result.h"
+#include "description/description.h"
 #include "volume/pieces/border_points.h"
 #include "volume/pieces/coarse_level.h"
 #include "volume/stream/step_chain.h"
@@ -145,9 +148,7 @@ void PieceReader::choose_arrays(std::optional<std::vector<std::string>> arrays) 
   options_.arrays = std::move(arrays);
   wanted_.clear();
   for (const StreamArray& array : header_.description.arrays) {
-    const bool wanted = !options_.arrays || std::find(options_.arrays->begin(), options_.arrays->end(),
-                                                      array.name) != options_.arrays->end();
-    wanted_.push_back(wanted);
+    wanted_.push_back(is_wanted(options_, array.name));
   }
 }
 
@@ -208,6 +209,44 @@ Result<> PieceReader::check(const DecodedPiece& piece, const PieceRecord& record
   if (!fits || next != piece.mesh.arrays.size())
     return failure(ErrorCode::corrupt, "it is not what the file says of it");
   return {};
+}
+
+namespace {
+
+/// Rounding may take a little.
+bool is_within(float low, float high, float known_low, float known_high) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  return low > high ||
+         (low >= std::nextafter(known_low, -infinity) && high <= std::nextafter(known_high, infinity));
+}
+
+bool is_within(const PieceField& field, const PieceField& known) {
+  for (size_t c = 0; c < field.components.size(); ++c) {
+    const PieceField::Component &here = field.components[c], &there = known.components[c];
+    if (!is_within(here.low, here.high, there.low, there.high)) return false;
+  }
+  return field.nans == known.nans;
+}
+
+}  // namespace
+
+Result<> PieceReader::hold_against_index(uint32_t number, const DecodedPiece& piece) const {
+  const PieceRecord& known = pieces_[number];
+  PieceRecord found;
+  enclose(piece.mesh.points, {}, found);
+  bool fits = true;
+  for (unsigned k = 0; k < 3; ++k)
+    fits = fits && is_within(found.low[k], found.high[k], known.low[k], known.high[k]);
+  size_t next = 0;
+  for (size_t i = 0; fits && i < known.fields.size(); ++i) {
+    if (wanted_[i] != 0) fits = is_within(describe_field(piece.mesh.arrays[next++], {}), known.fields[i]);
+  }
+  if (fits && !piece.numbers.cells.empty())
+    fits = piece.numbers.cells.front() >= known.first_cell && piece.numbers.cells.back() <= known.last_cell;
+  if (fits) return {};
+  return failure(ErrorCode::corrupt, name_ + ": piece " + std::to_string(number) +
+                                         ": its values are not what the index of pieces says of them, so "
+                                         "queries may miss cells");
 }
 
 Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) const {

@@ -54,6 +54,9 @@ class PieceReader {
   /// Piece `number`, with its numbers in the mesh if that is asked for. Error: corrupt, naming the piece;
   /// cannot_read; memory_bound.
   Result<DecodedPiece> read(uint32_t number, bool numbered) const;
+  /// Whether the index says of a piece what it holds; of one that was read with all that was asked for.
+  /// Error: corrupt.
+  Result<> hold_against_index(uint32_t number, const DecodedPiece& piece) const;
 
  private:
   static Result<PieceReader> open_front(const Source& source, const DecodeOptions& options);

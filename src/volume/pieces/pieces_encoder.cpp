@@ -128,9 +128,7 @@ class PiecesEncoder {
     MAILLE_CHECK(file.write_stream({"TAIL"}, encode_tail(tail(report))));
     report.file_bytes = MAILLE_TRY(file.finish());
     MAILLE_CHECK(sink.commit());
-    report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.order_bytes -
-                         report.positions.coded_bytes;
-    for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
+    set_other_bytes(report);
     return report;
   }
 

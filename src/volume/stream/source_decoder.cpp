@@ -3,54 +3,19 @@
 #include <maille/stream.h>
 
 #include <algorithm>
-#include <array>
-#include <memory>
 #include <numeric>
-#include <unordered_map>
 
 #include "base/pace.h"
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "description/description.h"
+#include "volume/stream/number_set.h"
 #include "volume/stream/portion_pipeline.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
 namespace {
-
-bool is_wanted(const StreamArray& array, const DecodeOptions& options) {
-  return !options.arrays ||
-         std::find(options.arrays->begin(), options.arrays->end(), array.name) != options.arrays->end();
-}
-
-/// Numbers that were met, each once; memory for those that were, not for what a file claims.
-class NumberSet {
- public:
-  explicit NumberSet(uint64_t most_bytes) : most_pages_(most_bytes / sizeof(Page)) {}
-  bool full() const { return pages_.size() > most_pages_; }
-  /// False: it was there already.
-  bool add(uint64_t number) {
-    const uint64_t place = number / (sizeof(Page) * 8);
-    if (place != last_place_) {
-      auto& page = pages_[place];
-      if (!page) page = std::make_unique<Page>();
-      last_ = page.get();
-      last_place_ = place;
-    }
-    uint64_t& word = (*last_)[number / 64 % last_->size()];
-    const uint64_t bit = uint64_t{1} << number % 64;
-    const bool is_new = (word & bit) == 0;
-    word |= bit;
-    return is_new;
-  }
-
- private:
-  using Page = std::array<uint64_t, 512>;
-  std::unordered_map<uint64_t, std::unique_ptr<Page>> pages_;  ///< only looked up
-  uint64_t most_pages_;
-  Page* last_ = nullptr;
-  uint64_t last_place_ = ~uint64_t{0};
-};
 
 /// Writes portions where they belong.
 class SinkFeeder {
@@ -60,7 +25,7 @@ class SinkFeeder {
       : mesh_(mesh), sink_(sink), numbers_(options.limits.mesh_bytes / 2), name_(std::move(name)) {
     size_t next = 0;
     for (const StreamArray& array : stream.arrays)
-      places_.push_back(is_wanted(array, options) ? next++ : not_wanted);
+      places_.push_back(is_wanted(options, array.name) ? next++ : not_wanted);
     for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
   }
 
@@ -163,7 +128,7 @@ class SinkFeeder {
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
   const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
   const StreamDescription& stream = ends.header.description;
-  if (stream.order_apart) {
+  if (stream.order_apart && !ends.in_pieces) {
     return failure(ErrorCode::unsupported,
                    source.name() +
                        ": cells and points stand in another order than in the mesh, so it cannot be "
@@ -179,7 +144,7 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
   for (const StreamTail::Block& block : ends.tail.blocks)
     mesh.blocks.push_back({block.name, block.type, block.cells});
   for (const StreamArray& array : stream.arrays) {
-    if (!is_wanted(array, options)) continue;
+    if (!is_wanted(options, array.name)) continue;
     mesh.arrays.push_back(make_array(array.name, array.domain, array.type, array.components, array.role));
     mesh.arrays.back().labels = array.labels;
   }
@@ -188,7 +153,7 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
   return mesh;
 }
 
-Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options) {
+Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions& options) {
   const MeshDescription mesh = MAILLE_TRY(describe(source, options));
   StreamReader reader = MAILLE_TRY(
       StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));

@@ -9,36 +9,20 @@
 
 #include "base/pace.h"
 #include "base/result.h"
+#include "description/description.h"
+#include "surface/arrays/array_report.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/order/last_uses.h"
 #include "volume/order/working_memory.h"
 #include "volume/stream/numbered_arrays.h"
 #include "volume/stream/source_points.h"
+#include "volume/stream/source_report.h"
 #include "volume/stream/source_sample.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
 namespace {
-
-Result<StreamOptions> options_for(const MeshDescription& mesh, const EncodeOptions& options) {
-  StreamOptions stream;
-  stream.positions.type = mesh.point_type;
-  stream.positions.tolerance = options.positions;
-  for (const Array& array : mesh.arrays) {
-    stream.arrays.push_back({array.name, array.domain, array.type, array.components, array.role, array.labels,
-                             tolerance_of(options, array.name), std::nullopt});
-  }
-  for (const auto& [name, tolerance] : options.arrays) {
-    const auto same_name = [&name = name](const Array& array) { return array.name == name; };
-    if (std::none_of(mesh.arrays.begin(), mesh.arrays.end(), same_name) &&
-        std::none_of(mesh.mesh_arrays.begin(), mesh.mesh_arrays.end(), same_name))
-      return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
-  }
-  stream.mesh_arrays = mesh.mesh_arrays;
-  copy_options(mesh, options, stream);
-  return stream;
-}
 
 /// Points of a source. Who reads them owns the source while cells are coded: before the first point, the next
 /// cells are read, too, if that was asked for.
@@ -171,42 +155,20 @@ class SourceFeeder {
   uint64_t block_end_ = 0;
 };
 
-ArrayReport report_of(const Array& array, uint64_t count) {
-  ArrayReport report;
-  report.name = array.name;
-  report.domain = array.domain;
-  report.type = array.type;
-  report.components = array.components;
-  report.elements = count;
-  report.raw_bytes = count * array.tuple_size();
-  return report;
-}
-
 EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options, const StreamReport& stream,
                        const ArrayMapsList& maps) {
-  EncodeReport report;
-  report.points = stream.points;
-  report.cells = stream.cells;
+  EncodeReport report = report_of(mesh);
   report.file_bytes = stream.file_bytes;
-  report.connectivity.name = "connectivity";
-  report.connectivity.domain = Domain::cell;
-  report.connectivity.type = Scalar::u32;
-  report.connectivity.elements = stream.cells;
   report.connectivity.coded_bytes = stream.cell_bytes;
-  report.connectivity.raw_bytes = mesh.corners * 4;
   report.order_bytes = stream.number_bytes;
-  const Array positions = make_array("position", Domain::point, mesh.point_type, 3);
-  report.positions = report_of(positions, mesh.points);
   report.positions.coded_bytes = stream.position_bytes;
   add_error(maps, stream, options.positions, 0, report.positions);
-  report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
   for (size_t i = 0; i < mesh.arrays.size(); ++i) {
-    ArrayReport& array = report.arrays.emplace_back(report_of(mesh.arrays[i], mesh.count_of(mesh.arrays[i])));
+    ArrayReport& array = report.arrays[i];
     array.coded_bytes = stream.array_bytes[i];
     add_error(maps, stream, tolerance_of(options, mesh.arrays[i].name), i + 1, array);
-    report.other_bytes -= stream.array_bytes[i];
   }
-  for (const Array& array : mesh.mesh_arrays) report.arrays.push_back(report_of(array, array.count()));
+  set_other_bytes(report);
   return report;
 }
 
@@ -269,7 +231,7 @@ Result<uint64_t> memory_for_pages(MeshSource& mesh, LastUses& uses, const Workin
 
 Result<EncodeReport> encode_stream(MeshSource& given, Sink& sink, const EncodeOptions& options,
                                    const WorkingSpace& space) {
-  StreamOptions stream = MAILLE_TRY(options_for(given.description(), options));
+  StreamOptions stream = MAILLE_TRY(stream_options_of(given.description(), options));
   std::vector<NumberedArray> numbered;
   if (!stream.any_order) numbered = MAILLE_TRY(find_numbered(given));
   WithoutNumbers mesh(given, numbered);

@@ -86,16 +86,17 @@ void use_logarithms_of_any(const StreamArray& array, std::vector<NumberMap>& map
 
 }  // namespace
 
-Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options, bool mixes_values) {
+Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options,
+                                         std::optional<bool> mixes_values) {
   const MeshDescription& description = mesh.description();
-  TableSearch tables(mixes_values, [&] { return first_cells_of(mesh); });
+  TableSearch tables(mixes_values.value_or(false), [&] { return first_cells_of(mesh); });
   StreamOptions one;
   one.positions = options.positions;
   Mesh sample;
   sample.points = make_array("position", Domain::point, description.point_type, 3);
   sample.points = MAILLE_TRY(sample_of(mesh, positions, sample.points, one.positions.tolerance));
   ArrayMapsList list = MAILLE_TRY(choose_stream_maps(sample, one));
-  if (list.bounds[0] == 0 && description.points <= tuples_in_all)
+  if (mixes_values && list.bounds[0] == 0 && description.points <= tuples_in_all)
     MAILLE_CHECK(tables.add_tables(sample.points, list.maps[0]));
   one.positions.tolerance = {};
   // One after the other: all samples together could be large.
@@ -109,7 +110,8 @@ Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& 
     use_logarithms_of_any(options.arrays[i], maps.maps[1]);
     list.maps.push_back(std::move(maps.maps[1]));
     list.bounds.push_back(maps.bounds[1]);
-    if (list.bounds.back() == 0 && description.count_of(description.arrays[i]) <= tuples_in_all)
+    if (mixes_values && list.bounds.back() == 0 &&
+        description.count_of(description.arrays[i]) <= tuples_in_all)
       MAILLE_CHECK(tables.add_tables(sample.arrays[0], list.maps.back()));
     list.extents.push_back(maps.extents[1]);
   }

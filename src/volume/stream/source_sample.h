@@ -7,8 +7,9 @@
 namespace maille {
 
 /// Maps as choose_stream_maps() finds them, by a look at some ten thousand numbers of each array, and at all
-/// where a bound needs the range; then those of TableSearch. A number that does not fit is kept all the same,
-/// and costs more.
-Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options, bool mixes_values);
+/// where a bound needs the range; with `mixes_values` then those of TableSearch. A number that does not fit
+/// is kept all the same, and costs more.
+Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options,
+                                         std::optional<bool> mixes_values);
 
 }  // namespace maille

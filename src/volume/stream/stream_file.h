@@ -24,6 +24,8 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
 Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                    const WorkingSpace& space);
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
+/// decode() into a mesh that is written in parts.
+Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions& options);
 Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
 /// Where the input's points and cells stand in the stream; none where the stream has them in the input's
 /// order, or in any.
@@ -55,6 +57,7 @@ void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptio
 struct StreamEnds {
   StreamHeader header;
   StreamTail tail;
+  bool in_pieces = false;
 };
 Result<StreamEnds> read_stream_ends(const Source& source);
 

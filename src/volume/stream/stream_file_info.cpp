@@ -122,18 +122,13 @@ Result<FileInfo> inspect_stream(const Source& source) {
 
 Result<StreamEnds> read_stream_ends(const Source& source) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  if ((reader.header().required_features & in_pieces_feature) != 0) {
-    return failure(
-        ErrorCode::unsupported,
-        source.name() +
-            ": the volume is in pieces, so it cannot be decoded in parts; decode() reads it whole");
-  }
   if (reader.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   MAILLE_CHECK(reader.check_complete());
   const std::vector<std::byte> description = MAILLE_TRY(reader.read_stream({"DESC"}));
   const std::vector<std::byte> tail = MAILLE_TRY(reader.read_stream({"TAIL"}));
   StreamEnds ends;
+  ends.in_pieces = (reader.header().required_features & in_pieces_feature) != 0;
   ends.header = MAILLE_TRY(decode_header(description));
   ends.tail = MAILLE_TRY(decode_tail(tail));
   return ends;

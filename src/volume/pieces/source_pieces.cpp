@@ -1,0 +1,311 @@
+#include "volume/pieces/source_pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/pace.h"
+#include "base/result.h"
+#include "volume/order/working_memory.h"
+#include "volume/pieces/cut_rules.h"
+#include "volume/pieces/in_rounds.h"
+
+namespace maille {
+namespace {
+
+constexpr uint64_t cells_at_once = 4096;
+/// Meshes of no more cells are cut as they are in memory, others by a sample of so many.
+constexpr uint64_t most_sampled = uint64_t{1} << 21;
+constexpr CellType no_type = CellType{0};
+
+/// Any bit of the input changes half of those of the output (SplitMix64: Steele, Lea, Flood 2014).
+uint64_t mix(uint64_t x) {
+  x += 0x9e3779b97f4a7c15;
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+
+/// Places of rising numbers in their list, for millions of look-ups: a table by equal steps narrows the
+/// search to mostly one or two of them.
+class RankTable {
+ public:
+  explicit RankTable(std::span<const uint32_t> numbers) : numbers_(numbers) {
+    if (numbers.empty()) return;
+    const uint64_t width = uint64_t{numbers.back()} - numbers.front() + 1;
+    while (width >> shift_ > 2 * numbers.size()) ++shift_;
+    begins_.resize((width >> shift_) + 2, static_cast<uint32_t>(numbers.size()));
+    for (size_t i = numbers.size(); i-- > 0;) begins_[step_of(numbers[i])] = static_cast<uint32_t>(i);
+    for (size_t i = begins_.size() - 1; i-- > 0;) begins_[i] = std::min(begins_[i], begins_[i + 1]);
+  }
+  /// The number is there.
+  uint32_t rank(uint32_t number) const {
+    const size_t step = step_of(number);
+    const auto first = numbers_.begin() + begins_[step], last = numbers_.begin() + begins_[step + 1];
+    return static_cast<uint32_t>(std::lower_bound(first, last, number) - numbers_.begin());
+  }
+
+ private:
+  size_t step_of(uint32_t number) const { return (number - numbers_.front()) >> shift_; }
+  std::span<const uint32_t> numbers_;
+  unsigned shift_ = 0;
+  std::vector<uint32_t> begins_;
+};
+
+/// The numbers of the points of packed cells, rising, each once.
+std::vector<uint32_t> points_of(Bytes cells, size_t values_size) {
+  // Most cells have points of the cells just before them, which need not be sorted again and again.
+  constexpr size_t remembered = 8192;
+  std::vector<uint32_t> points, last(remembered, ~uint32_t{0});
+  ByteReader in(cells);
+  CellUnpacker unpacker;
+  while (in.remaining() > 0) {
+    for (const uint64_t node : unpacker.unpack(in).nodes) {
+      const auto point = static_cast<uint32_t>(node);
+      uint32_t& known = last[point % remembered];
+      if (known == point) continue;
+      points.push_back(known = point);
+    }
+    in.get_bytes(values_size);
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+void append_cell(const PackedCell& cell, const RankTable& ranks, CellBlock& to) {
+  const bool sized = nodes_of(to.type) == 0, polyhedron = !cell.faces.empty();
+  if (sized && to.offsets.empty()) to.offsets.push_back(0);
+  if (polyhedron && to.cell_faces.empty()) to.cell_faces.assign(to.offsets.size(), 0);
+  if (to.type == CellType::mixed) to.types.push_back(cell.type);
+  for (const uint64_t node : cell.nodes) to.connectivity.push_back(ranks.rank(static_cast<uint32_t>(node)));
+  if (sized) to.offsets.push_back(to.connectivity.size());
+  if (to.cell_faces.empty()) return;
+  to.face_sizes.insert(to.face_sizes.end(), cell.faces.begin(), cell.faces.end());
+  to.cell_faces.push_back(to.face_sizes.size());
+}
+
+/// Columns of tuples that stand one beside the other.
+void split_tuples(Bytes tuples, std::span<Array* const> columns) {
+  size_t size = 0;
+  for (const Array* column : columns) size += column->tuple_size();
+  const uint64_t count = size == 0 ? 0 : tuples.size() / size;
+  size_t at = 0;
+  for (Array* column : columns) {
+    const size_t width = column->tuple_size();
+    column->resize(count);
+    for (uint64_t i = 0; i < count; ++i)
+      std::copy_n(tuples.data() + i * size + at, width, column->bytes.data() + i * width);
+    at += width;
+  }
+}
+
+Array empty_like(const Array& described) {
+  Array array =
+      make_array(described.name, described.domain, described.type, described.components, described.role);
+  array.labels = described.labels;
+  return array;
+}
+
+}  // namespace
+
+SourcePieces::SourcePieces(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options)
+    : mesh_(mesh),
+      space_(space),
+      options_(options),
+      executor_(options.executor ? *options.executor : serial_executor()) {
+  const auto& blocks = description().blocks;
+  one_unknown_ = blocks.size() == 1 && blocks[0].name.empty() && blocks[0].type == CellType::mixed;
+  for (const MeshDescription::Block& block : blocks) {
+    block_ends_.push_back((block_ends_.empty() ? 0 : block_ends_.back()) + block.cells);
+    block_types_.push_back(one_unknown_ ? no_type : block.type);
+  }
+  for (size_t i = 0; i < description().arrays.size(); ++i) {
+    if (description().arrays[i].domain != Domain::cell) continue;
+    columns_.push_back(i);
+    values_size_ += description().arrays[i].tuple_size();
+  }
+}
+
+uint32_t SourcePieces::block_of(uint64_t cell) const {
+  return static_cast<uint32_t>(std::upper_bound(block_ends_.begin(), block_ends_.end(), cell) -
+                               block_ends_.begin());
+}
+
+template <class Visit>
+Result<> SourcePieces::visit_cells(const char* stage, Visit visit) {
+  const uint64_t cells = description().cells;
+  CellPiece piece;
+  for (uint64_t first = 0; first < cells; first += cells_at_once) {
+    const double share = static_cast<double>(first) / static_cast<double>(cells);
+    if (options_.progress && !options_.progress({stage, share})) return cancelled();
+    MAILLE_CHECK(mesh_.read_cells(first, std::min(cells_at_once, cells - first), piece));
+    MAILLE_CHECK(visit(first, piece));
+  }
+  return {};
+}
+
+Result<Middle> SourcePieces::middle_of(uint64_t cell, std::span<const uint64_t> nodes) {
+  const Scalar type = description().point_type;
+  MiddleSum sum;
+  std::array<std::byte, 24> position;
+  for (const uint64_t node : nodes) {
+    MAILLE_CHECK(points_->read(node, position.data()));
+    sum.add(type, position.data());
+  }
+  return Middle{sum.middle(), static_cast<uint32_t>(cell)};
+}
+
+/// All cells, or of each stretch of so many one at a place that no lattice knows.
+Result<> SourcePieces::sample(std::vector<Middle>& middles) {
+  const uint64_t stretch = (description().cells + most_sampled - 1) / most_sampled;
+  uint64_t wanted = 0;
+  return visit_cells("looking", [&](uint64_t first, const CellPiece& piece) -> Result<> {
+    while (wanted < first + piece.size()) {
+      const uint64_t i = wanted - first;
+      const auto nodes =
+          std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
+      middles.push_back(MAILLE_TRY(middle_of(wanted, nodes)));
+      const uint64_t next = (wanted / stretch + 1) * stretch;
+      wanted = next + mix(next) % stretch;
+    }
+    return {};
+  });
+}
+
+void SourcePieces::note_type(uint8_t type) {
+  CellType& common = block_types_[0];
+  common = common == no_type || common == static_cast<CellType>(type) ? static_cast<CellType>(type)
+                                                                      : CellType::mixed;
+}
+
+Result<> SourcePieces::distribute() {
+  std::vector<CellPacker> packers(cells_->count());
+  std::vector<std::vector<std::byte>> values(columns_.size());
+  MAILLE_CHECK(visit_cells("distributing", [&](uint64_t first, const CellPiece& piece) -> Result<> {
+    for (size_t k = 0; k < columns_.size(); ++k) {
+      values[k].resize(piece.size() * description().arrays[columns_[k]].tuple_size());
+      MAILLE_CHECK(mesh_.read_array(columns_[k], first, piece.size(), values[k]));
+    }
+    for (uint64_t i = 0; i < piece.size(); ++i) {
+      const auto nodes =
+          std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
+      const auto faces =
+          piece.cell_faces.empty()
+              ? std::span<const uint32_t>()
+              : std::span(piece.face_sizes)
+                    .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
+      const uint32_t to = cuts_.piece_of(MAILLE_TRY(middle_of(first + i, nodes)));
+      ByteWriter out;
+      packers[to].pack(first + i, block_of(first + i), piece.types[i], nodes, faces, out);
+      for (size_t k = 0; k < columns_.size(); ++k) {
+        const size_t size = description().arrays[columns_[k]].tuple_size();
+        out.put_bytes(Bytes(values[k]).subspan(i * size, size));
+      }
+      MAILLE_CHECK(cells_->append(to, out.bytes()));
+      if (one_unknown_) note_type(piece.types[i]);
+    }
+    return {};
+  }));
+  for (CellType& type : block_types_) type = type == no_type ? CellType::mixed : type;
+  return cells_->finish();
+}
+
+Result<> SourcePieces::list_points() {
+  constexpr size_t at_once = 8;
+  point_lists_ = MAILLE_TRY(ScratchLists::create(space_.folder, cells_->count(), 0));
+  MAILLE_CHECK((in_rounds<std::vector<std::byte>, std::vector<uint32_t>>(
+      executor_, cells_->count(), at_once, [&](size_t piece) { return cells_->read(piece); },
+      [&](size_t, const std::vector<std::byte>& cells) -> Result<std::vector<uint32_t>> {
+        return points_of(cells, values_size_);
+      },
+      [&](size_t piece, const std::vector<uint32_t>& points) -> Result<> {
+        RisingWriter list(*point_lists_, piece, size_t{1} << 16);
+        for (const uint32_t point : points) MAILLE_CHECK(list.add(point));
+        return list.finish();
+      })));
+  return point_lists_->finish();
+}
+
+Result<> SourcePieces::cut(uint64_t target) {
+  constexpr uint64_t most = std::numeric_limits<uint32_t>::max();
+  if (description().cells > most || description().points > most)
+    return failure(ErrorCode::unsupported,
+                   "a mesh of more than 2^32 - 1 cells or points cannot be cut into pieces");
+  const uint64_t memory = working_memory(space_);
+  points_.emplace(mesh_, memory / 4, false);
+  std::vector<Middle> middles;
+  middles.reserve(std::min(description().cells, most_sampled + 1));
+  MAILLE_CHECK(sample(middles));
+  cuts_ = bisect(std::move(middles), pieces_of(description().cells, target), executor_);
+  std::vector<Middle>().swap(cuts_.middles);
+  cells_ = MAILLE_TRY(ScratchLists::create(space_.folder, cuts_.ends.size(), memory / 2));
+  MAILLE_CHECK(distribute());
+  points_.reset();
+  return list_points();
+}
+
+Result<> SourcePieces::share(const PointSharing::PlaceOf& place_of) {
+  sharing_ = MAILLE_TRY(PointSharing::find(*point_lists_, description().points, space_, place_of));
+  // One piece, as in memory, unless that would be large.
+  constexpr uint64_t most_unused = uint64_t{1} << 20;
+  unused_pieces_ = static_cast<size_t>((sharing_->unused() + most_unused - 1) / most_unused);
+  unused_in_piece_ = most_unused;
+  points_.emplace(mesh_, working_memory(space_) / 4, true);
+  return {};
+}
+
+Result<SourcePieces::Raw> SourcePieces::read(size_t piece) {
+  Raw raw;
+  if (has_cells(piece)) {
+    raw.cells = MAILLE_TRY(cells_->read(piece));
+    raw.points = MAILLE_TRY(read_rising(*point_lists_, piece));
+    raw.shared = MAILLE_TRY(sharing_->shared_of(piece, raw.points));
+  } else {
+    raw.points = MAILLE_TRY(sharing_->next_unused(unused_in_piece_));
+  }
+  size_t size = 3 * size_of(description().point_type);
+  for (const Array& array : description().arrays)
+    size += array.domain == Domain::point ? array.tuple_size() : 0;
+  raw.tuples.resize(raw.points.size() * size);
+  std::byte* out = raw.tuples.data();
+  for (const uint32_t point : raw.points) {
+    MAILLE_CHECK(points_->read(point, out));
+    out += size;
+  }
+  return raw;
+}
+
+Result<SourcePieces::Loaded> SourcePieces::load(Raw raw) const {
+  Loaded loaded;
+  Mesh& mesh = loaded.sub.mesh;
+  const RankTable ranks(raw.points);
+  std::vector<std::byte> values;
+  ByteReader in(raw.cells);
+  CellUnpacker unpacker;
+  while (in.remaining() > 0) {
+    const PackedCell& cell = unpacker.unpack(in);
+    if (loaded.sub.block_numbers.empty() || loaded.sub.block_numbers.back() != cell.block) {
+      loaded.sub.block_numbers.push_back(cell.block);
+      CellBlock& block = mesh.blocks.emplace_back();
+      block.name = description().blocks[cell.block].name;
+      block.type = block_types_[cell.block];
+    }
+    append_cell(cell, ranks, mesh.blocks.back());
+    loaded.cells.push_back(static_cast<uint32_t>(cell.number));
+    const Bytes of_cell = in.get_bytes(values_size_);
+    values.insert(values.end(), of_cell.begin(), of_cell.end());
+  }
+  mesh.points = make_array("position", Domain::point, description().point_type, 3);
+  for (const Array& array : description().arrays) mesh.arrays.push_back(empty_like(array));
+  std::vector<Array*> of_points = {&mesh.points}, of_cells;
+  for (Array& array : mesh.arrays) (array.domain == Domain::point ? of_points : of_cells).push_back(&array);
+  split_tuples(raw.tuples, of_points);
+  split_tuples(values, of_cells);
+  loaded.sub.points = std::move(raw.points);
+  loaded.shared = std::move(raw.shared);
+  MAILLE_CHECK(validate(mesh));
+  return loaded;
+}
+
+}  // namespace maille

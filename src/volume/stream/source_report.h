@@ -1,0 +1,16 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/mesh_source.h>
+#include <maille/stream.h>
+
+namespace maille {
+
+// What encode() of a mesh in parts needs before and after it, whichever way it is coded.
+
+/// What a stream of the mesh is to hold. Error: usage (an array that is not there).
+Result<StreamOptions> stream_options_of(const MeshDescription& mesh, const EncodeOptions& options);
+/// All that is known before it is coded: names and sizes.
+EncodeReport report_of(const MeshDescription& mesh);
+
+}  // namespace maille
