@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/cut_out.h"
 #include "random/keep_cells.h"
 #include "random/mesh_geometry.h"
 #include "random/read/selection.h"
@@ -56,82 +57,14 @@ class RegionTest {
   std::vector<Region::Plane> planes_;
 };
 
-/// Takes the cells of `keep` and the points that they use.
-class MeshCutter {
- public:
-  MeshCutter(const Mesh& mesh, const std::vector<bool>& keep) : mesh_(mesh), keep_(keep) { find_elements(); }
-  Mesh run() {
-    Mesh result;
-    result.metadata = mesh_.metadata;
-    result.points = taken(mesh_.points, points_);
-    for (const Array& array : mesh_.arrays) {
-      result.arrays.push_back(array.domain == Domain::point    ? taken(array, points_)
-                              : array.domain == Domain::cell   ? taken(array, cells_)
-                              : array.domain == Domain::corner ? taken(array, corners_)
-                                                               : array);
-    }
-    take_blocks(result);
-    return result;
-  }
-
- private:
-  void find_elements() {
-    std::vector<bool> used(mesh_.point_count());
-    uint32_t cell = 0, corner = 0;
-    for (const CellBlock& block : mesh_.blocks) {
-      for (uint64_t i = 0; i < block.size(); ++i, ++cell) {
-        const auto nodes = block.cell(i);
-        if (keep_[cell]) {
-          cells_.push_back(cell);
-          for (uint32_t k = 0; k < nodes.size(); ++k) corners_.push_back(corner + k);
-          for (const uint32_t point : nodes) used[point] = true;
-        }
-        corner += static_cast<uint32_t>(nodes.size());
-      }
-    }
-    number_.resize(used.size());
-    for (uint32_t point = 0; point < used.size(); ++point) {
-      if (!used[point]) continue;
-      number_[point] = static_cast<uint32_t>(points_.size());
-      points_.push_back(point);
-    }
-  }
-  static Array taken(const Array& from, const std::vector<uint32_t>& tuples) {
-    Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
-    to.labels = from.labels;
-    const size_t size = from.tuple_size();
-    to.bytes.reserve(tuples.size() * size);
-    for (const uint32_t tuple : tuples) {
-      const auto begin = from.bytes.begin() + static_cast<ptrdiff_t>(tuple * size);
-      to.bytes.insert(to.bytes.end(), begin, begin + static_cast<ptrdiff_t>(size));
-    }
-    return to;
-  }
-  void take_blocks(Mesh& result) const {
-    uint32_t cell = 0;
-    for (const CellBlock& from : mesh_.blocks) {
-      CellBlock& to = result.blocks.emplace_back();
-      to.name = from.name;
-      to.type = from.type;
-      if (!from.offsets.empty()) to.offsets.push_back(0);
-      for (uint64_t i = 0; i < from.size(); ++i, ++cell) {
-        if (!keep_[cell]) continue;
-        if (!from.types.empty()) to.types.push_back(from.types[i]);
-        for (const uint32_t point : from.cell(i)) to.connectivity.push_back(number_[point]);
-        if (!from.offsets.empty()) to.offsets.push_back(to.connectivity.size());
-      }
-    }
-  }
-
-  const Mesh& mesh_;
-  const std::vector<bool>& keep_;
-  std::vector<uint32_t> points_, cells_, corners_, number_;
-};
-
 }  // namespace
 
 Mesh keep_cells(const Mesh& mesh, const std::vector<bool>& keep) {
-  return MeshCutter(mesh, keep).run();
+  std::vector<uint32_t> cells;
+  for (uint32_t cell = 0; cell < keep.size(); ++cell) {
+    if (keep[cell]) cells.push_back(cell);
+  }
+  return cut_out(mesh, cells, CutArrays::all).mesh;
 }
 
 Mesh clip(const Mesh& mesh, const Region& region) {

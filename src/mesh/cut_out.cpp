@@ -1,0 +1,124 @@
+#include "mesh/cut_out.h"
+
+#include <algorithm>
+
+namespace maille {
+namespace {
+
+/// Some of many numbers, and how many of them are below each: a bit for each of the many and a count for 64.
+class RankedSet {
+ public:
+  explicit RankedSet(uint64_t many) : words_(many / 64 + 1), before_(many / 64 + 1) {}
+  void add(uint32_t number) { words_[number / 64] |= uint64_t{1} << number % 64; }
+  void count() {
+    uint32_t sum = 0;
+    for (size_t i = 0; i < words_.size(); ++i) {
+      before_[i] = sum;
+      sum += static_cast<uint32_t>(__builtin_popcountll(words_[i]));
+    }
+    size_ = sum;
+  }
+  uint32_t rank(uint32_t number) const {
+    const uint64_t below = words_[number / 64] & ((uint64_t{1} << number % 64) - 1);
+    return before_[number / 64] + static_cast<uint32_t>(__builtin_popcountll(below));
+  }
+  std::vector<uint32_t> numbers() const {
+    std::vector<uint32_t> all;
+    all.reserve(size_);
+    for (size_t i = 0; i < words_.size(); ++i) {
+      for (uint64_t word = words_[i]; word != 0; word &= word - 1)
+        all.push_back(static_cast<uint32_t>(i * 64) + static_cast<uint32_t>(__builtin_ctzll(word)));
+    }
+    return all;
+  }
+
+ private:
+  std::vector<uint64_t> words_;
+  std::vector<uint32_t> before_;
+  uint32_t size_ = 0;
+};
+
+void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
+  const auto points = from.cell(i);
+  if (!from.types.empty()) to.types.push_back(from.types[i]);
+  to.connectivity.insert(to.connectivity.end(), points.begin(), points.end());
+  if (!from.offsets.empty()) to.offsets.push_back(to.connectivity.size());
+  if (from.cell_faces.empty()) return;
+  const auto faces = from.faces(i);
+  to.face_sizes.insert(to.face_sizes.end(), faces.begin(), faces.end());
+  to.cell_faces.push_back(to.face_sizes.size());
+}
+
+/// Numbers of the corners of cells, through all blocks.
+std::vector<uint32_t> corners_of(const Mesh& mesh, std::span<const uint32_t> cells) {
+  std::vector<uint32_t> corners;
+  uint64_t first = 0;
+  uint32_t corner = 0;
+  size_t next = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    const uint64_t count = block.size();
+    for (uint64_t i = 0; i < count; ++i) {
+      const auto nodes = static_cast<uint32_t>(block.cell(i).size());
+      const bool wanted = next < cells.size() && cells[next] == first + i;
+      next += wanted ? 1 : 0;
+      for (uint32_t k = 0; wanted && k < nodes; ++k) corners.push_back(corner + k);
+      corner += nodes;
+    }
+    first += count;
+  }
+  return corners;
+}
+
+void take_arrays(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays, CutOut& cut) {
+  cut.mesh.points = taken(mesh.points, cut.points);
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::point) {
+      cut.mesh.arrays.push_back(taken(array, cut.points));
+    } else if (array.domain == Domain::cell) {
+      cut.mesh.arrays.push_back(taken(array, cells));
+    } else if (arrays == CutArrays::all) {
+      cut.mesh.arrays.push_back(array.domain == Domain::corner ? taken(array, corners_of(mesh, cells))
+                                                               : array);
+    }
+  }
+  if (arrays == CutArrays::all) cut.mesh.metadata = mesh.metadata;
+}
+
+}  // namespace
+
+Array taken(const Array& from, std::span<const uint32_t> tuples) {
+  Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
+  to.labels = from.labels;
+  const size_t size = from.tuple_size();
+  to.bytes.resize(tuples.size() * size);
+  for (size_t i = 0; i < tuples.size(); ++i)
+    std::copy_n(from.bytes.data() + tuples[i] * size, size, to.bytes.data() + i * size);
+  return to;
+}
+
+CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays) {
+  CutOut cut;
+  RankedSet points(mesh.point_count());
+  uint64_t first = 0;
+  size_t next = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    const uint64_t end = first + block.size();
+    CellBlock& to = cut.mesh.blocks.emplace_back();
+    to.name = block.name;
+    to.type = block.type;
+    if (!block.offsets.empty()) to.offsets.push_back(0);
+    if (!block.cell_faces.empty()) to.cell_faces.push_back(0);
+    for (; next < cells.size() && cells[next] < end; ++next) append_cell(block, cells[next] - first, to);
+    for (const uint32_t point : to.connectivity) points.add(point);
+    first = end;
+  }
+  points.count();
+  cut.points = points.numbers();
+  for (CellBlock& block : cut.mesh.blocks) {
+    for (uint32_t& point : block.connectivity) point = points.rank(point);
+  }
+  take_arrays(mesh, cells, arrays, cut);
+  return cut;
+}
+
+}  // namespace maille

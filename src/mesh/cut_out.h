@@ -1,0 +1,26 @@
+#pragma once
+
+#include <maille/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+/// Some cells of a mesh, and the points that they use, as a mesh of their own.
+struct CutOut {
+  Mesh mesh;                     ///< all blocks, also those that have no cells now
+  std::vector<uint32_t> points;  ///< by point, its number in the whole mesh; rising
+};
+
+/// `all`: all arrays in their order, and the metadata; `elements`: arrays on points and cells only.
+enum class CutArrays : uint8_t { all, elements };
+
+/// `cells`: their numbers through all blocks, rising.
+CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays);
+
+/// Some tuples of an array.
+Array taken(const Array& from, std::span<const uint32_t> tuples);
+
+}  // namespace maille
