@@ -255,13 +255,17 @@ Result<std::optional<Verdict>> judge_pieces(const Input& input, const VerifyOpti
   keep_memory_small();
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Threads threads(options.common.threads);
-  const DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
-                               .executor = threads.executor(),
-                               .progress = progress.watch(static_cast<double>(mesh->cells), "cells")};
-  NoSink nowhere;
-  const auto decoded = decode(*input.source, nowhere, decoding, space_for(options.common, "-", false));
-  if (!decoded && decoded.error().code != ErrorCode::corrupt) return tl::unexpected(decoded.error());
-  if (!decoded) verdict.damage.push_back(decoded.error().message);
+  DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
+                         .executor = threads.executor(),
+                         .progress = progress.watch(static_cast<double>(mesh->cells), "cells")};
+  const size_t steps = TOOL_TRY(list_steps(*input.source)).size();
+  for (size_t step = 0; step <= steps && verdict.damage.empty(); ++step) {
+    decoding.step = step;
+    NoSink nowhere;
+    const auto decoded = decode(*input.source, nowhere, decoding, space_for(options.common, "-", false));
+    if (!decoded && decoded.error().code != ErrorCode::corrupt) return tl::unexpected(decoded.error());
+    if (!decoded) verdict.damage.push_back(decoded.error().message);
+  }
   verdict.points = mesh->points;
   verdict.cells = mesh->cells;
   return verdict;

@@ -27,3 +27,26 @@ try maille slice grid.maille none.vtu --plane 0,0,0,0,0,0
 try maille compress --pieces 10 --mode single grid.vtu none.maille
 try maille compress --pieces 10 cube.ply none.maille
 files_like 'none*'
+# From a pipe, from the generator, and back in parts: the same mesh.
+maille compress -q grid.vtu - | maille compress -q --pieces 2000 - piped.maille
+maille diff --same-order grid.vtu piped.maille
+maille generate -q --pieces 2000 blockMeshDict generated.maille --refine 6
+maille generate -q blockMeshDict stream.maille --refine 6
+maille diff generated.maille stream.maille
+try maille generate --pieces 2000 blockMeshDict none.vtu --refine 6
+maille generate -q blockMeshDict large.vtu --refine 12
+maille compress -q -2 --pieces 10000 --memory 60M large.vtu parts.maille
+maille verify parts.maille
+maille decompress -q parts.maille back.vtu
+maille diff --same-order large.vtu back.vtu
+maille compress -q -2 --any-order --pieces 10000 large.vtu any.maille
+maille decompress -q any.maille back.msh
+maille diff any.maille back.msh
+try maille compress --pieces 100000 --memory 32M large.vtu none.maille
+# A step of time, of which a region is read.
+maille append -q --time 2.5 grid.maille grid.vtu
+maille extract -q grid.maille part.vtu --box 0,0,0,0.05,0.02,0.05 --step 1 --numbers
+maille diff --same-order part.vtu same.vtu
+try maille extract grid.maille none.vtu --step 2
+maille verify grid.maille
+files_like 'none*'

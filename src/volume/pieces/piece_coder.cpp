@@ -27,16 +27,19 @@ PieceBound bound_of(const ArrayMapsList& maps, size_t i) {
   return {maps.bounds[i], by_size};
 }
 
-void describe(const ArrayMapsList& maps, const Mesh& sub, PieceInWork& piece) {
-  PieceRecord& record = piece.record;
+void describe(const ArrayMapsList& maps, const Mesh& sub, PieceRecord& record) {
   record.cells = sub.cell_count();
   record.points = sub.point_count();
   enclose(sub.points, bound_of(maps, 0), record);
-  const EncodeReport& report = piece.report;
-  record.coded_bytes = {report.connectivity.coded_bytes, report.order_bytes, report.positions.coded_bytes};
-  for (size_t i = 0; i < sub.arrays.size(); ++i) {
+  for (size_t i = 0; i < sub.arrays.size(); ++i)
     record.fields.push_back(describe_field(sub.arrays[i], bound_of(maps, i + 1)));
-    record.coded_bytes.push_back(report.arrays[i].coded_bytes);
+}
+
+/// Their values follow from the numbers of points and cells, which stand apart.
+void blank_numbers(const std::vector<NumberedArray>& numbered, Mesh& sub) {
+  for (const NumberedArray& array : numbered) {
+    std::vector<std::byte>& bytes = sub.arrays[array.array].bytes;
+    std::fill(bytes.begin(), bytes.end(), std::byte{0});
   }
 }
 
@@ -60,6 +63,7 @@ StreamHeader header_of(const PieceCoding& coding) {
   header.description.metadata = coding.stream.metadata;
   header.description.provenance = coding.stream.provenance;
   header.description.effort = coding.stream.effort;
+  header.description.numbered = coding.maps.numbered;
   header.description.any_order = true;
   header.description.order_apart = coding.kept();
   header.maps = coding.maps.maps;
@@ -77,6 +81,9 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   stream.metadata.clear();
   stream.provenance.clear();
   PieceInWork piece;
+  describe(coding.maps, sub.mesh, piece.record);
+  add_coarse_points(sub.mesh, cells_of_coarse_point(coding.cells), piece.record);
+  blank_numbers(coding.maps.numbered, sub.mesh);
   std::vector<uint32_t> order;
   const auto sink = memory_sink(piece.coded.file);
   piece.report =
@@ -88,8 +95,10 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   }
   if (!cells.empty()) piece.border = border_points(sub.mesh, place_of_point);
   if (coding.maps.bounds[0] > 0) MAILLE_CHECK(find_places(piece));
-  describe(coding.maps, sub.mesh, piece);
-  add_coarse_points(sub.mesh, cells_of_coarse_point(coding.cells), piece.record);
+  const EncodeReport& report = piece.report;
+  piece.record.coded_bytes = {report.connectivity.coded_bytes, report.order_bytes,
+                              report.positions.coded_bytes};
+  for (const ArrayReport& array : report.arrays) piece.record.coded_bytes.push_back(array.coded_bytes);
   piece.coded.blocks = std::move(sub.block_numbers);
   if (!coding.kept()) return piece;
   piece.numbers.points = std::move(sub.points);

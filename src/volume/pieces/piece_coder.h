@@ -23,8 +23,10 @@ namespace maille {
 struct PieceCoding {
   EncodeOptions options;
   StreamOptions stream;  ///< of the whole mesh
-  ArrayMapsList maps;    ///< of the whole mesh, so that a number has one value in all pieces
-  uint64_t cells = 0;    ///< of the whole mesh
+  /// Of the whole mesh, so that a number has one value in all pieces. Pieces have zeros in the stead of
+  /// numbered arrays, which is for an order that is kept.
+  ArrayMapsList maps;
+  uint64_t cells = 0;  ///< of the whole mesh
 
   bool kept() const { return options.order == Order::keep; }
 };

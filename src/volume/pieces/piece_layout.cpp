@@ -26,6 +26,11 @@ void visit_field(Visitor& v, Field& field) {
   v.list(field.coarse, [&](auto& number) { v.fixed(number); });
 }
 
+template <class Visitor, class Fields>
+void visit_fields(Visitor& v, Fields& fields) {
+  v.list(fields, [&](auto& field) { visit_field(v, field); });
+}
+
 template <class Visitor, class Record>
 void visit_record(Visitor& v, Record& record) {
   v.count(record.cells, 0xffffffff);
@@ -35,8 +40,33 @@ void visit_record(Visitor& v, Record& record) {
   v.count(record.first_cell, 0xffffffff);
   v.count(record.last_cell, 0xffffffff);
   v.list(record.coded_bytes, [&](auto& bytes) { v.count(bytes, ~uint64_t{0}); });
-  v.list(record.fields, [&](auto& field) { visit_field(v, field); });
+  visit_fields(v, record.fields);
   v.list(record.coarse, [&](auto& number) { v.fixed(number); });
+}
+
+template <class Record, class Visit>
+std::vector<std::byte> encode_page(const std::vector<Record>& records, Visit visit) {
+  PlainWriter writer;
+  writer.list(records, [&](const Record& record) { visit(writer, record); });
+  ByteWriter packed;
+  packed.put_count(writer.out().size());
+  packed.put_bytes(encode_bytes(writer.out().bytes()));
+  return packed.take();
+}
+
+template <class Record, class Visit>
+Result<std::vector<Record>> decode_page(Bytes bytes, Visit visit) {
+  constexpr const char* damaged = "the index of pieces is damaged";
+  ByteReader in(bytes);
+  const uint64_t size = in.get_count();
+  if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  PlainReader reader(plain);
+  std::vector<Record> records;
+  reader.list(records, [&](Record& record) { visit(reader, record); });
+  if (plain.size() != size || !reader.ok() || !reader.at_end() || records.size() > pieces_per_page)
+    return failure(ErrorCode::corrupt, damaged);
+  return records;
 }
 
 /// Rising numbers by the gaps between them: mostly none, or as the one before.
@@ -70,14 +100,6 @@ bool code_rising(Coder& coder, std::vector<uint32_t>& numbers, uint64_t count) {
     }
   }
   return rising.rises() && numbers.size() == count;
-}
-
-/// A file within a file has chunks of its own, which must not be found where the index is lost and chunks are
-/// looked for. Bytes upside down begin none. Its own inverse.
-std::vector<std::byte> inverted(Bytes bytes) {
-  std::vector<std::byte> out(bytes.begin(), bytes.end());
-  for (std::byte& byte : out) byte = ~byte;
-  return out;
 }
 
 /// The nearest float that is not above, or not below.
@@ -124,27 +146,26 @@ Result<CodedPiece> decode_piece(Bytes bytes) {
   return piece;
 }
 
+std::vector<std::byte> inverted(Bytes bytes) {
+  std::vector<std::byte> out(bytes.begin(), bytes.end());
+  for (std::byte& byte : out) byte = ~byte;
+  return out;
+}
+
 std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records) {
-  PlainWriter writer;
-  writer.list(records, [&](const PieceRecord& record) { visit_record(writer, record); });
-  ByteWriter packed;
-  packed.put_count(writer.out().size());
-  packed.put_bytes(encode_bytes(writer.out().bytes()));
-  return packed.take();
+  return encode_page(records, [](auto& v, auto& record) { visit_record(v, record); });
 }
 
 Result<std::vector<PieceRecord>> decode_index(Bytes bytes) {
-  constexpr const char* damaged = "the index of pieces is damaged";
-  ByteReader in(bytes);
-  const uint64_t size = in.get_count();
-  if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
-  const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
-  PlainReader reader(plain);
-  std::vector<PieceRecord> records;
-  reader.list(records, [&](PieceRecord& record) { visit_record(reader, record); });
-  if (plain.size() != size || !reader.ok() || !reader.at_end() || records.size() > pieces_per_page)
-    return failure(ErrorCode::corrupt, damaged);
-  return records;
+  return decode_page<PieceRecord>(bytes, [](auto& v, auto& record) { visit_record(v, record); });
+}
+
+std::vector<std::byte> encode_step_index(const std::vector<std::vector<PieceField>>& fields) {
+  return encode_page(fields, [](auto& v, auto& piece) { visit_fields(v, piece); });
+}
+
+Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes) {
+  return decode_page<std::vector<PieceField>>(bytes, [](auto& v, auto& piece) { visit_fields(v, piece); });
 }
 
 std::vector<std::byte> encode_numbers(const PieceNumbers& numbers) {

@@ -55,6 +55,15 @@ std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records);
 /// Error: corrupt.
 Result<std::vector<PieceRecord>> decode_index(Bytes bytes);
 
+/// SIDX: the fields of a step, by piece; pages as of PIDX.
+std::vector<std::byte> encode_step_index(const std::vector<std::vector<PieceField>>& fields);
+/// Error: corrupt.
+Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes);
+
+/// A file within a file has chunks of its own, which must not be found where the index is lost and chunks are
+/// looked for. Bytes upside down begin none. Its own inverse.
+std::vector<std::byte> inverted(Bytes bytes);
+
 /// GIDS: the numbers that the piece's cells and points have in the whole mesh, both rising.
 struct PieceNumbers {
   std::vector<uint32_t> cells, points;

@@ -9,6 +9,7 @@
 #include "description/description.h"
 #include "volume/pieces/border_points.h"
 #include "volume/pieces/coarse_level.h"
+#include "volume/pieces/pieces_steps.h"
 #include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/time_steps.h"
@@ -64,14 +65,16 @@ Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions&
   PieceReader reader = MAILLE_TRY(open_front(source, options));
   const FileReader& file = *reader.file_;
   reader.tail_ = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
-  if (options.step != 0) MAILLE_CHECK(reader.take_step());
   if (reader.in_pieces_) {
     reader.pieces_ = MAILLE_TRY(read_index(file));
     MAILLE_CHECK(reader.check_index());
+    reader.take_numbered(reader.header_.description.numbered);
+    if (options.step != 0) MAILLE_CHECK(reader.take_step_in_pieces());
   } else {
     PieceRecord& all = reader.pieces_.emplace_back();
     all.cells = reader.tail_.cells;
     all.points = reader.tail_.points;
+    if (options.step != 0) MAILLE_CHECK(reader.take_step());
   }
   reader.choose_arrays(options.arrays);
   return reader;
@@ -88,7 +91,16 @@ Result<PieceReader> PieceReader::open_damaged(const Source& source, const Decode
   }
   reader.indexed_ = false;
   reader.pieces_.resize(pieces);
-  reader.choose_arrays(options.arrays);
+  // Numbers stand behind all pieces, and are mostly missing then: without them nobody knows these arrays.
+  std::vector<std::string> arrays;
+  for (size_t i = 0; i < reader.header_.description.arrays.size(); ++i) {
+    const auto& numbered = reader.header_.description.numbered;
+    const bool is_numbered = std::any_of(numbered.begin(), numbered.end(),
+                                         [&](const NumberedArray& each) { return each.array == i; });
+    const std::string& name = reader.header_.description.arrays[i].name;
+    if (!is_numbered && is_wanted(options, name)) arrays.push_back(name);
+  }
+  reader.choose_arrays(std::move(arrays));
   return reader;
 }
 
@@ -113,26 +125,65 @@ Result<> PieceReader::take_blocks(const std::vector<DecodedPiece>& pieces) {
 
 /// The arrays of the step in place of the mesh's.
 Result<> PieceReader::take_step() {
-  if (in_pieces_) return failure(ErrorCode::usage, name_ + ": has no steps; it is in pieces");
   const std::vector<StreamStep> steps = MAILLE_TRY(list_steps(*source_));
-  if (options_.step > steps.size()) {
-    return failure(ErrorCode::usage, name_ + ": has no step " + std::to_string(options_.step) +
-                                         "; the last one is " + std::to_string(steps.size()));
-  }
+  MAILLE_CHECK(check_step(options_.step, steps.size(), name_));
   header_.description.arrays = steps[options_.step - 1].arrays;
   const StepValues values = MAILLE_TRY(StepValues::open(*source_, options_.step));
   header_.description.metadata = MAILLE_TRY(values.metadata(header_));
   return {};
 }
 
+/// And its fields in place of those of the index.
+Result<> PieceReader::take_step_in_pieces() {
+  const auto number = static_cast<uint32_t>(options_.step);
+  MAILLE_CHECK(check_step(options_.step, count_steps(*file_), name_));
+  StepHeader step = MAILLE_TRY(
+      decode_step(MAILLE_TRY(file_->read_stream({"STEP", number, 0})), header_.description.arrays));
+  std::vector<NumberedArray> numbered;
+  for (size_t i = 0; i < step.arrays.size(); ++i) {
+    for (const NumberedArray& of_mesh : header_.description.numbered) {
+      if (step.codings[i].method == StepCoding::as_mesh && step.codings[i].of == of_mesh.array)
+        numbered.push_back({i, of_mesh.runs});
+    }
+  }
+  header_.description.metadata = MAILLE_TRY(metadata_of_step(*file_, header_, number));
+  header_.description.arrays = std::move(step.arrays);
+  take_numbered(numbered);
+  set_time(step.time, header_.description.mesh_arrays);
+  for (size_t first = 0; first < pieces_.size(); first += pieces_per_page) {
+    const StreamKey key = {"SIDX", number, static_cast<uint32_t>(first / pieces_per_page)};
+    auto fields = MAILLE_TRY(decode_step_index(MAILLE_TRY(file_->read_stream(key))));
+    if (fields.size() != std::min<size_t>(pieces_per_page, pieces_.size() - first))
+      return failure(ErrorCode::corrupt, name_ + ": the index of a step is damaged");
+    for (size_t i = 0; i < fields.size(); ++i) {
+      pieces_[first + i].fields = std::move(fields[i]);
+      pieces_[first + i].coarse.clear();  // has no values at this time
+    }
+  }
+  return check_fields();
+}
+
+void PieceReader::take_numbered(const std::vector<NumberedArray>& numbered) {
+  numbered_.clear();
+  for (const NumberedArray& array : numbered)
+    numbered_.emplace_back(array.array, RisingNumbers(array, header_.description.arrays[array.array].type));
+}
+
 Result<> PieceReader::check_index() const {
   const size_t arrays = header_.description.arrays.size();
   const bool fits = std::all_of(pieces_.begin(), pieces_.end(), [&](const PieceRecord& record) {
-    return record.fields.size() == arrays && record.coded_bytes.size() == arrays + 3;
+    return record.coded_bytes.size() == arrays + 3;
   });
   if (!fits || pieces_.size() != tail_.batches)
     return failure(ErrorCode::corrupt, name_ + ": the index of pieces is damaged");
+  return check_fields();
+}
+
+Result<> PieceReader::check_fields() const {
+  const size_t arrays = header_.description.arrays.size();
   for (const PieceRecord& record : pieces_) {
+    if (record.fields.size() != arrays)
+      return failure(ErrorCode::corrupt, name_ + ": the index of pieces is damaged");
     for (size_t i = 0; i < arrays; ++i) {
       const uint32_t components = header_.description.arrays[i].components;
       if (record.fields[i].components.size() != (components > most_ranges ? 1 : components))
@@ -179,9 +230,14 @@ Result<> PieceReader::fetch(std::span<const uint32_t> pieces, bool numbered) con
     return source_->read_many(parts);
   };
   for (const ChunkRecord& record : file_->records()) {
-    const bool of_piece = record.header.type == ChunkType{'P', 'I', 'E', 'C'} ||
-                          (numbered && record.header.type == ChunkType{'G', 'I', 'D', 'S'});
-    if (!of_piece || record.header.patch >= wanted.size() || wanted[record.header.patch] == 0) continue;
+    const bool of_piece =
+        record.header.type == ChunkType{'P', 'I', 'E', 'C'} ||
+        ((numbered || has_numbers_wanted()) && record.header.type == ChunkType{'G', 'I', 'D', 'S'});
+    const bool of_step =
+        record.header.type == ChunkType{'S', 'V', 'A', 'L'} && is_needed(record.header.patch);
+    const uint32_t piece = of_step ? record.header.number : record.header.patch;
+    if (!of_piece && !of_step) continue;
+    if (piece >= wanted.size() || wanted[piece] == 0) continue;
     const auto size = static_cast<size_t>(chunk_total_bytes(record.header));
     if (bytes + size > most) MAILLE_CHECK(read());
     records.push_back(record);
@@ -249,11 +305,61 @@ Result<> PieceReader::hold_against_index(uint32_t number, const DecodedPiece& pi
                                          "queries may miss cells");
 }
 
+Result<PieceNumbers> PieceReader::read_numbers(uint32_t number) const {
+  const std::vector<std::byte> numbers = MAILLE_TRY(file_->read_stream({"GIDS", number, 0}));
+  return decode_numbers(numbers, pieces_[number].cells, pieces_[number].points);
+}
+
+bool PieceReader::is_needed(uint64_t step) const {
+  return options_.step != 0 && step <= options_.step && step >= first_of_group(options_.step);
+}
+
+Result<std::vector<std::byte>> PieceReader::with_steps(CodedPiece& coded, uint32_t number, uint64_t first,
+                                                       uint64_t last) const {
+  std::vector<std::byte> stream = std::move(coded.file);
+  for (uint64_t k = first; k <= last; ++k) {
+    const StreamKey key = {"SVAL", static_cast<uint32_t>(k), number};
+    const std::vector<std::byte> bytes = inverted(MAILLE_TRY(file_->read_stream(key)));
+    stream.insert(stream.end(), bytes.begin(), bytes.end());
+  }
+  return stream;
+}
+
+Result<std::vector<std::byte>> PieceReader::read_stream(uint32_t number, uint64_t step) const {
+  const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
+  CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
+  return with_steps(coded, number, first_of_group(step), step - 1);
+}
+
+bool PieceReader::has_numbers_wanted() const {
+  return std::any_of(numbered_.begin(), numbered_.end(),
+                     [&](const auto& array) { return wanted_[array.first] != 0; });
+}
+
+/// Pieces have zeros in the stead of numbers.
+void PieceReader::fill_numbers(DecodedPiece& piece) const {
+  for (const auto& [i, values] : numbered_) {
+    if (wanted_[i] == 0) continue;
+    const auto before = std::count(wanted_.begin(), wanted_.begin() + static_cast<ptrdiff_t>(i), 1);
+    Array& array = piece.mesh.arrays[static_cast<size_t>(before)];
+    const auto& numbers = array.domain == Domain::point ? piece.numbers.points : piece.numbers.cells;
+    for (size_t k = 0; k < numbers.size(); ++k)
+      values.store(numbers[k], array.bytes.data() + k * values.number_size());
+  }
+}
+
 Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) const {
   const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
   CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
   DecodedPiece piece;
-  piece.mesh = MAILLE_TRY(decode_stream(*memory_source(std::move(coded.file)), options_));
+  DecodeOptions options = options_;
+  std::vector<std::byte> stream = std::move(coded.file);
+  if (options_.step != 0) {
+    coded.file = std::move(stream);
+    stream = MAILLE_TRY(with_steps(coded, number, first_of_group(options_.step), options_.step));
+    options.step = (options_.step - 1) % steps_of_group + 1;
+  }
+  piece.mesh = MAILLE_TRY(decode_stream(*memory_source(std::move(stream)), options));
   piece.blocks = std::move(coded.blocks);
   MAILLE_CHECK(check(piece, pieces_[number]));
   const auto points = static_cast<uint32_t>(piece.mesh.point_count());
@@ -261,9 +367,10 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
   const std::vector<uint32_t> border =
       piece.blocks.empty() ? std::vector<uint32_t>() : border_points(piece.mesh);
   piece.shared = MAILLE_TRY(decode_shared(coded.shared, points, border));
-  if (!numbered) return piece;
+  if (!numbered && !has_numbers_wanted()) return piece;
   const std::vector<std::byte> numbers = MAILLE_TRY(file_->read_stream({"GIDS", number, 0}));
   piece.numbers = MAILLE_TRY(decode_numbers(numbers, piece.mesh.cell_count(), points));
+  fill_numbers(piece);
   return piece;
 }
 

@@ -11,6 +11,7 @@
 #include "container/file_reader.h"
 #include "surface/parts/shared_points.h"
 #include "volume/pieces/piece_layout.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
@@ -54,6 +55,11 @@ class PieceReader {
   /// Piece `number`, with its numbers in the mesh if that is asked for. Error: corrupt, naming the piece;
   /// cannot_read; memory_bound.
   Result<DecodedPiece> read(uint32_t number, bool numbered) const;
+  /// The numbers of a piece in the input. Error: corrupt.
+  Result<PieceNumbers> read_numbers(uint32_t number) const;
+  /// A piece as a stream of its own, behind it the steps before this one that stand in its group
+  /// (pieces_steps.h). Error: corrupt.
+  Result<std::vector<std::byte>> read_stream(uint32_t number, uint64_t step) const;
   /// Whether the index says of a piece what it holds; of one that was read with all that was asked for.
   /// Error: corrupt.
   Result<> hold_against_index(uint32_t number, const DecodedPiece& piece) const;
@@ -61,7 +67,15 @@ class PieceReader {
  private:
   static Result<PieceReader> open_front(const Source& source, const DecodeOptions& options);
   Result<> take_step();
+  Result<> take_step_in_pieces();
+  void take_numbered(const std::vector<NumberedArray>& numbered);
+  bool has_numbers_wanted() const;
+  void fill_numbers(DecodedPiece& piece) const;
+  Result<std::vector<std::byte>> with_steps(CodedPiece& coded, uint32_t number, uint64_t first,
+                                            uint64_t last) const;
   Result<> check_index() const;
+  Result<> check_fields() const;
+  bool is_needed(uint64_t step) const;
   void choose_arrays(std::optional<std::vector<std::string>> arrays);
   Result<DecodedPiece> read_coded(uint32_t number, bool numbered) const;
   Result<DecodedPiece> read_whole(bool numbered) const;
@@ -77,6 +91,8 @@ class PieceReader {
   StreamTail tail_;
   std::vector<PieceRecord> pieces_;
   std::vector<uint8_t> wanted_;
+  /// Arrays whose values follow from the numbers of points and cells, by array.
+  std::vector<std::pair<size_t, RisingNumbers>> numbered_;
 };
 
 /// Pieces as one mesh, with the blocks and arrays of the file; points that several pieces have are one.

@@ -49,7 +49,6 @@ Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& optio
 }  // namespace
 
 Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
-  if (options.step != 0) return failure(ErrorCode::usage, source.name() + ": has no steps; it is in pieces");
   const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
   MAILLE_CHECK(reader.file().check_complete());
   const AllPieces all = MAILLE_TRY(read_all(reader, options, reader.kept()));

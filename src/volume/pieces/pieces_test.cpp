@@ -1,6 +1,7 @@
 #include <maille/decode.h>
 #include <maille/faces.h>
 #include <maille/file.h>
+#include <maille/out_of_core.h>
 #include <maille/volume_file.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "container/file_reader.h"
 #include "container/file_writer.h"
+#include "support/temporary_folder.h"
 #include "volume/pieces/border_points.h"
 #include "volume/pieces/cut_cells.h"
 #include "volume/pieces/sub_mesh.h"
@@ -377,6 +379,61 @@ std::vector<std::byte> with_damage(const std::vector<std::byte>& file, std::mt19
   }
   EXPECT_TRUE(writer.finish());
   return bytes;
+}
+
+/// Looks at what comes, and keeps nothing.
+class CheckingSink final : public MeshSink {
+ public:
+  explicit CheckingSink(const MeshDescription& mesh) : mesh_(mesh) {}
+  Result<> write_points(uint64_t first, Bytes positions) override {
+    EXPECT_LE(first + positions.size() / (3 * size_of(mesh_.point_type)), mesh_.points);
+    return {};
+  }
+  Result<> write_cells(const CellPiece& cells) override {
+    for (const uint64_t point : cells.connectivity) EXPECT_LT(point, mesh_.points);
+    cells_ += cells.size();
+    EXPECT_LE(cells_, mesh_.cells);
+    return {};
+  }
+  Result<> write_array(size_t array, uint64_t first, Bytes tuples) override {
+    EXPECT_LE(first + tuples.size() / mesh_.arrays[array].tuple_size(), mesh_.count_of(mesh_.arrays[array]));
+    return {};
+  }
+  Result<> commit() override { return {}; }
+
+ private:
+  const MeshDescription& mesh_;
+  uint64_t cells_ = 0;
+};
+
+TEST(Pieces, DamageWithGoodChecksumsGivesErrorsOrMeshesInParts) {
+  std::mt19937 random(8);
+  testing::TemporaryFolder folder;
+  const std::string path = folder.path("steps.maille");
+  for (const Order order : {Order::keep, Order::canonical}) {
+    const Mesh mesh = field_on_grid(6, 5, 4);
+    ASSERT_TRUE(encode(mesh, **file_sink(path), in_pieces(30, order)));
+    uint64_t steps = 0;
+    if (order == Order::keep) {
+      ASSERT_TRUE(append_step(path, 1, mesh));
+      steps = 1;
+    }
+    const auto file = *file_source(path);
+    std::vector<std::byte> whole(file->size());
+    ASSERT_TRUE(file->read_at(0, whole));
+    for (unsigned round = 0; round < 120; ++round) {
+      const std::vector<std::byte> bytes = with_damage(whole, random);
+      const auto source = memory_source(Bytes(bytes));
+      DecodeOptions options;
+      options.limits.mesh_bytes = 16 << 20;
+      for (options.step = 0; options.step <= steps; ++options.step) {
+        const auto description = describe(*source, options);
+        if (!description) continue;
+        CheckingSink sink(*description);
+        (void)decode(*source, sink, options);
+      }
+    }
+  }
 }
 
 TEST(Pieces, DamageWithGoodChecksumsGivesErrorsOrValidMeshes) {

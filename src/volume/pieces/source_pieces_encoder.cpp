@@ -14,6 +14,7 @@
 #include "volume/pieces/piece_coder.h"
 #include "volume/pieces/pieces_file.h"
 #include "volume/pieces/source_pieces.h"
+#include "volume/stream/numbered_arrays.h"
 #include "volume/stream/source_report.h"
 #include "volume/stream/source_sample.h"
 
@@ -74,6 +75,8 @@ class SourcePiecesEncoder {
     coding_.options = options_;
     coding_.stream = MAILLE_TRY(stream_options_of(mesh_.description(), options_));
     coding_.maps = MAILLE_TRY(choose_source_maps(mesh_, coding_.stream, std::nullopt));
+    if (coding_.kept()) coding_.maps.numbered = MAILLE_TRY(find_numbered(mesh_));
+    set_maps_of_zeros(coding_.maps);
     MAILLE_CHECK(check_space(target));
     MAILLE_CHECK(pieces_.cut(target));
     MAILLE_CHECK(share());

@@ -70,6 +70,17 @@ std::optional<NumberedArray> find_numbered(const Array& array, size_t i) {
   });
 }
 
+std::vector<NumberedArray> find_numbered(const Mesh& mesh) {
+  std::vector<NumberedArray> found;
+  size_t next = 0;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh) continue;
+    if (auto numbered = find_numbered(array, next)) found.push_back(std::move(*numbered));
+    ++next;
+  }
+  return found;
+}
+
 Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh) {
   std::vector<NumberedArray> found;
   std::vector<std::byte> bytes;

@@ -17,6 +17,7 @@ inline constexpr size_t most_number_runs = 1 << 16;
 
 /// Array i of a mesh (of those on points and cells), if it is one.
 std::optional<NumberedArray> find_numbered(const Array& array, size_t i);
+std::vector<NumberedArray> find_numbered(const Mesh& mesh);
 Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh);
 
 /// A mesh with zeros in the stead of numbers.

@@ -11,8 +11,10 @@
 #include "description/description.h"
 #include "volume/stream/number_set.h"
 #include "volume/stream/portion_pipeline.h"
+#include "volume/stream/step_chain.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/stream_layout.h"
+#include "volume/stream/time_steps.h"
 
 namespace maille {
 namespace {
@@ -127,7 +129,15 @@ class SinkFeeder {
 
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
   const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
-  const StreamDescription& stream = ends.header.description;
+  StreamDescription stream = ends.header.description;
+  if (options.step != 0) {
+    std::vector<StreamStep> steps = MAILLE_TRY(list_steps(source));
+    MAILLE_CHECK(check_step(options.step, steps.size(), source.name()));
+    const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+    stream.metadata = MAILLE_TRY(metadata_of_step(file, ends.header, options.step));
+    stream.arrays = std::move(steps[options.step - 1].arrays);
+    set_time(steps[options.step - 1].time, stream.mesh_arrays);
+  }
   if (stream.order_apart && !ends.in_pieces) {
     return failure(ErrorCode::unsupported,
                    source.name() +
@@ -156,7 +166,7 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
 Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions& options) {
   const MeshDescription mesh = MAILLE_TRY(describe(source, options));
   StreamReader reader = MAILLE_TRY(
-      StreamReader::open(source_stream(source), {.limits = options.limits, .executor = options.executor}));
+      StreamReader::open(source, options.step, {.limits = options.limits, .executor = options.executor}));
   SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
   const auto add = [&](StreamPortion& portion) { return feeder.add(portion); };
   MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {

@@ -6,6 +6,7 @@
 #include "volume/stream/numbered_arrays.h"
 #include "volume/stream/step_chain.h"
 #include "volume/stream/stream_layout.h"
+#include "volume/stream/time_steps.h"
 
 namespace maille {
 namespace {
@@ -225,11 +226,7 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
   header_.description.numbered = std::move(numbered);
   header_.description.metadata = MAILLE_TRY(step.metadata(header_));
   header_.description.arrays = step.header().arrays;
-  // What VTK and Exodus call the time of all that a file holds.
-  for (Array& array : header_.description.mesh_arrays) {
-    if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
-      store(array.bytes.data(), step.header().time);
-  }
+  set_time(step.header().time, header_.description.mesh_arrays);
   step_.emplace(std::move(step));
   return {};
 }

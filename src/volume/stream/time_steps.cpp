@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "base/bytes.h"
 #include "base/result.h"
 #include "container/chunk_finder.h"
+#include "volume/pieces/pieces_steps.h"
 #include "volume/stream/cell_replay.h"
 #include "volume/stream/mesh_stream.h"
 #include "volume/stream/numbered_arrays.h"
@@ -27,6 +29,19 @@ uint64_t count_steps(const FileReader& file) {
   uint64_t count = 0;
   while (count < UINT32_MAX && file.has_stream({"STEP", static_cast<uint32_t>(count + 1), 0})) ++count;
   return count;
+}
+
+void set_time(double time, std::vector<Array>& mesh_arrays) {
+  for (Array& array : mesh_arrays) {
+    if (array.name == "TimeValue" && array.type == Scalar::f64 && array.count() == 1)
+      store(array.bytes.data(), time);
+  }
+}
+
+Result<> check_step(uint64_t step, uint64_t steps, const std::string& name) {
+  if (step <= steps) return {};
+  return failure(ErrorCode::usage, name + ": has no step " + std::to_string(step) + "; the last one is " +
+                                       std::to_string(steps));
 }
 
 Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays) {
@@ -422,24 +437,42 @@ Result<> find_same_numbers(const StreamHeader& mesh, const StreamTail& tail, Ste
   return {};
 }
 
-Result<StepReport> write_step(const std::string& path, const Source& source, const FileReader& file,
-                              const StreamHeader& mesh, StepHeader step, StepSource& values,
-                              const StepOptions& options) {
+Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
+                      StepHeader& step) {
+  if (!options.metadata || *options.metadata == mesh.description.metadata) return {};
+  const uint64_t number = count_steps(file) + 1;
+  const bool by_itself = number % key_steps == 0;
+  const auto before = by_itself ? mesh.description.metadata : metadata_of_step(file, mesh, number - 1);
+  if (!before && before.error().code != ErrorCode::corrupt) return tl::unexpected(before.error());
+  step.metadata = entries_of(*options.metadata, before.value_or(Metadata()));
+  return {};
+}
+
+/// `open_sink`: of what stands behind the file.
+template <class OpenSink>
+Result<StepReport> write_step(const Source& source, const FileReader& file, const StreamHeader& mesh,
+                              StepHeader step, StepSource& values, const StepOptions& options,
+                              OpenSink open_sink) {
   const uint64_t number = count_steps(file) + 1;
   step.errors.resize(step.arrays.size());
-  if (options.metadata && *options.metadata != mesh.description.metadata) {
-    const bool by_itself = number % key_steps == 0;
-    const auto before = by_itself ? mesh.description.metadata : metadata_of_step(file, mesh, number - 1);
-    if (!before && before.error().code != ErrorCode::corrupt) return tl::unexpected(before.error());
-    step.metadata = entries_of(*options.metadata, before.value_or(Metadata()));
-  }
   const auto partners = MAILLE_TRY(compare_with_earlier(source, mesh, number, step, values, options));
-  const std::unique_ptr<Sink> sink = MAILLE_TRY(append_sink(path, file.end()));
+  const std::unique_ptr<Sink> sink = MAILLE_TRY(open_sink());
   StepWriter writer(file, mesh, step, number, partners, values, options,
                     FileWriter::resume(*sink, file.end(), file.digest()));
   const StepReport report = MAILLE_TRY(writer.write());
   MAILLE_CHECK(sink->commit());
   return report;
+}
+
+/// The same where values are in the order of the input.
+template <class OpenSink>
+Result<StepReport> write_in_order(const Source& source, const FileReader& file, const StreamHeader& mesh,
+                                  StepHeader step, StepSource& values, const StepOptions& options,
+                                  OpenSink open_sink) {
+  const auto order = MAILLE_TRY(input_order_of(source, options.limits));
+  if (!order) return write_step(source, file, mesh, std::move(step), values, options, open_sink);
+  InOrderOfStream reordered(values, *order, step.arrays);
+  return write_step(source, file, mesh, std::move(step), reordered, options, open_sink);
 }
 
 /// `counts`: of what the values are of, if known.
@@ -467,13 +500,14 @@ Result<StepReport> append(const std::string& path, StepHeader step, StepSource& 
                                          std::to_string(counts->points) + " and " +
                                          std::to_string(counts->cells));
   }
-  const auto order = MAILLE_TRY(input_order_of(*source, options.limits));
   MAILLE_CHECK(find_same_numbers(mesh, tail, values, step));
-  if (order) {
-    InOrderOfStream reordered(values, *order, step.arrays);
-    return write_step(path, *source, file, mesh, std::move(step), reordered, options);
+  MAILLE_CHECK(set_metadata(file, mesh, options, step));
+  if ((file.header().required_features & in_pieces_feature) != 0) {
+    step.errors.resize(step.arrays.size());
+    return append_to_pieces(path, *source, file, std::move(step), values, options);
   }
-  return write_step(path, *source, file, mesh, std::move(step), values, options);
+  return write_in_order(*source, file, mesh, std::move(step), values, options,
+                        [&] { return append_sink(path, file.end()); });
 }
 
 /// Arrays of a mesh in memory.
@@ -493,6 +527,16 @@ class MeshValues final : public StepSource {
 };
 
 }  // namespace
+
+Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
+                                           const StepOptions& options, StepReport& report) {
+  const FileReader file = MAILLE_TRY(FileReader::open(stream, stream_chunk_types));
+  const StreamHeader mesh = MAILLE_TRY(header_of(file));
+  std::vector<std::byte> bytes;
+  report = MAILLE_TRY(write_in_order(stream, file, mesh, std::move(step), values, options,
+                                     [&]() -> Result<std::unique_ptr<Sink>> { return memory_sink(bytes); }));
+  return bytes;
+}
 
 Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values) {
   StepHeader step;
@@ -566,7 +610,8 @@ Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
     steps.push_back({header.time, std::move(header.arrays), std::move(header.errors), 0});
   for (const ChunkRecord& record : file.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
-    if ((type == "STEP" || type == "SVAL") && record.header.patch >= 1 && record.header.patch <= steps.size())
+    if ((type == "STEP" || type == "SVAL" || type == "SIDX") && record.header.patch >= 1 &&
+        record.header.patch <= steps.size())
       steps[record.header.patch - 1].coded_bytes += record.header.size;
   }
   return steps;

@@ -8,12 +8,22 @@
 namespace maille {
 
 /// Chunks of files of mode stream that this version reads.
-inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL",
-                                                          "STEP", "SVAL", "PIEC", "GIDS", "PIDX"};
+inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL", "STEP",
+                                                          "SVAL", "PIEC", "GIDS", "PIDX", "SIDX"};
 
 uint64_t count_steps(const FileReader& file);
 
+/// What VTK and Exodus call the time of all that a file holds becomes that of a step.
+void set_time(double time, std::vector<Array>& mesh_arrays);
+/// Whether a file with so many steps has this one. Error: usage.
+Result<> check_step(uint64_t step, uint64_t steps, const std::string& name);
+
 /// Steps behind the mesh, in order: their headers. Error: corrupt.
 Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays);
+
+/// The bytes of one more step behind a stream that keeps its order, for which `values` are by number of its
+/// points and cells. Errors: as append_step().
+Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
+                                           const StepOptions& options, StepReport& report);
 
 }  // namespace maille
