@@ -55,6 +55,14 @@ void add(const ArrayReport& piece, ArrayReport& all) {
 
 }  // namespace
 
+void set_numbered(const std::vector<NumberedArray>& found, ArrayMapsList& maps) {
+  maps.numbered.clear();
+  for (const NumberedArray& array : found) {
+    if (array.runs.size() == 1) maps.numbered.push_back(array);
+  }
+  set_maps_of_zeros(maps);
+}
+
 StreamHeader header_of(const PieceCoding& coding) {
   StreamHeader header;
   header.description.positions = coding.stream.positions;

@@ -30,6 +30,9 @@ struct PieceCoding {
 
   bool kept() const { return options.order == Order::keep; }
 };
+/// Pieces have zeros in the stead of these arrays, of those that rise from their first value to their last:
+/// more runs than one many ranks do not find.
+void set_numbered(const std::vector<NumberedArray>& found, ArrayMapsList& maps);
 /// DESC of the whole mesh.
 StreamHeader header_of(const PieceCoding& coding);
 

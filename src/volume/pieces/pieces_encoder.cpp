@@ -152,8 +152,7 @@ Result<EncodeReport> encode_in_pieces(const Mesh& mesh, Sink& sink, const Encode
                    "a mesh in memory of more than 2^32 cells cannot be cut into pieces");
   StreamOptions stream = MAILLE_TRY(stream_options_of(mesh, options));
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream));
-  if (options.order == Order::keep) maps.numbered = find_numbered(mesh);
-  set_maps_of_zeros(maps);
+  if (options.order == Order::keep) set_numbered(find_numbered(mesh), maps);
   return PiecesEncoder(mesh, {options, std::move(stream), std::move(maps)}).run(sink, target);
 }
 

@@ -73,10 +73,10 @@ class SourcePiecesEncoder {
 
   Result<EncodeReport> run(Sink& sink, uint64_t target) {
     coding_.options = options_;
+    coding_.cells = mesh_.description().cells;
     coding_.stream = MAILLE_TRY(stream_options_of(mesh_.description(), options_));
     coding_.maps = MAILLE_TRY(choose_source_maps(mesh_, coding_.stream, std::nullopt));
-    if (coding_.kept()) coding_.maps.numbered = MAILLE_TRY(find_numbered(mesh_));
-    set_maps_of_zeros(coding_.maps);
+    if (coding_.kept()) set_numbered(MAILLE_TRY(find_numbered(mesh_)), coding_.maps);
     MAILLE_CHECK(check_space(target));
     MAILLE_CHECK(pieces_.cut(target));
     MAILLE_CHECK(share());
@@ -99,7 +99,7 @@ class SourcePiecesEncoder {
     CellTotals totals;
   };
 
-  /// Of a cell in a piece that is coded, about: 290 measured for tetrahedra, 170 for hexahedra.
+  /// Of a cell in a piece that is coded, about: the peak for hexahedra with doubles, one thread, was 244.
   uint64_t bytes_of_cell() const {
     const MeshDescription& mesh = mesh_.description();
     const uint64_t corners = mesh.corners / std::max<uint64_t>(mesh.cells, 1) + 1;

@@ -1,11 +1,14 @@
 #include "volume/ranks/rank_maps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "base/bytes.h"
 #include "volume/ranks/collective.h"
+#include "volume/stream/numbered_arrays.h"
 
 namespace maille {
 namespace {
@@ -63,6 +66,25 @@ class Extremes {
   std::vector<std::vector<std::byte>> low_, high_;
 };
 
+/// Whether values are the numbers of their elements, all less one number: then this has one for the ranks
+/// together.
+class Offset {
+ public:
+  void add(uint64_t value, uint32_t number) {
+    const uint64_t offset = value - number;
+    most_ = std::max(most_, offset);
+    least_ = std::min(least_, offset);
+  }
+  std::optional<uint64_t> of_all(Ranks& ranks) const {
+    std::array<uint64_t, 2> both = {most_, ~least_};
+    ranks.largest(both);
+    return both[0] == ~both[1] ? std::optional(both[0]) : std::nullopt;
+  }
+
+ private:
+  uint64_t most_ = 0, least_ = ~uint64_t{0};
+};
+
 class MapsChooser {
  public:
   MapsChooser(const RankPart& part, const PartLayout& layout, const PointDirectory& points,
@@ -85,7 +107,9 @@ class MapsChooser {
       const Array* const values = array.domain == Domain::cell && !mine.empty() ? mine[of_cells++] : nullptr;
       offset = add(array, stream_.arrays[next++], offset, values, list);
     }
-    return broadcast(std::move(list));
+    ArrayMapsList all = MAILLE_TRY(broadcast(std::move(list)));
+    set_numbered(numbered_, all);
+    return all;
   }
 
  private:
@@ -108,7 +132,12 @@ class MapsChooser {
     const bool needs_range = stride > 1 && asked.tolerance.kind != Tolerance::Kind::lossless;
     ByteWriter mine;
     Extremes extremes(like);
+    const bool may_be_numbered = !stream_.any_order && &like != &layout_.empty.points &&
+                                 like.components == 1 && number_reader(like.type) != nullptr &&
+                                 count >= fewest_numbered;
+    Offset numbers;
     const auto take = [&](uint32_t number, const std::byte* tuple) {
+      if (may_be_numbered) numbers.add(number_reader(like.type)(tuple), number);
       if (needs_range) extremes.add(tuple);
       if (number % stride != 0) return;
       mine.put(number);
@@ -118,6 +147,10 @@ class MapsChooser {
       take(static_cast<uint32_t>(points_.directory().first() + i), points_.tuple(i) + offset);
     for (size_t i = 0; of_cells != nullptr && i < cells_.numbers().size(); ++i)
       take(cells_.numbers()[i], of_cells->bytes.data() + i * size);
+    if (may_be_numbered) {
+      if (const auto first = numbers.of_all(ranks_))
+        numbered_.push_back({static_cast<size_t>(&asked - stream_.arrays.data()), {{count, *first}}});
+    }
     Array sample = sorted(like, to_first(ranks_, mine.take()));
     if (needs_range) extremes.add_all(to_first(ranks_, extremes.packed()));
     if (needs_range) extremes.append_to(sample);
@@ -202,6 +235,7 @@ class MapsChooser {
   const StreamOptions& stream_;
   uint64_t sample_bytes_;
   Ranks& ranks_;
+  std::vector<NumberedArray> numbered_;
 };
 
 }  // namespace

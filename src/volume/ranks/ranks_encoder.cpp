@@ -144,9 +144,7 @@ class RanksEncoder {
     MAILLE_CHECK(file_.write(parts, end + sizes[1]));
     MAILLE_CHECK(file_.commit());
     report.file_bytes = end + sizes[1];
-    report.other_bytes = report.file_bytes - report.connectivity.coded_bytes - report.order_bytes -
-                         report.positions.coded_bytes;
-    for (const ArrayReport& array : report.arrays) report.other_bytes -= array.coded_bytes;
+    set_other_bytes(report);
     return report;
   }
 

@@ -9,16 +9,15 @@
 namespace maille {
 namespace {
 
-/// Each run takes about six bytes, a number in no order about two.
-constexpr uint64_t mean_run = 64;
-
 /// Mod 2^64.
 template <class T>
 uint64_t widened(const std::byte* number) {
   return static_cast<uint64_t>(load<T>(number));
 }
 
-uint64_t (*reader_of(Scalar type))(const std::byte*) {
+}  // namespace
+
+uint64_t (*number_reader(Scalar type))(const std::byte*) {
   switch (type) {
     case Scalar::i16:
       return widened<int16_t>;
@@ -37,12 +36,14 @@ uint64_t (*reader_of(Scalar type))(const std::byte*) {
   }
 }
 
+namespace {
+
 /// The runs of an array of `count` tuples, read some at a time.
 template <class Read>
 Result<std::optional<NumberedArray>> find_numbered(const Array& array, size_t i, uint64_t count, Read read) {
   std::optional<NumberedArray> none;
-  const auto number_at = reader_of(array.type);
-  if (array.components != 1 || number_at == nullptr || count < mean_run) return none;
+  const auto number_at = number_reader(array.type);
+  if (array.components != 1 || number_at == nullptr || count < fewest_numbered) return none;
   NumberedArray found = {i, {}};
   constexpr uint64_t at_once = 4096;
   uint64_t before = 0;
@@ -51,14 +52,15 @@ Result<std::optional<NumberedArray>> find_numbered(const Array& array, size_t i,
     for (size_t k = 0; k < some.size() / array.tuple_size(); ++k) {
       const uint64_t number = number_at(some.data() + k * array.tuple_size());
       if (found.runs.empty() || number != before + 1) {
-        if (found.runs.size() * mean_run > first + k || found.runs.size() == most_number_runs) return none;
+        if (found.runs.size() * fewest_numbered > first + k || found.runs.size() == most_number_runs)
+          return none;
         found.runs.push_back({0, number});
       }
       before = number;
       ++found.runs.back().count;
     }
   }
-  return found.runs.size() * mean_run > count ? none : std::optional(std::move(found));
+  return found.runs.size() * fewest_numbered > count ? none : std::optional(std::move(found));
 }
 
 }  // namespace

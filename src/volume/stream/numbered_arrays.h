@@ -15,6 +15,11 @@ namespace maille {
 
 inline constexpr size_t most_number_runs = 1 << 16;
 
+/// Fewer are not worth a run, which takes about six bytes, a number in no order about two.
+inline constexpr uint64_t fewest_numbered = 64;
+/// Gives numbers of the type mod 2^64; nullptr for types that numbers of elements do not have.
+uint64_t (*number_reader(Scalar type))(const std::byte*);
+
 /// Array i of a mesh (of those on points and cells), if it is one.
 std::optional<NumberedArray> find_numbered(const Array& array, size_t i);
 std::vector<NumberedArray> find_numbered(const Mesh& mesh);
