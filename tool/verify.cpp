@@ -255,9 +255,10 @@ Result<std::optional<Verdict>> judge_pieces(const Input& input, const VerifyOpti
   keep_memory_small();
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Threads threads(options.common.threads);
-  DecodeOptions decoding{.limits = {.mesh_bytes = options.common.memory},
-                         .executor = threads.executor(),
-                         .progress = progress.watch(static_cast<double>(mesh->cells), "cells")};
+  DecodeOptions decoding;
+  decoding.limits.mesh_bytes = options.common.memory;
+  decoding.executor = threads.executor();
+  decoding.progress = progress.watch(static_cast<double>(mesh->cells), "cells");
   const size_t steps = TOOL_TRY(list_steps(*input.source)).size();
   for (size_t step = 0; step <= steps && verdict.damage.empty(); ++step) {
     decoding.step = step;

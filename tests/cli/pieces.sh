@@ -31,7 +31,7 @@ files_like 'none*'
 maille compress -q grid.vtu - | maille compress -q --pieces 2000 - piped.maille
 maille diff --same-order grid.vtu piped.maille
 maille generate -q --pieces 2000 blockMeshDict generated.maille --refine 6
-maille generate -q blockMeshDict stream.maille --refine 6
+maille generate -q blockMeshDict - --refine 6 > stream.maille
 maille diff generated.maille stream.maille
 try maille generate --pieces 2000 blockMeshDict none.vtu --refine 6
 maille generate -q blockMeshDict large.vtu --refine 12
@@ -40,13 +40,14 @@ maille verify parts.maille
 maille decompress -q parts.maille back.vtu
 maille diff --same-order large.vtu back.vtu
 maille compress -q -2 --any-order --pieces 10000 large.vtu any.maille
-maille decompress -q any.maille back.msh
-maille diff any.maille back.msh
+maille decompress -q any.maille any.vtu
+maille diff large.vtu any.vtu
+maille decompress -q any.maille any.msh; maille compress -q any.msh msh.maille; maille info --json msh.maille | json 'j["cells"]'
 try maille compress --pieces 100000 --memory 32M large.vtu none.maille
 # A step of time, of which a region is read.
 maille append -q --time 2.5 grid.maille grid.vtu
-maille extract -q grid.maille part.vtu --box 0,0,0,0.05,0.02,0.05 --step 1 --numbers
-maille diff --same-order part.vtu same.vtu
+maille extract -q grid.maille step.vtu --box 0,0,0,0.05,0.02,0.05 --step 1 --numbers
+maille diff --same-order step.vtu same.vtu
 try maille extract grid.maille none.vtu --step 2
 maille verify grid.maille
 files_like 'none*'

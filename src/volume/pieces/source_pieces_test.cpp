@@ -220,5 +220,77 @@ TEST(ScratchLists, GrowSideBySideAndComeBackWholeOrInParts) {
   }
 }
 
+TEST(MeshSpool, GivesBackInPartsWhatCameOnce) {
+  const Mesh mesh = blocks_with_arrays();
+  const auto source = mesh_as_source(mesh);
+  const MeshDescription& described = source->description();
+  StreamOptions options;
+  options.positions.type = described.point_type;
+  for (const Array& array : described.arrays)
+    options.arrays.push_back(
+        {array.name, array.domain, array.type, array.components, array.role, {}, {}, {}});
+  auto spool = MeshSpool::create(options);
+  ASSERT_TRUE(spool);
+  // Values of some elements, by domain.
+  const auto values = [&](Domain domain, uint64_t first, uint64_t count) {
+    std::vector<std::vector<std::byte>> all;
+    for (size_t i = 0; i < described.arrays.size(); ++i) {
+      if (described.arrays[i].domain != domain) continue;
+      EXPECT_TRUE(
+          source->read_array(i, first, count, all.emplace_back(count * described.arrays[i].tuple_size())));
+    }
+    return all;
+  };
+  const auto as_bytes = [](const std::vector<std::vector<std::byte>>& all) {
+    return std::vector<Bytes>(all.begin(), all.end());
+  };
+  constexpr uint64_t at_once = 700;
+  for (uint64_t end = described.points; end > 0; end -= std::min(end, at_once)) {  // the last ones first
+    const uint64_t first = end - std::min(end, at_once);
+    std::vector<std::byte> positions((end - first) * 12);
+    ASSERT_TRUE(source->read_points(first, end - first, positions));
+    const auto of_points = values(Domain::point, first, end - first);
+    ASSERT_TRUE(spool->add_points(first, positions, as_bytes(of_points)));
+  }
+  uint64_t cell = 0;
+  for (const auto& block : described.blocks) {
+    ASSERT_TRUE(spool->begin_block(block.name, block.type));
+    CellPiece cells;
+    ASSERT_TRUE(source->read_cells(cell, block.cells, cells));
+    const auto of_cells = values(Domain::cell, cell, block.cells);
+    if (block.cells > 0) {
+      ASSERT_TRUE(spool->add_cells(block.type, cells.connectivity, {}, as_bytes(of_cells)));
+    }
+    cell += block.cells;
+  }
+  const auto back = spool->finish();
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ((*back)->description().corners, described.corners);
+  std::vector<std::byte> one(described.points * 12), other(one.size());
+  ASSERT_TRUE(source->read_points(0, described.points, one));
+  ASSERT_TRUE((*back)->read_points(0, described.points, other));
+  EXPECT_EQ(one, other);
+  for (uint64_t first = 0; first < described.cells; first += 1111) {
+    const uint64_t count = std::min<uint64_t>(1500, described.cells - first);
+    CellPiece a, b;
+    ASSERT_TRUE(source->read_cells(first, count, a));
+    ASSERT_TRUE((*back)->read_cells(first, count, b));
+    EXPECT_EQ(a.types, b.types);
+    EXPECT_EQ(a.offsets, b.offsets);
+    EXPECT_EQ(a.connectivity, b.connectivity);
+  }
+  CellPiece none;
+  EXPECT_FALSE((*back)->read_cells(described.cells, 1, none));
+}
+
+TEST(MeshSpool, RefusesNumbersWithGaps) {
+  auto spool = MeshSpool::create({});
+  ASSERT_TRUE(spool);
+  const std::vector<std::byte> position(12);
+  ASSERT_TRUE(spool->add_points(0, position));
+  ASSERT_TRUE(spool->add_points(2, position));
+  EXPECT_FALSE(spool->finish());
+}
+
 }  // namespace
 }  // namespace maille
