@@ -358,7 +358,9 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
 }
 
 void note_fields_of_processors(const std::string& processor, std::vector<std::string>& notes) {
-  if (!foam_case_of(processor).times.empty())
+  // Of what is no folder foam_case_of() takes the folder around it, which is the case itself.
+  std::error_code error;
+  if (std::filesystem::is_directory(processor, error) && !foam_case_of(processor).times.empty())
     notes.emplace_back(
         "fields in the folders of processors left out; reconstructPar makes a case with its fields of them");
 }
