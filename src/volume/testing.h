@@ -10,6 +10,7 @@
 
 #include <numeric>
 #include <random>
+#include <span>
 
 #include "volume/cells/cell_shape.h"
 
@@ -19,8 +20,8 @@ namespace maille::testing {
 
 inline void set_positions(Mesh& mesh, const std::vector<float>& positions) {
   mesh.points = make_array("position", Domain::point, Scalar::f32, 3);
-  mesh.points.bytes.resize(positions.size() * sizeof(float));
-  std::memcpy(mesh.points.bytes.data(), positions.data(), mesh.points.bytes.size());
+  const auto bytes = std::as_bytes(std::span(positions));  // there may be none, which memcpy() does not take
+  mesh.points.bytes.assign(bytes.begin(), bytes.end());
 }
 
 /// nx x ny x nz hexahedra, points numbered x first.
