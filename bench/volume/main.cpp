@@ -223,11 +223,11 @@ class Bench {
   void measure_speed(const Workload& work) {
     fmt::print("\nWhole coder, {}, effort 5, order kept: M cells/s of wall time, the best of {}\n", work.name,
                options_.rounds);
-    fmt::print("{:10} {:>7} {:>8} {:>8} {:>16}\n", "from, to", "threads", "encode", "decode",
+    fmt::print("{:14} {:>7} {:>8} {:>8} {:>16}\n", "from, to", "threads", "encode", "decode",
                "M cells/CPU s");
     for (const WholeCoder& row : measure_whole_coder(work.mesh, options_.rounds)) {
       const json line = to_json(row, work);
-      fmt::print("{:10} {:>7} {:>8.2f} {:>8.2f} {:>8.2f} {:>7.2f}  {}\n", row.from, row.threads,
+      fmt::print("{:14} {:>7} {:>8.2f} {:>8.2f} {:>8.2f} {:>7.2f}  {}\n", row.from, row.threads,
                  line["encode_mcps"].get<double>(), line["decode_mcps"].get<double>(),
                  line["encode_mcps_cpu"].get<double>(), line["decode_mcps_cpu"].get<double>(), row.verdict);
       std::fflush(stdout);

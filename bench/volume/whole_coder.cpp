@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 namespace maille::bench {
 namespace {
@@ -38,6 +39,10 @@ class Stopwatch {
   double wall_begin_ = seconds_of(CLOCK_MONOTONIC), cpu_begin_ = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 };
 
+/// Cells in a piece of the rows "pieces": 16 of them in the pipe of a million, so that two threads have the
+/// same work.
+constexpr uint64_t cells_in_piece = 65'536;
+
 EncodeOptions options_with(Executor& executor) {
   EncodeOptions options;
   options.mode = Mode::stream;
@@ -56,14 +61,17 @@ void check(WholeCoder& row, const Mesh& mesh, const Mesh& back) {
   if (!same.equal) row.verdict = "differs: " + (same.differences.empty() ? "" : same.differences[0]);
 }
 
-WholeCoder in_memory(const Mesh& mesh, unsigned threads, unsigned rounds) {
-  WholeCoder row{.from = "memory", .threads = threads};
+WholeCoder in_memory(const Mesh& mesh, unsigned threads, unsigned rounds,
+                     std::optional<uint64_t> cells_per_part = std::nullopt) {
+  WholeCoder row{.from = cells_per_part ? "memory, pieces" : "memory", .threads = threads};
   const auto executor = thread_executor(threads);
+  EncodeOptions encoding = options_with(*executor);
+  encoding.most_cells_per_part = cells_per_part;
   for (unsigned round = 0; round < rounds && row.verdict == "exact"; ++round) {
     std::vector<std::byte> bytes;
     {
       const Stopwatch watch(row.encode_seconds, row.encode_cpu_seconds);
-      const auto report = encode(mesh, *memory_sink(bytes), options_with(*executor));
+      const auto report = encode(mesh, *memory_sink(bytes), encoding);
       if (!report) row.verdict = "failed: " + report.error().message;
     }
     const auto source = memory_source(std::move(bytes));
@@ -140,7 +148,8 @@ WholeCoder from_file_to_file(const Mesh& mesh, unsigned threads, unsigned rounds
 }  // namespace
 
 std::vector<WholeCoder> measure_whole_coder(const Mesh& mesh, unsigned rounds) {
-  return {in_memory(mesh, 1, rounds), in_memory(mesh, 2, rounds), from_file_to_file(mesh, 2, rounds)};
+  return {in_memory(mesh, 1, rounds), in_memory(mesh, 2, rounds), in_memory(mesh, 1, rounds, cells_in_piece),
+          in_memory(mesh, 2, rounds, cells_in_piece), from_file_to_file(mesh, 2, rounds)};
 }
 
 }  // namespace maille::bench
