@@ -191,11 +191,16 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     const LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
-    if (options.series.empty()) TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(step.path)));
+    // Of a case fields may be there at some times only: append_series() looks at the end.
+    Tolerances found = tolerances;
+    if (options.series.empty()) {
+      found = TOOL_TRY(
+          tolerances_of(tolerances, loaded.mesh.arrays, input_name(step.path), options.common.quiet));
+    }
     for (const Array& array : loaded.mesh.arrays) met.arrays.insert(array.name);
     const Threads threads(options.common.threads);
     EncodeOptions encoding;
-    encoding.arrays = tolerances.arrays;
+    encoding.arrays = found.arrays;
     encoding.executor = threads.executor();
     const Input file = TOOL_TRY(open_maille(options.file));
     const FileInfo info = TOOL_TRY(inspect_stream(options.file, *file.source));

@@ -12,6 +12,7 @@
 #include "manual.h"
 #include "parser.h"
 #include "result.h"
+#include "spelling.h"
 
 namespace maille::tool {
 
@@ -178,8 +179,13 @@ Result<> check_verb(const Parser& parser, const std::string& word) {
     if (verb->check_name(word)) return {};
     verbs.push_back(verb->get_name());
   }
+  if (const std::string nearest = nearest_word(word, verbs); !nearest.empty()) {
+    return failure(
+        ErrorCode::usage,
+        fmt::format("there is no verb '{}' (did you mean '{}'?); 'maille --help' lists them", word, nearest));
+  }
   return failure(ErrorCode::usage,
-                 fmt::format("no verb '{}'; the verbs are {}", word, fmt::join(verbs, ", ")));
+                 fmt::format("there is no verb '{}'; the verbs are {}", word, fmt::join(verbs, ", ")));
 }
 
 std::string help_of(const Parser& parser) {
@@ -216,9 +222,22 @@ std::string misread_option(const CLI::App& verb) {
   return found == names.end() ? "" : *found;
 }
 
-std::string about_misread_option(const CLI::App& verb, const std::string& option) {
-  if (verb.get_name() != "compress") return fmt::format("does not know '{}'", option);
-  return fmt::format("'{}' is no effort; give one of -1 to -9", option);
+/// What gzip, zstd and others call levels.
+bool means_effort(const std::string& option) {
+  static const std::vector<std::string> words = {"--best", "--fast", "--level", "--effort",
+                                                 "--compression-level"};
+  return std::find(words.begin(), words.end(), option.substr(0, option.find('='))) != words.end();
+}
+
+std::string about_unknown_option(const CLI::App& verb, const std::string& option) {
+  if (verb.get_name() == "compress" && (is_effort_like(option) || means_effort(option)))
+    return fmt::format("there is no level '{}'; levels are -1 (fast) to -9 (small)", option);
+  std::vector<std::string> names;
+  for (const CLI::Option* known : verb.get_options()) {
+    for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
+  }
+  const std::string word = option.substr(0, option.find('='));
+  return fmt::format("there is no option '{}'{}", word, suggestion(word, names));
 }
 
 /// `message`: "--error: 1 required X missing".
@@ -234,7 +253,7 @@ std::string about_missing_value(const CLI::App& app, const std::string& message)
 std::string about_extras(const CLI::App& verb) {
   const std::vector<std::string> extras = verb.remaining();
   for (const std::string& extra : extras) {
-    if (extra.size() > 1 && extra[0] == '-') return fmt::format("does not know '{}'", extra);
+    if (extra.size() > 1 && extra[0] == '-') return about_unknown_option(verb, extra);
   }
   std::vector<std::string> taken;
   for (const CLI::Option* option : verb.get_options()) {
@@ -272,9 +291,9 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
     const auto parsed = parser.app.get_subcommands();
     if (parsed.empty()) return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
     const std::string misread = misread_option(*parsed.front());
-    if (!misread.empty()) return usage_failure(parser, about_misread_option(*parsed.front(), misread));
+    if (!misread.empty()) return usage_failure(parser, about_unknown_option(*parsed.front(), misread));
     if (parser.raw.effort.size() > 1)
-      return usage_failure(parser, "several efforts given; give one of -1 to -9");
+      return usage_failure(parser, "several levels given; give one of -1 to -9");
     return command_of(parser, parsed.front()->get_name());
   } catch (const CLI::CallForHelp&) {
     return PrintText{help_of(parser)};
@@ -284,10 +303,11 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ExtrasError&) {
     const auto parsed = parser.app.get_subcommands();
     if (parsed.empty())
-      return usage_failure(parser, fmt::format("does not know '{}'", fmt::join(parser.app.remaining(), " ")));
+      return usage_failure(parser,
+                           fmt::format("there is no option '{}'", fmt::join(parser.app.remaining(), " ")));
     const CLI::App& verb = *parsed.front();
     const std::string misread = misread_option(verb);
-    return usage_failure(parser, misread.empty() ? about_extras(verb) : about_misread_option(verb, misread));
+    return usage_failure(parser, misread.empty() ? about_extras(verb) : about_unknown_option(verb, misread));
   } catch (const CLI::RequiredError&) {
     return usage_failure(parser, fmt::format("{} is missing", missing_argument(parser)));
   } catch (const CLI::ArgumentMismatch& error) {

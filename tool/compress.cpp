@@ -109,13 +109,6 @@ Result<> report(const CompressOptions& options, const Compressed& done, const st
   return {};
 }
 
-// What check_names() asks a mesh for.
-Mesh names_of(const std::vector<Array>& arrays) {
-  Mesh mesh;
-  mesh.arrays = arrays;
-  return mesh;
-}
-
 std::vector<Array> arrays_of(const StreamDescription& description) {
   std::vector<Array> arrays;
   for (const StreamArray& array : description.arrays)
@@ -128,8 +121,9 @@ Result<std::unique_ptr<Sink>> open_sink(const CompressOptions& options, const st
 }
 
 Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& options,
-                                  const Tolerances& tolerances, const std::string& output) {
-  TOOL_CHECK(check_names(tolerances, names_of(input.mesh->description().arrays), input_name(options.input)));
+                                  const Tolerances& asked, const std::string& output) {
+  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, input.mesh->description().arrays,
+                                                       input_name(options.input), options.common.quiet));
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Threads threads(options.common.threads);
@@ -144,11 +138,10 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   return Compressed{std::move(report), input.bytes, surface ? "face" : "cell"};
 }
 
-Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options,
-                                  const Tolerances& tolerances, const std::string& output,
-                                  Executor* executor) {
-  TOOL_CHECK(
-      check_names(tolerances, names_of(arrays_of(input.reader.description())), input_name(options.input)));
+Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options, const Tolerances& asked,
+                                  const std::string& output, Executor* executor) {
+  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, arrays_of(input.reader.description()),
+                                                       input_name(options.input), options.common.quiet));
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   EncodeOptions encoding = encode_options(options, tolerances, true);
@@ -184,19 +177,20 @@ uint64_t input_bytes(const Input& input) {
   return bytes;
 }
 
-Result<Compressed> compress_whole(const Input& input, const CompressOptions& options, Tolerances tolerances,
+Result<Compressed> compress_whole(const Input& input, const CompressOptions& options, Tolerances asked,
                                   const std::string& output) {
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
   // Fields of a case may begin at a later time: append_series() looks whether there is one.
   if (!options.series.empty()) {
-    std::erase_if(tolerances.arrays, [&](const auto& bound) {
+    std::erase_if(asked.arrays, [&](const auto& bound) {
       return std::none_of(loaded.mesh.arrays.begin(), loaded.mesh.arrays.end(),
                           [&](const Array& array) { return array.name == bound.first; });
     });
   }
-  TOOL_CHECK(check_names(tolerances, loaded.mesh, input_name(options.input)));
+  const Tolerances tolerances =
+      TOOL_TRY(tolerances_of(asked, loaded.mesh.arrays, input_name(options.input), options.common.quiet));
   if (const auto note = note_of_size(tolerances, loaded.mesh))
     say_notes(input_name(options.input), {*note}, options.common.quiet);
   say_notes(input_name(options.input), notes_of_ranges(tolerances, loaded.mesh), options.common.quiet);

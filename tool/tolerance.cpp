@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include "result.h"
+#include "spelling.h"
 #include "text.h"
 
 namespace maille::tool {
@@ -23,10 +25,21 @@ bool means_positions(const std::string& name) {
 // A finer lattice than the mantissa of a double has no use.
 constexpr double largest_bits = 52;
 
+/// Why a text is not a number, as far as that is plain.
+std::string hint_at_number(const std::string& text) {
+  std::string with_point = text;
+  std::replace(with_point.begin(), with_point.end(), ',', '.');
+  if (with_point != text && parse_number<double>(with_point)) return fmt::format("; write {}", with_point);
+  if (text.ends_with('%')) return "; only --error, --rel-error and --pw-rel-error take percentages";
+  return "";
+}
+
 Result<double> parse_value(const std::string& option, const std::string& text, Tolerance::Kind kind) {
   const std::optional<double> number = parse_number<double>(text);
-  if (!number || !std::isfinite(*number))
-    return failure(ErrorCode::usage, fmt::format("{}: '{}' is not a number", option, text));
+  if (!number || !std::isfinite(*number)) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: '{}' is not a number{}", option, text, hint_at_number(text)));
+  }
   const double value = *number;
   if (kind == Tolerance::Kind::bits) {
     if (value < 1 || value > largest_bits || value != std::floor(value)) {
@@ -43,12 +56,27 @@ Result<double> parse_value(const std::string& option, const std::string& text, T
   return value;
 }
 
+/// "0.01", or a percentage: of the size of the mesh or the range of an array, which makes of --error what
+/// --rel-error is.
+Result<Tolerance> parse_tolerance(const std::string& option, const std::string& text, Tolerance::Kind kind) {
+  using Kind = Tolerance::Kind;
+  const bool takes_percent = kind == Kind::absolute || kind == Kind::relative || kind == Kind::pointwise;
+  if (!takes_percent || !text.ends_with('%'))
+    return Tolerance{kind, TOOL_TRY(parse_value(option, text, kind))};
+  const Kind meant = kind == Kind::absolute ? Kind::relative : kind;
+  const double percent = TOOL_TRY(parse_value(option, text.substr(0, text.size() - 1), Kind::relative));
+  if (meant == Kind::pointwise && percent >= 100)
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: {} is not below 100 %, so all would become 0", option, text));
+  return Tolerance{meant, percent / 100};
+}
+
 Result<> add(Tolerances& all, const std::string& option, const std::string& text, Tolerance::Kind kind) {
   // The last sign: array names may hold one.
   const size_t equals = text.rfind('=');
   const std::string name = equals == std::string::npos ? "" : text.substr(0, equals);
   const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
-  const Tolerance tolerance{kind, TOOL_TRY(parse_value(option, value, kind))};
+  const Tolerance tolerance = TOOL_TRY(parse_tolerance(option, value, kind));
   const bool positions = means_positions(name);
   const bool fresh = positions ? !all.positions.has_value() : all.arrays.emplace(name, tolerance).second;
   if (!fresh) {
@@ -64,7 +92,7 @@ Result<> add(Tolerances& all, const std::string& option, const std::string& text
 const std::array<BoundOption, 6> bound_options = {{
     {Tolerance::Kind::absolute, "--error", "-e,--error", "X|NAME=X",
      "Largest error allowed per coordinate of the positions, in file units, or per component of the array "
-     "NAME; repeatable"},
+     "NAME; with a % as --rel-error; repeatable"},
     {Tolerance::Kind::relative, "--rel-error", "--rel-error", "X|NAME=X",
      "The same as a fraction of the bounding box diagonal (positions) or of the range of values (NAME), the "
      "widest one of all components; repeatable"},
@@ -95,17 +123,68 @@ Result<Tolerances> parse_tolerances(const CompressOptions& options) {
   return all;
 }
 
-Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input) {
-  for (const auto& [name, tolerance] : tolerances.arrays) {
-    const bool found = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
-                                   [&name = name](const Array& array) { return array.name == name; });
-    if (found) continue;
-    std::vector<std::string> known = {"position"};
-    for (const Array& array : mesh.arrays) known.push_back(array.name);
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: has no array '{}'; it has: {}", input, name, fmt::join(known, ", ")));
+namespace {
+
+/// What a word means in other programs, formats and spellings; Role::none for names of a mesh's own.
+Role role_called(const std::string& name) {
+  std::string word = name;
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  static const std::map<std::string, Role> roles = {
+      {"normal", Role::normal},
+      {"normals", Role::normal},
+      {"color", Role::colour},
+      {"colors", Role::colour},
+      {"colour", Role::colour},
+      {"colours", Role::colour},
+      {"rgb", Role::colour},
+      {"rgba", Role::colour},
+      {"color_0", Role::colour},
+      {"texcoord", Role::texture_coordinate},
+      {"texcoords", Role::texture_coordinate},
+      {"texcoord_0", Role::texture_coordinate},
+      {"texture_coordinate", Role::texture_coordinate},
+      {"texture_coordinates", Role::texture_coordinate},
+      {"uv", Role::texture_coordinate},
+      {"uvs", Role::texture_coordinate},
+      {"tangent", Role::tangent},
+      {"tangents", Role::tangent},
+  };
+  const auto found = roles.find(word);
+  return found == roles.end() ? Role::none : found->second;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> arrays_called(const std::string& name, const std::vector<Array>& arrays,
+                                               const std::string& input) {
+  const auto has_name = [&](const Array& array) { return array.name == name; };
+  if (std::any_of(arrays.begin(), arrays.end(), has_name)) return std::vector<std::string>{name};
+  std::vector<std::string> names, known = {"position"};
+  const Role role = role_called(name);
+  for (const Array& array : arrays) {
+    known.push_back(array.name);
+    if (role != Role::none && array.role == role) names.push_back(array.name);
   }
-  return {};
+  if (role != Role::none) return names;
+  return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'{}; it has: {}", input, name,
+                                               suggestion(name, known), fmt::join(known, ", ")));
+}
+
+Result<Tolerances> tolerances_of(const Tolerances& asked, const std::vector<Array>& arrays,
+                                 const std::string& input, bool quiet) {
+  Tolerances found{asked.positions, {}};
+  std::vector<std::string> notes;
+  for (const auto& [name, tolerance] : asked.arrays) {
+    const std::vector<std::string> names = TOOL_TRY(arrays_called(name, arrays, input));
+    if (names.empty()) notes.push_back(fmt::format("it has no array '{}'; that bound is not used", name));
+    // A bound by the array's own name comes first.
+    for (const std::string& own : names) {
+      if (own == name || asked.arrays.count(own) == 0) found.arrays[own] = tolerance;
+    }
+  }
+  say_notes(input, notes, quiet);
+  return found;
 }
 
 namespace {
@@ -140,8 +219,14 @@ std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh
   if (!tolerances.positions || tolerances.positions->kind != Tolerance::Kind::absolute) return {};
   const double diagonal = diagonal_of(mesh), error = tolerances.positions->value;
   if (!(diagonal > 0) || error < much * diagonal) return {};
-  return fmt::format("an error of {} is {:.0f} % of the size of the mesh, whose box has a diagonal of {:.4g}",
-                     error, 100 * error / diagonal, diagonal);
+  if (error >= diagonal) {
+    return fmt::format(
+        "an error of {:g} is more than the size of the mesh, whose box has a diagonal of {:.4g}", error,
+        diagonal);
+  }
+  return fmt::format(
+      "an error of {:g} is {:.0f} % of the size of the mesh, whose box has a diagonal of {:.4g}", error,
+      100 * error / diagonal, diagonal);
 }
 
 namespace {

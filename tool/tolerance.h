@@ -35,8 +35,16 @@ struct Tolerances {
 /// tolerances for one array, --lossless beside a tolerance.
 Result<Tolerances> parse_tolerances(const CompressOptions& options);
 
-/// Checks that every array named exists. Error: usage, listing the arrays there are.
-Result<> check_names(const Tolerances& tolerances, const Mesh& mesh, const std::string& input);
+/// The arrays that a name means: the one that has it; or those of a role, for what programs and formats call
+/// that
+/// ("uv", "COLOR_0", "normals"), of which there may be none. Error: usage, listing the arrays there are.
+Result<std::vector<std::string>> arrays_called(const std::string& name, const std::vector<Array>& arrays,
+                                               const std::string& input);
+
+/// The loss asked for, by the names of a mesh's arrays. A role that no array has is a note, so that one line
+/// serves many files. Error: usage, for other names that no array has.
+Result<Tolerances> tolerances_of(const Tolerances& asked, const std::vector<Array>& arrays,
+                                 const std::string& input, bool quiet);
 
 /// A note where an error allowed is so large that the shape goes: for files in metres and bounds in
 /// millimetres.

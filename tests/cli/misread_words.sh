@@ -14,3 +14,10 @@ files_like 'w.maille'
 cp tetra.off info
 maille convert -q info d --output-format off
 maille diff info d
+# A word nearly right is told from one that is not.
+try maille comprss tetra.off
+try maille compress --lossles tetra.off w.maille
+try maille compress --best tetra.off w.maille
+try maille compress --level=9 tetra.off w.maille
+try maille info --Peices w.maille
+try maille inf w.maille

@@ -1,2 +1,2 @@
 # exit: 2
-maille compress --bits normal=10 cube.ply
+maille compress --bits speed=10 cube.ply

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille::tool {
+
+/// The candidate that a misspelt word most likely means: the first of those at the least distance, counted in
+/// letters that are missing, too many, wrong, or swapped with the next one (optimal string alignment).
+/// Capitals count as small letters. Empty where none is near: more than a third of the word would have to
+/// change.
+std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates);
+
+/// " (did you mean 'X'?)", or nothing.
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace maille::tool
