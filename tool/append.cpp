@@ -190,7 +190,8 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
   Appended done;
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
-    const LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
+    LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
+    TOOL_CHECK(select_arrays(options.quality.arrays, loaded.mesh, input_name(step.path)));
     // Of a case fields may be there at some times only: append_series() looks at the end.
     Tolerances found = tolerances;
     if (options.series.empty()) {
@@ -327,6 +328,8 @@ Result<int> compress_series(CompressOptions options) {
   append.common.json = false;
   append.steps = {list};
   append.series = options.series;
+  options.arrays.lenient = true;  // at some times an array may be missing
+  append.quality.arrays = options.arrays;
   const auto of_arrays = [](const std::vector<std::string>& bounds) {
     std::vector<std::string> named;
     for (const std::string& bound : bounds) {

@@ -11,6 +11,7 @@
 
 #include "manual.h"
 #include "parser.h"
+#include "purpose.h"
 #include "result.h"
 #include "spelling.h"
 
@@ -132,6 +133,10 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
     options.keep_order = raw.keep_order;
     options.any_order = raw.any_order;
     options.provenance = !raw.no_provenance;
+    if (parser.app.get_subcommand(verb)->count("--arrays") > 0)
+      options.arrays.wanted = split(raw.arrays, ',');
+    options.arrays.dropped = split(raw.drop, ',');
+    set_for(raw.purpose, {.effort = !raw.effort.empty(), .order = raw.keep_order || raw.any_order}, options);
     return with_raw(options, raw);
   }
   if (verb == "decompress") return with_raw(with_arrays(parser.decompress, parser, verb), raw);

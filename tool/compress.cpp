@@ -85,6 +85,17 @@ struct Compressed {
   std::optional<AppendedSteps> steps = {};
 };
 
+/// What normals take, if that is much: programs that show or print a mesh compute them by themselves.
+std::string hint_at_normals(const EncodeReport& report) {
+  for (const ArrayReport& array : report.arrays) {
+    if (array.name != "normal" || !array.lossless || array.coded_bytes < report.file_bytes / 4) continue;
+    return fmt::format(
+        "normals are {} % of that; --drop normal leaves them out, --bits normal=10 rounds them\n",
+        100 * array.coded_bytes / std::max<uint64_t>(report.file_bytes, 1));
+  }
+  return "";
+}
+
 Result<> report(const CompressOptions& options, const Compressed& done, const std::string& input,
                 const std::string& output, double seconds) {
   if (options.common.json) {
@@ -101,9 +112,10 @@ Result<> report(const CompressOptions& options, const Compressed& done, const st
   }
   const bool exact = std::all_of(options.bounds.begin(), options.bounds.end(),
                                  [](const auto& texts) { return texts.second.empty(); });
-  if (!options.lossless && exact) {
+  if (!options.lossless && exact && options.arrays.takes_all()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
+  text += hint_at_normals(done.report);
   text.pop_back();
   say(text);
   return {};
@@ -122,8 +134,9 @@ Result<std::unique_ptr<Sink>> open_sink(const CompressOptions& options, const st
 
 Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& options,
                                   const Tolerances& asked, const std::string& output) {
-  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, input.mesh->description().arrays,
-                                                       input_name(options.input), options.common.quiet));
+  const Tolerances tolerances =
+      TOOL_TRY(tolerances_of(asked, input.mesh->description().arrays, input_name(options.input),
+                             options.common.quiet || options.lenient));
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const Threads threads(options.common.threads);
@@ -140,8 +153,9 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
 
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options, const Tolerances& asked,
                                   const std::string& output, Executor* executor) {
-  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, arrays_of(input.reader.description()),
-                                                       input_name(options.input), options.common.quiet));
+  const Tolerances tolerances =
+      TOOL_TRY(tolerances_of(asked, arrays_of(input.reader.description()), input_name(options.input),
+                             options.common.quiet || options.lenient));
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   EncodeOptions encoding = encode_options(options, tolerances, true);
@@ -182,6 +196,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   const auto sink = TOOL_TRY(open_sink(options, output));
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+  TOOL_CHECK(select_arrays(options.arrays, loaded.mesh, input_name(options.input)));
   // Fields of a case may begin at a later time: append_series() looks whether there is one.
   if (!options.series.empty()) {
     std::erase_if(asked.arrays, [&](const auto& bound) {
@@ -189,8 +204,8 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
                           [&](const Array& array) { return array.name == bound.first; });
     });
   }
-  const Tolerances tolerances =
-      TOOL_TRY(tolerances_of(asked, loaded.mesh.arrays, input_name(options.input), options.common.quiet));
+  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, loaded.mesh.arrays, input_name(options.input),
+                                                       options.common.quiet || options.lenient));
   if (const auto note = note_of_size(tolerances, loaded.mesh))
     say_notes(input_name(options.input), {*note}, options.common.quiet);
   say_notes(input_name(options.input), notes_of_ranges(tolerances, loaded.mesh), options.common.quiet);
@@ -221,10 +236,13 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     return open_in_parts(options, progress);
   }());
-  if (parts) return compress_parts(*parts, options, tolerances, output);
+  if (parts) {
+    parts->mesh = TOOL_TRY(select_arrays(options.arrays, std::move(parts->mesh), input_name(options.input)));
+    return compress_parts(*parts, options, tolerances, output);
+  }
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
-                             (!options.mode || options.mode == Mode::stream) &&
+                             (!options.mode || options.mode == Mode::stream) && options.arrays.takes_all() &&
                              (!options.any_order || options.delay > 0 || wants_pieces(options));
   if (may_be_stream) {
     const Threads threads(options.common.threads);

@@ -13,6 +13,8 @@
 #include <variant>
 #include <vector>
 
+#include "selection.h"
+
 // What the command line asks for, verb by verb. Filled by parser.cpp and command_line.cpp, the only places
 // that know CLI11.
 namespace maille::tool {
@@ -47,6 +49,9 @@ struct CompressOptions {
   /// By kind, as typed: "X" for positions or "NAME=X".
   std::map<Tolerance::Kind, std::vector<std::string>> bounds;
   bool lossless = false;
+  ArraySelection arrays;
+  bool lenient =
+      false;  ///< bounds are of settings for any mesh: arrays that it does not have are not mentioned
   bool force = false;
   bool provenance = true;
 };

@@ -25,6 +25,8 @@ struct Raw {
   bool no_whole_file = false;
   bool no_browser = false;
   std::string arrays;
+  std::string drop;
+  std::string purpose;
   std::string memory;
   std::string fetch_limit;
   std::string progress = "auto";

@@ -3,6 +3,7 @@
 #include <maille/encode.h>
 
 #include "parser_names.h"
+#include "purpose.h"
 #include "tolerance.h"
 
 namespace maille::tool {
@@ -16,6 +17,18 @@ std::string effort_help() {
     text += fmt::format("\n-{}{}: {}", range.first, others, range.summary);
   }
   return text;
+}
+
+std::string purpose_help() {
+  std::string text = "Settings for a purpose; options beside it come first:";
+  for (const Purpose& purpose : purposes()) text += "\n" + purpose.name + ": " + purpose.summary;
+  return text;
+}
+
+std::vector<std::string> purpose_names() {
+  std::vector<std::string> names;
+  for (const Purpose& purpose : purposes()) names.push_back(purpose.name);
+  return names;
 }
 
 }  // namespace
@@ -32,6 +45,7 @@ void Parser::add_compress() {
            "maille compress run.pvd                           # run.maille, with all steps of time\n"
            "maille compress cavity flow.maille                # a case of OpenFOAM, with all its times\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
+           "maille compress --for web in.glb out.maille       # as Draco's users set their bits\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
            "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
@@ -46,10 +60,18 @@ void Parser::add_compress() {
               "file whatever its name")
       ->group(files_group);
 
+  one_of(c->add_option("--for", raw.purpose, purpose_help()), purpose_names())->group(quality_group);
   for (const BoundOption& option : bound_options) {
     repeatable(c->add_option(option.flags, compress.bounds[option.kind], option.meaning), option.arguments);
   }
   c->add_flag("--lossless", compress.lossless, "Bit for bit (default)")->group(quality_group);
+  c->add_option("--arrays", raw.arrays,
+                "Arrays to keep besides positions and cells, separated by commas; '' for none (default: all)")
+      ->type_name("A,B,...")
+      ->group(quality_group);
+  c->add_option("--drop", raw.drop, "Arrays to leave out, separated by commas, such as normal,texcoord")
+      ->type_name("A,B,...")
+      ->group(quality_group);
   CLI::Option* keep =
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);

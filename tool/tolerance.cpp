@@ -72,9 +72,8 @@ Result<Tolerance> parse_tolerance(const std::string& option, const std::string& 
 }
 
 Result<> add(Tolerances& all, const std::string& option, const std::string& text, Tolerance::Kind kind) {
-  // The last sign: array names may hold one.
+  const std::string name = bound_name(text);
   const size_t equals = text.rfind('=');
-  const std::string name = equals == std::string::npos ? "" : text.substr(0, equals);
   const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
   const Tolerance tolerance = TOOL_TRY(parse_tolerance(option, value, kind));
   const bool positions = means_positions(name);
@@ -155,6 +154,17 @@ Role role_called(const std::string& name) {
 }
 
 }  // namespace
+
+std::string bound_name(const std::string& text) {
+  // The last sign: array names may hold one.
+  const size_t equals = text.rfind('=');
+  return equals == std::string::npos ? "" : text.substr(0, equals);
+}
+
+bool means_same_array(const std::string& a, const std::string& b) {
+  if (a == b || (means_positions(a) && means_positions(b))) return true;
+  return role_called(a) != Role::none && role_called(a) == role_called(b);
+}
 
 Result<std::vector<std::string>> arrays_called(const std::string& name, const std::vector<Array>& arrays,
                                                const std::string& input) {

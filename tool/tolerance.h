@@ -35,6 +35,11 @@ struct Tolerances {
 /// tolerances for one array, --lossless beside a tolerance.
 Result<Tolerances> parse_tolerances(const CompressOptions& options);
 
+/// "NAME" of "NAME=X"; empty of "X", which is for positions.
+std::string bound_name(const std::string& text);
+/// Do two names mean the same array, or the same role?
+bool means_same_array(const std::string& a, const std::string& b);
+
 /// The arrays that a name means: the one that has it; or those of a role, for what programs and formats call
 /// that
 /// ("uv", "COLOR_0", "normals"), of which there may be none. Error: usage, listing the arrays there are.
