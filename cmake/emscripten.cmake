@@ -31,5 +31,4 @@ set(maille_not_for_web
   "volume/order/(delay_buffer|last_uses|reordered_source)"
   "volume/ranks/"
   "volume/pieces/(bisection|cell_merger|mesh_spool|packed_cells|pieces_to_sink|point_sharing|scratch_lists|shared_numbers|source_pieces)"
-  "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer|stream_file_info)")
-list(JOIN maille_not_for_web "|" maille_not_for_web)
+  "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer)")
