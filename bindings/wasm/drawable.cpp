@@ -183,6 +183,7 @@ class Vertices {
 
 Array array_of_vertices(const Array& array, const Vertices& vertices) {
   Array drawn = make_array(array.name, Domain::point, array.type, array.components, array.role);
+  drawn.labels = array.labels;
   drawn.resize(vertices.points.size());
   const size_t size = array.tuple_size();
   for (size_t i = 0; i < vertices.points.size(); ++i) {

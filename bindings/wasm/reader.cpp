@@ -4,6 +4,8 @@
 // call with the same reader.
 #include "reader.h"
 
+#include <maille/file.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -280,6 +282,23 @@ MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
 }
 MAILLE_EXPORT uint32_t maille_buffer_count(Reader* reader) {
   return static_cast<uint32_t>(reader->buffers.size());
+}
+/// message: the names of what a buffer with labels counts, each ended by a zero.
+MAILLE_EXPORT void maille_labels(Reader* reader, uint32_t buffer) {
+  reader->message.clear();
+  for (const std::string& label : *reader->buffers[buffer].labels) reader->message.append(label) += '\0';
+}
+/// message: keys and values of the metadata in turn, each ended by a zero.
+MAILLE_EXPORT int32_t maille_metadata(Reader* reader) {
+  if (charts_alone) return not_in_charts;
+  FileInfo info;
+  if (const int32_t outcome = reader->keep(inspect(reader->bytes), info); outcome != done) return outcome;
+  reader->message.clear();
+  for (const auto& [key, value] : info.metadata) {
+    reader->message.append(key) += '\0';
+    reader->message.append(value) += '\0';
+  }
+  return done;
 }
 /// The mesh at hand is no longer wanted.
 MAILLE_EXPORT void maille_clear(Reader* reader) {

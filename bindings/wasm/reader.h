@@ -67,7 +67,8 @@ struct Buffer {
   const char* name = "";
   uint32_t name_size = 0;
   const void* bytes = nullptr;
-  uint32_t size = 0;  ///< in bytes
+  uint32_t size = 0;                                 ///< in bytes
+  const std::vector<std::string>* labels = nullptr;  ///< names of the values of a label; see maille_labels()
 };
 
 /// A file of mode stream while it is read: pieces.cpp.
@@ -136,6 +137,7 @@ void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Described& a
   buffer.name_size = static_cast<uint32_t>(array.name.size());
   buffer.bytes = bytes.data();
   buffer.size = static_cast<uint32_t>(bytes.size());
+  if (!array.labels.empty()) buffer.labels = &array.labels;
   buffers.push_back(buffer);
 }
 inline void add_array(std::vector<Buffer>& buffers, BufferKind kind, const Array& array) {

@@ -16,6 +16,9 @@ Result<Mesh> decode_stream(const Source&, const DecodeOptions&) {
 Result<Salvaged> salvage_stream(const Source&, const DecodeOptions&) {
   return left_out();
 }
+Result<FileInfo> inspect_stream(const Source&) {
+  return left_out();
+}
 
 Result<Mesh> decode_pieces(const Source&, const DecodeOptions&) {
   return left_out();

@@ -46,7 +46,7 @@ const kinds = ['positions', 'points', 'triangles', 'cells', 'drawnArray', 'exact
 /** What maille_buffers() lists. */
 export const Wanted = {exact: 0, drawn: 1, surface: 2, surfaceOfPieces: 3};
 const texts = new TextDecoder();
-const BUFFER_WORDS = 11;  // struct Buffer of reader.cpp
+const BUFFER_WORDS = 12;  // struct Buffer of reader.cpp
 
 /** Compiles the decoder once; `source`: bytes, a Response or promise of one, or a compiled module. */
 export async function compileDecoder(source) {
@@ -252,7 +252,7 @@ export class DecoderFile {
   /** Copies of the buffers that a call listed at an address. */
   list(address) {
     const {calls, memory} = this.decoder, count = calls.maille_buffer_count(this.reader);
-    const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS), list = [];
+    const words = new Uint32Array(memory.buffer, address, count * BUFFER_WORDS), list = [], labelled = [];
     let copy, begin = 0, end = 0;
     for (let i = 0; i < words.length; i += BUFFER_WORDS) {
       const type = words[i + 1], nameSize = words[i + 8], bytes = words[i + 9], size = words[i + 10], Type = scalarArrays[type];
@@ -265,12 +265,29 @@ export class DecoderFile {
       }
       // Empty vectors may have any address.
       const values = size === 0 ? new Type(0) : new Type(copy, bytes - begin, size / Type.BYTES_PER_ELEMENT);
+      labelled.push(words[i + 11] !== 0);
       list.push({
         kind: kinds[words[i]], type: scalarNames[type], components: words[i + 2], domain: domains[words[i + 3]], role: roles[words[i + 4]],
         block: words[i + 5], cellType: words[i + 6], name: nameSize === 0 ? '' : this.decoder.text(words[i + 7], nameSize), values,
       });
     }
+    list.forEach((buffer, i) => {
+      if (labelled[i]) buffer.labels = this.#texts(() => calls.maille_labels(this.reader, i));
+    });
     return list;
+  }
+  /** What a call leaves as the message: texts, each ended by a zero, in which labels and metadata have none. */
+  #texts(call) {
+    call();
+    return this.message().split('\0').slice(0, -1);
+  }
+  /** Key and value, in the order of the source: comments, names of files it refers to, units. */
+  metadata() {
+    return this.outcome(this.decoder.calls.maille_metadata(this.reader), () => {
+      const texts = this.#texts(() => {}), pairs = [];
+      for (let i = 0; i + 1 < texts.length; i += 2) pairs.push([texts[i], texts[i + 1]]);
+      return pairs;
+    });
   }
 
   drawn(list) {
@@ -317,8 +334,9 @@ function countLater(drawn, name, count) {
   Object.defineProperty(drawn, name, {get, set, enumerable: true, configurable: true});
 }
 
-export function describeArray({name, domain, role, type, components, values}) {
-  return {name, domain, role, type, components, values};
+/** `labels`, where an array has them: the value v stands for labels[v]. */
+export function describeArray({name, domain, role, type, components, values, labels}) {
+  return {name, domain, role, type, components, values, ...(labels && {labels})};
 }
 
 /** Every ArrayBuffer of a result, to be handed over instead of copied. */

@@ -86,6 +86,8 @@ export interface MeshArray {
   type: 'i8' | 'u8' | 'i16' | 'u16' | 'i32' | 'u32' | 'i64' | 'u64' | 'f32' | 'f64';
   components: number;
   values: Values;
+  /** Where the role is 'label' and labels have names: the value v stands for labels[v]. */
+  labels?: string[];
 }
 
 /** Triangles over vertices in single precision. A point is a vertex once for each tuple that its corners have. */
@@ -324,6 +326,8 @@ export class MeshFile {
    * the mesh, nor values; from a server without ranges, all of the file.
    */
   readSteps(options?: CallOptions): Promise<Step[]>;
+  /** Key and value, in the order of the source: comments, names of files it refers to (mtllib), units. */
+  readMetadata(options?: CallOptions): Promise<[string, string][]>;
 
   /** Charts that together show a region without cracks. Mode random. */
   select(request?: Request, options?: CallOptions): Promise<Chart[]>;

@@ -171,6 +171,12 @@ export class MeshFile {
     return this.steps;
   }
 
+  /** Key and value, in the order of the source: comments, names of files it refers to, such as mtllib, units. */
+  async readMetadata({signal} = {}) {
+    this.metadata ??= await this.pool.run({call: 'metadata'}, {signal});
+    return this.metadata;
+  }
+
   /**
    * Charts that together show a region without cracks; of a volume pieces, see volume.js.
    * @param request box {low, high}, sphere {centre, radius}, planes [{normal, offset}]: where; level, bound (world units),

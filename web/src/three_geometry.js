@@ -10,7 +10,8 @@ const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 
 /**
  * A BufferGeometry of what decodeNode() or surface() gives. userData: origin, to be added to positions; points, by vertex; cells,
- * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle.
+ * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle; materials:
+ * where cells have labels, their names, by the materialIndex of the groups.
  */
 export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
   cells ??= countedTo(triangles.length / 3);
@@ -25,8 +26,8 @@ export function toGeometry({positions, triangles, cells, points, arrays, origin}
     geometry.setAttribute(name, new THREE.BufferAttribute(forGpu(array.values), array.components, normalised.has(array.type)));
   }
   if (!isNormal(geometry.getAttribute('normal'))) geometry.setAttribute('normal', normalsOf(positions, triangles));
-  addGroups(geometry, cells, arrays);
   geometry.userData = {origin, cells, points, arrays};
+  addGroups(geometry, cells, arrays);
   return geometry;
 }
 
@@ -106,10 +107,15 @@ function zeros(size) {
   return room.fill(0, 0, size);
 }
 
-/** Runs of triangles with one label (a material, a part) become groups, by the first array of labels on cells. */
+/**
+ * Runs of triangles with one label become groups: by the array of labels on cells that is called "material", or else the first one.
+ * The names of the labels are userData.materials, in the order of materialIndex.
+ */
 function addGroups(geometry, cells, arrays) {
-  const labels = arrays.find(array => isOfCells(array) && array.role === 'label' && array.components === 1), count = cells.length;
+  const all = arrays.filter(array => isOfCells(array) && array.role === 'label' && array.components === 1), count = cells.length;
+  const labels = all.find(array => array.name === 'material') ?? all[0];
   if (!labels || count === 0) return;
+  geometry.userData.materials = labels.labels ?? [];
   const label = i => labels.values[tupleOfTriangle(labels, cells, i)];
   let first = 0;
   for (let i = 1; i <= count; ++i) {

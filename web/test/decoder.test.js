@@ -1,7 +1,7 @@
 // The WebAssembly decoder gives what the native one gives. Needs the native programs of build/release.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {mkdtempSync, readdirSync, readFileSync, rmSync} from 'node:fs';
+import {mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import path from 'node:path';
 import {after, test} from 'node:test';
@@ -236,6 +236,45 @@ test('what is no .maille file is named', async () => {
 test('a file of a newer version is refused with a sentence', async () => {
   const newer = readFileSync(path.join(root, 'tests/cli/data/newer_format.bin'));
   await assert.rejects(decode(newer), {name: 'MailleError', code: ErrorCode.unsupported, message: /newer maille/});
+});
+
+const twoMaterials = `# made by hand
+mtllib things of it.mtl
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 1 1 0
+usemtl red
+f 1 2 3
+usemtl brass, polished
+f 2 4 3
+`;
+
+test('labels have their names and the file its metadata, in all modes and forms', async () => {
+  const obj = path.join(folder, 'materials.obj');
+  writeFileSync(obj, twoMaterials);
+  for (const mode of ['single', 'stream', 'random']) {
+    const packed = path.join(folder, `materials.${mode}.maille`);
+    execFileSync(maille, ['compress', '-q', '-f', '--mode', mode, obj, packed]);
+    const file = await MeshFile.open(readFileSync(packed), {workers: 0});
+    assert.deepEqual(await file.readMetadata(), [['comment', 'made by hand'], ['mtllib', 'things of it.mtl']], mode);
+    const forms = [await file.decode(), await file.surface()];
+    if (mode === 'random') forms.push(await file.extract(), await file.decodeNode((await file.select({level: 0}))[0]));
+    for (const {arrays} of forms) {
+      const {labels, values} = arrays.find(({name}) => name === 'material');
+      assert.deepEqual([...values].map(value => labels[value]), ['red', 'brass, polished'], mode);
+    }
+    file.close();
+  }
+});
+
+test('metadata of a large file is read without its mesh', async () => {
+  const bytes = readFileSync(compressed('hex/can.vtu')), reads = [];
+  const input = {size: bytes.length, readAt: async (offset, size) => (reads.push(size), bytes.subarray(offset, offset + size))};
+  const file = await MeshFile.open(input, {workers: 0});
+  assert.ok(Array.isArray(await file.readMetadata()));
+  assert.ok(reads.reduce((sum, size) => sum + size, 0) < Math.max(200e3, bytes.length), String(reads));
+  file.close();
 });
 
 test('an aborted call is rejected, and the file stays usable', async () => {

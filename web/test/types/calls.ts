@@ -19,6 +19,8 @@ export async function calls(url: string, blob: Blob, signal: AbortSignal): Promi
   const whole: Mesh = await decode(blob);
   for (const {step, time} of await file.readSteps({signal})) console.log(time, file.info.steps?.length, await file.surface({step}));
   for await (const piece of file.pieces({step: 1, signal})) console.log(piece.types.length);
+  const names: string[] | undefined = whole.arrays.find(array => array.role === 'label')?.labels, [[key, value]] = await file.readMetadata({signal});
+  console.log(names, key.length, value.length);
   const surface = await file.surface({onProgress: ({cells, total}) => console.log(cells, total)});
   const cut = await file.slice({normal: [0, 0, 1], offset: 0}, {arrays: ['T']});
   const hot = await file.extract({where: [{array: 'T', low: 500}], plane: {normal: [1, 0, 0], offset: 0}});
