@@ -120,6 +120,23 @@ Input make_input(std::unique_ptr<Source> source, const std::string& path, const 
   return input;
 }
 
+Result<> check_maille(const Input& input) {
+  // Anything else may still be a damaged .maille file under another name; the decoder tells.
+  if (!input.is_maille) {
+    if (const auto format = format_of(*input.source)) {
+      return failure(ErrorCode::usage,
+                     fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "
+                                 "`maille convert` turns it into other formats",
+                                 input_name(input.path), *format));
+    }
+  }
+  if (starts_with(*input.source, gzip_magic)) {
+    return failure(ErrorCode::usage, fmt::format("{}: is packed with gzip; unpack it first, e.g. with gunzip",
+                                                 input_name(input.path)));
+  }
+  return {};
+}
+
 Result<Input> open_maille(const std::string& path, uint64_t fetch_limit) {
   if (is_folder(path)) {
     return failure(
@@ -128,19 +145,7 @@ Result<Input> open_maille(const std::string& path, uint64_t fetch_limit) {
                     path));
   }
   Input input = TOOL_TRY(open_input(path, {}, fetch_limit));
-  // Anything else may still be a damaged .maille file under another name; the decoder tells.
-  if (!input.is_maille) {
-    if (const auto format = format_of(*input.source)) {
-      return failure(ErrorCode::usage,
-                     fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "
-                                 "`maille convert` turns it into other formats",
-                                 input_name(path), *format));
-    }
-  }
-  if (starts_with(*input.source, gzip_magic)) {
-    return failure(ErrorCode::usage, fmt::format("{}: is packed with gzip; unpack it first, e.g. with gunzip",
-                                                 input_name(path)));
-  }
+  TOOL_CHECK(check_maille(input));
   return input;
 }
 

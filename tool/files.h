@@ -44,7 +44,9 @@ Result<Input> open_input(const std::string& path, const std::string& format = {}
 /// The same for a source that is open already.
 Input make_input(std::unique_ptr<Source> source, const std::string& path, const std::string& format = {});
 
-/// Opens a path that has to be a .maille file. Error: usage when it is one of the other formats.
+/// Error: usage, where an input is plainly something else than a .maille file.
+Result<> check_maille(const Input& input);
+/// Opens a path that has to be a .maille file. Errors as above, and those of open_input().
 Result<Input> open_maille(const std::string& path, uint64_t fetch_limit = no_fetch_limit);
 
 /// "12 kB in 3 requests, 2 round trips"; empty for what is no address.

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 #include <maille/file.h>
+#include <maille/io.h>
 #include <maille/random_access.h>
 #include <maille/volume_file.h>
 
 #include "files.h"
+#include "in_parts.h"
+#include "mesh_info.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -83,8 +86,32 @@ Result<Json> pieces_json(const VolumeFile& file) {
 
 }  // namespace
 
+namespace {
+
+/// A mesh in another format has no description: it is read.
+Result<int> run_on_mesh(const InfoOptions& options, const Input& input) {
+  const std::string name = input_name(options.input);
+  if (options.tree || options.pieces || options.chunks)
+    return failure(ErrorCode::usage, name + ": --tree, --pieces and --chunks are for .maille files");
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+  const std::string format = input.format.empty()
+                                 ? format_of(options.input).value_or(format_of(*input.source).value_or(""))
+                                 : input.format;
+  const uint64_t bytes = input.source->size() > 0 ? input.source->size() : bytes_of_case(options.input);
+  TOOL_CHECK(answer(options.common.json ? dump(mesh_info_json(loaded.mesh, name, format, bytes))
+                                        : mesh_info_text(loaded.mesh, name, format, bytes)));
+  return 0;
+}
+
+}  // namespace
+
 Result<int> run(const InfoOptions& options) {
-  const Input input = TOOL_TRY(open_maille(options.input, options.fetch_limit));
+  const Input input = TOOL_TRY(open_input(options.input, options.input_format, options.fetch_limit));
+  const bool is_foreign =
+      !input.is_maille && (!input.format.empty() || format_of(options.input) || format_of(*input.source));
+  if (is_foreign) return run_on_mesh(options, input);
+  TOOL_CHECK(check_maille(input));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   const std::string name = input_name(options.input);
   const std::optional<Sphere> sphere = sphere_of(*input.source, info);

@@ -82,6 +82,7 @@ struct AppendOptions {
 struct InfoOptions {
   CommonOptions common;
   std::string input;
+  std::string input_format;
   uint64_t fetch_limit = default_fetch_limit;
   bool tree = false;
   bool pieces = false;

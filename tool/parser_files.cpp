@@ -180,14 +180,18 @@ void Parser::add_append() {
 }
 
 void Parser::add_info() {
-  CLI::App* i = verb("info",
-                     "Say what a .maille file holds.\n"
-                     "Reads the description only and decodes no values.",
-                     "maille info dragon.maille\n"
-                     "maille info https://example.org/dragon.maille\n"
-                     "maille info --json dragon.maille | jq .points");
-  add_file(i, "-i,--input,FILE", info.input, "A .maille file, or its address; - is standard input")
+  CLI::App* i =
+      verb("info",
+           "Describe a .maille file, or a mesh of any other format.\n"
+           "Of a .maille file only the description is read, and no value is decoded. Other meshes are read "
+           "whole: their arrays with ranges, and whether a surface is closed.",
+           "maille info dragon.maille\n"
+           "maille info dragon.ply\n"
+           "maille info https://example.org/dragon.maille\n"
+           "maille info --json dragon.maille | jq .points");
+  add_file(i, "-i,--input,FILE", info.input, "A .maille file or a mesh, or its address; - is standard input")
       ->required();
+  add_input_format(i, info.input_format, "FILE", files_group);
   i->add_flag("--tree", info.tree, "List the levels of detail of a file of mode random, with their errors")
       ->group(answer_group);
   i->add_flag("--pieces", info.pieces, "List the pieces of a volume, with their boxes and ranges of values")

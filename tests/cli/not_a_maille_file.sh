@@ -1,6 +1,6 @@
 # A mesh of another format given to a verb that wants .maille.
 try maille decompress cube.ply cube.obj
-try maille info house.obj
+try maille verify house.obj
 try maille verify tetra.off
 # One packed with gzip: nothing here reads through it, so say how to go on.
 maille compress -q cube.ply packed.maille
