@@ -9,6 +9,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "batch.h"
+#include "files.h"
+#include "in_parts.h"
 #include "manual.h"
 #include "parser.h"
 #include "purpose.h"
@@ -137,9 +140,16 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
       options.arrays.wanted = split(raw.arrays, ',');
     options.arrays.dropped = split(raw.drop, ',');
     set_for(raw.purpose, {.effort = !raw.effort.empty(), .order = raw.keep_order || raw.any_order}, options);
+    take_inputs(options.batch, options.input, options.output,
+                [](const std::string& path) { return foreign_format(path) && is_regular(path); });
     return with_raw(options, raw);
   }
-  if (verb == "decompress") return with_raw(with_arrays(parser.decompress, parser, verb), raw);
+  if (verb == "decompress") {
+    DecompressOptions options = with_arrays(parser.decompress, parser, verb);
+    take_inputs(options.batch, options.input, options.output,
+                [](const std::string& path) { return path.ends_with(".maille") && is_regular(path); });
+    return with_raw(options, raw);
+  }
   if (verb == "diff") {
     DiffOptions options = parser.diff;
     options.arrays = !raw.no_arrays;

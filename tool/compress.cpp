@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "batch.h"
 #include "compress_one.h"
 #include "files.h"
 #include "in_parts.h"
@@ -106,16 +107,17 @@ Result<> report(const CompressOptions& options, const Compressed& done, const st
   if (options.common.quiet) return {};
   std::string text = summary_text(done.report, input, output_name(output), done.input_bytes, seconds,
                                   options.common.verbose, done.cell_word);
+  if (options.brief && !options.common.verbose) text.resize(text.find('\n') + 1);
   if (done.steps) {
     text += fmt::format("{} of time: {}\n", counted(done.steps->count, "step"),
                         human_bytes(static_cast<double>(done.steps->coded_bytes)));
   }
-  const bool exact = std::all_of(options.bounds.begin(), options.bounds.end(),
-                                 [](const auto& texts) { return texts.second.empty(); });
+  const bool exact = !options.brief && std::all_of(options.bounds.begin(), options.bounds.end(),
+                                                   [](const auto& texts) { return texts.second.empty(); });
   if (!options.lossless && exact && options.arrays.takes_all()) {
     text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
   }
-  text += hint_at_normals(done.report);
+  if (!options.brief) text += hint_at_normals(done.report);
   text.pop_back();
   say(text);
   return {};
@@ -261,8 +263,31 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 
 }  // namespace
 
-Result<int> run(const CompressOptions& options) {
+namespace {
+
+Result<int> compress_any(const CompressOptions& options) {
   return is_series(options.input) ? compress_series(options) : compress_one(options);
+}
+
+Result<int> compress_all(const CompressOptions& options) {
+  if (!options.output.empty())
+    return failure(ErrorCode::usage, "--output is for one input; several go to --output-folder");
+  const auto items = TOOL_TRY(
+      items_of(options.batch, [](const std::string& path) { return foreign_format(path).has_value(); }));
+  return run_batch(items, options.common, [&](const BatchItem& item) -> Result<BatchAnswer> {
+    CompressOptions one = options;
+    one.input = item.input;
+    one.output = item.stem + ".maille";
+    one.brief = true;
+    const int code = TOOL_TRY(compress_any(one));
+    return BatchAnswer{code, one.output};
+  });
+}
+
+}  // namespace
+
+Result<int> run(const CompressOptions& options) {
+  return options.batch.inputs.empty() ? compress_any(options) : compress_all(options);
 }
 
 namespace {

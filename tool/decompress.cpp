@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "batch.h"
 #include "files.h"
 #include "in_parts.h"
 #include "result.h"
@@ -20,11 +21,15 @@ namespace {
 
 // Beside the input; where no format was asked for, in one that holds everything: VTU for cells of all kinds,
 // else PLY.
-Result<std::string> name_beside(const Input& input, const std::string& format) {
-  if (is_folder_format(format)) return with_extension(input.path, "");
-  if (!format.empty()) return with_extension(input.path, "." + format);
+Result<std::string> usual_extension(const Input& input, const std::string& format) {
+  if (is_folder_format(format)) return std::string();
+  if (!format.empty()) return "." + format;
   const FileInfo info = TOOL_TRY(inspect(*input.source));
-  return with_extension(input.path, info.mode == Mode::stream ? ".vtu" : ".ply");
+  return std::string(info.mode == Mode::stream ? ".vtu" : ".ply");
+}
+
+Result<std::string> name_beside(const Input& input, const std::string& format) {
+  return with_extension(input.path, TOOL_TRY(usual_extension(input, format)));
 }
 
 Result<std::string> format_to_write(const DecompressOptions& options, const std::string& output) {
@@ -176,7 +181,9 @@ bool was_a_case(const std::string& path, const DecompressOptions& options) {
 
 }  // namespace
 
-Result<int> run(const DecompressOptions& options) {
+namespace {
+
+Result<int> decompress_one(const DecompressOptions& options) {
   if (options.output.ends_with(".pvd") && options.output_format.empty()) return decompress_series(options);
   const Stopwatch whole;
   std::string output = options.output.empty() && options.input == "-" ? "-" : options.output;
@@ -223,6 +230,27 @@ Result<int> run(const DecompressOptions& options) {
   if (!damage) return 0;
   complain(damage->message + "; salvaged: " + salvaged_text(*input.source, mesh));
   return static_cast<int>(ErrorCode::corrupt);
+}
+
+Result<int> decompress_all(const DecompressOptions& options) {
+  if (!options.output.empty())
+    return failure(ErrorCode::usage, "--output is for one input; several go to --output-folder");
+  const auto items =
+      TOOL_TRY(items_of(options.batch, [](const std::string& path) { return path.ends_with(".maille"); }));
+  return run_batch(items, options.common, [&](const BatchItem& item) -> Result<BatchAnswer> {
+    DecompressOptions one = options;
+    one.input = item.input;
+    const Input input = TOOL_TRY(open_maille(item.input));
+    one.output = item.stem + TOOL_TRY(usual_extension(input, options.output_format));
+    const int code = TOOL_TRY(decompress_one(one));
+    return BatchAnswer{code, one.output};
+  });
+}
+
+}  // namespace
+
+Result<int> run(const DecompressOptions& options) {
+  return options.batch.inputs.empty() ? decompress_one(options) : decompress_all(options);
 }
 
 }  // namespace maille::tool

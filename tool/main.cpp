@@ -2,7 +2,9 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <initializer_list>
 #include <new>
 
@@ -58,7 +60,9 @@ int main(int argc, char** argv) {
   try {
     const auto result = run(argc, argv);
     if (result) return *result;
-    maille::tool::complain(result.error().message);
+    // A reader that has seen enough, as in `| head`, needs no message; the exit code is for scripts.
+    const bool is_closed_pipe = result.error().message.ends_with(std::strerror(EPIPE));
+    if (!is_closed_pipe) maille::tool::complain(result.error().message);
     return static_cast<int>(result.error().code);
   } catch (const std::bad_alloc&) {
     maille::remove_unfinished_files();

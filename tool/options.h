@@ -34,8 +34,17 @@ struct CommonOptions {
 /// Of an address of which a part is wanted, at most so many bytes are fetched beyond what is.
 constexpr uint64_t default_fetch_limit = uint64_t{64} << 20;
 
+/// Several inputs of one command line (batch.h).
+struct Batch {
+  std::vector<std::string> inputs;  ///< empty: there is one, as `input` of the verb
+  std::string output_folder;        ///< empty: each output beside its input
+  bool recursive = false;           ///< folders stand for the meshes in them and below
+};
+
 struct CompressOptions {
   CommonOptions common;
+  Batch batch;
+  bool brief = false;  ///< one line for the mesh: it is one of many
   std::string input;
   std::string series;  ///< whose first mesh the input is, if it is one
   std::string output;  ///< empty: beside the input
@@ -58,6 +67,7 @@ struct CompressOptions {
 
 struct DecompressOptions {
   CommonOptions common;
+  Batch batch;
   std::string input;
   std::string output;  ///< empty: beside the input, as PLY, volumes as VTU
   std::string output_format;

@@ -19,6 +19,20 @@ std::string effort_help() {
   return text;
 }
 
+/// The arguments behind IN and OUT, and where outputs of several inputs go.
+void add_batch(CLI::App* verb, Batch& batch, const std::string& what) {
+  verb->add_option("MORE", batch.inputs, "With more than two names, all are inputs")
+      ->type_name("FILE")
+      ->group(files_group);
+  verb->add_option(
+          "--output-folder", batch.output_folder,
+          "Folder for the outputs, made if need be; all names are inputs (default: beside each input)")
+      ->type_name("DIR")
+      ->group(files_group);
+  verb->add_flag("-r,--recursive", batch.recursive, "Of folders take " + what + " in them and below")
+      ->group(files_group);
+}
+
 std::string purpose_help() {
   std::string text = "Settings for a purpose; options beside it come first:";
   for (const Purpose& purpose : purposes()) text += "\n" + purpose.name + ": " + purpose.summary;
@@ -42,6 +56,7 @@ void Parser::add_compress() {
            "The same input and settings give the same file on every machine, with any number of threads; "
            "the file records the input's name unless --no-provenance is given.",
            "maille compress dragon.ply                        # dragon.maille, lossless\n"
+           "maille compress -r --output-folder packed scans   # all meshes in scans and below\n"
            "maille compress run.pvd                           # run.maille, with all steps of time\n"
            "maille compress cavity flow.maille                # a case of OpenFOAM, with all its times\n"
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
@@ -53,6 +68,7 @@ void Parser::add_compress() {
   add_file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
   add_file(c, "-o,--output,OUT", compress.output,
            "File to write; - is standard output (default: IN with the extension .maille)");
+  add_batch(c, compress.batch, "all meshes");
   add_input_format(c, compress.input_format, "IN", files_group);
   add_force(c, compress.force);
   c->add_flag("--no-provenance", raw.no_provenance,
@@ -112,6 +128,7 @@ void Parser::add_decompress() {
                      "maille decompress dragon.maille             # dragon.ply\n"
                      "maille decompress dragon.maille dragon.obj\n"
                      "maille d --arrays normal in.maille out.ply  # positions, faces and normals only\n"
+                     "maille d *.maille --output-folder meshes --output-format obj\n"
                      "maille d flow.maille flow_3.vtu --step 3\n"
                      "maille d in.maille - --output-format off | less");
   d->alias("d");
@@ -119,6 +136,7 @@ void Parser::add_decompress() {
   add_file(d, "-o,--output,OUT", decompress.output,
            "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
            "volumes .vtu)");
+  add_batch(d, decompress.batch, "all .maille files");
   add_output_format(d, decompress.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
   add_force(d, decompress.force);

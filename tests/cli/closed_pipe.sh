@@ -1,4 +1,4 @@
-# A reader that went away and the shell's limit on file sizes: exit code 9, one sentence, nothing left.
+# A reader that went away and the shell's limit on file sizes: exit code 9, one sentence for the limit, nothing left.
 nobody_reads='import os, subprocess, sys
 read, write = os.pipe()
 os.close(read)

@@ -1,9 +1,10 @@
-# A .maille file under the name of another format would be one nothing can open; with -f and a pattern of the shell,
-# the second mesh would be lost.
+# A .maille file under the name of another format would be one nothing can open. A pattern of the shell that gives two
+# meshes names two inputs, also with -f: the second is not overwritten.
 cp tetra.off second.off
 cp cube.ply third.PLY
 try maille compress -q -f *.off
 try maille compress -q -f tetra.off third.PLY
+try maille compress -q -f tetra.off none.PLY
 try maille compress -q tetra.off fresh.ply.gz
 try maille compress -q tetra.off -o fresh.STL
 cmp tetra.off second.off

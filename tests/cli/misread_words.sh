@@ -4,9 +4,9 @@ try maille compress tetra.off w.maille -0
 try maille compress -0 tetra.off
 try maille compress -12 tetra.off
 try maille decompress -5 w.maille
-try maille compress tetra.off w.maille c  # also the short form of compress
-try maille compress tetra.off cube.ply house.obj wave.ply
-try maille compress --no-such-option tetra.off w.maille c
+try maille convert tetra.off w.ply c  # also the short form of compress
+try maille convert tetra.off cube.ply house.obj wave.ply
+try maille convert --no-such-option tetra.off w.ply c
 try maille diff tetra.off cube.ply house.obj
 try maille info tetra.off cube.ply
 files_like 'w.maille'

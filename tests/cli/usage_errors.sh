@@ -5,7 +5,7 @@ try maille verify
 try maille completion
 try maille completion tcsh
 try maille compress --no-such-option cube.ply
-try maille compress cube.ply out.maille another
+try maille convert cube.ply out.maille another
 try maille compress --mode tiny cube.ply
 try maille compress --input-format doc cube.ply
 try maille compress --error

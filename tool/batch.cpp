@@ -1,0 +1,162 @@
+#include "batch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "files.h"
+#include "in_parts.h"
+#include "result.h"
+#include "text.h"
+
+namespace maille::tool {
+
+namespace fs = std::filesystem;
+
+void take_inputs(Batch& batch, std::string& input, std::string& output,
+                 const std::function<bool(const std::string& path)>& is_input) {
+  const bool several = !batch.inputs.empty() || !batch.output_folder.empty() || batch.recursive;
+  if (!several && (output.empty() || !is_input(output))) return;
+  std::vector<std::string> all = {input};
+  if (!output.empty()) all.push_back(output);
+  batch.inputs.insert(batch.inputs.begin(), all.begin(), all.end());
+  output.clear();
+}
+
+namespace {
+
+bool is_case(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_directory(folder / "constant/polyMesh", error);
+}
+
+/// A folder without slashes at its end, so that it has a name.
+std::string without_slashes(std::string path) {
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  return path;
+}
+
+/// What is in a folder, by name; links to folders are not followed, hidden files are left alone.
+std::vector<std::string> files_below(const std::string& folder,
+                                     const std::function<bool(const std::string& path)>& is_wanted) {
+  std::vector<std::string> found;
+  std::error_code error;
+  fs::recursive_directory_iterator each(folder, fs::directory_options::skip_permission_denied, error), end;
+  for (; !error && each != end; each.increment(error)) {
+    const fs::path& path = each->path();
+    const bool is_folder = each->is_directory(error);
+    if (path.filename().string().starts_with(".")) {
+      if (is_folder) each.disable_recursion_pending();
+    } else if (is_folder && is_case(path)) {
+      found.push_back(path.string());
+      each.disable_recursion_pending();
+    } else if (!is_folder && is_wanted(path.string())) {
+      found.push_back(path.string());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+/// An input and where its output goes, below the output folder.
+struct Found {
+  std::string input, place;
+};
+
+Result<std::vector<Found>> find_inputs(const Batch& batch,
+                                       const std::function<bool(const std::string& path)>& is_wanted) {
+  std::vector<Found> all;
+  for (const std::string& given : batch.inputs) {
+    if (given == "-")
+      return failure(ErrorCode::usage, "standard input is one mesh; with several inputs name files only");
+    const std::string name = without_slashes(given);
+    std::error_code error;
+    if (!batch.recursive || !fs::is_directory(name, error) || is_case(name)) {
+      all.push_back({name, is_url(name) ? with_extension(name, "") : fs::path(name).filename().string()});
+      continue;
+    }
+    const std::vector<std::string> below = files_below(name, is_wanted);
+    if (below.empty()) return failure(ErrorCode::usage, name + ": there is no such mesh in this folder");
+    for (const std::string& path : below) all.push_back({path, fs::path(path).lexically_relative(name)});
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<std::vector<BatchItem>> items_of(const Batch& batch,
+                                        const std::function<bool(const std::string& path)>& is_wanted) {
+  const std::vector<Found> found = TOOL_TRY(find_inputs(batch, is_wanted));
+  std::vector<BatchItem> items;
+  std::map<std::string, size_t> uses;
+  for (const Found& each : found) {
+    const bool beside = batch.output_folder.empty();
+    const std::string whole = beside ? each.input : (fs::path(batch.output_folder) / each.place).string();
+    items.push_back({each.input, with_extension(whole, "")});
+    ++uses[items.back().stem];
+  }
+  for (size_t i = 0; i < items.size(); ++i) {
+    if (uses[items[i].stem] > 1) items[i].stem += fs::path(found[i].input).extension().string();
+  }
+  return items;
+}
+
+namespace {
+
+uint64_t size_of_file(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return bytes_of_case(path);
+  const uint64_t size = fs::file_size(path, error);
+  return error ? 0 : size;
+}
+
+struct Totals {
+  uint64_t done = 0, input_bytes = 0, output_bytes = 0;
+};
+
+void say_totals(const Totals& totals, const std::vector<std::string>& failures, double seconds) {
+  say(fmt::format("{}: {} -> {} (ratio {}), {:.2f} s{}", counted(totals.done, "file"),
+                  human_bytes(static_cast<double>(totals.input_bytes)),
+                  human_bytes(static_cast<double>(totals.output_bytes)),
+                  quotient(static_cast<double>(totals.input_bytes), static_cast<double>(totals.output_bytes)),
+                  seconds, failures.empty() ? "" : fmt::format("; {} failed:", failures.size())));
+  for (const std::string& failure : failures) say("  " + failure);
+}
+
+Result<BatchAnswer> run_on(const BatchItem& item,
+                           const std::function<Result<BatchAnswer>(const BatchItem&)>& run_one) {
+  std::error_code error;
+  const fs::path folder = fs::path(item.stem).parent_path();
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error) return failure(ErrorCode::write_failed, folder.string() + ": " + error.message());
+  return run_one(item);
+}
+
+}  // namespace
+
+int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
+              const std::function<Result<BatchAnswer>(const BatchItem&)>& run_one) {
+  const Stopwatch whole;
+  Totals totals;
+  std::vector<std::string> failures;
+  int worst = 0;
+  for (const BatchItem& item : items) {
+    const auto answer = run_on(item, run_one);
+    worst = std::max(worst, answer ? answer->code : static_cast<int>(answer.error().code));
+    if (!answer) {
+      complain(answer.error().message);
+      failures.push_back(answer.error().message);
+      if (answer.error().code == ErrorCode::cancelled) break;
+      continue;
+    }
+    ++totals.done;
+    totals.input_bytes += size_of_file(item.input);
+    totals.output_bytes += size_of_file(answer->output);
+  }
+  if (!common.quiet && !common.json) say_totals(totals, failures, whole.seconds());
+  return worst;
+}
+
+}  // namespace maille::tool
