@@ -124,10 +124,11 @@ Result<> check_maille(const Input& input) {
   // Anything else may still be a damaged .maille file under another name; the decoder tells.
   if (!input.is_maille) {
     if (const auto format = format_of(*input.source)) {
-      return failure(ErrorCode::usage,
-                     fmt::format("{}: is no .maille file but {}; `maille compress` makes one of it, "
-                                 "`maille convert` turns it into other formats",
-                                 input_name(input.path), *format));
+      return failure(
+          ErrorCode::usage,
+          fmt::format("{}: is a file of format {}, not a .maille file; run `maille compress` first, or "
+                      "`maille convert` for other formats",
+                      input_name(input.path), *format));
     }
   }
   if (starts_with(*input.source, gzip_magic)) {

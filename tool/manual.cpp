@@ -21,7 +21,7 @@ struct ExitCode {
 constexpr ExitCode exit_codes[] = {
     {"0", "done; for diff and verify: equal"},
     {"1", "diff, verify: a difference was found"},
-    {"2", "the command line makes no sense, or the output exists already"},
+    {"2", "invalid command line, or the output exists already"},
     {"3", "the input is missing or unreadable"},
     {"4", "the input breaks the rules of its format; the message names line or byte and element"},
     {"5", "needs another version of maille, or a feature that does not exist yet"},

@@ -44,10 +44,11 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
                  "Add an array 'chart' of the cells: which of the charts that were read each is of")
       ->group(files_group);
   CLI::Option* component =
-      comma_separated(verb->add_option(
-                          "--component", extract.component,
-                          "What hangs together with the face nearest to this point: three numbers, separated "
-                          "by commas"))
+      comma_separated(
+          verb->add_option(
+              "--component", extract.component,
+              "The connected component that contains the face nearest to this point: three numbers, "
+              "separated by commas"))
           ->expected(3)
           ->type_name("X,Y,Z")
           ->group(region);
@@ -78,12 +79,13 @@ void add_values(CLI::App* verb, std::string& arrays, uint64_t& step) {
 void add_detail(CLI::App* verb, ExtractOptions& extract) {
   constexpr const char* detail = "Detail";
   CLI::Option* full = verb->add_flag("--full", extract.full, "The mesh itself (default)")->group(detail);
-  CLI::Option* error = verb->add_option("--error", extract.error,
-                                        "The coarsest that is nowhere farther from the mesh, in file units")
-                           ->check(CLI::NonNegativeNumber)
-                           ->type_name("X")
-                           ->group(detail)
-                           ->excludes(full);
+  CLI::Option* error =
+      verb->add_option("--error", extract.error,
+                       "The coarsest level that stays within this distance of the mesh, in file units")
+          ->check(CLI::NonNegativeNumber)
+          ->type_name("X")
+          ->group(detail)
+          ->excludes(full);
   CLI::Option* level =
       verb->add_option("--level", extract.level, "Level of detail: 0 is the mesh, each next one a fourth")
           ->type_name("N")
@@ -91,7 +93,7 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
           ->excludes(full)
           ->excludes(error);
   verb->add_option("--triangles", extract.triangles,
-                   "The finest of at most so many faces, before those outside are cut off")
+                   "The finest level with at most so many faces, before clipping to the region")
       ->type_name("N")
       ->group(detail)
       ->excludes(full)
@@ -222,8 +224,9 @@ void Parser::add_serve() {
   CLI::App* s =
       verb("serve",
            "Serve a folder, or one file, over HTTP.\n"
-           "With what programs and web pages need to read parts of .maille files: ranges, ETags, leave for "
-           "pages of other servers (CORS), isolation (COOP, COEP). Only files below the folder are given, "
+           "Sends what programs and web pages need to read parts of .maille files: ranges, ETags, CORS "
+           "headers, and "
+           "those for isolated pages (COOP, COEP). Only files below the folder are served, "
            "none whose name begins with a dot. Only this machine is answered unless --host says more; any "
            "page open in a browser here can read what is served. The address is printed; Ctrl-C ends.",
            "maille serve scans\n"
@@ -251,7 +254,7 @@ void Parser::add_view() {
            "Of a file of mode random only what is in sight is read, as fine as it is seen, so that "
            "meshes of any size are there at once; others are shown whole, volumes by their boundary. "
            "Serves the file and the viewer to this machine, opens the browser where there is a screen, and "
-           "prints the address; Ctrl-C ends. The server of an address must allow pages of others (CORS).",
+           "prints the address; Ctrl-C ends. The server of an address must send CORS headers.",
            "maille view scan.maille\n"
            "maille view https://example.org/scan.maille\n"
            "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
