@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 #include "base/result.h"
+#include "mesh/with_type.h"
 
 namespace maille {
 
@@ -68,34 +69,6 @@ class BufferedWriter {
   size_t used_ = 0;
   Result<> status_;
 };
-
-/// Calls f with a value of the C++ type of `type`: with_type(array.type, [&](auto zero) { using T = ...; }).
-template <class F>
-decltype(auto) with_type(Scalar type, F&& f) {
-  switch (type) {
-    case Scalar::i8:
-      return f(int8_t{});
-    case Scalar::u8:
-      return f(uint8_t{});
-    case Scalar::i16:
-      return f(int16_t{});
-    case Scalar::u16:
-      return f(uint16_t{});
-    case Scalar::i32:
-      return f(int32_t{});
-    case Scalar::u32:
-      return f(uint32_t{});
-    case Scalar::i64:
-      return f(int64_t{});
-    case Scalar::u64:
-      return f(uint64_t{});
-    case Scalar::f32:
-      return f(float{});
-    case Scalar::f64:
-      break;
-  }
-  return f(double{});
-}
 
 /// The number at `from`, of the given type, as text.
 void put_scalar(BufferedWriter& out, const std::byte* from, Scalar type);

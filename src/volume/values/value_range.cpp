@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/bytes.h"
+#include "mesh/with_type.h"
 
 namespace maille {
 namespace {
@@ -28,39 +29,15 @@ void widen_by(ValueRange::Component& component, uint64_t& nans, Bytes numbers, s
   component.any = true;
 }
 
-using Widener = void (*)(ValueRange::Component&, uint64_t&, Bytes, size_t, size_t);
-
-Widener widener_of(Scalar type) {
-  switch (type) {
-    case Scalar::i8:
-      return widen_by<int8_t>;
-    case Scalar::u8:
-      return widen_by<uint8_t>;
-    case Scalar::i16:
-      return widen_by<int16_t>;
-    case Scalar::u16:
-      return widen_by<uint16_t>;
-    case Scalar::i32:
-      return widen_by<int32_t>;
-    case Scalar::u32:
-      return widen_by<uint32_t>;
-    case Scalar::i64:
-      return widen_by<int64_t>;
-    case Scalar::u64:
-      return widen_by<uint64_t>;
-    case Scalar::f32:
-      return widen_by<float>;
-    default:
-      return widen_by<double>;
-  }
-}
-
 }  // namespace
 
 void widen(ValueRange& range, Scalar type, uint32_t components, Bytes tuples) {
   range.components.resize(components > most_ranges ? 1 : components);
   const size_t ranges = range.components.size();
-  for (size_t k = 0; k < ranges; ++k) widener_of(type)(range.components[k], range.nans, tuples, k, ranges);
+  with_type(type, [&](auto number) {
+    for (size_t k = 0; k < ranges; ++k)
+      widen_by<decltype(number)>(range.components[k], range.nans, tuples, k, ranges);
+  });
 }
 
 }  // namespace maille
