@@ -1,7 +1,9 @@
 #include "volume/pieces/bisection.h"
 
 #include <algorithm>
-#include <tuple>
+#include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "volume/pieces/cut_rules.h"
 
@@ -13,63 +15,180 @@ struct Range {
   size_t begin = 0, end = 0;
   uint64_t pieces = 1;
   size_t side = Bisection::no_side;  ///< which it is of its cut
+
+  size_t size() const { return end - begin; }
+  bool is_cut() const { return pieces > 1 && size() > 1; }
 };
 
-unsigned axis_of(const Middle* begin, const Middle* end) {
-  std::array<float, 3> low = begin->at, high = begin->at;
-  for (const Middle* middle = begin; middle != end; ++middle) {
+struct Box {
+  std::array<float, 3> low, high;
+
+  void add(const Box& other) {
     for (unsigned k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], middle->at[k]);
-      high[k] = std::max(high[k], middle->at[k]);
+      low[k] = std::min(low[k], other.low[k]);
+      high[k] = std::max(high[k], other.high[k]);
     }
   }
-  return longest_axis(low, high);
-}
+};
+
+/// Where a cell is along the axis; those at one place by their numbers.
+using Along = std::pair<float, uint32_t>;
+
+/// Equal steps along an axis.
+class Steps {
+ public:
+  static constexpr size_t count = 1024;
+  Steps(float low, float high) : low_(low), scale_(static_cast<float>(count) / (high - low)) {
+    if (!std::isfinite(scale_)) scale_ = 0;
+  }
+  /// Never falls where x rises. `x`: from low to high.
+  size_t operator()(float x) const {
+    return std::min(static_cast<size_t>(static_cast<int32_t>((x - low_) * scale_)), count - 1);
+  }
+
+ private:
+  float low_, scale_;
+};
+using Histogram = std::array<uint32_t, Steps::count>;
 
 /// A plane between two middles that follow one another along the axis.
-Bisection::Cut cut_between(const Middle& below, const Middle& above, unsigned axis) {
+Bisection::Cut cut_between(Along below, Along above, unsigned axis) {
   // Of a lattice a sample may have missed layers between them: a cut must not run through one of these, where
   // rounding would decide. No small multiple of the golden section is near a whole number.
   constexpr float golden = 0.618F;
-  const float low = below.at[axis], high = above.at[axis];
+  const float low = below.first, high = above.first;
   Bisection::Cut cut;
   cut.axis = axis;
   cut.value = low + (high - low) * golden;
   if (!(cut.value > low && cut.value <= high)) cut.value = high;
-  cut.cell = low < high ? 0 : above.cell;
+  cut.cell = low < high ? 0 : above.second;
   return cut;
 }
 
 struct Halves {
   std::array<Range, 2> ranges;
   Bisection::Cut cut;
-  bool is_cut = false;
 };
 
-/// Puts the cells below the cut before the others.
-Halves halve(std::vector<Middle>& middles, const Range& range) {
-  Halves halves;
-  halves.is_cut = range.pieces > 1 && range.end - range.begin > 1;
-  if (!halves.is_cut) return halves;
-  Middle* const begin = middles.data() + range.begin;
-  Middle* const end = middles.data() + range.end;
-  const unsigned axis = axis_of(begin, end);
-  const auto before = [axis](const Middle& a, const Middle& b) {
-    return std::tie(a.at[axis], a.cell) < std::tie(b.at[axis], b.cell);
-  };
-  const CutPlace place = cut_place(range.end - range.begin, range.pieces);
-  Middle* const first = begin + place.first;
-  Middle* const last = begin + place.last;
-  std::nth_element(begin, first, end, before);
-  std::nth_element(first, last - 1, end, before);
-  std::sort(first, last, before);
-  const size_t at = range.begin + widest_gap(place, [&](size_t i) { return begin[i].at[axis]; });
-  halves.ranges = {Range{range.begin, at, range.pieces / 2},
-                   Range{at, range.end, range.pieces - range.pieces / 2}};
-  // Those before `first` are in no order.
-  const Middle* const below =
-      middles.data() + at > first ? middles.data() + at - 1 : std::max_element(begin, first, before);
-  halves.cut = cut_between(*below, middles[at], axis);
+/// Halves ranges. What a range needs is found in stretches of so many cells, whoever does them.
+class Halver {
+ public:
+  static constexpr size_t stretch = size_t{1} << 16;
+
+  Halver(std::span<const Middle> middles, std::vector<uint32_t>& places)
+      : middles_(middles), places_(places), spare_(places.size()) {}
+
+  /// Puts the cells below the cut before the others. Ranges may be halved side by side.
+  Halves halve(const Range& range, Executor& executor) {
+    const Box box = box_of(range, executor);
+    const unsigned axis = longest_axis(box.low, box.high);
+    const CutPlace place = cut_place(range.size(), range.pieces);
+    uint64_t before = 0;
+    const std::vector<Along> near =
+        near_cut(range, axis, Steps(box.low[axis], box.high[axis]), place, before, executor);
+    const uint64_t at =
+        widest_gap(place, [&](uint64_t i) { return near[static_cast<size_t>(i - before)].first; });
+    const Along below = near[static_cast<size_t>(at - before - 1)];
+    const Along above = near[static_cast<size_t>(at - before)];
+    part(range, axis, above, executor);
+    const size_t middle = range.begin + static_cast<size_t>(at);
+    return {{Range{range.begin, middle, range.pieces / 2},
+             Range{middle, range.end, range.pieces - range.pieces / 2}},
+            cut_between(below, above, axis)};
+  }
+
+ private:
+  template <class Work>
+  void for_stretches(const Range& range, Executor& executor, Work work) {
+    executor.parallel_for(stretches(range), [&](size_t i) {
+      const size_t begin = range.begin + i * stretch;
+      work(i, std::span(places_).subspan(begin, std::min(stretch, range.end - begin)));
+    });
+  }
+  static size_t stretches(const Range& range) { return (range.size() + stretch - 1) / stretch; }
+  Along along(uint32_t place, unsigned axis) const {
+    return {middles_[place].at[axis], middles_[place].cell};
+  }
+
+  Box box_of(const Range& range, Executor& executor) {
+    const Middle& any = middles_[places_[range.begin]];
+    std::vector<Box> boxes(stretches(range));
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      Box box = {any.at, any.at};
+      for (const uint32_t place : places) box.add({middles_[place].at, middles_[place].at});
+      boxes[i] = box;
+    });
+    for (const Box& box : boxes) boxes[0].add(box);
+    return boxes[0];
+  }
+
+  /// The cells from the one before place.first to that before place.last, sorted, and some more; `before` is
+  /// how many are left out before them. Few need to be sorted, since a histogram tells the steps they are on.
+  std::vector<Along> near_cut(const Range& range, unsigned axis, const Steps& steps, const CutPlace& place,
+                              uint64_t& before, Executor& executor) {
+    std::vector<Histogram> counts(stretches(range), Histogram{});
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      for (const uint32_t each : places) ++counts[i][steps(middles_[each].at[axis])];
+    });
+    const auto count_of = [&](size_t step) {
+      return std::accumulate(counts.begin(), counts.end(), uint64_t{0},
+                             [&](uint64_t sum, const Histogram& each) { return sum + each[step]; });
+    };
+    size_t first = 0;
+    for (uint64_t count = 0; (count = count_of(first)) < place.first - before; ++first) before += count;
+    size_t last = first;
+    for (uint64_t sum = before; (sum += count_of(last)) < place.last;) ++last;
+    std::vector<std::vector<Along>> found(counts.size());
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      for (const uint32_t each : places) {
+        const size_t step = steps(middles_[each].at[axis]);
+        if (step >= first && step <= last) found[i].push_back(along(each, axis));
+      }
+    });
+    std::vector<Along> near;
+    for (const std::vector<Along>& some : found) near.insert(near.end(), some.begin(), some.end());
+    const auto from = near.begin() + static_cast<ptrdiff_t>(place.first - before - 1);
+    const auto to = near.begin() + static_cast<ptrdiff_t>(place.last - before);
+    std::nth_element(near.begin(), from, near.end());
+    std::nth_element(from, to - 1, near.end());
+    std::sort(from, to);
+    return near;
+  }
+
+  /// Both sides stay in their order.
+  void part(const Range& range, unsigned axis, Along above, Executor& executor) {
+    const auto is_below = [&](uint32_t place) { return along(place, axis) < above; };
+    std::vector<size_t> ends(stretches(range) + 1);  // of the cells below in each stretch
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      ends[i + 1] = static_cast<size_t>(std::count_if(places.begin(), places.end(), is_below));
+    });
+    std::partial_sum(ends.begin(), ends.end(), ends.begin());
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      uint32_t* to_below = spare_.data() + range.begin + ends[i];
+      uint32_t* to_above = spare_.data() + range.begin + ends.back() + i * stretch - ends[i];
+      for (const uint32_t place : places) *(is_below(place) ? to_below : to_above)++ = place;
+    });
+    for_stretches(range, executor, [&](size_t i, std::span<uint32_t> places) {
+      std::copy_n(spare_.data() + range.begin + i * stretch, places.size(), places.data());
+    });
+  }
+
+  std::span<const Middle> middles_;
+  std::vector<uint32_t>& places_;
+  std::vector<uint32_t> spare_;
+};
+
+/// Large ranges by all threads one after the other, small ones side by side; those not cut stay empty.
+std::vector<Halves> halve_all(Halver& halver, const std::vector<Range>& ranges, Executor& executor) {
+  constexpr size_t large = 4 * Halver::stretch;
+  std::vector<Halves> halves(ranges.size());
+  for (size_t i = 0; i < ranges.size(); ++i) {
+    if (ranges[i].is_cut() && ranges[i].size() > large) halves[i] = halver.halve(ranges[i], executor);
+  }
+  executor.parallel_for(ranges.size(), [&](size_t i) {
+    if (ranges[i].is_cut() && ranges[i].size() <= large)
+      halves[i] = halver.halve(ranges[i], serial_executor());
+  });
   return halves;
 }
 
@@ -90,20 +209,21 @@ uint32_t Bisection::piece_of(const Middle& middle) const {
   return ~at;
 }
 
-Bisection bisect(std::vector<Middle> middles, uint64_t pieces, Executor& executor) {
+Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor) {
   Bisection found;
-  found.middles = std::move(middles);
-  if (found.middles.empty()) return found;
-  std::vector<Range> ranges = {{0, found.middles.size(), pieces}};
+  if (middles.empty()) return found;
+  found.places.resize(middles.size());
+  std::iota(found.places.begin(), found.places.end(), 0u);
+  Halver halver(middles, found.places);
+  std::vector<Range> ranges = {{0, middles.size(), pieces}};
+  const auto is_cut = [](const Range& range) { return range.is_cut(); };
   // All of one depth at once: they have no cells in common.
-  for (bool more = true; more;) {
-    std::vector<Halves> halves(ranges.size());
-    executor.parallel_for(ranges.size(), [&](size_t i) { halves[i] = halve(found.middles, ranges[i]); });
+  while (std::any_of(ranges.begin(), ranges.end(), is_cut)) {
+    const std::vector<Halves> halves = halve_all(halver, ranges, executor);
     const std::vector<Range> whole = std::move(ranges);
     ranges.clear();
-    more = false;
     for (size_t i = 0; i < halves.size(); ++i) {
-      if (!halves[i].is_cut) {
+      if (!whole[i].is_cut()) {
         ranges.push_back(whole[i]);
         continue;
       }
@@ -111,7 +231,6 @@ Bisection bisect(std::vector<Middle> middles, uint64_t pieces, Executor& executo
       for (size_t side = 0; side < 2; ++side) {
         Range& range = ranges.emplace_back(halves[i].ranges[side]);
         range.side = 2 * found.cuts.size() + side;
-        more = more || (range.pieces > 1 && range.end - range.begin > 1);
       }
       found.cuts.push_back(halves[i].cut);
     }

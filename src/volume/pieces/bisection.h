@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace maille {
@@ -24,18 +25,22 @@ struct Bisection {
     uint32_t cell = 0;
     std::array<uint32_t, 2> sides{};  ///< below and above: the next cut, or ~ the piece
   };
-  std::vector<Middle> middles;  ///< piece after piece
-  std::vector<size_t> ends;     ///< of pieces
-  std::vector<Cut> cuts;        ///< the first one is of all
+  std::vector<uint32_t> places;  ///< of the middles in their list, piece after piece, rising in each
+  std::vector<size_t> ends;      ///< of pieces
+  std::vector<Cut> cuts;         ///< the first one is of all
 
   uint32_t piece_of(const Middle& middle) const;
+  std::span<const uint32_t> piece(size_t number) const {
+    const size_t begin = number == 0 ? 0 : ends[number - 1];
+    return std::span(places).subspan(begin, ends[number] - begin);
+  }
 
   /// A side of a cut is 2 x its number, + 1 for that above.
   static constexpr size_t no_side = ~size_t{0};
   void set_side(size_t side, uint32_t to);
 };
 
-/// The rules are in cut_rules.h. The same for any executor.
-Bisection bisect(std::vector<Middle> middles, uint64_t pieces, Executor& executor);
+/// The rules are in cut_rules.h. Fewer than 2^32 middles. The same for any executor.
+Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor);
 
 }  // namespace maille

@@ -5,7 +5,8 @@
 #include <limits>
 #include <span>
 
-#include "numbers/number_map.h"
+#include "base/bytes.h"
+#include "mesh/with_type.h"
 #include "volume/pieces/cut_cells.h"
 
 namespace maille {
@@ -29,61 +30,61 @@ float number_of(uint8_t code, float low, float high) {
   return static_cast<float>(least + range * code / steps);
 }
 
-/// The mean of a component over some tuples, those left out that are not finite; NaN where none is left.
-class Mean {
- public:
-  Mean(const Array& array, uint32_t component)
-      : array_(array), first_(array.bytes.data() + component * size_of(array.type)) {}
+/// Sums of finite numbers, and how many there are.
+struct Mean {
+  double sum = 0;
+  uint64_t count = 0;
 
-  void add(uint64_t tuple) {
-    const double number = number_as_double(array_.type, first_ + tuple * array_.tuple_size());
-    if (!std::isfinite(number)) return;
-    sum_ += number;
-    ++count_;
+  void add(double number) {
+    const bool finite = std::isfinite(number);
+    sum += finite ? number : 0;
+    count += finite ? 1 : 0;
   }
   double value() const {
-    return count_ == 0 ? std::numeric_limits<double>::quiet_NaN() : sum_ / static_cast<double>(count_);
+    return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(count);
   }
-
- private:
-  const Array& array_;
-  const std::byte* first_;
-  double sum_ = 0;
-  uint64_t count_ = 0;
 };
 
-/// The points of cells by their number through all blocks.
-class Cells {
- public:
-  explicit Cells(const Mesh& mesh) : mesh_(mesh) {
-    uint64_t first = 0;
-    for (const CellBlock& block : mesh.blocks) {
-      firsts_.push_back(first);
-      first += block.size();
+/// By cell through all blocks its group.
+std::vector<uint32_t> groups_of(const Mesh& piece, uint64_t size, size_t& count) {
+  const auto groups = cut_cells(piece, size, serial_executor());
+  std::vector<uint32_t> group_of(piece.cell_count());
+  for (uint32_t group = 0; group < groups.size(); ++group) {
+    for (const uint32_t cell : groups[group]) group_of[cell] = group;
+  }
+  count = groups.size();
+  return group_of;
+}
+
+/// The means over the cells of each group, component by component; numbers of points count for each cell that
+/// has them.
+template <class T>
+std::vector<Mean> means_by(const Array& array, const Mesh& piece, std::span<const uint32_t> group_of,
+                           size_t groups) {
+  const size_t components = array.components;
+  std::vector<Mean> means(groups * components);
+  const auto add = [&](Mean* to, uint64_t tuple) {
+    const std::byte* from = array.bytes.data() + tuple * components * sizeof(T);
+    for (size_t k = 0; k < components; ++k) to[k].add(static_cast<double>(load<T>(from + k * sizeof(T))));
+  };
+  uint64_t cell = 0;
+  for (const CellBlock& block : piece.blocks) {
+    for (uint64_t i = 0, cells = block.size(); i < cells; ++i, ++cell) {
+      Mean* const to = means.data() + group_of[cell] * components;
+      if (array.domain == Domain::cell) {
+        add(to, cell);
+      } else {
+        for (const uint32_t point : block.cell(i)) add(to, point);
+      }
     }
   }
-  std::span<const uint32_t> operator[](uint64_t cell) const {
-    const auto after = std::upper_bound(firsts_.begin(), firsts_.end(), cell);
-    const auto block = static_cast<size_t>(after - firsts_.begin()) - 1;
-    return mesh_.blocks[block].cell(cell - firsts_[block]);
-  }
+  return means;
+}
 
- private:
-  const Mesh& mesh_;
-  std::vector<uint64_t> firsts_;
-};
-
-double mean_of(const Array& array, uint32_t component, const Cells& cells,
-               const std::vector<uint32_t>& group) {
-  Mean mean(array, component);
-  for (const uint32_t cell : group) {
-    if (array.domain == Domain::cell) {
-      mean.add(cell);
-    } else {
-      for (const uint32_t point : cells[cell]) mean.add(point);
-    }
-  }
-  return mean.value();
+std::vector<Mean> means_of(const Array& array, const Mesh& piece, std::span<const uint32_t> group_of,
+                           size_t groups) {
+  return with_type(array.type,
+                   [&](auto zero) { return means_by<decltype(zero)>(array, piece, group_of, groups); });
 }
 
 bool is_coarse(Role role, size_t components, size_t ranges) {
@@ -104,21 +105,19 @@ uint64_t cells_of_coarse_point(uint64_t cells) {
 
 void add_coarse_points(const Mesh& piece, uint64_t group, PieceRecord& record) {
   if (piece.cell_count() == 0 || record.low[0] > record.high[0]) return;
-  const auto groups = cut_cells(piece, group, serial_executor());
-  const Cells cells(piece);
-  for (const auto& each : groups) {
-    for (uint32_t k = 0; k < 3; ++k)
-      record.coarse.push_back(code_of(mean_of(piece.points, k, cells, each), record.low[k], record.high[k]));
-  }
-  for (size_t i = 0; i < record.fields.size(); ++i) {
-    const Array& array = piece.arrays[i];
-    PieceField& field = record.fields[i];
+  size_t groups = 0;
+  const std::vector<uint32_t> group_of = groups_of(piece, group, groups);
+  const std::vector<Mean> places = means_of(piece.points, piece, group_of, groups);
+  for (size_t i = 0; i < places.size(); ++i)
+    record.coarse.push_back(code_of(places[i].value(), record.low[i % 3], record.high[i % 3]));
+  for (size_t a = 0; a < record.fields.size(); ++a) {
+    const Array& array = piece.arrays[a];
+    PieceField& field = record.fields[a];
     if (!is_coarse(array.role, array.components, field.components.size())) continue;
-    for (const auto& each : groups) {
-      for (uint32_t k = 0; k < array.components; ++k) {
-        const auto& [low, high, mean] = field.components[k];
-        field.coarse.push_back(code_of(mean_of(array, k, cells, each), low, high));
-      }
+    const std::vector<Mean> means = means_of(array, piece, group_of, groups);
+    for (size_t i = 0; i < means.size(); ++i) {
+      const PieceField::Component& range = field.components[i % array.components];
+      field.coarse.push_back(code_of(means[i].value(), range.low, range.high));
     }
   }
 }

@@ -1,30 +1,50 @@
 #include "volume/pieces/cut_rules.h"
 
+#include "base/bytes.h"
+#include "mesh/with_type.h"
 #include "numbers/number_map.h"
 
 namespace maille {
+namespace {
 
-void MiddleSum::add(Scalar type, const std::byte* position) {
+template <class T>
+float cut_coordinate(T x) {
   constexpr double most = 1e37;
-  for (unsigned k = 0; k < 3; ++k) {
-    const double x = number_as_double(type, position + k * size_of(type));
-    sum_[k] += x > -most && x < most ? static_cast<double>(static_cast<float>(x)) : 0;
+  const auto number = static_cast<double>(x);
+  return number > -most && number < most ? static_cast<float>(number) : 0;
+}
+
+template <class T>
+void take_positions(const Array& positions, uint64_t begin, uint64_t end, std::vector<CutPosition>& out) {
+  const std::byte* from = positions.bytes.data() + begin * 3 * sizeof(T);
+  for (uint64_t i = begin; i < end; ++i) {
+    for (float& x : out[i]) {
+      x = cut_coordinate(load<T>(from));
+      from += sizeof(T);
+    }
   }
-  ++points_;
 }
 
-std::array<float, 3> MiddleSum::middle() const {
-  const double share = points_ == 0 ? 0 : 1 / static_cast<double>(points_);
-  std::array<float, 3> middle;
-  for (unsigned k = 0; k < 3; ++k) middle[k] = static_cast<float>(sum_[k] * share);
-  return middle;
+}  // namespace
+
+CutPosition cut_position(Scalar type, const std::byte* position) {
+  CutPosition at;
+  for (float& x : at) {
+    x = cut_coordinate(number_as_double(type, position));
+    position += size_of(type);
+  }
+  return at;
 }
 
-std::array<float, 3> middle_of(const Array& positions, std::span<const uint32_t> points) {
-  MiddleSum sum;
-  for (const uint32_t point : points)
-    sum.add(positions.type, positions.bytes.data() + point * positions.tuple_size());
-  return sum.middle();
+std::vector<CutPosition> cut_positions(const Array& positions, Executor& executor) {
+  constexpr uint64_t at_once = uint64_t{1} << 16;
+  std::vector<CutPosition> all(positions.count());
+  executor.parallel_for((all.size() + at_once - 1) / at_once, [&](size_t stretch) {
+    const uint64_t begin = stretch * at_once, end = std::min<uint64_t>(all.size(), begin + at_once);
+    with_type(positions.type,
+              [&](auto number) { take_positions<decltype(number)>(positions, begin, end, all); });
+  });
+  return all;
 }
 
 }  // namespace maille

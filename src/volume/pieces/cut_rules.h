@@ -1,30 +1,45 @@
 #pragma once
 
+#include <maille/executor.h>
 #include <maille/mesh.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace maille {
 
 // The rules by which cells are cut into pieces: where they are in one memory (cut_cells.cpp), and where each
 // rank has some (volume/ranks). Both find the same cuts.
 
-/// The middle of a cell's corners; coordinates that are not finite count as 0. Floats: cuts need no more, and
-/// memory counts.
+/// Coordinates as cuts take them: floats, 0 for those that are not finite. Cuts need no more, and memory
+/// counts.
+using CutPosition = std::array<float, 3>;
+/// `position`: three numbers of the type.
+CutPosition cut_position(Scalar type, const std::byte* position);
+/// Of all points.
+std::vector<CutPosition> cut_positions(const Array& positions, Executor& executor);
+
+/// The middle of a cell's corners.
 class MiddleSum {
  public:
-  /// `position`: three numbers of the type.
-  void add(Scalar type, const std::byte* position);
-  std::array<float, 3> middle() const;
+  void add(const CutPosition& position) {
+    for (unsigned k = 0; k < 3; ++k) sum_[k] += static_cast<double>(position[k]);
+    ++points_;
+  }
+  CutPosition middle() const {
+    const double share = points_ == 0 ? 0 : 1 / static_cast<double>(points_);
+    CutPosition middle;
+    for (unsigned k = 0; k < 3; ++k) middle[k] = static_cast<float>(sum_[k] * share);
+    return middle;
+  }
 
  private:
   std::array<double, 3> sum_{};
   size_t points_ = 0;
 };
-std::array<float, 3> middle_of(const Array& positions, std::span<const uint32_t> points);
 
 /// How many pieces so many cells become, at least one.
 inline uint64_t pieces_of(uint64_t cells, uint64_t target) {

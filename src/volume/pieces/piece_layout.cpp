@@ -9,7 +9,7 @@
 #include "entropy/byte_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
-#include "numbers/number_map.h"
+#include "mesh/with_type.h"
 #include "volume/values/value_range.h"
 
 namespace maille {
@@ -114,6 +114,34 @@ float above(double number) {
   return -below(-number);
 }
 
+/// Of the finite numbers of each component, or of all where there is one mean; 0 where there is no number.
+template <class T>
+std::vector<double> means_of(const Array& array, size_t means) {
+  std::vector<double> sums(means);
+  std::vector<uint64_t> counts(means);
+  const size_t count = array.bytes.size() / sizeof(T);
+  for (size_t i = 0, c = 0; i < count; ++i, c = c + 1 == means ? 0 : c + 1) {
+    const auto value = static_cast<double>(load<T>(array.bytes.data() + i * sizeof(T)));
+    const bool finite = std::isfinite(value);
+    sums[c] += finite ? value : 0;
+    counts[c] += finite ? 1 : 0;
+  }
+  for (size_t c = 0; c < means; ++c) sums[c] = counts[c] == 0 ? 0 : sums[c] / static_cast<double>(counts[c]);
+  return sums;
+}
+
+template <class T>
+void find_finite_range(Bytes positions, std::array<double, 3>& low, std::array<double, 3>& high) {
+  for (size_t at = 0; at < positions.size(); at += 3 * sizeof(T)) {
+    for (size_t k = 0; k < 3; ++k) {
+      const auto x = static_cast<double>(load<T>(positions.data() + at + k * sizeof(T)));
+      if (!std::isfinite(x)) continue;
+      low[k] = std::min(low[k], x);
+      high[k] = std::max(high[k], x);
+    }
+  }
+}
+
 double away(PieceBound bound, double number) {
   return bound.by_size ? bound.bound * std::abs(number) : bound.bound;
 }
@@ -190,38 +218,25 @@ PieceField describe_field(const Array& array, PieceBound bound) {
   widen(range, array.type, array.components, array.bytes);
   PieceField field;
   field.nans = range.nans;
-  std::vector<double> sums(range.components.size());
-  std::vector<uint64_t> counts(sums.size());
-  const size_t size = size_of(array.type);
-  for (uint64_t i = 0; i < array.count() * array.components; ++i) {
-    const double value = number_as_double(array.type, array.bytes.data() + i * size);
-    const size_t c = sums.size() == 1 ? 0 : i % array.components;
-    if (!std::isfinite(value)) continue;
-    sums[c] += value;
-    ++counts[c];
-  }
+  const std::vector<double> means = with_type(
+      array.type, [&](auto zero) { return means_of<decltype(zero)>(array, range.components.size()); });
   for (size_t c = 0; c < range.components.size(); ++c) {
     PieceField::Component& component = field.components.emplace_back();
     const ValueRange::Component& found = range.components[c];
     if (!found.any) continue;
     component.low = below(found.low - away(bound, found.low));
     component.high = above(found.high + away(bound, found.high));
-    if (counts[c] > 0) component.mean = static_cast<float>(sums[c] / static_cast<double>(counts[c]));
+    component.mean = static_cast<float>(means[c]);
   }
   return field;
 }
 
 void enclose(const Array& positions, PieceBound bound, PieceRecord& record) {
-  const size_t size = size_of(positions.type);
   std::array<double, 3> low, high;
   low.fill(std::numeric_limits<double>::infinity());
   high.fill(-std::numeric_limits<double>::infinity());
-  for (uint64_t i = 0; i < positions.count() * 3; ++i) {
-    const double x = number_as_double(positions.type, positions.bytes.data() + i * size);
-    if (!std::isfinite(x)) continue;
-    low[i % 3] = std::min(low[i % 3], x);
-    high[i % 3] = std::max(high[i % 3], x);
-  }
+  with_type(positions.type,
+            [&](auto zero) { find_finite_range<decltype(zero)>(positions.bytes, low, high); });
   for (unsigned k = 0; k < 3; ++k) {
     if (low[k] > high[k]) return;
   }

@@ -151,7 +151,7 @@ Result<Middle> SourcePieces::middle_of(uint64_t cell, std::span<const uint64_t> 
   std::array<std::byte, 24> position;
   for (const uint64_t node : nodes) {
     MAILLE_CHECK(points_->read(node, position.data()));
-    sum.add(type, position.data());
+    sum.add(cut_position(type, position.data()));
   }
   return Middle{sum.middle(), static_cast<uint32_t>(cell)};
 }
@@ -237,8 +237,9 @@ Result<> SourcePieces::cut(uint64_t target) {
   std::vector<Middle> middles;
   middles.reserve(std::min(description().cells, most_sampled + 1));
   MAILLE_CHECK(sample(middles));
-  cuts_ = bisect(std::move(middles), pieces_of(description().cells, target), executor_);
-  std::vector<Middle>().swap(cuts_.middles);
+  cuts_ = bisect(middles, pieces_of(description().cells, target), executor_);
+  std::vector<Middle>().swap(middles);
+  std::vector<uint32_t>().swap(cuts_.places);
   cells_ = MAILLE_TRY(ScratchLists::create(space_.folder, cuts_.ends.size(), memory / 2));
   MAILLE_CHECK(distribute());
   points_.reset();

@@ -137,7 +137,7 @@ TEST(Bisection, TellsTheSamePieceOfEveryCellThatItWasMadeOf) {
   const Bisection cuts = bisect(middles, 40, serial_executor());
   EXPECT_EQ(cuts.ends.size(), 40u);
   for (size_t piece = 0, i = 0; piece < cuts.ends.size(); ++piece) {
-    for (; i < cuts.ends[piece]; ++i) EXPECT_EQ(cuts.piece_of(cuts.middles[i]), piece);
+    for (; i < cuts.ends[piece]; ++i) EXPECT_EQ(cuts.piece_of(middles[cuts.places[i]]), piece);
   }
 }
 

@@ -65,20 +65,27 @@ class RanksEncoder {
     return division;
   }
 
+  Executor& executor_of() const {
+    return coding_.options.executor ? *coding_.options.executor : serial_executor();
+  }
+
   std::vector<CellMiddle> middles(const Directory& cells) const {
+    const std::vector<CutPosition> positions = cut_positions(part_.mesh->points, executor_of());
     std::vector<CellMiddle> middles;
     middles.reserve(cells.numbers().size());
     for (const CellBlock& block : part_.mesh->blocks) {
       for (uint64_t i = 0, count = block.size(); i < count; ++i) {
         const uint32_t number = cells.numbers()[middles.size()];
-        middles.push_back({middle_of(part_.mesh->points, block.cell(i)), number});
+        MiddleSum sum;
+        for (const uint32_t point : block.cell(i)) sum.add(positions[point]);
+        middles.push_back({sum.middle(), number});
       }
     }
     return middles;
   }
 
   Result<> code(std::vector<PieceOfRank>& mine) {
-    Executor& executor = coding_.options.executor ? *coding_.options.executor : serial_executor();
+    Executor& executor = executor_of();
     coded_.resize(mine.size());
     joins_ = joins_of(mine);
     std::vector<Result<>> done(mine.size());
