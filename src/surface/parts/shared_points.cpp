@@ -98,7 +98,7 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
 /// A shared point of a piece.
 struct Member {
   Place place;
-  uint32_t copy;  ///< at first, in encoders, its number in the whole mesh
+  uint32_t copy;
   uint32_t piece, point;
   bool operator<(const Member& o) const {
     return std::tie(place, copy, piece, point) < std::tie(o.place, o.copy, o.piece, o.point);
@@ -106,21 +106,40 @@ struct Member {
   bool is(const Member& o) const { return place == o.place && copy == o.copy; }
 };
 
-/// Numbers the points of one place by the first piece that has each, so that the decoded mesh, of which
-/// pieces are the same, has the same numbers.
-void number_copies(std::span<Member> members) {
-  std::vector<std::span<Member>> points;
-  for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
-    while (end < members.size() && members[end].is(members[begin])) ++end;
-    points.push_back(members.subspan(begin, end - begin));
+/// Which of several points in one place each point is: these are numbered by the first piece that has each,
+/// so that the decoded mesh, of which pieces are the same, has the same numbers.
+class Copies {
+ public:
+  /// `points`: shared ones, in any order.
+  explicit Copies(std::vector<std::pair<Place, uint32_t>> points) {
+    std::sort(points.begin(), points.end());
+    for (size_t begin = 0, end = 0; begin < points.size(); begin = end) {
+      while (end < points.size() && points[end].first == points[begin].first) ++end;
+      if (end - begin == 1) continue;
+      for (size_t i = begin; i < end; ++i) twins_.push_back({points[i].second, places_, none});
+      ++places_;
+    }
+    std::sort(twins_.begin(), twins_.end(), [](const Twin& a, const Twin& b) { return a.point < b.point; });
+    counts_.resize(places_);
   }
-  std::sort(points.begin(), points.end(), [](std::span<const Member> a, std::span<const Member> b) {
-    return std::tie(a[0].piece, a[0].point) < std::tie(b[0].piece, b[0].point);
-  });
-  for (uint32_t copy = 0; copy < points.size(); ++copy) {
-    for (Member& member : points[copy]) member.copy = copy;
+  /// Points come as pieces have them, one piece after the other.
+  uint32_t copy_of(uint32_t point) {
+    const auto at = std::lower_bound(twins_.begin(), twins_.end(), point,
+                                     [](const Twin& twin, uint32_t number) { return twin.point < number; });
+    if (at == twins_.end() || at->point != point) return 0;
+    if (at->copy == none) at->copy = counts_[at->place]++;
+    return at->copy;
   }
-}
+
+ private:
+  static constexpr uint32_t none = 0xffffffff;
+  struct Twin {
+    uint32_t point, place, copy;
+  };
+  std::vector<Twin> twins_;  ///< points that are not alone in their place, rising
+  uint32_t places_ = 0;
+  std::vector<uint32_t> counts_;  ///< by place
+};
 
 /// The number in the mesh of a point that is new with this part.
 uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
@@ -152,27 +171,23 @@ std::vector<uint32_t> borders_of_coded(const Mesh& piece, std::span<const uint32
 std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<const uint32_t>> points,
                                                   uint32_t count,
                                                   const std::function<Place(uint32_t)>& place_of_point) {
-  std::vector<bool> seen(count), again(count);
+  // Of each point whether no piece has it, one, or more.
+  std::vector<uint8_t> pieces_with(count);
   for (const std::span<const uint32_t> piece : points) {
-    for (const uint32_t point : piece) (seen[point] ? again : seen)[point] = true;
+    for (const uint32_t point : piece)
+      pieces_with[point] = static_cast<uint8_t>(pieces_with[point] == 0 ? 1 : 2);
   }
-  std::vector<Member> members;
+  std::vector<std::pair<Place, uint32_t>> placed;
+  for (uint32_t point = 0; point < count; ++point) {
+    if (pieces_with[point] > 1) placed.emplace_back(place_of_point(point), point);
+  }
+  Copies copies(std::move(placed));
+  std::vector<std::vector<SharedPoint>> shared(points.size());
   for (uint32_t p = 0; p < points.size(); ++p) {
     for (uint32_t i = 0; i < points[p].size(); ++i) {
-      const uint32_t number = points[p][i];
-      if (again[number]) members.push_back({place_of_point(number), number, p, i});
+      const uint32_t point = points[p][i];
+      if (pieces_with[point] > 1) shared[p].push_back({i, copies.copy_of(point)});
     }
-  }
-  std::sort(members.begin(), members.end());
-  for (size_t begin = 0, end = 0; begin < members.size(); begin = end) {
-    while (end < members.size() && members[end].place == members[begin].place) ++end;
-    number_copies(std::span(members).subspan(begin, end - begin));
-  }
-  std::vector<std::vector<SharedPoint>> shared(points.size());
-  for (const Member& member : members) shared[member.piece].push_back({member.point, member.copy});
-  for (auto& piece : shared) {
-    std::sort(piece.begin(), piece.end(),
-              [](const SharedPoint& a, const SharedPoint& b) { return a.point < b.point; });
   }
   return shared;
 }

@@ -22,22 +22,18 @@ class FaceSums {
     for (uint64_t i = 0; i < points; ++i) mixed_[i] = mix(number.empty() ? i : number[i]);
   }
   void add_shape(const CellShape& shape, std::span<const uint32_t> points) {
-    const auto point = [&](unsigned node) { return points[shape.place[node]]; };
     if (shape.dimension < 3) return add_face(points.first(shape.corners), points);
+    // A point is in several faces: the cell's own sums first, then each point once.
+    NodeSums mixed, sums;
+    for (unsigned k = 0; k < shape.corners; ++k) mixed[k] = mixed_[points[shape.place[k]]];
+    for (unsigned k = 0; k < shape.nodes; ++k) sums[k] = 0;
     for (unsigned f = 0; f < shape.faces; ++f) {
       const CellFace& face = shape.face[f];
-      uint64_t sum = 0;
-      unsigned corners = 0;
-      for (unsigned k = 0; k < face.size; ++k) {
-        sum += mixed_[point(face.corner[k])];
-        corners |= 1u << face.corner[k];
-      }
-      sum = mix(sum);
-      for (unsigned k = 0; k < face.size; ++k) sums_[point(face.corner[k])] ^= sum;
-      for (unsigned node = shape.corners; node < shape.nodes; ++node) {
-        if ((shape.lies_on[node] & ~corners) == 0) sums_[point(node)] ^= sum;
-      }
+      const uint64_t sum =
+          face.size == 3 ? add_to_corners<3>(face, mixed, sums) : add_to_corners<4>(face, mixed, sums);
+      if (shape.nodes > shape.corners) add_to_others(shape, face, sum, sums);
     }
+    for (unsigned k = 0; k < shape.nodes; ++k) sums_[points[shape.place[k]]] ^= sums[k];
   }
   void add_face(std::span<const uint32_t> corners, std::span<const uint32_t> points) {
     uint64_t sum = 0;
@@ -48,6 +44,26 @@ class FaceSums {
   const std::vector<uint64_t>& sums() const { return sums_; }
 
  private:
+  using NodeSums = std::array<uint64_t, most_nodes>;
+
+  /// `size`: of the face. Loops of a known length are much faster here.
+  template <unsigned size>
+  static uint64_t add_to_corners(const CellFace& face, const NodeSums& mixed, NodeSums& sums) {
+    uint64_t sum = 0;
+    for (unsigned k = 0; k < size; ++k) sum += mixed[face.corner[k]];
+    sum = mix(sum);
+    for (unsigned k = 0; k < size; ++k) sums[face.corner[k]] ^= sum;
+    return sum;
+  }
+  /// To nodes within the face.
+  static void add_to_others(const CellShape& shape, const CellFace& face, uint64_t sum, NodeSums& sums) {
+    unsigned corners = 0;
+    for (unsigned k = 0; k < face.size; ++k) corners |= 1u << face.corner[k];
+    for (unsigned node = shape.corners; node < shape.nodes; ++node) {
+      if ((shape.lies_on[node] & ~corners) == 0) sums[node] ^= sum;
+    }
+  }
+
   std::vector<uint64_t> sums_, mixed_;
 };
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "base/pace.h"
 #include "base/result.h"
@@ -11,19 +12,6 @@
 namespace maille {
 namespace {
 
-/// Points that no cell uses are a piece, too.
-std::vector<uint32_t> unused_points(const Mesh& mesh) {
-  std::vector<bool> used(mesh.point_count());
-  for (const CellBlock& block : mesh.blocks) {
-    for (const uint32_t point : block.connectivity) used[point] = true;
-  }
-  std::vector<uint32_t> unused;
-  for (uint32_t point = 0; point < used.size(); ++point) {
-    if (!used[point]) unused.push_back(point);
-  }
-  return unused;
-}
-
 class PiecesEncoder {
  public:
   PiecesEncoder(const Mesh& mesh, PieceCoding coding)
@@ -35,9 +23,9 @@ class PiecesEncoder {
 
   Result<EncodeReport> run(Sink& sink, uint64_t target) {
     cells_ = cut_cells(mesh_, target, executor_);
-    unused_ = unused_points(mesh_);
-    pieces_.resize(cells_.size() + (unused_.empty() ? 0 : 1));
+    pieces_.resize(cells_.size());
     MAILLE_CHECK(code_all());
+    MAILLE_CHECK(code_unused());
     join();
     return write(sink);
   }
@@ -59,10 +47,23 @@ class PiecesEncoder {
   }
 
   Result<> code(size_t number) {
-    const bool has_cells = number < cells_.size();
-    SubMesh sub = has_cells ? take_cells(mesh_, cells_[number]) : take_points(mesh_, unused_);
-    std::vector<uint32_t> cells = has_cells ? cells_[number] : std::vector<uint32_t>();
-    pieces_[number] = MAILLE_TRY(code_piece(coding_, std::move(sub), std::move(cells)));
+    SubMesh sub = take_cells(mesh_, cells_[number]);
+    pieces_[number] = MAILLE_TRY(code_piece(coding_, std::move(sub), std::move(cells_[number])));
+    return {};
+  }
+
+  /// Points that no cell uses are a piece, too.
+  Result<> code_unused() {
+    std::vector<uint8_t> used(mesh_.point_count());
+    for (const PieceInWork& piece : pieces_) {
+      for (const uint32_t point : piece.coded_points) used[point] = 1;
+    }
+    std::vector<uint32_t> unused;
+    for (uint32_t point = 0; point < used.size(); ++point) {
+      if (used[point] == 0) unused.push_back(point);
+    }
+    if (unused.empty()) return {};
+    pieces_.push_back(MAILLE_TRY(code_piece(coding_, take_points(mesh_, std::move(unused)), {})));
     return {};
   }
 
@@ -78,10 +79,12 @@ class PiecesEncoder {
     const auto shared = find_shared(points, static_cast<uint32_t>(mesh_.point_count()), [&](uint32_t point) {
       return places.empty() ? place_of(mesh_.points, point) : places[point];
     });
+    numbers_.resize(pieces_.size());
     executor_.parallel_for(pieces_.size(), [&](size_t p) {
       PieceInWork& piece = pieces_[p];
       const auto count = static_cast<uint32_t>(piece.coded_points.size());
       piece.coded.shared = encode_shared(shared[p], count, piece.border);
+      if (coding_.kept()) numbers_[p] = encode_numbers(std::exchange(piece.numbers, {}));
     });
   }
 
@@ -119,9 +122,8 @@ class PiecesEncoder {
       pieces_[p].coded = {};
     }
     for (uint32_t p = 0; p < pieces_.size() && coding_.kept(); ++p) {
-      const std::vector<std::byte> numbers = encode_numbers(pieces_[p].numbers);
-      report.order_bytes += numbers.size();
-      MAILLE_CHECK(file.write_stream({"GIDS", p, 0}, numbers));
+      report.order_bytes += numbers_[p].size();
+      MAILLE_CHECK(file.write_stream({"GIDS", p, 0}, numbers_[p]));
     }
     std::vector<PieceRecord> records;
     for (PieceInWork& piece : pieces_) records.push_back(std::move(piece.record));
@@ -137,8 +139,8 @@ class PiecesEncoder {
   PieceCoding coding_;
   Executor& executor_;
   std::vector<std::vector<uint32_t>> cells_;  ///< by piece
-  std::vector<uint32_t> unused_;
   std::vector<PieceInWork> pieces_;
+  std::vector<std::vector<std::byte>> numbers_;  ///< by piece its GIDS, of an order that is kept
 };
 
 }  // namespace
