@@ -1,7 +1,8 @@
 #include <algorithm>
-#include <tuple>
+#include <optional>
 
 #include "base/result.h"
+#include "mesh/ranked_set.h"
 #include "volume/pieces/piece_reader.h"
 
 namespace maille {
@@ -23,29 +24,62 @@ PointNumbers numbers_by_places(const std::vector<DecodedPiece>& pieces) {
   return numbers;
 }
 
+/// Numbers that pieces have, and the place of each among them. Where they are anywhere among four billion, as
+/// those of a few pieces may be, the list is sorted instead.
+class InputNumbers {
+ public:
+  explicit InputNumbers(uint64_t expected) : most_(64 * expected) {}
+  void add(std::span<const uint32_t> rising) {
+    if (!rising.empty()) end_ = std::max<uint64_t>(end_, uint64_t{rising.back()} + 1);
+    lists_.push_back(rising);
+  }
+  /// Behind the last add().
+  void count() {
+    if (end_ <= most_) {
+      set_.emplace(end_);
+      for (const auto list : lists_) {
+        for (const uint32_t number : list) set_->add(number);
+      }
+      set_->count();
+      return;
+    }
+    for (const auto list : lists_) sorted_.insert(sorted_.end(), list.begin(), list.end());
+    std::sort(sorted_.begin(), sorted_.end());
+    sorted_.erase(std::unique(sorted_.begin(), sorted_.end()), sorted_.end());
+  }
+  uint64_t size() const { return set_ ? set_->size() : sorted_.size(); }
+  uint32_t rank(uint32_t number) const {
+    if (set_) return set_->rank(number);
+    const auto at = std::lower_bound(sorted_.begin(), sorted_.end(), number);
+    return static_cast<uint32_t>(at - sorted_.begin());
+  }
+
+ private:
+  uint64_t most_, end_ = 0;
+  std::vector<std::span<const uint32_t>> lists_;
+  std::optional<RankedSet> set_;
+  std::vector<uint32_t> sorted_;
+};
+
 /// Points in the order of their numbers in the input, gaps left out.
-PointNumbers numbers_by_input(const std::vector<DecodedPiece>& pieces) {
-  std::vector<uint32_t> all;
-  for (const DecodedPiece& piece : pieces)
-    all.insert(all.end(), piece.numbers.points.begin(), piece.numbers.points.end());
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+PointNumbers numbers_by_input(const std::vector<DecodedPiece>& pieces, Executor& executor) {
+  uint64_t expected = 0;
+  for (const DecodedPiece& piece : pieces) expected += piece.numbers.points.size();
+  InputNumbers all(expected);
+  for (const DecodedPiece& piece : pieces) all.add(piece.numbers.points);
+  all.count();
   PointNumbers numbers;
   numbers.count = all.size();
-  for (const DecodedPiece& piece : pieces) {
-    std::vector<uint32_t>& of_piece = numbers.of_piece.emplace_back();
-    auto at = all.begin();
-    for (const uint32_t number : piece.numbers.points) {
-      at = std::lower_bound(at, all.end(), number);
-      of_piece.push_back(static_cast<uint32_t>(at - all.begin()));
-    }
-  }
+  numbers.of_piece.resize(pieces.size());
+  executor.parallel_for(pieces.size(), [&](size_t p) {
+    numbers.of_piece[p].reserve(pieces[p].numbers.points.size());
+    for (const uint32_t number : pieces[p].numbers.points) numbers.of_piece[p].push_back(all.rank(number));
+  });
   return numbers;
 }
 
 /// A cell of a piece.
 struct CellPlace {
-  uint32_t number = 0;  ///< in the input; 0 where that is not asked for
   uint32_t piece = 0, block = 0;
   uint32_t cell = 0;      ///< of that block
   uint32_t in_piece = 0;  ///< through its blocks
@@ -56,14 +90,14 @@ using CellsOfBlocks = std::vector<std::vector<CellPlace>>;
 
 class PieceJoiner {
  public:
-  PieceJoiner(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered)
-      : pieces_(pieces), reader_(reader), numbered_(numbered) {}
+  PieceJoiner(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered,
+              Executor& executor)
+      : pieces_(pieces), reader_(reader), numbered_(numbered), executor_(executor) {}
 
   Result<Mesh> run() {
-    points_ = numbered_ ? numbers_by_input(pieces_) : numbers_by_places(pieces_);
+    points_ = numbered_ ? numbers_by_input(pieces_, executor_) : numbers_by_places(pieces_);
     if (points_.count > max_points) return damaged("more points than a mesh in memory can have");
-    list_cells();
-    if (numbered_) MAILLE_CHECK(sort_cells());
+    MAILLE_CHECK(list_cells());
     Mesh mesh;
     mesh.points = empty_like(reader_.header().description.positions);
     take_points(mesh.points, [](const Mesh& piece) -> const Array& { return piece.points; });
@@ -78,37 +112,72 @@ class PieceJoiner {
     return failure(ErrorCode::corrupt, reader_.name() + ": the pieces do not fit: " + what);
   }
 
-  void list_cells() {
+  static constexpr size_t stretch = size_t{1} << 14;
+  /// work(begin, end) for stretches of so many of `count`, side by side.
+  template <class Work>
+  void for_stretches(size_t count, Work work) const {
+    executor_.parallel_for((count + stretch - 1) / stretch,
+                           [&](size_t i) { work(i * stretch, std::min(count, (i + 1) * stretch)); });
+  }
+
+  /// Cells of a piece in one block: these from `first` on, in the piece.
+  struct Run {
+    uint32_t block = 0;  ///< of the whole mesh
+    uint64_t place = 0;  ///< among those of the block, piece after piece
+    uint32_t first = 0, cells = 0;
+  };
+
+  Result<> list_cells() {
     cells_.resize(reader_.tail().blocks.size());
-    for (uint32_t p = 0; p < pieces_.size(); ++p) {
-      const DecodedPiece& piece = pieces_[p];
-      uint32_t in_piece = 0;
-      for (uint32_t b = 0; b < piece.blocks.size(); ++b) {
-        const auto count = static_cast<uint32_t>(piece.mesh.blocks[b].size());
-        for (uint32_t i = 0; i < count; ++i, ++in_piece) {
-          const uint32_t number = numbered_ ? piece.numbers.cells[in_piece] : 0;
-          cells_[piece.blocks[b]].push_back({number, p, b, i, in_piece});
-        }
+    std::vector<uint64_t> counts(cells_.size());
+    std::vector<std::vector<Run>> runs(pieces_.size());
+    for (size_t p = 0; p < pieces_.size(); ++p) {
+      uint32_t first = 0;
+      for (size_t b = 0; b < pieces_[p].blocks.size(); ++b) {
+        const uint32_t block = pieces_[p].blocks[b];
+        const auto cells = static_cast<uint32_t>(pieces_[p].mesh.blocks[b].size());
+        runs[p].push_back({block, counts[block], first, cells});
+        counts[block] += cells;
+        first += cells;
       }
     }
+    std::vector<InputNumbers> numbers;
+    if (numbered_) numbers = MAILLE_TRY(numbers_of_blocks(runs, counts));
+    for (size_t b = 0; b < cells_.size(); ++b) cells_[b].resize(counts[b]);
+    executor_.parallel_for(pieces_.size(), [&](size_t p) {
+      for (uint32_t b = 0; b < runs[p].size(); ++b) {
+        const Run& run = runs[p][b];
+        for (uint32_t i = 0; i < run.cells; ++i) {
+          const uint64_t place =
+              numbered_ ? numbers[run.block].rank(pieces_[p].numbers.cells[run.first + i]) : run.place + i;
+          cells_[run.block][place] = {static_cast<uint32_t>(p), b, i, run.first + i};
+        }
+      }
+    });
+    return {};
   }
 
   /// Numbers of cells must be those of their blocks, each once.
-  Result<> sort_cells() {
-    uint64_t first = 0;
-    for (size_t b = 0; b < cells_.size(); ++b) {
-      std::vector<CellPlace>& cells = cells_[b];
-      std::sort(cells.begin(), cells.end(),
-                [](const CellPlace& x, const CellPlace& y) { return x.number < y.number; });
-      const uint64_t end = first + reader_.tail().blocks[b].cells;
-      for (size_t i = 0; i < cells.size(); ++i) {
-        if (cells[i].number < first || cells[i].number >= end ||
-            (i > 0 && cells[i].number == cells[i - 1].number))
-          return damaged("numbers of cells");
+  Result<std::vector<InputNumbers>> numbers_of_blocks(const std::vector<std::vector<Run>>& runs,
+                                                      const std::vector<uint64_t>& counts) const {
+    std::vector<InputNumbers> numbers(counts.begin(), counts.end());
+    std::vector<uint64_t> ends;
+    for (const StreamTail::Block& block : reader_.tail().blocks)
+      ends.push_back((ends.empty() ? 0 : ends.back()) + block.cells);
+    for (size_t p = 0; p < runs.size(); ++p) {
+      for (const Run& run : runs[p]) {
+        if (run.cells == 0) continue;
+        const auto cells = std::span(pieces_[p].numbers.cells).subspan(run.first, run.cells);
+        const uint64_t first = run.block == 0 ? 0 : ends[run.block - 1];
+        if (cells.front() < first || cells.back() >= ends[run.block]) return damaged("numbers of cells");
+        numbers[run.block].add(cells);
       }
-      first = end;
     }
-    return {};
+    for (size_t b = 0; b < numbers.size(); ++b) {
+      numbers[b].count();
+      if (numbers[b].size() != counts[b]) return damaged("numbers of cells");
+    }
+    return numbers;
   }
 
   static Array empty_like(const StreamArray& described) {
@@ -122,12 +191,27 @@ class PieceJoiner {
   void take_points(Array& to, ArrayOf array_of) const {
     to.resize(points_.count);
     const size_t size = to.tuple_size();
-    for (size_t p = 0; p < pieces_.size(); ++p) {
+    const auto take = [&](size_t p, size_t first, size_t last) {
       const std::vector<uint32_t>& numbers = points_.of_piece[p];
-      const std::byte* from = array_of(pieces_[p].mesh).bytes.data();
-      for (size_t i = 0; i < numbers.size(); ++i, from += size)
+      const std::byte* from = array_of(pieces_[p].mesh).bytes.data() + first * size;
+      for (size_t i = first; i < last; ++i, from += size)
         std::copy_n(from, size, to.bytes.data() + numbers[i] * size);
+    };
+    if (!numbered_) {
+      for (size_t p = 0; p < pieces_.size(); ++p) take(p, 0, points_.of_piece[p].size());
+      return;
     }
+    // Numbers rise, so that stretches of them have nothing in common though pieces have.
+    for_stretches(points_.count, [&](size_t begin, size_t end) {
+      for (size_t p = 0; p < pieces_.size(); ++p) {
+        const std::vector<uint32_t>& numbers = points_.of_piece[p];
+        const auto place_of = [&](size_t number) {
+          return static_cast<size_t>(std::lower_bound(numbers.begin(), numbers.end(), number) -
+                                     numbers.begin());
+        };
+        take(p, place_of(begin), place_of(end));
+      }
+    });
   }
 
   CellBlock block_of(size_t b) const {
@@ -136,16 +220,20 @@ class PieceJoiner {
     to.name = described.name;
     to.type = described.type;
     const bool sized = nodes_of(to.type) == 0;
+    if (!sized) {
+      take_corners(b, to);
+      return to;
+    }
     const bool has_faces = std::any_of(cells_[b].begin(), cells_[b].end(), [&](const CellPlace& place) {
       return !block_at(place).cell_faces.empty();
     });
-    if (sized) to.offsets.push_back(0);
+    to.offsets.push_back(0);
     if (has_faces) to.cell_faces.push_back(0);
     for (const CellPlace& place : cells_[b]) {
       const CellBlock& from = block_at(place);
       const std::vector<uint32_t>& numbers = points_.of_piece[place.piece];
       for (const uint32_t point : from.cell(place.cell)) to.connectivity.push_back(numbers[point]);
-      if (sized) to.offsets.push_back(to.connectivity.size());
+      to.offsets.push_back(to.connectivity.size());
       if (to.type == CellType::mixed) to.types.push_back(from.types[place.cell]);
       if (!has_faces) continue;
       const auto faces = from.cell_faces.empty() ? std::span<const uint32_t>() : from.faces(place.cell);
@@ -154,8 +242,40 @@ class PieceJoiner {
     }
     return to;
   }
+  /// Of a block whose cells have as many corners each.
+  void take_corners(size_t b, CellBlock& to) const {
+    const size_t nodes = nodes_of(to.type);
+    to.connectivity.resize(cells_[b].size() * nodes);
+    for_stretches(cells_[b].size(), [&](size_t begin, size_t end) {
+      uint32_t* out = to.connectivity.data() + begin * nodes;
+      for (size_t i = begin; i < end; ++i) {
+        const CellPlace& place = cells_[b][i];
+        const std::vector<uint32_t>& numbers = points_.of_piece[place.piece];
+        const uint32_t* from = block_at(place).connectivity.data() + place.cell * nodes;
+        for (size_t k = 0; k < nodes; ++k) *out++ = numbers[from[k]];
+      }
+    });
+  }
   const CellBlock& block_at(const CellPlace& place) const {
     return pieces_[place.piece].mesh.blocks[place.block];
+  }
+
+  template <class ArrayOf>
+  void take_cells(Array& to, ArrayOf array_of) const {
+    uint64_t count = 0;
+    for (const std::vector<CellPlace>& cells : cells_) count += cells.size();
+    to.resize(count);
+    const size_t size = to.tuple_size();
+    std::byte* out = to.bytes.data();
+    for (const std::vector<CellPlace>& cells : cells_) {
+      for_stretches(cells.size(), [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          const std::byte* from = array_of(pieces_[cells[i].piece].mesh).bytes.data();
+          std::copy_n(from + cells[i].in_piece * size, size, out + i * size);
+        }
+      });
+      out += cells.size() * size;
+    }
   }
 
   void take_arrays(Mesh& mesh) const {
@@ -170,13 +290,7 @@ class PieceJoiner {
         take_points(array, array_of);
         continue;
       }
-      const size_t size = array.tuple_size();
-      for (const std::vector<CellPlace>& cells : cells_) {
-        for (const CellPlace& place : cells) {
-          const std::byte* from = array_of(pieces_[place.piece].mesh).bytes.data() + place.in_piece * size;
-          array.bytes.insert(array.bytes.end(), from, from + size);
-        }
-      }
+      take_cells(array, array_of);
     }
     for (const Array& array : description.mesh_arrays) mesh.arrays.push_back(array);
   }
@@ -184,14 +298,16 @@ class PieceJoiner {
   const std::vector<DecodedPiece>& pieces_;
   const PieceReader& reader_;
   bool numbered_;
+  Executor& executor_;
   PointNumbers points_;
   CellsOfBlocks cells_;
 };
 
 }  // namespace
 
-Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered) {
-  return PieceJoiner(pieces, reader, numbered).run();
+Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered,
+                         Executor* executor) {
+  return PieceJoiner(pieces, reader, numbered, executor ? *executor : serial_executor()).run();
 }
 
 }  // namespace maille

@@ -99,6 +99,7 @@ class PieceReader {
 ///
 /// Without numbers points and cells (of each block) stand in the order of the pieces. With numbers they stand
 /// in the order of the input, and of a whole mesh each has its place there. Error: corrupt.
-Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered);
+Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered,
+                         Executor* executor);
 
 }  // namespace maille

@@ -53,7 +53,7 @@ Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
   MAILLE_CHECK(reader.file().check_complete());
   const AllPieces all = MAILLE_TRY(read_all(reader, options, reader.kept()));
   if (all.damage) return tl::unexpected(*all.damage);
-  Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept()));
+  Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept(), options.executor));
   const StreamTail& tail = reader.tail();
   if (mesh.point_count() != tail.points || mesh.cell_count() != tail.cells)
     return failure(ErrorCode::corrupt, source.name() + ": the pieces do not hold what the file's end says");
@@ -78,7 +78,7 @@ Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& optio
   salvaged.damage = damage ? std::move(damage) : std::move(all.damage);
   const Result<> complete = reader.file().check_complete();
   if (!complete && !salvaged.damage) salvaged.damage = complete.error();
-  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, indexed && reader.kept()));
+  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, indexed && reader.kept(), options.executor));
   return salvaged;
 }
 

@@ -178,7 +178,7 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
     extracted.cells_read += cells[i];
     if (found[i]->mesh.cell_count() > 0) parts.push_back(*std::move(found[i]));
   }
-  extracted.mesh = MAILLE_TRY(join_pieces(parts, reader, kept));
+  extracted.mesh = MAILLE_TRY(join_pieces(parts, reader, kept, &executor));
   remove_empty_blocks(extracted.mesh);
   remove_unwanted(state_->options, extracted.mesh);
   for (const DecodedPiece& part : parts) {

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace maille {
+
+/// Some of many numbers, and how many of them are below each: a bit for each of the many and a count for 64.
+class RankedSet {
+ public:
+  /// `many`: how many numbers there could be, which takes an eighth of a byte and a count for 64 each.
+  explicit RankedSet(uint64_t many) : words_(many / 64 + 1), before_(many / 64 + 1) {}
+  /// Below the many. False: it was there already.
+  bool add(uint32_t number) {
+    const uint64_t before = words_[number / 64];
+    words_[number / 64] |= uint64_t{1} << number % 64;
+    return words_[number / 64] != before;
+  }
+  /// Behind the last add().
+  void count() {
+    uint32_t sum = 0;
+    for (size_t i = 0; i < words_.size(); ++i) {
+      before_[i] = sum;
+      sum += static_cast<uint32_t>(__builtin_popcountll(words_[i]));
+    }
+    size_ = sum;
+  }
+  uint32_t size() const { return size_; }
+  uint32_t rank(uint32_t number) const {
+    const uint64_t below = words_[number / 64] & ((uint64_t{1} << number % 64) - 1);
+    return before_[number / 64] + static_cast<uint32_t>(__builtin_popcountll(below));
+  }
+  std::vector<uint32_t> numbers() const {
+    std::vector<uint32_t> all;
+    all.reserve(size_);
+    for (size_t i = 0; i < words_.size(); ++i) {
+      for (uint64_t word = words_[i]; word != 0; word &= word - 1)
+        all.push_back(static_cast<uint32_t>(i * 64) + static_cast<uint32_t>(__builtin_ctzll(word)));
+    }
+    return all;
+  }
+
+ private:
+  std::vector<uint64_t> words_;
+  std::vector<uint32_t> before_;
+  uint32_t size_ = 0;
+};
+
+}  // namespace maille
