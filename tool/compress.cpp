@@ -11,6 +11,7 @@
 #include "batch.h"
 #include "compress_one.h"
 #include "files.h"
+#include "gltf.h"
 #include "in_parts.h"
 #include "recode.h"
 #include "result.h"
@@ -266,6 +267,7 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 namespace {
 
 Result<int> compress_any(const CompressOptions& options) {
+  if (names_compressed_gltf(options.output)) return compress_to_gltf(options);
   return is_series(options.input) ? compress_series(options) : compress_one(options);
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include "batch.h"
 #include "files.h"
+#include "gltf.h"
 #include "in_parts.h"
 #include "result.h"
 #include "summary.h"
@@ -184,6 +185,8 @@ bool was_a_case(const std::string& path, const DecompressOptions& options) {
 namespace {
 
 Result<int> decompress_one(const DecompressOptions& options) {
+  if (const auto gltf = TOOL_TRY(open_compressed_gltf(options.input)))
+    return decompress_gltf_file(options, *gltf);
   if (options.output.ends_with(".pvd") && options.output_format.empty()) return decompress_series(options);
   const Stopwatch whole;
   std::string output = options.output.empty() && options.input == "-" ? "-" : options.output;

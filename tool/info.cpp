@@ -5,6 +5,7 @@
 #include <maille/volume_file.h>
 
 #include "files.h"
+#include "gltf.h"
 #include "in_parts.h"
 #include "mesh_info.h"
 #include "result.h"
@@ -107,6 +108,7 @@ Result<int> run_on_mesh(const InfoOptions& options, const Input& input) {
 }  // namespace
 
 Result<int> run(const InfoOptions& options) {
+  if (const auto gltf = TOOL_TRY(open_compressed_gltf(options.input))) return info_of_gltf(options, *gltf);
   const Input input = TOOL_TRY(open_input(options.input, options.input_format, options.fetch_limit));
   const bool is_foreign =
       !input.is_maille && (!input.format.empty() || format_of(options.input) || format_of(*input.source));

@@ -62,12 +62,15 @@ void Parser::add_compress() {
            "maille compress -e 0.01 dragon.ply small.maille   # positions within 0.01 file units\n"
            "maille compress --for web in.glb out.maille       # as Draco's users set their bits\n"
            "maille compress --bits 14 --bits normal=10 in.obj out.maille\n"
+           "maille compress model.glb model.maille.glb        # textures, animations and all else stay\n"
            "maille compress --mode random -M 1G huge.ply      # may be larger than memory\n"
            "zcat big.ply.gz | maille c - - --input-format ply > big.maille");
   c->alias("c");
   add_file(c, "-i,--input,IN", compress.input, "Mesh to read; - is standard input")->required();
-  add_file(c, "-o,--output,OUT", compress.output,
-           "File to write; - is standard output (default: IN with the extension .maille)");
+  add_file(
+      c, "-o,--output,OUT", compress.output,
+      "File to write; - is standard output (default: IN with the extension .maille). NAME.maille.glb and "
+      "NAME.maille.gltf are glTF files that keep all but the geometry of IN as it is");
   add_batch(c, compress.batch, "all meshes");
   add_input_format(c, compress.input_format, "IN", files_group);
   add_force(c, compress.force);
@@ -127,12 +130,14 @@ void Parser::add_decompress() {
                      "The extension of OUT chooses the format.",
                      "maille decompress dragon.maille             # dragon.ply\n"
                      "maille decompress dragon.maille dragon.obj\n"
+                     "maille decompress model.maille.glb          # model.glb\n"
                      "maille d --arrays normal in.maille out.ply  # positions, faces and normals only\n"
                      "maille d *.maille --output-folder meshes --output-format obj\n"
                      "maille d flow.maille flow_3.vtu --step 3\n"
                      "maille d in.maille - --output-format off | less");
   d->alias("d");
-  add_file(d, "-i,--input,IN", decompress.input, "A .maille file; - is standard input")->required();
+  add_file(d, "-i,--input,IN", decompress.input, "A .maille file, or a .maille.glb; - is standard input")
+      ->required();
   add_file(d, "-o,--output,OUT", decompress.output,
            "File to write; - is standard output (default: IN with the extension of the format, .ply or for "
            "volumes .vtu)");
@@ -229,7 +234,8 @@ void Parser::add_verify() {
            "the steps of time behind it.",
            "maille verify dragon.maille\n"
            "maille verify dragon.maille --against dragon.ply");
-  add_file(v, "-i,--input,FILE", verify.input, "A .maille file; - is standard input")->required();
+  add_file(v, "-i,--input,FILE", verify.input, "A .maille file, or a .maille.glb; - is standard input")
+      ->required();
   v->add_option("--against", verify.original, "The mesh that was compressed, in any format")
       ->type_name("FILE")
       ->group(answer_group);

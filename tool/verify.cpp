@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "files.h"
+#include "gltf.h"
 #include "in_parts.h"
 #include "original_order.h"
 #include "recode.h"
@@ -294,6 +295,7 @@ Result<int> run(const VerifyOptions& options) {
     return failure(ErrorCode::usage,
                    "file and original are both standard input; name a file for one of them");
   }
+  if (const auto gltf = TOOL_TRY(open_compressed_gltf(options.input))) return verify_gltf(options, *gltf);
   const Verdict verdict = TOOL_TRY(judge(options));
   if (options.common.json) {
     TOOL_CHECK(answer(dump(json_of(verdict, options))));

@@ -32,7 +32,27 @@ std::optional<Scalar> scalar_of(int component_type) {
   }
 }
 
+/// The library's messages are lines; ours are one sentence.
+std::string one_sentence(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.substr(0, 300);
+}
+
 }  // namespace
+
+Result<tinygltf::Model> load_gltf_model(GltfFile& file) {
+  tinygltf::Model model;
+  tinygltf::TinyGLTF loader;
+  std::string error, warning;
+  const bool parsed = loader.LoadASCIIFromString(&model, &error, &warning, file.scene.data(),
+                                                 static_cast<unsigned>(file.scene.size()), "");
+  // It skips primitives it cannot parse and goes on, so what it says counts, not only what it returns.
+  if (!parsed || !error.empty())
+    return failure(ErrorCode::malformed_input, file.name + ": " + one_sentence(error));
+  file.scene = {};
+  return model;
+}
 
 Result<const tinygltf::Accessor*> GltfAccessors::get(int index, const std::string& where) const {
   if (index < 0 || static_cast<size_t>(index) >= model_.accessors.size()) {

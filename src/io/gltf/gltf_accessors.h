@@ -23,6 +23,9 @@ struct GltfLayout {
   uint64_t tuple_size() const { return column_size() * columns; }
 };
 
+/// What describes the meshes of a file, parsed; `file.scene` is not kept.
+Result<tinygltf::Model> load_gltf_model(GltfFile& file);
+
 /// Reads accessors from buffers; nothing in the file is believed before it is checked against them.
 class GltfAccessors {
  public:

@@ -154,7 +154,8 @@ std::string advice_for(const std::string& extension) {
   return "export it again without this extension";
 }
 
-Result<> check_version_and_extensions(const std::string& file, const json& document) {
+Result<> check_version_and_extensions(const std::string& file, const json& document,
+                                      std::string_view allowed) {
   const json* asset = member(document, "asset");
   const std::string version = asset ? string_of(*asset, "version") : "";
   if (version.empty()) return malformed(file, "there is no asset.version, so this is not a glTF file");
@@ -164,7 +165,7 @@ Result<> check_version_and_extensions(const std::string& file, const json& docum
   }
   for (const json& extension : array_of(document, "extensionsRequired")) {
     const std::string name = extension.is_string() ? extension.get<std::string>() : extension.dump();
-    if (leaves_geometry_alone(name)) continue;
+    if (leaves_geometry_alone(name) || name == allowed) continue;
     return failure(ErrorCode::unsupported, file + ": it requires the extension " + name +
                                                ", which cannot be read here; " + advice_for(name));
   }
@@ -304,7 +305,7 @@ void take_metadata(GltfFile& file, json asset) {
 
 }  // namespace
 
-Result<GltfFile> open_gltf(const Source& source) {
+Result<GltfFile> open_gltf(const Source& source, std::string_view allowed) {
   GltfFile file;
   file.name = source.name();
   file.input = MAILLE_TRY(InputBytes::load(source));
@@ -317,7 +318,12 @@ Result<GltfFile> open_gltf(const Source& source) {
     chunks.json = text_of(bytes);
   }
   const json document = MAILLE_TRY(parse_json(file.name, chunks));
-  MAILLE_CHECK(check_version_and_extensions(file.name, document));
+  MAILLE_CHECK(check_version_and_extensions(file.name, document, allowed));
+  file.text = chunks.json;
+  for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
+    for (const json& name : array_of(document, key))
+      file.compressed = file.compressed || (name.is_string() && name == allowed);
+  }
   BufferLoader loader(file, chunks);
   for (const json& buffer : array_of(document, "buffers")) MAILLE_CHECK(loader.load(buffer));
   for (const json& material : array_of(document, "materials")) {

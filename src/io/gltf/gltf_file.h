@@ -23,6 +23,8 @@ struct GltfFile {
   std::vector<std::string> materials;                         ///< names, "" where a material has none
   std::string left_out;                                       ///< "2 textures, 1 animation", or empty
   uint64_t total_bytes = 0;
+  std::string_view text;    ///< the whole JSON, in `input`
+  bool compressed = false;  ///< extensionsRequired or extensionsUsed has the extension that was allowed
 
   InputBytes input;
   std::vector<std::vector<std::byte>> embedded;
@@ -32,7 +34,7 @@ struct GltfFile {
 
 /// Takes a .glb or .gltf apart; buffers are data URIs, the binary chunk, or files in the same folder or
 /// below. Errors: malformed_input with the byte; unsupported for other versions and for required extensions
-/// that change how geometry is stored; cannot_read for missing files.
-Result<GltfFile> open_gltf(const Source& source);
+/// that change how geometry is stored, but for the one `allowed`; cannot_read for missing files.
+Result<GltfFile> open_gltf(const Source& source, std::string_view allowed = {});
 
 }  // namespace maille

@@ -1,3 +1,5 @@
+#include <maille/gltf.h>
+
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,6 +11,7 @@
 #include "io/buffered_writer.h"
 #include "io/gltf/gltf.h"
 #include "io/gltf/gltf_accessors.h"
+#include "io/gltf/gltf_document.h"
 #include "io/gltf/gltf_names.h"
 
 namespace maille {
@@ -458,27 +461,17 @@ Result<ReadResult> GltfReader::read() {
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
-/// The library's messages are lines; ours are one sentence.
-std::string one_sentence(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.substr(0, 300);
-}
-
 }  // namespace
 
 Result<ReadResult> read_gltf(const Source& source, const ReadOptions& options) {
-  GltfFile file = MAILLE_TRY(open_gltf(source));
-  tinygltf::Model model;
-  tinygltf::TinyGLTF loader;
-  std::string error, warning;
-  const bool parsed = loader.LoadASCIIFromString(&model, &error, &warning, file.scene.data(),
-                                                 static_cast<unsigned>(file.scene.size()), "");
-  // It skips primitives it cannot parse and goes on, so what it says counts, not only what it returns.
-  if (!parsed || !error.empty()) {
-    return failure(ErrorCode::malformed_input, file.name + ": " + one_sentence(error));
+  GltfFile file = MAILLE_TRY(open_gltf(source, gltf_extension));
+  if (file.compressed) {
+    std::vector<std::byte> plain;
+    const auto sink = memory_sink(plain);
+    MAILLE_CHECK(decompress_gltf(source, *sink, {.limits = options.limits}));
+    return read_gltf(*memory_source(std::move(plain), source.name()), options);
   }
-  file.scene = {};
+  tinygltf::Model model = MAILLE_TRY(load_gltf_model(file));
   return GltfReader(std::move(file), std::move(model), options).read();
 }
 

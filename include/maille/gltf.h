@@ -1,0 +1,64 @@
+#pragma once
+
+#include <maille/encode.h>
+#include <maille/limits.h>
+#include <maille/source.h>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+// glTF files that stay glTF files: the geometry of triangles moves into .maille files in buffer views, by the
+// extension MAILLE_mesh_compression on primitives (docs/gltf.md); everything else of the asset stays.
+namespace maille {
+
+struct GltfCompressOptions {
+  /// Effort, order, positions, arrays (by their names in maille: "normal", "texcoord", "target0.position"),
+  /// executor and progress. `positions` in bits or relative go by the box of each mesh of the asset, so that
+  /// its primitives share one lattice; targets of positions get the same absolute bound. Arrays of integers
+  /// and weights are lossless whatever is asked.
+  EncodeOptions encoding;
+  Limits limits;
+  bool text = false;  ///< write .gltf with its buffer as a data URI; otherwise .glb
+};
+
+struct GltfReport {
+  uint64_t primitives = 0;  ///< of the asset
+  uint64_t compressed = 0;  ///< of these
+  uint64_t points = 0;      ///< vertices of those compressed
+  uint64_t triangles = 0;
+  uint64_t files = 0;           ///< .maille files within
+  uint64_t geometry_bytes = 0;  ///< values and indices of the primitives compressed, as accessors hold them
+  uint64_t coded_bytes = 0;     ///< the .maille files
+  uint64_t input_bytes = 0;     ///< with files that the asset names as buffers
+  uint64_t file_bytes = 0;
+  /// What a user should know: primitives left as they are, and why.
+  std::vector<std::string> notes;
+};
+
+/// Compresses the triangles of a glTF asset, commits the sink. A primitive stays as it is where the extension
+/// cannot hold it or does not make it smaller. Errors: as of read_mesh() and encode(); unsupported where the
+/// geometry is compressed already.
+Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options = {});
+
+struct GltfDecompressOptions {
+  Limits limits;
+  Executor* executor = nullptr;  ///< nullptr: serial
+  bool text = false;             ///< as of GltfCompressOptions
+};
+
+/// The inverse: a glTF file without the extension. Commits the sink. Safe on any input. Errors: as of
+/// read_mesh() and decode(); usage where the asset does not use the extension.
+Result<GltfReport> decompress_gltf(const Source& source, Sink& sink,
+                                   const GltfDecompressOptions& options = {});
+
+/// One .maille file within a glTF file.
+struct GltfPart {
+  uint64_t buffer_view = 0;
+  std::vector<std::string> primitives;  ///< "engine/0": name or number of the mesh, number of the primitive
+  std::vector<std::byte> bytes;         ///< the file
+};
+/// The .maille files of a glTF file, in the order of their buffer views; empty where it does not use the
+/// extension, or is no glTF file.
+Result<std::vector<GltfPart>> gltf_parts(const Source& source);
+
+}  // namespace maille

@@ -1,0 +1,272 @@
+#include "gltf.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <maille/compare.h>
+#include <maille/decode.h>
+#include <maille/file.h>
+#include <maille/io.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "result.h"
+#include "summary.h"
+#include "text.h"
+#include "tolerance.h"
+#include "verbs.h"
+
+namespace maille::tool {
+
+namespace {
+
+std::string in_lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool names_text(const std::string& path) {
+  return in_lower_case(path).ends_with(".gltf");
+}
+
+Result<> check_gltf_options(const CompressOptions& options) {
+  const char* unfit = nullptr;
+  if (options.mode.value_or(Mode::single) != Mode::single) unfit = "--mode";
+  if (options.delay > 0) unfit = "--delay";
+  if (!options.pieces.empty()) unfit = "--pieces";
+  if (unfit == nullptr) return {};
+  return failure(
+      ErrorCode::usage,
+      fmt::format("{}: {} is not for glTF files, which hold files of mode single", options.output, unfit));
+}
+
+double ratio(uint64_t part, uint64_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+Json json_of(const GltfReport& done, const std::string& input, const std::string& output, double seconds) {
+  return {{"input", input},
+          {"output", output},
+          {"primitives", done.primitives},
+          {"compressed_primitives", done.compressed},
+          {"points", done.points},
+          {"triangles", done.triangles},
+          {"maille_files", done.files},
+          {"geometry_bytes", done.geometry_bytes},
+          {"coded_bytes", done.coded_bytes},
+          {"input_bytes", done.input_bytes},
+          {"output_bytes", done.file_bytes},
+          {"seconds", seconds}};
+}
+
+Result<> tell(const GltfReport& done, const CommonOptions& common, const std::string& input,
+              const std::string& output, double seconds, bool compressing) {
+  say_notes(compressing ? input : output_name(output), done.notes, common.quiet);
+  if (common.json) return answer(dump(json_of(done, input, output, seconds)));
+  if (common.quiet) return {};
+  say(fmt::format("{} -> {}: {} of {}, {}, {}; {} -> {}, {:.2f} s", input, output_name(output),
+                  done.compressed, counted(done.primitives, "primitive"), counted(done.points, "point"),
+                  counted(done.triangles, "triangle"), human_bytes(static_cast<double>(done.input_bytes)),
+                  human_bytes(static_cast<double>(done.file_bytes)), seconds));
+  if (compressing) {
+    say(fmt::format("  geometry {} -> {} (ratio {:.2f}); everything else is as it was",
+                    human_bytes(static_cast<double>(done.geometry_bytes)),
+                    human_bytes(static_cast<double>(done.coded_bytes)),
+                    ratio(done.coded_bytes, done.geometry_bytes)));
+  }
+  return {};
+}
+
+}  // namespace
+
+bool names_compressed_gltf(const std::string& path) {
+  const std::string name = in_lower_case(path);
+  return name.ends_with(".maille.glb") || name.ends_with(".maille.gltf");
+}
+
+Result<int> compress_to_gltf(const CompressOptions& options) {
+  const Stopwatch whole;
+  TOOL_CHECK(check_gltf_options(options));
+  const Tolerances tolerances = TOOL_TRY(parse_tolerances(options));
+  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  const std::string format = input.is_maille ? "maille" : input.format;
+  const auto found = format.empty() ? format_of(*input.source) : Result<std::string>(format);
+  if (!found || (*found != "glb" && *found != "gltf")) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: its name says that the rest of a glTF file is kept, but {} is none; "
+                               "name it .maille",
+                               options.output, input_name(options.input)));
+  }
+  const auto sink = TOOL_TRY(
+      open_output({options.output, options.input, options.force, !names_text(options.output), false}));
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  const Threads threads(options.common.threads);
+  GltfCompressOptions compressing;
+  compressing.encoding.effort = options.effort;
+  compressing.encoding.order = options.keep_order ? Order::keep : Order::canonical;
+  compressing.encoding.positions = tolerances.positions.value_or(Tolerance{});
+  compressing.encoding.arrays = tolerances.arrays;
+  compressing.encoding.executor = threads.executor();
+  compressing.limits.mesh_bytes = options.common.memory;
+  compressing.text = names_text(options.output);
+  const GltfReport done = TOOL_TRY(compress_gltf(*input.source, *sink, compressing));
+  progress.clear();
+  TOOL_CHECK(tell(done, options.common, input_name(options.input), options.output, whole.seconds(), true));
+  return 0;
+}
+
+Result<std::vector<GltfPart>> parts_of_gltf(const Input& input) {
+  if (input.is_maille) return std::vector<GltfPart>();
+  return gltf_parts(*input.source);
+}
+
+Result<std::optional<Input>> open_compressed_gltf(const std::string& path) {
+  const std::string name = in_lower_case(path);
+  const bool may_be = name.ends_with(".glb") || name.ends_with(".gltf");
+  if (!may_be || is_url(path)) return std::nullopt;
+  Input input = TOOL_TRY(open_input(path));
+  if (TOOL_TRY(parts_of_gltf(input)).empty()) return std::nullopt;
+  return input;
+}
+
+Result<int> decompress_gltf_file(const DecompressOptions& options, const Input& input) {
+  const Stopwatch whole;
+  std::string output = options.output;
+  if (output.empty() && !names_compressed_gltf(input.path)) {
+    return failure(ErrorCode::usage, fmt::format("{}: name the file to write", input_name(input.path)));
+  }
+  if (output.empty()) {  // model.maille.glb: model.glb
+    const size_t dot = input.path.rfind('.');
+    output = input.path.substr(0, input.path.rfind('.', dot - 1)) + input.path.substr(dot);
+  }
+  TOOL_CHECK(check_json_output(options.common, output));
+  const std::string format = TOOL_TRY(output_format(output, options.output_format, "glb"));
+  const bool text = format == "gltf" || options.ascii;
+  if (format != "glb" && format != "gltf") {
+    return failure(
+        ErrorCode::usage,
+        fmt::format("{}: decompress turns {} back into glTF; `maille convert` writes other formats", output,
+                    input_name(input.path)));
+  }
+  const auto sink = TOOL_TRY(open_output({output, options.input, options.force, !text, false}));
+  const Threads threads(options.common.threads);
+  const GltfReport done = TOOL_TRY(
+      decompress_gltf(*input.source, *sink,
+                      {.limits = {options.common.memory}, .executor = threads.executor(), .text = text}));
+  TOOL_CHECK(tell(done, options.common, input_name(input.path), output, whole.seconds(), false));
+  return 0;
+}
+
+namespace {
+
+std::string some_of(const std::vector<std::string>& names) {
+  constexpr size_t most = 4;
+  if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + most, ", "),
+                     names.size() - most);
+}
+
+}  // namespace
+
+Result<int> info_of_gltf(const InfoOptions& options, const Input& input) {
+  const std::vector<GltfPart> parts = TOOL_TRY(parts_of_gltf(input));
+  const std::string name = input_name(input.path);
+  Json list = Json::array();
+  std::string text = fmt::format("{}: glTF, {} within by MAILLE_mesh_compression\n", name,
+                                 counted(parts.size(), ".maille file"));
+  for (const GltfPart& part : parts) {
+    const auto source = memory_source(Bytes(part.bytes));
+    const FileInfo info = TOOL_TRY(inspect(*source));
+    const std::string title = fmt::format("buffer view {}", part.buffer_view);
+    if (options.common.json) {
+      Json one = {{"buffer_view", part.buffer_view}, {"primitives", part.primitives}};
+      one["file"] = info_json(info, title, {});
+      list.push_back(std::move(one));
+    } else {
+      text += fmt::format("\nof {}: {}\n", counted(part.primitives.size(), "primitive"),
+                          some_of(part.primitives));
+      text += info_text(info, title, {}, options.tree, options.chunks);
+    }
+  }
+  TOOL_CHECK(answer(options.common.json ? dump({{"file", name}, {"parts", list}}) : text));
+  return 0;
+}
+
+namespace {
+
+/// With loss only what cannot differ is compared: how much there is.
+Result<std::vector<std::string>> differences_of(const Mesh& original, const Mesh& decoded, bool lossless) {
+  if (lossless) {
+    Comparison comparison = compare(original, decoded, {});
+    return comparison.equal ? std::vector<std::string>() : std::move(comparison.differences);
+  }
+  if (original.cell_count() == decoded.cell_count()) return std::vector<std::string>();
+  return std::vector<std::string>{
+      fmt::format("{} and {}", counted(original.cell_count(), "cell"), decoded.cell_count())};
+}
+
+}  // namespace
+
+Result<int> verify_gltf(const VerifyOptions& options, const Input& input) {
+  const std::vector<GltfPart> parts = TOOL_TRY(parts_of_gltf(input));
+  const std::string name = input_name(input.path);
+  const Threads threads(options.common.threads);
+  Json json = {{"file", name}, {"damage", Json::array()}};
+  std::vector<std::string> damage, differences;
+  uint64_t points = 0, cells = 0;
+  bool lossless = true;
+  for (const GltfPart& part : parts) {
+    const std::string title = fmt::format("buffer view {}", part.buffer_view);
+    const auto source = memory_source(Bytes(part.bytes), title);
+    DecodeOptions decoding;
+    decoding.limits.mesh_bytes = options.common.memory;
+    decoding.executor = threads.executor();
+    const auto mesh = decode(*source, decoding);
+    if (!mesh) {
+      damage.push_back(mesh.error().message);
+      continue;
+    }
+    points += mesh->point_count();
+    cells += mesh->cell_count();
+    const FileInfo info = TOOL_TRY(inspect(*source));
+    lossless = lossless && info.positions.lossless &&
+               std::all_of(info.arrays.begin(), info.arrays.end(), [](const auto& a) { return a.lossless; });
+  }
+  ProgressDisplay progress(options.common.progress, options.common.quiet);
+  if (damage.empty()) {
+    // Accessors, too: counts and types that the files do not fit are found here.
+    const LoadedMesh decoded = TOOL_TRY(load(input, options.common, progress));
+    if (!options.original.empty()) {
+      const Input original = TOOL_TRY(open_input(options.original, options.original_format));
+      const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
+      differences = TOOL_TRY(differences_of(loaded.mesh, decoded.mesh, lossless));
+    }
+  }
+  const ErrorCode code = !damage.empty()        ? ErrorCode::corrupt
+                         : !differences.empty() ? ErrorCode::differs
+                                                : ErrorCode{};
+  json["damage"] = damage;
+  json.update({{"points", points}, {"triangles", cells}});
+  std::string text = damage.empty()
+                         ? fmt::format("{}: {} good, {}, {}\n", name, counted(parts.size(), ".maille file"),
+                                       counted(points, "point"), counted(cells, "triangle"))
+                         : fmt::format("{}: damaged\n", name);
+  for (const std::string& one : damage) text += fmt::format("  {}\n", one);
+  if (!options.original.empty() && damage.empty()) {
+    json.update({{"same", differences.empty()}, {"lossless", lossless}, {"differences", differences}});
+    const char* same = lossless ? "the same geometry, bit for bit"
+                                : "as many triangles; values were rounded when it was made, and are not "
+                                  "compared";
+    text += fmt::format("against {}: {}\n", input_name(options.original),
+                        differences.empty() ? same : "different (A is the original, B the file)");
+    for (const std::string& one : differences) text += fmt::format("  {}\n", one);
+  }
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump(json)));
+  } else if (!options.common.quiet) {
+    TOOL_CHECK(answer(text));
+  }
+  return static_cast<int>(code);
+}
+
+}  // namespace maille::tool
