@@ -34,10 +34,12 @@ Result<> check_gltf_options(const CompressOptions& options) {
   if (options.mode.value_or(Mode::single) != Mode::single) unfit = "--mode";
   if (options.delay > 0) unfit = "--delay";
   if (!options.pieces.empty()) unfit = "--pieces";
+  if (!options.arrays.takes_all()) unfit = "--arrays or --drop";
   if (unfit == nullptr) return {};
   return failure(
       ErrorCode::usage,
-      fmt::format("{}: {} is not for glTF files, which hold files of mode single", options.output, unfit));
+      fmt::format("{}: {} is not for glTF files, which keep all their attributes, in files of mode single",
+                  options.output, unfit));
 }
 
 double ratio(uint64_t part, uint64_t whole) {
@@ -87,7 +89,7 @@ bool names_compressed_gltf(const std::string& path) {
 Result<int> compress_to_gltf(const CompressOptions& options) {
   const Stopwatch whole;
   TOOL_CHECK(check_gltf_options(options));
-  const Tolerances tolerances = TOOL_TRY(parse_tolerances(options));
+  const Tolerances asked = TOOL_TRY(parse_tolerances(options));
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
   const std::string format = input.is_maille ? "maille" : input.format;
   const auto found = format.empty() ? format_of(*input.source) : Result<std::string>(format);
@@ -97,6 +99,9 @@ Result<int> compress_to_gltf(const CompressOptions& options) {
                                "name it .maille",
                                options.output, input_name(options.input)));
   }
+  const std::vector<Array> arrays = TOOL_TRY(gltf_arrays(*input.source));
+  const Tolerances tolerances = TOOL_TRY(
+      tolerances_of(asked, arrays, input_name(options.input), options.common.quiet || options.lenient));
   const auto sink = TOOL_TRY(
       open_output({options.output, options.input, options.force, !names_text(options.output), false}));
   ProgressDisplay progress(options.common.progress, options.common.quiet);

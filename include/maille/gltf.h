@@ -15,7 +15,7 @@ struct GltfCompressOptions {
   /// Effort, order, positions, arrays (by their names in maille: "normal", "texcoord", "target0.position"),
   /// executor and progress. `positions` in bits or relative go by the box of each mesh of the asset, so that
   /// its primitives share one lattice; targets of positions get the same absolute bound. Arrays of integers
-  /// and weights are lossless whatever is asked.
+  /// are lossless whatever is asked. Weights in N bits become multiples of 2^-N that still add up to 1.
   EncodeOptions encoding;
   Limits limits;
   bool text = false;  ///< write .gltf with its buffer as a data URI; otherwise .glb
@@ -34,6 +34,10 @@ struct GltfReport {
   /// What a user should know: primitives left as they are, and why.
   std::vector<std::string> notes;
 };
+
+/// The arrays of points that compress_gltf() would code, without values: names, types and roles for a choice
+/// of tolerances. Errors as of read_mesh().
+Result<std::vector<Array>> gltf_arrays(const Source& source);
 
 /// Compresses the triangles of a glTF asset, commits the sink. A primitive stays as it is where the extension
 /// cannot hold it or does not make it smaller. Errors: as of read_mesh() and encode(); unsupported where the

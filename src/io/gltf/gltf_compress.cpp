@@ -22,6 +22,30 @@ bool is_weights(const std::string& name) {
   return name == "weights" || name.starts_with("weights_");
 }
 
+/// Weights in multiples of `step`, a power of two: those of a vertex that add up to 1 do so exactly, as the
+/// remainder goes to the largest fractions. Others go to the nearest multiple each.
+void round_weights(std::vector<float>& weights, double step) {
+  std::vector<std::pair<double, size_t>> fractions;
+  double rest = 1;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const double weight = static_cast<double>(weights[i]), below = std::floor(weight / step) * step;
+    fractions.emplace_back(below - weight, i);
+    rest -= below;
+  }
+  const double steps = rest / step;
+  if (!(steps >= 0 && steps <= static_cast<double>(weights.size()))) {
+    for (float& weight : weights)
+      if (std::isfinite(weight))
+        weight = static_cast<float>(std::round(static_cast<double>(weight) / step) * step);
+    return;
+  }
+  std::sort(fractions.begin(), fractions.end());
+  for (size_t k = 0; k < fractions.size(); ++k) {
+    const double below = std::floor(static_cast<double>(weights[fractions[k].second]) / step) * step;
+    weights[fractions[k].second] = static_cast<float>(below + (static_cast<double>(k) < steps ? step : 0));
+  }
+}
+
 }  // namespace
 
 /// Vertices of one kind may be in one file.
@@ -100,6 +124,35 @@ Result<Mesh> GltfCompressor::mesh_of(const GltfBlob& blob) const {
   return mesh;
 }
 
+/// Weights of joints are rounded before they are coded, losslessly: their sum is of several arrays.
+void GltfCompressor::round_weights_of(Mesh& mesh) {
+  std::vector<Array*> arrays;
+  double bits = 0;
+  for (Array& array : mesh.arrays) {
+    const auto asked = options_.encoding.arrays.find(array.name);
+    if (!is_weights(array.name) || asked == options_.encoding.arrays.end()) continue;
+    named_.insert(array.name);
+    if (array.type != Scalar::f32 || asked->second.kind != Tolerance::Kind::bits) continue;
+    arrays.push_back(&array);
+    bits = std::max(bits, std::min(asked->second.value, 20.0));  // a float has no more for those near 1
+  }
+  std::vector<float> weights;
+  for (uint64_t point = 0; !arrays.empty() && point < mesh.point_count(); ++point) {
+    weights.clear();
+    for (const Array* array : arrays) {
+      const auto values = array->values<float>().subspan(point * array->components, array->components);
+      weights.insert(weights.end(), values.begin(), values.end());
+    }
+    round_weights(weights, std::ldexp(1.0, -static_cast<int>(bits)));
+    const float* next = weights.data();
+    for (Array* array : arrays) {
+      std::copy_n(next, array->components,
+                  array->values<float>().begin() + static_cast<ptrdiff_t>(point * array->components));
+      next += array->components;
+    }
+  }
+}
+
 /// All primitives of a mesh share one lattice: otherwise their common borders would open.
 Tolerance GltfCompressor::tolerance_of_positions(size_t mesh) const {
   const Tolerance asked = options_.encoding.positions;
@@ -145,7 +198,7 @@ EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mes
   for (const Array& array : mesh.arrays) {
     const auto asked = options_.encoding.arrays.find(array.name);
     if (asked != options_.encoding.arrays.end()) named_.insert(array.name);
-    // Rounded weights would no longer add up to 1, and integers are numbers of something.
+    // Integers are numbers of something.
     if (!is_float(array.type) || is_weights(array.name)) continue;
     const bool moves = array.name.starts_with("target") && array.name.ends_with(".position");
     if (asked != options_.encoding.arrays.end()) {
@@ -173,7 +226,8 @@ uint64_t GltfCompressor::raw_bytes(const GltfBlob& blob) const {
 }
 
 Result<> GltfCompressor::encode_blob(GltfBlob& blob) {
-  const Mesh mesh = MAILLE_TRY(mesh_of(blob));
+  Mesh mesh = MAILLE_TRY(mesh_of(blob));
+  round_weights_of(mesh);
   blob.raw_bytes = raw_bytes(blob);
   const auto sink = memory_sink(blob.bytes);
   MAILLE_TRY(encode(mesh, *sink, encoding_for(blob, mesh)));
@@ -331,8 +385,9 @@ GltfReport GltfCompressor::report() const {
     report.notes.push_back(counted(larger, "primitive") + " left uncompressed: it would be no smaller");
   for (const auto& [name, tolerance] : options_.encoding.arrays) {
     if (named_.count(name) == 0) report.notes.push_back("no primitive has an array '" + name + "'");
-    if (named_.count(name) != 0 && is_weights(name))
-      report.notes.push_back("'" + name + "' is kept exactly: rounded weights would not add up to 1");
+    if (named_.count(name) != 0 && is_weights(name) && tolerance.kind != Tolerance::Kind::bits)
+      report.notes.push_back("'" + name +
+                             "' is kept exactly: only --bits rounds weights so that they add up to 1");
   }
   report.input_bytes = document_.file.total_bytes;
   return report;
@@ -359,7 +414,23 @@ Result<GltfReport> GltfCompressor::run() {
   return report();
 }
 
-Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options) {
+Result<std::vector<Array>> GltfCompressor::arrays() {
+  MAILLE_CHECK(find_candidates());
+  std::vector<Array> arrays;
+  std::set<std::string> names = {gltf_positions};
+  for (const GltfVertices& vertices : vertices_) {
+    for (const auto& attribute : vertices.attributes) {
+      if (!names.insert(attribute.name).second) continue;
+      arrays.push_back(make_array(attribute.name, Domain::point, attribute.layout.type,
+                                  attribute.layout.components(), attribute.role));
+    }
+  }
+  return arrays;
+}
+
+namespace {
+
+Result<GltfDocument> open_uncompressed(const Source& source) {
   GltfDocument document = MAILLE_TRY(GltfDocument::open(source));
   const GltfJson& used = gltf_list(document.json, "extensionsUsed");
   for (const char* name :
@@ -370,6 +441,20 @@ Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCom
         source.name() + ": it is compressed already, by " + name + "; decompress it first, " +
             (name == gltf_extension ? "with `maille decompress`" : "e.g. with \"gltf-transform copy\""));
   }
+  return document;
+}
+
+}  // namespace
+
+Result<std::vector<Array>> gltf_arrays(const Source& source) {
+  GltfDocument document = MAILLE_TRY(open_uncompressed(source));
+  const tinygltf::Model model = MAILLE_TRY(load_gltf_model(document.file));
+  const GltfCompressOptions options;
+  return GltfCompressor(document, model, options).arrays();
+}
+
+Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options) {
+  GltfDocument document = MAILLE_TRY(open_uncompressed(source));
   const tinygltf::Model model = MAILLE_TRY(load_gltf_model(document.file));
   GltfReport report = MAILLE_TRY(GltfCompressor(document, model, options).run());
   report.file_bytes = MAILLE_TRY(document.write(sink, options.text));

@@ -65,6 +65,7 @@ class GltfCompressor {
         budget_(document.file.name, document.file.total_bytes, options.limits) {}
 
   Result<GltfReport> run();
+  Result<std::vector<Array>> arrays();
 
  private:
   Result<> find_candidates();
@@ -86,6 +87,7 @@ class GltfCompressor {
   Result<> append_points(Mesh& mesh, const GltfVertices& vertices, bool all) const;
   EncodeOptions encoding_for(const GltfBlob& blob, const Mesh& mesh);
   Tolerance tolerance_of_positions(size_t mesh) const;
+  void round_weights_of(Mesh& mesh);
   uint64_t raw_bytes(const GltfBlob& blob) const;
 
   void mark_kept_accessors();

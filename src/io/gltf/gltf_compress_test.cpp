@@ -268,6 +268,28 @@ TEST(GltfCompression, PrimitivesOfAMeshShareOneLattice) {
   EXPECT_EQ(at_border[0], at_border[1]);
 }
 
+TEST(GltfCompression, RoundedWeightsAddUpToOne) {
+  AssetMaker asset = plain_sheet();
+  std::vector<float> weights;
+  for (int i = 0; i < 400; ++i) {
+    const float a = static_cast<float>(i) / 1000, b = 0.3f;
+    weights.insert(weights.end(), {a, b, 1 - a - b, 0});
+  }
+  asset.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] =
+      asset.accessor(weights, "VEC4", 4, 5126);
+  GltfCompressOptions options;
+  options.encoding.arrays["weights"] = {Tolerance::Kind::bits, 8};
+  options.encoding.order = Order::keep;
+  const Mesh mesh = mesh_in(compressed(asset.text(), options).text);
+  const Array* decoded = mesh.find("weights", Domain::point);
+  ASSERT_TRUE(decoded);
+  for (size_t i = 0; i < 400; ++i) {
+    const auto four = decoded->values<float>().subspan(4 * i, 4);
+    EXPECT_EQ(four[0] + four[1] + four[2] + four[3], 1.f);
+    for (size_t k = 0; k < 4; ++k) EXPECT_NEAR(four[k], weights[4 * i + k], 1.0 / 256);
+  }
+}
+
 TEST(GltfCompression, BoundsAreThoseOfWhatIsDecoded) {
   AssetMaker asset = plain_sheet();
   asset.json["accessors"][0]["min"] = {-1, -1, -1};
