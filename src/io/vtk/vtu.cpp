@@ -10,12 +10,11 @@
 #include "io/format.h"
 #include "io/reading.h"
 #include "io/vtk/joined_parts.h"
+#include "io/vtk/part_cells.h"
 #include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
 namespace {
-
-class PieceFaces;
 
 /// Reads pieces, of one file or several: points, cells and their arrays one after the other, as VTK does;
 /// then joins what they have in common. `whole`: there are no other pieces.
@@ -30,8 +29,8 @@ class VtuReader {
  private:
   Result<> read_piece(const VtkXml& xml, pugi::xml_node piece);
   Result<> read_points(const VtkXml& xml, pugi::xml_node piece, uint64_t points, const std::string& where);
-  Result<std::optional<PieceFaces>> read_faces(const VtkXml& xml, pugi::xml_node cells, uint64_t count,
-                                               const std::string& where);
+  Result<std::optional<PartFaces>> read_faces(const VtkXml& xml, pugi::xml_node cells, uint64_t count,
+                                              const std::string& where);
   Result<> read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
                       const std::string& where);
   Result<> read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
@@ -103,107 +102,21 @@ Result<std::optional<Array>> VtuReader::integers(const VtkXml& xml, pugi::xml_no
   return std::optional<Array>(std::move(array));
 }
 
-/// The faces of the polyhedra of one piece, in the order of the cells, in either of VTK's two layouts.
-class PieceFaces {
- public:
-  /// Until VTK 9.3: a stream of numbers of faces, numbers of points and points, and the end of each cell in
-  /// it.
-  static PieceFaces stream(Array faces, Array ends) {
-    PieceFaces result;
-    result.points_ = std::move(faces);
-    result.cell_ends_ = std::move(ends);
-    result.is_stream_ = true;
-    return result;
-  }
-  /// From VTK 9.4 on: faces by their ends in a list of points, cells by their ends in a list of faces.
-  static PieceFaces lists(Array points, Array face_ends, Array faces, Array cell_ends) {
-    PieceFaces result;
-    result.points_ = std::move(points);
-    result.face_ends_ = std::move(face_ends);
-    result.faces_ = std::move(faces);
-    result.cell_ends_ = std::move(cell_ends);
-    return result;
-  }
-
-  /// Appends a cell's corners and face sizes; false when they lie outside of the arrays. Points are checked
-  /// by the caller.
-  bool append(uint64_t cell, Budget& budget, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes) {
-    return is_stream_ ? append_stream(cell, corners, sizes) : append_lists(cell, budget, corners, sizes);
-  }
-  /// A cell that is no polyhedron.
-  void skip(uint64_t cell) {
-    if (!is_stream_) at_ = std::max(at_, integer_at(cell_ends_, cell));
-  }
-
- private:
-  bool append_stream(uint64_t cell, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes) {
-    const uint64_t end = integer_at(cell_ends_, cell);
-    if (end > points_.count() || at_ >= end) return false;
-    const uint64_t faces = integer_at(points_, at_++);
-    if (faces > end - at_) return false;
-    for (uint64_t face = 0; face < faces; ++face) {
-      if (at_ >= end) return false;
-      const uint64_t size = integer_at(points_, at_++);
-      if (size > end - at_) return false;
-      for (uint64_t i = 0; i < size; ++i) corners.push_back(integer_at(points_, at_++));
-      sizes.push_back(static_cast<uint32_t>(size));
-    }
-    return at_ == end;
-  }
-  bool append_lists(uint64_t cell, Budget& budget, std::vector<uint64_t>& corners,
-                    std::vector<uint32_t>& sizes) {
-    const uint64_t end = integer_at(cell_ends_, cell);
-    if (end > faces_.count() || at_ > end) return false;
-    for (; at_ < end; ++at_) {
-      const uint64_t face = integer_at(faces_, at_);
-      if (face >= face_ends_.count()) return false;
-      const uint64_t first = face == 0 ? 0 : integer_at(face_ends_, face - 1);
-      const uint64_t last = integer_at(face_ends_, face);
-      if (first > last || last > points_.count() || last - first > UINT32_MAX) return false;
-      // A list of faces may name a large face many times.
-      if (!budget.take(last - first, sizeof(uint32_t))) return false;
-      for (uint64_t i = first; i < last; ++i) corners.push_back(integer_at(points_, i));
-      sizes.push_back(static_cast<uint32_t>(last - first));
-    }
-    return true;
-  }
-
-  Array points_, face_ends_, faces_, cell_ends_;
-  uint64_t at_ = 0;
-  bool is_stream_ = false;
-};
-
-/// Appends numbers of points, raised by `base`. Gives the place of the first that is none of `points`, or
-/// their count.
-uint64_t append_points(const Array& numbers, uint64_t first, uint64_t last, uint64_t base, uint64_t points,
-                       std::vector<uint32_t>& out) {
-  return with_type(numbers.type, [&](auto zero) {
-    using T = decltype(zero);
-    const std::byte* at = numbers.bytes.data() + first * sizeof(T);
-    for (uint64_t i = first; i < last; ++i, at += sizeof(T)) {
-      const auto point = static_cast<uint64_t>(load<T>(at));
-      if (point >= points) return i;
-      out.push_back(static_cast<uint32_t>(base + point));
-    }
-    return last;
-  });
-}
-
 /// The faces of the polyhedra, in either form; nothing where they are in none.
-Result<std::optional<PieceFaces>> VtuReader::read_faces(const VtkXml& xml, pugi::xml_node cells,
-                                                        uint64_t count, const std::string& where) {
+Result<std::optional<PartFaces>> VtuReader::read_faces(const VtkXml& xml, pugi::xml_node cells,
+                                                       uint64_t count, const std::string& where) {
   const auto read = [&](const char* name) { return integers(xml, cells, name, UINT64_MAX, where); };
   auto stream = MAILLE_TRY(read("faces"));
   auto stream_ends = MAILLE_TRY(read("faceoffsets"));
   if (stream && stream_ends && stream_ends->count() == count)
-    return PieceFaces::stream(std::move(*stream), std::move(*stream_ends));
+    return PartFaces::stream(std::move(*stream), std::move(*stream_ends));
   auto corners = MAILLE_TRY(read("face_connectivity"));
   auto face_ends = MAILLE_TRY(read("face_offsets"));
   auto cell_faces = MAILLE_TRY(read("polyhedron_to_faces"));
   auto cell_ends = MAILLE_TRY(read("polyhedron_offsets"));
   if (!corners || !face_ends || !cell_faces || !cell_ends || cell_ends->count() != count) return std::nullopt;
-  return PieceFaces::lists(std::move(*corners), std::move(*face_ends), std::move(*cell_faces),
-                           std::move(*cell_ends));
+  return PartFaces::lists(std::move(*corners), std::move(*face_ends), std::move(*cell_faces),
+                          std::move(*cell_ends));
 }
 
 Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t points, uint64_t count,
@@ -211,52 +124,16 @@ Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t
   const std::string where = in + ", Cells";
   if (count == 0) return {};
   const pugi::xml_node node = piece.child("Cells");
-  const auto connectivity = MAILLE_TRY(integers(xml, node, "connectivity", UINT64_MAX, where));
-  const auto ends = MAILLE_TRY(integers(xml, node, "offsets", count, where));
-  const auto types = MAILLE_TRY(integers(xml, node, "types", count, where));
+  auto connectivity = MAILLE_TRY(integers(xml, node, "connectivity", UINT64_MAX, where));
+  auto ends = MAILLE_TRY(integers(xml, node, "offsets", count, where));
+  auto types = MAILLE_TRY(integers(xml, node, "types", count, where));
   if (!connectivity || !ends || !types) {
     return malformed(where, "there should be " + std::to_string(count) +
                                 " cells, but an array \"connectivity\", \"offsets\" or \"types\" is missing");
   }
   auto faces = MAILLE_TRY(read_faces(xml, node, count, where));
-  MAILLE_CHECK(budget_.take(connectivity->count(), sizeof(uint32_t)));
-  MAILLE_CHECK(budget_.take(count, sizeof(uint64_t)));
-  const uint64_t base = mesh_.point_count() - points;
-  cells_.nodes.reserve(cells_.nodes.size() + connectivity->count());
-  uint64_t begin = 0;
-  std::vector<uint64_t> corners;
-  for (uint64_t c = 0; c < count; ++c) {
-    const uint64_t end = integer_at(*ends, c);
-    if (end < begin || end > connectivity->count()) {
-      return malformed(where, "the end of cell " + std::to_string(c) + " is offset " + std::to_string(end) +
-                                  ", outside of " + std::to_string(begin) + " to " +
-                                  std::to_string(connectivity->count()));
-    }
-    const auto no_point = [&](uint64_t point) {
-      return malformed(where, "cell " + std::to_string(c) + " uses point " +
-                                  std::to_string(static_cast<int64_t>(point)) + ", but the piece has " +
-                                  std::to_string(points) + " points");
-    };
-    const auto type = static_cast<CellType>(std::min<uint64_t>(integer_at(*types, c), 255));
-    if (type == CellType::polyhedron) {
-      corners.clear();
-      if (!faces || !faces->append(c, budget_, corners, cells_.face_sizes)) {
-        return malformed(where, "the faces of cell " + std::to_string(c) +
-                                    ", a polyhedron, are missing or end outside of their array");
-      }
-      for (const uint64_t point : corners) {
-        if (point >= points) return no_point(point);
-        cells_.nodes.push_back(static_cast<uint32_t>(base + point));
-      }
-    } else {
-      if (faces) faces->skip(c);
-      const uint64_t bad = append_points(*connectivity, begin, end, base, points, cells_.nodes);
-      if (bad != end) return no_point(integer_at(*connectivity, bad));
-    }
-    cells_.end_cell(type);
-    begin = end;
-  }
-  return {};
+  PartCells part{std::move(*connectivity), std::move(*ends), std::move(*types), std::move(faces)};
+  return append_part_cells(std::move(part), mesh_.point_count() - points, points, where, budget_, cells_);
 }
 
 Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
