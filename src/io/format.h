@@ -31,5 +31,6 @@ const Format& su2_format();
 const Format& hedra_format();
 const Format& polymesh_format();
 const Format& exodus_format();
+const Format& vtkhdf_format();
 
 }  // namespace maille

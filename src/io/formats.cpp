@@ -15,8 +15,8 @@ namespace {
 std::vector<const Format*> all_formats() {
   return {&ply_format(), &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
           &vtu_format(), &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
-          &su2_format(), &hedra_format(),      &polymesh_format(), &exodus_format(), &off_format(),
-          &stl_format(), &obj_format()};
+          &su2_format(), &hedra_format(),      &polymesh_format(), &exodus_format(), &vtkhdf_format(),
+          &off_format(), &stl_format(),        &obj_format()};
 }
 
 std::string lower(std::string text) {

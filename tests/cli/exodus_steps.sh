@@ -11,3 +11,7 @@ maille decompress -q last.maille last.vtu
 maille diff last.vtu run.e 2> /dev/null
 maille append run.maille run.e -q
 maille info --json run.maille | json 'len(j["steps"])'
+# So do those of a VTKHDF file.
+cp "$HERE/../formats/steps.hdf" .
+maille compress -q steps.hdf
+maille info --json steps.maille | json '[(step["time"], step["arrays"]) for step in j["steps"]]'

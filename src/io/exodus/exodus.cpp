@@ -1,5 +1,5 @@
-// Exodus II, the format of Sandia's codes, in netCDF files of the classic formats: element blocks and side
-// sets become blocks with names, node sets arrays of 0 and 1, variables of the last time step arrays.
+// Exodus II, the format of Sandia's codes, in netCDF files: element blocks and side sets become blocks with
+// names, node sets arrays of 0 and 1, variables of the last time step arrays.
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -8,8 +8,9 @@
 
 #include "io/cell_store.h"
 #include "io/exodus/exodus.h"
-#include "io/exodus/netcdf_classic.h"
+#include "io/exodus/netcdf.h"
 #include "io/format.h"
+#include "io/hdf5/hdf5_file.h"
 #include "io/reading.h"
 
 namespace maille {
@@ -100,10 +101,10 @@ const std::vector<std::vector<uint8_t>>* sides_of(CellType type) {
 class ExodusReader {
  public:
   /// `step`: whose variables are read; without one, the last.
-  ExodusReader(NetcdfFile file, std::string name, uint64_t bytes, const ReadOptions& options,
+  ExodusReader(const NetcdfFile& file, uint64_t bytes, const ReadOptions& options,
                std::optional<uint64_t> step)
-      : file_(std::move(file)),
-        name_(std::move(name)),
+      : file_(file),
+        name_(file.name()),
         budget_(name_, bytes, options.limits),
         most_sets_(bytes / 16),
         wanted_(step) {}
@@ -127,7 +128,7 @@ class ExodusReader {
     return failure(ErrorCode::malformed_input, name_ + ": " + what);
   }
 
-  NetcdfFile file_;
+  const NetcdfFile& file_;
   std::string name_;
   Budget budget_;
   uint64_t most_sets_;  ///< each needs a variable with a name
@@ -453,21 +454,16 @@ bool is_netcdf(Bytes bytes) {
   return bytes.size() >= 4 && std::memcmp(bytes.data(), "CDF", 3) == 0 && std::to_integer<int>(bytes[3]) <= 5;
 }
 
-Result<NetcdfFile> open_exodus(const InputBytes& input, const std::string& name) {
-  if (input.text().starts_with("\x89HDF")) {
-    return failure(
-        ErrorCode::unsupported,
-        name +
-            ": it is a netCDF-4 (HDF5) file; only the classic formats can be read: nccopy -k cdf5 makes one");
-  }
-  return NetcdfFile::open(input.bytes(), name);
+Result<std::unique_ptr<NetcdfFile>> open_exodus(const Source& source) {
+  std::byte first[8] = {};
+  if (source.size() >= sizeof(first)) MAILLE_CHECK(source.read_at(0, first));
+  return is_hdf5(first) ? open_netcdf_hdf5(source) : open_netcdf_classic(source);
 }
 
 Result<ReadResult> read_with_step(const Source& source, const ReadOptions& options,
                                   std::optional<uint64_t> step) {
-  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
-  NetcdfFile file = MAILLE_TRY(open_exodus(input, source.name()));
-  return ExodusReader(std::move(file), source.name(), input.bytes().size(), options, step).read();
+  const std::unique_ptr<NetcdfFile> file = MAILLE_TRY(open_exodus(source));
+  return ExodusReader(*file, source.size(), options, step).read();
 }
 
 Result<ReadResult> read_exodus(const Source& source, const ReadOptions& options) {
@@ -485,16 +481,15 @@ Result<ReadResult> read_exodus_step(const Source& source, const ReadOptions& opt
 }
 
 Result<std::vector<double>> exodus_times(const Source& source) {
-  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
-  const NetcdfFile file = MAILLE_TRY(open_exodus(input, source.name()));
-  const NetcdfFile::Variable* const variable = file.find("time_whole");
+  const std::unique_ptr<NetcdfFile> file = MAILLE_TRY(open_exodus(source));
+  const NetcdfFile::Variable* const variable = file->find("time_whole");
   // Each step has a time at least, so the file has bytes for all of them.
-  const uint64_t steps = variable != nullptr && variable->has_records ? file.dimension("time_step") : 0;
-  Budget budget(source.name(), input.bytes().size(), {});
+  const uint64_t steps = variable != nullptr && variable->has_records ? file->dimension("time_step") : 0;
+  Budget budget(source.name(), source.size(), {});
   std::vector<double> times;
   for (uint64_t step = 0; step < steps; ++step) {
     const Array time =
-        MAILLE_TRY(file.read(*variable, step, make_array("time", Domain::mesh, variable->type, 1), budget));
+        MAILLE_TRY(file->read(*variable, step, make_array("time", Domain::mesh, variable->type, 1), budget));
     if (time.count() != 1 || !is_float(time.type))
       return failure(ErrorCode::malformed_input, source.name() + ": its times are no numbers");
     times.push_back(time.type == Scalar::f32 ? double{time.values<float>()[0]} : time.values<double>()[0]);
@@ -504,7 +499,7 @@ Result<std::vector<double>> exodus_times(const Source& source) {
 
 const Format& exodus_format() {
   static const Format format{
-      {"exodus", {".e", ".exo", ".ex2", ".exii"}, "Exodus II in classic netCDF; reading only", true, false},
+      {"exodus", {".e", ".exo", ".ex2", ".exii"}, "Exodus II; reading only", true, false},
       is_netcdf,
       read_exodus,
       write_exodus};

@@ -1,10 +1,11 @@
-#include "io/exodus/netcdf_classic.h"
-
+// netCDF in its classic formats, and what all of them have in common.
 #include <algorithm>
 #include <cstring>
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
+#include "io/exodus/netcdf.h"
+#include "io/reading.h"
 #include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
@@ -75,19 +76,6 @@ class HeaderReader {
   size_t at_ = 4;
 };
 
-}  // namespace
-
-uint64_t NetcdfFile::Variable::count() const {
-  uint64_t count = 1;
-  for (size_t i = has_records ? 1 : 0; i < shape.size(); ++i) {
-    if (shape[i] != 0 && count > (uint64_t{1} << 56) / shape[i]) return UINT64_MAX >> 8;
-    count *= shape[i];
-  }
-  return count;
-}
-
-namespace {
-
 /// What stands behind its name. `lengths`: of the dimensions, 0 for that of the records.
 Result<NetcdfFile::Variable> read_variable(HeaderReader& in, const std::vector<uint64_t>& lengths,
                                            uint64_t records) {
@@ -110,57 +98,65 @@ Result<NetcdfFile::Variable> read_variable(HeaderReader& in, const std::vector<u
   return variable;
 }
 
-}  // namespace
+class ClassicFile final : public NetcdfFile {
+ public:
+  ClassicFile(InputBytes input, std::string name) : NetcdfFile(std::move(name)), input_(std::move(input)) {}
+  Result<> read_header();
 
-Result<NetcdfFile> NetcdfFile::open(Bytes bytes, std::string name) {
-  NetcdfFile file;
-  file.bytes_ = bytes;
-  file.name_ = name;
-  HeaderReader in(bytes, name);
+  uint64_t dimension(const std::string& name) const override;
+  Result<Array> read(const Variable& variable, uint64_t record, Array array, Budget& budget) const override;
+
+ private:
+  InputBytes input_;
+  std::map<std::string, uint64_t> dimensions_;
+  uint64_t records_ = 0, record_size_ = 0;
+};
+
+Result<> ClassicFile::read_header() {
+  const Bytes bytes = input_.bytes();
+  HeaderReader in(bytes, name_);
   if (bytes.size() < 8 || std::memcmp(bytes.data(), "CDF", 3) != 0)
     return in.malformed("it is no netCDF file of a classic format");
   in.version = std::to_integer<int>(bytes[3]);
   if (in.version != 1 && in.version != 2 && in.version != 5)
     return in.malformed("its version is not 1, 2 or 5");
-  file.records_ = MAILLE_TRY(in.count());
+  records_ = MAILLE_TRY(in.count());
   std::vector<uint64_t> lengths;
   const uint64_t dimensions = MAILLE_TRY(in.list(tag_dimensions));
   for (uint64_t i = 0; i < dimensions; ++i) {
     std::string dimension = MAILLE_TRY(in.name());
     const uint64_t length = MAILLE_TRY(in.count());
     lengths.push_back(length);
-    file.dimensions_[std::move(dimension)] = length == 0 ? file.records_ : length;
+    dimensions_[std::move(dimension)] = length == 0 ? records_ : length;
   }
   MAILLE_CHECK(in.attributes());
   const uint64_t variables = MAILLE_TRY(in.list(tag_variables));
   uint64_t with_records = 0, unpadded = 0;
   for (uint64_t i = 0; i < variables; ++i) {
     std::string key = MAILLE_TRY(in.name());
-    Variable variable = MAILLE_TRY(read_variable(in, lengths, file.records_));
+    Variable variable = MAILLE_TRY(read_variable(in, lengths, records_));
     if (variable.has_records) {
       ++with_records;
       if (variable.count() > bytes.size()) return in.malformed("a variable is longer than the file");
       unpadded = variable.count() * size_of(variable.type);
-      file.record_size_ += (unpadded + 3) / 4 * 4;
+      record_size_ += (unpadded + 3) / 4 * 4;
     }
-    file.variables_[std::move(key)] = std::move(variable);
+    variable.name = key;
+    variables_[std::move(key)] = std::move(variable);
   }
   // The one variable of a file with only one that has records is not padded.
-  if (with_records == 1) file.record_size_ = unpadded;
-  return file;
+  if (with_records == 1) record_size_ = unpadded;
+  return {};
 }
 
-uint64_t NetcdfFile::dimension(const std::string& name) const {
+uint64_t ClassicFile::dimension(const std::string& name) const {
   const auto found = dimensions_.find(name);
   return found == dimensions_.end() ? 0 : found->second;
 }
 
-const NetcdfFile::Variable* NetcdfFile::find(const std::string& name) const {
-  const auto found = variables_.find(name);
-  return found == variables_.end() ? nullptr : &found->second;
-}
-
-Result<Array> NetcdfFile::read(const Variable& variable, uint64_t record, Array array, Budget& budget) const {
+Result<Array> ClassicFile::read(const Variable& variable, uint64_t record, Array array,
+                                Budget& budget) const {
+  const Bytes bytes = input_.bytes();
   array.type = variable.type;
   const auto too_long = [&] {
     return failure(ErrorCode::malformed_input,
@@ -168,20 +164,36 @@ Result<Array> NetcdfFile::read(const Variable& variable, uint64_t record, Array 
   };
   const uint64_t count = variable.count();
   const size_t size = size_of(variable.type);
-  if (count > bytes_.size() / size || variable.begin > bytes_.size()) return too_long();
+  if (count > bytes.size() / size || variable.begin > bytes.size()) return too_long();
   if (variable.has_records &&
-      (record >= records_ || record > bytes_.size() / std::max<uint64_t>(record_size_, 1)))
+      (record >= records_ || record > bytes.size() / std::max<uint64_t>(record_size_, 1)))
     return too_long();
   const uint64_t begin = variable.begin + (variable.has_records ? record * record_size_ : 0);
-  if (begin > bytes_.size() || count * size > bytes_.size() - begin) return too_long();
+  if (begin > bytes.size() || count * size > bytes.size() - begin) return too_long();
   MAILLE_CHECK(budget.take(count, size));
-  array.bytes.assign(bytes_.begin() + static_cast<ptrdiff_t>(begin),
-                     bytes_.begin() + static_cast<ptrdiff_t>(begin + count * size));
+  array.bytes.assign(bytes.begin() + static_cast<ptrdiff_t>(begin),
+                     bytes.begin() + static_cast<ptrdiff_t>(begin + count * size));
   for (size_t i = 0; size > 1 && i < array.bytes.size(); i += size) {
     std::reverse(array.bytes.begin() + static_cast<ptrdiff_t>(i),
                  array.bytes.begin() + static_cast<ptrdiff_t>(i + size));
   }
   return array;
+}
+
+}  // namespace
+
+uint64_t NetcdfFile::Variable::count() const {
+  uint64_t count = 1;
+  for (size_t i = has_records ? 1 : 0; i < shape.size(); ++i) {
+    if (shape[i] != 0 && count > (uint64_t{1} << 56) / shape[i]) return UINT64_MAX >> 8;
+    count *= shape[i];
+  }
+  return count;
+}
+
+const NetcdfFile::Variable* NetcdfFile::find(const std::string& name) const {
+  const auto found = variables_.find(name);
+  return found == variables_.end() ? nullptr : &found->second;
 }
 
 Result<std::vector<int64_t>> NetcdfFile::integers(const std::string& name, Budget& budget) const {
@@ -211,6 +223,12 @@ Result<std::vector<std::string>> NetcdfFile::strings(const std::string& name, Bu
     rows.push_back(std::move(text));
   }
   return rows;
+}
+
+Result<std::unique_ptr<NetcdfFile>> open_netcdf_classic(const Source& source) {
+  auto file = std::make_unique<ClassicFile>(MAILLE_TRY(InputBytes::load(source)), source.name());
+  MAILLE_CHECK(file->read_header());
+  return file;
 }
 
 }  // namespace maille

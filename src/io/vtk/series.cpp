@@ -15,6 +15,7 @@
 #include "io/numbers.h"
 #include "io/reading.h"
 #include "io/text_scanner.h"
+#include "io/vtk/vtkhdf.h"
 
 namespace maille {
 
@@ -25,6 +26,10 @@ bool is_exodus(const std::string& path) {
   constexpr std::string_view endings[] = {".e", ".exo", ".ex2", ".exii"};
   return std::any_of(std::begin(endings), std::end(endings),
                      [&](std::string_view ending) { return path.ends_with(ending); });
+}
+
+bool is_vtkhdf(const std::string& path) {
+  return path.ends_with(".vtkhdf") || path.ends_with(".hdf");
 }
 
 bool is_list(const std::string& path) {
@@ -43,9 +48,10 @@ Result<double> time_of(const pugi::xml_node& entry, const std::string& list) {
                  list + ": the timestep \"" + std::string(text) + "\" is no finite number");
 }
 
-Result<std::vector<SeriesEntry>> steps_of_exodus(const std::string& path, const Source& source) {
+Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const Source& source) {
   std::vector<SeriesEntry> steps;
-  for (const double time : MAILLE_TRY(exodus_times(source))) steps.push_back({path, time, steps.size()});
+  const auto times = is_exodus(path) ? exodus_times(source) : vtkhdf_times(source);
+  for (const double time : MAILLE_TRY(times)) steps.push_back({path, time, steps.size()});
   return steps;
 }
 
@@ -83,19 +89,21 @@ Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const So
 }  // namespace
 
 bool may_be_series(const std::string& path) {
-  return is_list(path) || is_exodus(path) || !times_of_case(path).empty();
+  return is_list(path) || is_exodus(path) || is_vtkhdf(path) || !times_of_case(path).empty();
 }
 
 Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options) {
-  if (!is_exodus(entry.path)) return read_mesh(entry.path, options);
+  const bool has_steps = is_exodus(entry.path) || is_vtkhdf(entry.path);
+  if (!has_steps || !entry.step) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
-  return entry.step ? read_exodus_step(*source, options, *entry.step) : read_mesh(*source, options);
+  return is_exodus(entry.path) ? read_exodus_step(*source, options, *entry.step)
+                               : read_vtkhdf_step(*source, options, *entry.step);
 }
 
 Result<std::vector<SeriesEntry>> read_series(const std::string& path) {
-  if (!is_list(path) && !is_exodus(path)) return times_of_case(path);
+  if (!is_list(path) && !is_exodus(path) && !is_vtkhdf(path)) return times_of_case(path);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
-  return is_exodus(path) ? steps_of_exodus(path, *source) : files_of_list(path, *source);
+  return is_list(path) ? files_of_list(path, *source) : steps_of_file(path, *source);
 }
 
 }  // namespace maille

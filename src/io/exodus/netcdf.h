@@ -2,46 +2,57 @@
 
 #include <maille/mesh.h>
 #include <maille/source.h>
+
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
+
 #include "io/budget.h"
 
 namespace maille {
 
-/// A netCDF file in one of the classic formats (CDF-1, -2 and -5): named dimensions, and variables over them.
-/// Every place and size is checked against the file before use.
+/// A netCDF file: named dimensions, and variables over them. Every place and size is checked against the file
+/// before use.
 class NetcdfFile {
  public:
   struct Variable {
+    std::string name;
     std::vector<uint64_t> shape;  ///< the record dimension with the number of records
     Scalar type = Scalar::u8;
     bool is_text = false;
     bool has_records = false;
-    uint64_t begin = 0;
-    std::map<std::string, std::string> texts;  ///< attributes that are text
+    uint64_t begin = 0;                        ///< in a classic file
+    std::map<std::string, std::string> texts;  ///< attributes that are text; of HDF5, those of Exodus
 
+    /// Values, or those of one record.
     uint64_t count() const;
   };
-
-  static Result<NetcdfFile> open(Bytes bytes, std::string name);
+  virtual ~NetcdfFile() = default;
 
   /// 0 where there is none.
-  uint64_t dimension(const std::string& name) const;
+  virtual uint64_t dimension(const std::string& name) const = 0;
   const Variable* find(const std::string& name) const;
   /// All values, or those of one record where the variable has records; in native byte order. `array`: what
   /// the name, domain and number of components should be.
-  Result<Array> read(const Variable& variable, uint64_t record, Array array, Budget& budget) const;
+  virtual Result<Array> read(const Variable& variable, uint64_t record, Array array,
+                             Budget& budget) const = 0;
   Result<std::vector<int64_t>> integers(const std::string& name, Budget& budget) const;
   /// The rows of a table of characters, without the zeros behind them; empty where there is no such table.
   Result<std::vector<std::string>> strings(const std::string& name, Budget& budget) const;
 
- private:
-  Bytes bytes_;
+  const std::string& name() const { return name_; }
+
+ protected:
+  explicit NetcdfFile(std::string name) : name_(std::move(name)) {}
+
   std::string name_;
-  std::map<std::string, uint64_t> dimensions_;
   std::map<std::string, Variable> variables_;
-  uint64_t records_ = 0, record_size_ = 0;
 };
+
+/// In one of the classic formats (CDF-1, -2 and -5).
+Result<std::unique_ptr<NetcdfFile>> open_netcdf_classic(const Source& source);
+/// netCDF-4. Error: unsupported, too, where there is no library of HDF5.
+Result<std::unique_ptr<NetcdfFile>> open_netcdf_hdf5(const Source& source);
 
 }  // namespace maille
