@@ -39,7 +39,8 @@ export class Hierarchy {
 
 /**
  * @param {Hierarchy} hierarchy
- * @param view {eye, pixelsPerRadian, pixels, planes}: planes {normal, offset} of what is in sight
+ * @param view {eye, pixelsPerRadian, pixels, planes, level}: planes {normal, offset} of what is in sight; level: as fine as this
+ *   one everywhere, whatever is seen of it
  * @param isHere(chart): can it be shown now?
  * @returns {shown, needed, wanted, waits, error}: charts to be shown; all that this cut rests on; charts that a finer cut
  *   lacks, those that are seen to be worst first, each with what is seen without it: `error`, `inSight`; is a page of the index
@@ -121,6 +122,7 @@ function distanceTo({centre, radius}, {eye}) {
 
 /** Of what a group replaces, in pixels: an error is seen from the nearest point of its sphere. */
 function seenError(group, view) {
+  if (view.level != null) return group.level >= view.level ? Infinity : 0;
   const distance = distanceTo(group.sphere, view);
   return distance > 0 ? group.viewError / distance * view.pixelsPerRadian : Infinity;
 }

@@ -3,7 +3,7 @@ import type {BufferGeometry, Camera, Material, Mesh, Loader, Object3D, Raycaster
 
 import type {CallOptions, Chart, DrawnMesh, LeanMesh, Hit, Input, MeshFile, OpenOptions} from './maille.js';
 
-/** A BufferGeometry of what decodeNode(), surface() or decode({drawn: true}) gives. userData: origin, cells, points, arrays. */
+/** A BufferGeometry of what decodeNode(), surface() or decode({drawn: true}) gives. userData: origin, cells, points, arrays, materials (names, by the groups' materialIndex). */
 export function toGeometry(drawn: DrawnMesh | LeanMesh): BufferGeometry;
 /** Of bytes fetched, what MailleObject.open() has kept: to open a file by oneself. */
 export function cacheBytesFor(maxBytes?: number): number;
@@ -25,6 +25,10 @@ export class MailleLoader extends Loader<BufferGeometry> {
 export interface MailleObjectOptions {
   /** Pixels. */
   errorTarget?: number;
+  /** Pixels, when the camera has not moved for a while. Default: the same. */
+  restTarget?: number;
+  /** All of this level, whatever is seen of it; 0: the mesh itself. */
+  level?: number | null;
   /** Of charts kept; arrays of those that go are given back at once. */
   maxBytes?: number;
   material?: Material | Material[];
@@ -37,6 +41,8 @@ export class MailleObject extends Object3D {
   constructor(file: MeshFile, options?: MailleObjectOptions);
   readonly file: MeshFile;
   errorTarget: number;
+  restTarget: number;
+  level: number | null;
   maxBytes: number;
   uploadsPerFrame: number;
   readonly heldBytes: number;

@@ -11,7 +11,7 @@ const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 /**
  * A BufferGeometry of what decodeNode() or surface() gives. userData: origin, to be added to positions; points, by vertex; cells,
  * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle; materials:
- * where cells have labels, their names, by the materialIndex of the groups.
+ * where cells have labels, their names, by the materialIndex of the groups; normalsComputed: the file has none.
  */
 export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
   cells ??= countedTo(triangles.length / 3);
@@ -25,8 +25,9 @@ export function toGeometry({positions, triangles, cells, points, arrays, origin}
     if (isOfCells(array) || !name || geometry.hasAttribute(name)) continue;
     geometry.setAttribute(name, new THREE.BufferAttribute(forGpu(array.values), array.components, normalised.has(array.type)));
   }
-  if (!isNormal(geometry.getAttribute('normal'))) geometry.setAttribute('normal', normalsOf(positions, triangles));
-  geometry.userData = {origin, cells, points, arrays};
+  const given = isNormal(geometry.getAttribute('normal'));
+  if (!given) geometry.setAttribute('normal', normalsOf(positions, triangles));
+  geometry.userData = {origin, cells, points, arrays, normalsComputed: !given};
   addGroups(geometry, cells, arrays);
   return geometry;
 }

@@ -2,6 +2,7 @@
 
 import * as THREE from 'three';
 
+import {BorderNormals} from './border_normals.js';
 import {cutOf, Hierarchy} from './cut.js';
 import {MeshFile} from './maille.js';
 import {arraysOf, geometryBytes, toGeometry} from './three_geometry.js';
@@ -12,12 +13,24 @@ import {arraysOf, geometryBytes, toGeometry} from './three_geometry.js';
  */
 const LOADING_AT_ONCE = 12;
 
+/** The camera rests when it has not moved for so long, in milliseconds. */
+const REST = 200;
 const MAX_BYTES = 256e6;
 /** What the objects of one chart take beside its arrays, twice: so many more there may be before a browser collects old ones. */
 const OBJECT_BYTES = 8192;
+/** What a vertex at a border takes, with its share of BorderNormals. */
+const BORDER_BYTES = 56;
 /** Bytes fetched that are worth keeping beside charts: they are a quarter of a chart's size and rarely wanted again. */
 export function cacheBytesFor(maxBytes = MAX_BYTES) {
   return Math.min(32 * 2 ** 20, maxBytes / 32);
+}
+
+function bytesOf({geometry}, border) {
+  return geometryBytes(geometry) + OBJECT_BYTES + (border ? BORDER_BYTES * border.vertices.length : 0);
+}
+function touches(a, b) {
+  const x = a.centre[0] - b.centre[0], y = a.centre[1] - b.centre[1], z = a.centre[2] - b.centre[2], reach = a.radius + b.radius;
+  return x * x + y * y + z * z <= reach * reach;
 }
 
 /**
@@ -27,18 +40,20 @@ export function cacheBytesFor(maxBytes = MAX_BYTES) {
 export class MailleObject extends THREE.Object3D {
   /**
    * @param {MeshFile} file of mode random, kept open until dispose()
-   * @param {object} options errorTarget: pixels; maxBytes: of charts kept, whose arrays are gone with them; material; uploadsPerFrame: charts that are
+   * @param {object} options errorTarget: pixels; restTarget: the same when the camera has not moved for a while (default: the same);
+   *   level: all of one level, whatever is seen of it; maxBytes: of charts kept, whose arrays are gone with them; material; uploadsPerFrame: charts that are
    *   made ready for the GPU in one frame
    */
-  constructor(file, {errorTarget = 1.5, maxBytes = MAX_BYTES, material, uploadsPerFrame = 4} = {}) {
+  constructor(file, {errorTarget = 1.5, restTarget = Infinity, level = null, maxBytes = MAX_BYTES, material, uploadsPerFrame = 4} = {}) {
     super();
     if (file.mode !== 'random') throw new Error(`${file.name}: only files of mode "random" refine themselves; use MailleLoader`);
-    Object.assign(this, {file, errorTarget, maxBytes, uploadsPerFrame, heldBytes: 0, triangles: 0, error: Infinity, failed: 0});
+    Object.assign(this, {file, errorTarget, restTarget, level, maxBytes, uploadsPerFrame, heldBytes: 0, triangles: 0, error: Infinity, failed: 0});
     this.material = material ?? new THREE.MeshStandardMaterial({color: 0xc8c4bc, roughness: 0.8, side: THREE.DoubleSide});
     this.hierarchy = new Hierarchy(file);
-    this.charts = new Map();   // by key: {key, mesh, arrays, bytes, used}
+    this.charts = new Map();   // by key: {key, mesh, arrays, bytes, used, border}
     this.loading = new Map();  // by key: {chart, controller}
     this.arrived = [];
+    this.borders = new BorderNormals();
     this.shown = new Set();    // keys
     this.broken = new Set();   // keys: not asked for again
     this.frame = 0;
@@ -92,7 +107,7 @@ export class MailleObject extends THREE.Object3D {
     if (changed || uploaded > 0 || wanted !== this.lastWanted)
       this.dispatchEvent({type: 'progress', shown: this.shown.size, wanted, triangles: this.triangles, error: cut.error});
     this.lastWanted = wanted;
-    return wanted === 0 && !cut.waits;
+    return wanted === 0 && !cut.waits && (this.resting || this.restTarget >= this.errorTarget);
   }
 
   #viewOf(camera, renderer) {
@@ -107,7 +122,15 @@ export class MailleObject extends THREE.Object3D {
     const eye = new THREE.Vector3().setFromMatrixPosition(camera.matrixWorld).applyMatrix4(inverse).toArray();
     const height = renderer.getDrawingBufferSize(new THREE.Vector2()).y;
     const pixelsPerRadian = height * (camera.zoom ?? 1) / (2 * Math.tan(THREE.MathUtils.degToRad(camera.fov ?? 50) / 2));
-    return {planes, eye, pixelsPerRadian, pixels: this.errorTarget * this.pressure};
+    return {planes, eye, pixelsPerRadian, pixels: this.#targetFor(camera), level: this.level};
+  }
+  /** Pixels. Where a resting view has to do with less for the budget's sake, a moving one has not more. */
+  #targetFor(camera) {
+    const now = performance.now();
+    if (!this.lastSeen?.equals(camera.matrixWorld)) Object.assign(this, {lastSeen: camera.matrixWorld.clone(), movedAt: now});
+    this.resting = now - this.movedAt > REST;
+    const finest = Math.min(this.errorTarget, this.restTarget) * this.pressure;
+    return this.resting ? finest : Math.max(this.errorTarget, finest);
   }
 
   /** @returns whether that is a change; the set stays the same otherwise */
@@ -177,12 +200,21 @@ export class MailleObject extends THREE.Object3D {
       mesh.visible = false;
       mesh.userData = {chart, triangles: drawn.triangles.length / 3};
       this.inner.add(mesh);
+      const border = geometry.userData.normalsComputed ? this.borders.add(geometry) : null;
+      if (border) this.#fitNormals(chart, border);
       this.dispatchEvent({type: 'chart', mesh, chart});
-      const bytes = geometryBytes(mesh.geometry) + OBJECT_BYTES;
-      this.charts.set(key, {key, mesh, arrays, bytes, used: this.frame});
+      const bytes = bytesOf(mesh, border);
+      this.charts.set(key, {key, mesh, arrays, bytes, border, used: this.frame});
       this.heldBytes += bytes;
     }
     return batch.length;
+  }
+  /** A chart and those that touch it have the same normals where they meet. */
+  #fitNormals(chart, border) {
+    this.borders.apply(border);
+    for (const {mesh, border: other} of this.charts.values()) {
+      if (other && touches(mesh.userData.chart.sphere, chart.sphere)) this.borders.apply(other);
+    }
   }
 
   /** What was not needed for longest goes first. Where all of it is needed the view has to do with less. */
@@ -202,7 +234,8 @@ export class MailleObject extends THREE.Object3D {
   }
 
   #drop(key) {
-    const {mesh, arrays, bytes} = this.charts.get(key);
+    const {mesh, arrays, bytes, border} = this.charts.get(key);
+    if (border) this.borders.remove(border);
     this.inner.remove(mesh);
     mesh.geometry.dispose();
     // At once: until a browser looks for what nobody uses there may be a hundred megabytes of it.
@@ -215,7 +248,7 @@ export class MailleObject extends THREE.Object3D {
   weigh() {
     this.heldBytes = 0;
     for (const chart of this.charts.values()) {
-      chart.bytes = geometryBytes(chart.mesh.geometry) + OBJECT_BYTES;
+      chart.bytes = bytesOf(chart.mesh, chart.border);
       this.heldBytes += chart.bytes;
     }
   }
