@@ -173,8 +173,14 @@ export class MeshFile {
 
   /** Key and value, in the order of the source: comments, names of files it refers to, such as mtllib, units. */
   async readMetadata({signal} = {}) {
-    this.metadata ??= await this.pool.run({call: 'metadata'}, {signal});
-    return this.metadata;
+    if (this.metadata) return this.metadata;
+    // It may stand at the end of what a server sends as a whole: nothing else waits for it.
+    const worker = this.pool.own();
+    try {
+      return this.metadata = await worker.run({call: 'metadata'}, {signal});
+    } finally {
+      worker.end();
+    }
   }
 
   /**

@@ -5,6 +5,7 @@ import * as THREE from 'three';
 import {BorderNormals} from './border_normals.js';
 import {cutOf, Hierarchy} from './cut.js';
 import {MeshFile} from './maille.js';
+import {Rest} from './rest.js';
 import {arraysOf, geometryBytes, toGeometry} from './three_geometry.js';
 
 /**
@@ -54,6 +55,7 @@ export class MailleObject extends THREE.Object3D {
     this.loading = new Map();  // by key: {chart, controller}
     this.arrived = [];
     this.borders = new BorderNormals();
+    this.rest = new Rest(REST);
     this.shown = new Set();    // keys
     this.broken = new Set();   // keys: not asked for again
     this.frame = 0;
@@ -126,9 +128,8 @@ export class MailleObject extends THREE.Object3D {
   }
   /** Pixels. Where a resting view has to do with less for the budget's sake, a moving one has not more. */
   #targetFor(camera) {
-    const now = performance.now();
-    if (!this.lastSeen?.equals(camera.matrixWorld)) Object.assign(this, {lastSeen: camera.matrixWorld.clone(), movedAt: now});
-    this.resting = now - this.movedAt > REST;
+    this.rest.look(camera.matrixWorld.elements, this.file.sphere.radius);
+    this.resting = this.rest.resting;
     const finest = Math.min(this.errorTarget, this.restTarget) * this.pressure;
     return this.resting ? finest : Math.max(this.errorTarget, finest);
   }

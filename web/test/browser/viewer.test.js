@@ -29,6 +29,15 @@ before(async () => {
   for (const [name, [mesh, ...options]] of Object.entries(meshes))
     execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
   withSteps(maille, folder, 12);
+  // Two materials: one with a picture, one red; and the picture that the coloured mesh names.
+  const picture = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAQAAAAECAIAAAAmkwkpAAAAGElEQVR4nGOwieq5syAKQjLAWUCSAacMAGtiF8Hw/q++AAAAAElFTkSuQmCC', 'base64');
+  for (const name of ['cow.png', 'TextureDouble_A.png']) writeFileSync(path.join(folder, name), picture);
+  writeFileSync(path.join(folder, 'spot.mtl'), 'newmtl cow\nmap_Kd cow.png\nnewmtl paint\nKd 1 0 0\n');
+  const lines = readFileSync(path.join(root, 'build/data/textured/spot.obj'), 'utf8').split('\n'), first = lines.findIndex(line => line.startsWith('f '));
+  lines.splice(first + 2000, 0, 'usemtl paint');
+  lines.splice(first, 0, 'mtllib spot.mtl', 'usemtl cow');
+  writeFileSync(path.join(folder, 'spot.obj'), lines.join('\n'));
+  execFileSync(maille, ['compress', '-q', '-f', path.join(folder, 'spot.obj')]);
   for (const [name, text] of Object.entries(odd)) {
     writeFileSync(path.join(folder, `${name}.ply`), `ply\nformat ascii 1.0\n${text}`);
     execFileSync(maille, ['compress', '-q', '-f', path.join(folder, `${name}.ply`)]);
@@ -48,6 +57,8 @@ async function openViewer(file, more = {}) {
   if (file) await settle(page);
   return page;
 }
+/** Is closed at first. */
+const openPanel = page => page.click('#panel-button');
 const statistics = page => page.evaluate(() => ({triangles: viewer.model.triangles, error: viewer.model.object.error, fetched: viewer.model.count.fetched}));
 
 for (const name of Object.keys(meshes)) {
@@ -128,9 +139,10 @@ test('colours, levels, spheres, wireframe and cuts change the picture', {skip}, 
     await screenshot(page, name);
   };
   await look('plain');
+  await openPanel(page);
   await page.selectOption('#colour', 'level');
   await look('levels');
-  assert.ok((await page.textContent('#legend')).includes('level'));
+  assert.match(await page.textContent('#legend'), /Level.*△/);
   await page.selectOption('#colour', 'chart');
   await page.check('#spheres');
   await look('spheres');
@@ -153,6 +165,7 @@ test('colours, levels, spheres, wireframe and cuts change the picture', {skip}, 
 
 test('fields of points and cells of a volume are coloured, with a legend', {skip}, async () => {
   const page = await openViewer('combustor.maille');
+  await openPanel(page);
   await page.selectOption('#colour', 'point Density');
   await page.waitForFunction(() => document.querySelector('#legend:not([hidden]) h3')?.textContent.includes('Density'));
   await page.waitForTimeout(500);
@@ -230,7 +243,7 @@ test('a small screen has the steps of time, too', {skip}, async () => {
 test('a cut through a volume shows the field on it, out of the pieces that the plane meets', {skip}, async () => {
   const page = await openViewer('pieces.maille');
   const seen = () => page.evaluate(async () => {
-    const {model} = viewer, cuts = model.cut.meshes, {normal, constant} = model.plane;
+    const {model} = viewer, cuts = model.cut.meshes, [{normal, constant}] = model.cut.planes;
     const away = mesh => Math.max(...Array.from({length: mesh.geometry.getAttribute('position').count}, (_, i) =>
       Math.abs(normal.dot(mesh.position.clone().add(mesh.position.clone().fromBufferAttribute(mesh.geometry.getAttribute('position'), i))) + constant)));
     const slice = await model.file.slice({normal: normal.toArray(), offset: constant});
@@ -239,10 +252,11 @@ test('a cut through a volume shows the field on it, out of the pieces that the p
       scalars: cuts.every(mesh => mesh.geometry.getAttribute('scalar').array.every(Number.isFinite)), unlit: cuts.every(mesh => mesh.material.isMeshBasicMaterial),
     };
   });
+  await openPanel(page);
   await page.click('[data-axis="y"]');
   const cuts = [];
   for (const place of ['0.5', '0.3', '0.9']) {
-    await page.evaluate(value => { document.querySelector('#clip').value = value; document.querySelector('#clip').oninput(); }, place);
+    await page.evaluate(value => { const slider = document.querySelector('[data-cut="y"]'); slider.value = value; slider.oninput(); }, place);
     await page.waitForFunction(() => !viewer.model.cut.running);
     const cut = await seen();
     assert.ok(cut.triangles > 0 && cut.triangles === cut.wanted && cut.pieces < 11, JSON.stringify(cut));
@@ -252,12 +266,16 @@ test('a cut through a volume shows the field on it, out of the pieces that the p
   assert.equal(new Set(cuts).size, 3);
   await page.keyboard.press('m');
   await screenshot(page, 'cut');
+  await page.click('#panel-button');
   await page.click('[data-tool="pick"]');
   await page.evaluate(() => viewer.navigation.place(viewer.model.sphere.center.clone().add({x: 0, y: 3 * viewer.model.sphere.radius, z: 0.01}), viewer.model.sphere.center));
   await page.mouse.click(480, 320);
   await page.waitForSelector('#picked:not([hidden])');
   assert.match(await page.textContent('#picked'), /Density/);
-  await page.click('[data-axis=""]');
+  await page.keyboard.press('x');
+  await page.waitForFunction(() => !viewer.model.cut.running && viewer.model.cut.all.length === 2 && viewer.model.cut.all.every(cut => cut.triangles > 0));
+  await page.keyboard.press('x');
+  await page.keyboard.press('y');
   assert.equal(await page.evaluate(() => viewer.model.cut.triangles), 0);
   assert.deepEqual(page.complaints, []);
   await page.close();
@@ -268,12 +286,13 @@ test('a link shows the same view, and a picture is saved', {skip}, async () => {
   await page.evaluate(() => {
     viewer.settings.setUp('z');
     viewer.settings.setMap('magma');
-    viewer.settings.setCut('x', true, 0.3);
+    const oblique = viewer.stage.camera.position.clone().set(0.6, 0, 0.8);
+    viewer.cuts.set([{name: 'x', flipped: true, share: 0.3}, {name: 'view', normal: oblique, share: 0.6}]);
     viewer.navigation.turn(0.4, 0.2);
   });
   const state = other => other.evaluate(() => ({
     camera: viewer.stage.camera.position.toArray().map(x => x.toPrecision(5)), colour: document.querySelector('#colour').value,
-    map: viewer.colouring.map, axis: viewer.settings.axis, clip: viewer.stage.clip.constant.toPrecision(5), up: viewer.settings.up,
+    map: viewer.colouring.map, cuts: viewer.cuts.text, clips: viewer.stage.clips.map(clip => clip.constant.toPrecision(5)).join(), up: viewer.settings.up,
   }));
   const link = await page.evaluate(() => viewer.copyLink()), expected = await state(page);
   const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('p')]);
@@ -283,7 +302,7 @@ test('a link shows the same view, and a picture is saved', {skip}, async () => {
   const other = await newPage(browser);
   await other.goto(link);
   await settle(other);
-  await other.waitForFunction(() => viewer.settings.axis === 'x');
+  await other.waitForFunction(() => viewer.cuts.all.length === 2);
   assert.deepEqual(await state(other), expected);
   assert.deepEqual([...page.complaints, ...other.complaints], []);
   await other.close();
@@ -320,6 +339,7 @@ test('what colouring by cells takes is counted as memory, and given back', {skip
   const page = await openViewer('coloured.maille');
   const held = () => page.evaluate(() => viewer.model.object.heldBytes);
   const before = await held();
+  await openPanel(page);
   await page.selectOption('#colour', 'cell colour');
   await page.waitForSelector('#legend:not([hidden])');
   assert.ok(await held() > 1.5 * before);
@@ -327,6 +347,95 @@ test('what colouring by cells takes is counted as memory, and given back', {skip
   await page.selectOption('#colour', 'plain');
   assert.equal(await held(), before);
   assert.ok(!await page.isVisible('#map'));
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('when the camera rests the picture is as fine as a fifth of a pixel', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  await page.evaluate(() => viewer.settings.setTarget(8));
+  await page.evaluate(() => viewer.navigation.approach(0.99));
+  await page.waitForFunction(() => viewer.model.object.resting === false || viewer.done);
+  await settle(page);
+  assert.ok((await statistics(page)).error <= 0.2);
+  await page.close();
+});
+
+test('colours of a field are those of the legend, whatever the lamps do', {skip}, async () => {
+  const page = await openViewer('can.maille');
+  const seen = await page.evaluate(async () => {
+    const {stage, colouring, model} = viewer, gl = stage.renderer.getContext(), box = stage.canvas.getBoundingClientRect(), found = [];
+    stage.shades = false;
+    for (const [x, y] of [[480, 260], [430, 330], [560, 300]]) {
+      const hit = await viewer.picking.at(model, {clientX: x, clientY: y});
+      if (!hit) continue;
+      // Straight from before the face, so near that there is nothing else.
+      const [a, b, c] = hit.corners.map(corner => stage.camera.position.clone().fromArray(corner)), normal = b.clone().sub(a).cross(c.clone().sub(a)).normalize();
+      const middle = a.clone().add(b).add(c).divideScalar(3), side = Math.sign(stage.camera.position.clone().sub(middle).dot(normal));
+      const before = [stage.camera.position.clone(), viewer.navigation.orbit.target.clone()];
+      viewer.navigation.place(middle.clone().addScaledVector(normal, side * 0.3 * a.distanceTo(b)), middle);
+      stage.draw();
+      const place = stage.placeOf(middle), scale = stage.renderer.getPixelRatio(), pixel = new Uint8Array(4);
+      gl.readPixels(Math.round(place.x * scale), Math.round((box.height - place.y) * scale), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      // Something else may lie between.
+      const {drawn, triangle, weights} = await viewer.picking.at(model, {clientX: place.x, clientY: place.y});
+      const [low, high] = colouring.range, array = drawn.arrays.find(({name}) => name === colouring.field.name);
+      const value = weights.reduce((sum, weight, k) => {
+        const vertex = drawn.triangles[3 * triangle + k];
+        return sum + weight * Math.hypot(...array.values.slice(array.components * vertex, array.components * (vertex + 1)));
+      }, 0);
+      const share = (value - low) / (high - low), {data, width} = colouring.uniforms.colourMap.value.image;
+      const at = 4 * Math.round(share * (width - 1));
+      found.push({pixel: [...pixel.slice(0, 3)], wanted: [...data.slice(at, at + 3)]});
+      viewer.navigation.place(...before);
+    }
+    return found;
+  });
+  assert.ok(seen.length >= 2, JSON.stringify(seen));
+  for (const {pixel, wanted} of seen) assert.ok(pixel.every((x, k) => Math.abs(x - wanted[k]) <= 6), JSON.stringify(seen));
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('materials of a library beside the file are drawn, with their pictures', {skip}, async () => {
+  const page = await openViewer('spot.maille');
+  await page.waitForFunction(() => document.querySelector('#colour').value === 'materials');
+  const drawn = await page.evaluate(() => [viewer.model.mesh.material].flat().map(({map, color}) => ({picture: map?.image.width, colour: color.getHex()})));
+  assert.deepEqual(drawn, [{picture: 4, colour: 0xffffff}, {picture: undefined, colour: 0xff0000}]);
+  await screenshot(page, 'materials');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('two points are measured, exactly', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  await page.click('[data-tool="measure"]');
+  const points = [];
+  for (const [x, y] of [[480, 300], [500, 240]]) {
+    points.push(await page.evaluate(([clientX, clientY]) => viewer.picking.at(viewer.model, {clientX, clientY}).then(hit => hit.position), [x, y]));
+    await page.mouse.click(x, y);
+    await page.waitForFunction(count => viewer.measure.points.length === count, points.length);
+  }
+  const wanted = Math.hypot(...points[0].map((x, k) => x - points[1][k])), {distance, text} = await page.evaluate(() => ({distance: viewer.measure.distance, text: document.querySelector('#distance').textContent}));
+  assert.ok(Math.abs(distance - wanted) < 1e-6 * wanted && text.startsWith(String(Number(wanted.toPrecision(4)))), `${distance} ${wanted} ${text}`);
+  await screenshot(page, 'measure');
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('another level, or another file, is seen side by side', {skip}, async () => {
+  const page = await openViewer('armadillo.maille');
+  await openPanel(page);
+  await page.selectOption('#beside', '2');
+  await page.waitForFunction(() => viewer.compare.model && viewer.done);
+  const {level, finest, wanted} = await page.evaluate(() => ({level: viewer.compare.model.triangles, finest: viewer.model.triangles, wanted: viewer.model.file.levels[2].faces}));
+  assert.ok(level === wanted && finest > level, JSON.stringify({level, finest, wanted}));
+  await screenshot(page, 'beside');
+  await page.selectOption('#beside', 'file');
+  await page.evaluate(() => viewer.open('/bear.maille'));
+  await page.waitForFunction(() => viewer.compare.model?.file.name.endsWith('bear.maille') && viewer.done);
+  await page.selectOption('#beside', '');
+  assert.equal(await page.evaluate(() => viewer.stage.panes.length), 1);
   assert.deepEqual(page.complaints, []);
   await page.close();
 });

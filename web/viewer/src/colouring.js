@@ -4,6 +4,7 @@ import * as THREE from 'three';
 
 import {isOfCells, tupleOfTriangle} from '../../src/three.js';
 import {edgesOf} from './cut_faces.js';
+import {mirrorNormals} from './light.js';
 import {count, number} from './text.js';
 
 /** Colour maps, as their colours at equal steps, dark to light or cold to hot. */
@@ -21,11 +22,18 @@ export class Colouring {
   constructor() {
     this.mode = 'plain';
     this.map = 'viridis';
-    this.uniforms = {colourMap: {value: null}, valueRange: {value: new THREE.Vector2(0, 1)}};
+    this.uniforms = {colourMap: {value: null}, valueRange: {value: new THREE.Vector2(0, 1)}, labelled: {value: 0}};
     this.plain = material({color: 0xcdc8bf});
     this.own = material({vertexColors: true});
-    this.ofField = material({color: 0xffffff});
-    this.ofField.onBeforeCompile = shader => colourByScalar(shader, this.uniforms);
+    // The colours of the legend: no lamp and no film changes them.
+    this.ofField = material({color: 0xffffff, toneMapped: false});
+    this.ofField.onBeforeCompile = shader => {
+      mirrorNormals(shader);
+      colourByScalar(shader, this.uniforms);
+      shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
+        outgoingLight = diffuseColor.rgb * mix(0.35, 1.0, smoothstep(0.0, 0.45, dot(normal, towardsEye)));
+        #include <opaque_fragment>`);
+    };
     // Cuts are flat: lamps would only change their colours.
     this.cut = new THREE.MeshBasicMaterial({color: 0xb4a58c, side: THREE.DoubleSide, toneMapped: false});
     this.cutOfField = new THREE.MeshBasicMaterial({side: THREE.DoubleSide, toneMapped: false});
@@ -35,27 +43,49 @@ export class Colouring {
     this.all = [this.plain, this.own, this.ofField, ...this.distinct];
     this.setMap(this.map);
   }
+  /** Materials of the file, by name: see materials.js. */
+  offerMaterials(materials) {
+    for (const {map} of this.materials?.values() ?? []) map?.dispose();
+    this.materials = materials;
+    for (const each of materials?.values() ?? []) {
+      each.onBeforeCompile = mirrorNormals;
+      Object.assign(each, {wireframe: this.plain.wireframe, flatShading: this.plain.flatShading});
+    }
+  }
+  get #every() {
+    return [...this.all, ...this.materials?.values() ?? []];
+  }
 
   setMap(name) {
     this.map = name;
+    this.#useMap();
+  }
+  #useMap() {
     this.uniforms.colourMap.value?.dispose();
-    this.uniforms.colourMap.value = textureOf(maps[name]);
+    this.uniforms.colourMap.value = this.labels ? textureOf(distinct, true) : textureOf(maps[this.map]);
+    this.uniforms.labelled.value = this.labels ? distinct.length : 0;
+  }
+  /** Names of what the field counts; null: it measures. */
+  get labels() {
+    const {field} = this;
+    return field?.role === 'label' && field.components === 1 ? field.labels ?? [] : null;
   }
   setWireframe(on) {
-    for (const each of this.all) each.wireframe = on;
+    for (const each of this.#every) each.wireframe = on;
     this.showsEdges = on;
     for (const mesh of this.model?.meshes ?? []) this.#showEdges(mesh);
   }
   setFlat(on) {
-    for (const each of this.all) {
+    for (const each of this.#every) {
       each.flatShading = on;
       each.needsUpdate = true;
     }
   }
 
-  /** @param {string} mode 'plain', 'own', 'level', 'chart', or the key of a field; with its component, -1: magnitude */
+  /** @param {string} mode 'plain', 'own', 'materials', 'level', 'chart', or the key of a field; with its component, -1: magnitude */
   set(model, mode, component = -1) {
     Object.assign(this, {model, mode, component, field: model.fields.get(mode) ?? null});
+    this.#useMap();
     this.range = [Infinity, -Infinity];
     this.#widen((this.field && model.rangeOf?.(this.field, component)) ?? this.range);
     for (const mesh of model.meshes) this.apply(mesh);
@@ -76,10 +106,20 @@ export class Colouring {
       mesh.material = this.cut;
       return false;
     }
+    if (this.mode === 'materials') {
+      mesh.material = this.#materialsOf(mesh.geometry);
+      return false;
+    }
     if (this.mode === 'level') mesh.material = this.distinct[level % this.distinct.length];
     else if (this.mode === 'chart') mesh.material = this.distinct[(group * 7 + chart) % this.distinct.length];
     else mesh.material = this.mode === 'own' && mesh.geometry.hasAttribute('color') ? this.own : this.plain;
     return false;
+  }
+
+  /** One for each group of triangles, by the names of their labels. */
+  #materialsOf({userData: {materials}, groups}) {
+    const known = name => this.materials.get(name) ?? this.plain;
+    return groups.length > 0 && materials ? materials.map(known) : known('');
   }
 
   /** Instead of the triangles of a cut, which are nobody's, the sides of its polygons. */
@@ -126,7 +166,9 @@ function scalarOf({values, components}, index, component) {
 }
 
 function material(options) {
-  return new THREE.MeshStandardMaterial({roughness: 0.72, metalness: 0, side: THREE.DoubleSide, ...options});
+  const made = new THREE.MeshStandardMaterial({roughness: 0.62, metalness: 0, side: THREE.DoubleSide, ...options});
+  made.onBeforeCompile = mirrorNormals;
+  return made;
 }
 
 /** Values that are no numbers are drawn grey. */
@@ -136,21 +178,23 @@ function colourByScalar(shader, uniforms) {
     .replace('#include <common>', '#include <common>\nattribute float scalar;\nvarying float vScalar;')
     .replace('#include <begin_vertex>', '#include <begin_vertex>\nvScalar = scalar;');
   shader.fragmentShader = shader.fragmentShader
-    .replace('#include <common>', '#include <common>\nuniform sampler2D colourMap;\nuniform vec2 valueRange;\nvarying float vScalar;')
+    .replace('#include <common>', '#include <common>\nuniform sampler2D colourMap;\nuniform vec2 valueRange;\nuniform float labelled;\nvarying float vScalar;')
     .replace('#include <color_fragment>', `#include <color_fragment>
-      float place = (vScalar - valueRange.x) / max(valueRange.y - valueRange.x, 1e-30);
+      float place = labelled > 0.0 ? (mod(floor(vScalar + 0.5), labelled) + 0.5) / labelled
+        : (vScalar - valueRange.x) / max(valueRange.y - valueRange.x, 1e-30);
       diffuseColor.rgb = isnan(vScalar) ? vec3(0.25) : texture2D(colourMap, vec2(clamp(place, 0.0, 1.0), 0.5)).rgb;`);
 }
 
-function textureOf(colours) {
-  const size = 256, bytes = new Uint8Array(4 * size), all = colours.map(c => [0, 2, 4].map(i => parseInt(c.slice(i, i + 2), 16)));
+/** @param {boolean} apart without colours between them */
+function textureOf(colours, apart = false) {
+  const size = apart ? colours.length : 256, bytes = new Uint8Array(4 * size), all = colours.map(c => [0, 2, 4].map(i => parseInt(c.slice(i, i + 2), 16)));
   for (let i = 0; i < size; ++i) {
     const at = i / (size - 1) * (all.length - 1), k = Math.min(all.length - 2, Math.floor(at));
     for (let c = 0; c < 3; ++c) bytes[4 * i + c] = all[k][c] + (at - k) * (all[k + 1][c] - all[k][c]);
     bytes[4 * i + 3] = 255;
   }
   const texture = new THREE.DataTexture(bytes, size, 1);
-  Object.assign(texture, {colorSpace: THREE.SRGBColorSpace, magFilter: THREE.LinearFilter, minFilter: THREE.LinearFilter, needsUpdate: true});
+  Object.assign(texture, {colorSpace: THREE.SRGBColorSpace, magFilter: apart ? THREE.NearestFilter : THREE.LinearFilter, minFilter: apart ? THREE.NearestFilter : THREE.LinearFilter, needsUpdate: true});
   return texture;
 }
 
@@ -169,9 +213,20 @@ function showPerCell(mesh, perCell) {
   mesh.geometry = own;
 }
 
+/** At most so many names: a legend is no list of parts. */
+const MOST_LABELS = 16;
+function legendOfLabels({name}, labels, [low, high]) {
+  if (!(low <= high)) return null;
+  const values = Array.from({length: Math.min(MOST_LABELS, high - low + 1)}, (_, i) => low + i);
+  const entries = values.map(value => ({colour: distinct[value % distinct.length], text: labels[value] || `${value}`, detail: ''}));
+  if (high - low >= MOST_LABELS) entries.push({colour: '00000000', text: `and ${count(high - low + 1 - MOST_LABELS)} more`, detail: ''});
+  return {title: name, entries};
+}
+
 /** What the legend says: {title, colours, ticks} or {title, entries: [{colour, text, detail}]}, or null. */
 export function legendOf(colouring, model) {
   const {mode, field, component, range} = colouring;
+  if (colouring.labels) return legendOfLabels(field, colouring.labels, range);
   if (field) {
     if (!(range[0] <= range[1])) return null;
     const part = field.components === 1 ? '' : component < 0 ? ' (magnitude)' : ` [${component}]`;

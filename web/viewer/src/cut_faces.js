@@ -29,8 +29,15 @@ export class CutFaces {
    * @param {object} options arrays, step: of MeshFile.slices()
    */
   set(plane, options = this.options) {
-    Object.assign(this, {plane, options});
+    this.options = options;
+    const before = this.wanted;
     this.wanted = plane && {normal: plane.normal.toArray(), offset: plane.constant};
+    // Where another plane was moved this one stays.
+    if (before && this.wanted && JSON.stringify([before, this.given]) === JSON.stringify([this.wanted, options])) {
+      this.wanted = before;
+      return;
+    }
+    this.given = options;
     if (!this.wanted) {
       this.stop?.abort();
       this.#drop(...this.group.children);
@@ -92,6 +99,32 @@ export class CutFaces {
       parts.removeFromParent();
     }
     if (groups.length > 0) this.on.changed?.();
+  }
+}
+
+/** The cuts of several planes, as one. */
+export class Cuts {
+  /** @param file, on as of CutFaces */
+  constructor(file, on) {
+    Object.assign(this, {file, on, all: [], planes: []});
+    this.group = new THREE.Group();
+  }
+  get meshes() { return this.all.flatMap(cut => cut.meshes); }
+  get triangles() { return this.all.reduce((sum, cut) => sum + cut.triangles, 0); }
+  get running() { return this.all.some(cut => cut.running); }
+
+  /** @param {THREE.Plane[]} planes */
+  set(planes, options) {
+    this.planes = planes;
+    while (this.all.length < planes.length) {
+      const cut = new CutFaces(this.file, this.on);
+      this.all.push(cut);
+      this.group.add(cut.group);
+    }
+    this.all.forEach((cut, i) => cut.set(planes[i] ?? null, options));
+  }
+  dispose() {
+    this.set([]);
   }
 }
 

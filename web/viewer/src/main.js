@@ -3,6 +3,10 @@
 import * as THREE from 'three';
 
 import {Colouring, legendOf} from './colouring.js';
+import {Compare} from './compare.js';
+import {CutList} from './cuts.js';
+import {Gauges} from './gauges.js';
+import {Measure} from './measure.js';
 import {openModel} from './models.js';
 import {Navigation} from './navigation.js';
 import {clearMessages, saveAs, showLegend, showProgress, showStatistics, tell} from './page.js';
@@ -29,11 +33,16 @@ class Viewer {
     this.model = null;
     this.done = false;
     this.timeline = new Timeline(() => this.#valuesChanged());
+    this.measure = new Measure(this.stage, find('distance'));
+    this.gauges = new Gauges(this.stage, find('axes'), find('scale'), direction => this.fit(direction));
+    this.cuts = new CutList(planes => this.#setCuts(planes));
+    this.compare = new Compare(this);
     this.settings = new Settings(this);
     this.stage.addEventListener('frame', () => this.#frame());
     setInterval(() => this.#tellState(), 250);
     this.#pointers(canvas);
     this.#files();
+    addEventListener('resize', () => this.layOut());
     canvas.addEventListener('webglcontextlost', event => {
       event.preventDefault();
       tell('The graphics card took back its memory; the picture comes again when it can.', true);
@@ -43,6 +52,7 @@ class Viewer {
 
   /** @param input an address, File or ArrayBuffer; resolves to whether it could be opened */
   async open(input) {
+    if (this.wantsBeside) return this.#openBeside(input);
     this.opening?.abort();
     const opening = this.opening = Object.assign(new AbortController(), {busy: true}), name = nameOf(input);
     clearMessages();
@@ -56,6 +66,7 @@ class Viewer {
     try {
       const model = await openModel(input, {bytes}, opening.signal);
       if (opening.signal.aborted) return model.dispose();
+      this.input = input;
       this.#show(model, name);
       this.address = typeof input === 'string' ? input : null;
       return true;
@@ -72,11 +83,14 @@ class Viewer {
   }
 
   #show(model, name) {
+    this.compare.close();
     this.model?.dispose();
     this.picking.show(null);
     this.region.setBox(null, null);
+    this.measure.clear();
     this.model = model;
     this.failures = 0;
+    this.shownSince = null;
     this.lastShown = null;
     this.knownFields = model.fields.size;
     document.title = `${name} · maille`;
@@ -87,14 +101,20 @@ class Viewer {
     find('file-about').title = model.about;
     this.stage.scene.add(model.object);
     this.stage.setSphere(model.sphere);
-    this.settings.setAxis('');
+    this.stage.setGround(() => model.shownBox ?? model.box);
+    this.cuts.offer(model, this.stage.sphere, () => this.stage.camera.getWorldDirection(new THREE.Vector3()));
+    this.colouring.offerMaterials(null);
     this.settings.offer(model);
     this.settings.setColour(find('colour').value);
     this.settings.suitFlat(model.flat ?? false);
+    this.settings.suitGround(model.file.mode !== 'stream');
+    this.#offerMaterials(model);
+    find('pane-names').children[0].textContent = name;
     this.setTarget(this.target);
     this.setSpheres(find('spheres').checked);
+    this.layOut();
     this.fit(this.navigation.firstDirection);
-    model.onChange = () => this.stage.touch();
+    model.onChange = () => this.stage.touchGround();
     model.onLimit = left => tell(`${counted(left, 'piece')} of this volume ${left === 1 ? 'is' : 'are'} shown as boxes with mean values: its surface is more than a page reads. Cut it open to see what is inside.`);
     model.object.addEventListener('chart', ({mesh}) => this.#arrived(mesh));
     model.object.addEventListener('error', ({error}) => this.#failed(error));
@@ -107,6 +127,15 @@ class Viewer {
     if (model.undrawable > 0) tell(`${counted(model.undrawable, 'triangle')} not drawn: the numbers of their corners are not finite.`, true);
   }
 
+  /** Pictures come later than the mesh. */
+  async #offerMaterials(model) {
+    const materials = await model.materials;
+    if (!materials || this.model !== model) return;
+    model.materialsByName = materials;
+    this.colouring.offerMaterials(materials);
+    this.settings.offer(model);
+    this.settings.setColour(find('colour').value);
+  }
   #arrived(mesh) {
     this.#offerNewFields();
     this.colouring.apply(mesh);
@@ -135,7 +164,25 @@ class Viewer {
   }
 
   fit(direction = null) {
-    if (this.model) this.navigation.fit(this.model.sphere, direction);
+    const {model} = this;
+    if (!model) return;
+    this.navigation.fit(model.sphere, direction, model.box ?? (model.shown.length > 0 ? model.shownBox : null));
+    this.fitted = this.stage.camera.position.clone();
+  }
+  /** What is free of the picture: not covered by bars and the panel. */
+  layOut() {
+    const narrow = matchMedia('(max-width: 760px)').matches, panel = find('panel').getBoundingClientRect(), covers = panel.width > 0;
+    const bottom = narrow && covers ? innerHeight - panel.top : 76;
+    this.stage.setInsets({left: 0, top: narrow ? 66 : 8, right: !narrow && covers ? innerWidth - panel.left : 0, bottom});
+    if (this.model && this.fitted && this.stage.camera.position.equals(this.fitted)) this.fit();
+  }
+  async fullScreen() {
+    try {
+      if (document.fullscreenElement) await document.exitFullscreen();
+      else await document.documentElement.requestFullscreen();
+    } catch {
+      tell('This browser shows no page on the full screen.', true);
+    }
   }
   setTarget(pixels) {
     this.target = Math.min(32, Math.max(0.25, pixels));
@@ -143,8 +190,16 @@ class Viewer {
   }
   setUp(axis) {
     this.navigation.setUp(axis);
-    this.stage.sky.position.copy(this.stage.camera.up);
     this.fit(this.navigation.firstDirection);
+  }
+  /** Shade where little light comes in. */
+  setShade(on) {
+    this.stage.shades = on;
+    this.stage.touch();
+  }
+  setGround(on) {
+    this.stage.groundShown = on;
+    this.stage.touchGround();
   }
   setFrozen(on) {
     this.frozen = on;
@@ -153,14 +208,44 @@ class Viewer {
     this.spheres.show(on && this.model?.refines ? this.model : null);
     this.showsSpheres = on;
   }
-  /** @param {THREE.Plane | null} plane what lies before it is seen; of volumes the cut is shown */
-  setCut(plane) {
-    this.stage.setClip(plane);
-    this.model?.setCut?.(plane);
+  /** @param {THREE.Plane[]} planes what lies before all of them is seen; of volumes the cuts are shown */
+  #setCuts(planes) {
+    this.stage.setClips(planes);
+    this.model?.setCuts?.(planes);
+    this.compare.model?.setCuts?.(planes);
+  }
+  /** @param {string} what '': nothing; a level; 'file': the next one that is opened */
+  async showBeside(what) {
+    if (what === '') return this.compare.close();
+    if (what === 'file') {
+      this.wantsBeside = true;
+      return this.showStart();
+    }
+    try {
+      await this.compare.open(this.input, Number(what) === 0 ? 'the mesh itself' : `level ${what}`, Number(what));
+    } catch (error) {
+      tell(sentence(error), true);
+    }
+  }
+  async #openBeside(input) {
+    this.wantsBeside = false;
+    find('start').hidden = true;
+    try {
+      await this.compare.open(input, nameOf(input));
+      return true;
+    } catch (error) {
+      tell(sentence(error), true);
+      find('beside').value = '';
+      return false;
+    }
   }
   setColour(key, component) {
     this.model?.setField?.(this.model.fields.get(key) ?? null);
-    if (this.model) this.colouring.set(this.model, key, component);
+    if (!this.model) return;
+    this.colouring.set(this.model, key, component);
+    for (const mesh of this.compare.model?.meshes ?? []) this.colouring.apply(mesh);
+    // Values are to be read: less shade falls on them.
+    this.stage.shadeStrength = this.colouring.field ? 0.5 : 1;
     this.stage.touch();
   }
   setMap(name) {
@@ -168,9 +253,9 @@ class Viewer {
     this.stage.touch();
   }
   savePicture() {
-    const {renderer, scene, camera, canvas} = this.stage;
+    const {stage, stage: {canvas}} = this;
     // What was drawn before is no longer there.
-    renderer.render(scene, camera);
+    stage.draw();
     canvas.toBlob(blob => saveAs(blob, `${find('file-name').textContent.replace(/\.maille$/, '')}.png`));
   }
   async copyLink() {
@@ -187,7 +272,10 @@ class Viewer {
   }
   escape() {
     if (!find('start').hidden) find('start').hidden = this.model !== null;
+    this.wantsBeside = false;
+    if (!this.compare.model) find('beside').value = '';
     this.picking.show(null);
+    this.measure.clear();
     this.region.setBox(null, null);
     this.settings.setTool('orbit');
   }
@@ -199,15 +287,23 @@ class Viewer {
   }
 
   #frame() {
-    const {model, stage} = this;
+    const {model, stage, gauges, navigation} = this;
+    gauges.target.copy(navigation.orbit.target);
+    gauges.flying = navigation.flying;
     if (!model) return;
-    if (!(this.frozen && model.refines)) this.done = model.update(stage.camera, stage.renderer);
+    const other = this.compare.update(stage);
+    if (!(this.frozen && model.refines)) this.done = model.update(stage.camera, stage.renderer) && other;
     if (!model.refines) return;
     const {shown} = model.object;
     if (shown === this.lastShown) return;
     this.lastShown = shown;
+    // Now it is known how large it is, and nobody has seen it yet.
+    if (this.shownSince === null && shown.size > 0) {
+      this.shownSince = performance.now();
+      if (stage.camera.position.equals(this.fitted)) this.fit(navigation.firstDirection);
+    }
     if (this.showsSpheres) this.spheres.show(model);
-    stage.touch();
+    stage.touchGround();
   }
 
   #tellState() {
@@ -239,7 +335,9 @@ class Viewer {
     });
     canvas.addEventListener('pointerup', event => {
       const moved = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
-      if (this.settings.tool === 'pick' && down && moved < 5 && event.button === 0) this.pick(event);
+      if (!down || moved >= 5 || event.button !== 0) return;
+      if (this.settings.tool === 'pick') this.pick(event);
+      if (this.settings.tool === 'measure') this.#measure(event);
     });
     canvas.addEventListener('dblclick', async event => {
       const hit = await this.#hit(event);
@@ -253,8 +351,12 @@ class Viewer {
     this.picking.show(hit);
     return hit;
   }
+  async #measure(event) {
+    const hit = await this.#hit(event);
+    if (hit) this.measure.add(hit);
+  }
   async #hit(event) {
-    const {model} = this;
+    const model = this.stage.paneAt(event) === 1 ? this.compare.model : this.model;
     if (!model) return null;
     try {
       return await this.picking.at(model, event);
@@ -266,7 +368,7 @@ class Viewer {
 
   #files() {
     find('open').onclick = () => this.showStart();
-    find('start-close').onclick = () => { find('start').hidden = true; };
+    find('start-close').onclick = () => this.escape();
     find('choose').onchange = () => find('choose').files[0] && this.open(find('choose').files[0]);
     find('start-form').onsubmit = event => {
       event.preventDefault();

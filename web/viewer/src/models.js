@@ -5,12 +5,15 @@ import * as THREE from 'three';
 
 import {MeshFile} from '../../src/maille.js';
 import {cacheBytesFor, isOfCells, MailleObject, toGeometry} from '../../src/three.js';
-import {CutFaces} from './cut_faces.js';
+import {Cuts} from './cut_faces.js';
+import {readMaterials} from './materials.js';
 import {bytesText, counted, Rate} from './text.js';
 import {cornersOf, pickDrawn, triangleOf, valuesAt, weightsOf} from './values.js';
 
 /** Servers without ranges give all of a file: as much as a page can hold. */
 const MOST_BYTES = 2 ** 31;
+/** As fine as this, in pixels, is what is seen when the camera rests. */
+const RESTING = 0.2;
 /** A volume that is not in pieces is decoded whole for a cut: larger ones have none. */
 const MOST_CUT = 64e6;
 
@@ -27,17 +30,27 @@ export async function openModel(input, on = {}, signal = undefined) {
   };
   file = await MeshFile.open(input, {maxWhole: MOST_BYTES, cacheBytes: cacheBytesFor(budget()), fetch: countingFetch(onBytes), signal});
   try {
-    if (file.mode === 'random') return new RefinedModel(file, count);
+    if (file.mode === 'random') return new RefinedModel(file, count, () => materialsOf(file, input));
     if (file.inPieces) {
       const {VolumeModel} = await import('./volume_model.js');
       return new VolumeModel(file, count, await file.coarse({signal}));
     }
     const onProgress = ({loaded}) => on.bytes?.(Math.max(count.fetched, loaded ?? 0), file.size);
     const begin = performance.now(), drawn = await file.surface({signal, onProgress});
-    return new WholeModel(file, count, drawn, performance.now() - begin);
+    const model = new WholeModel(file, count, drawn, performance.now() - begin);
+    return file.mode === 'single' ? Object.assign(model, {materials: materialsOf(file, input)}) : model;
   } catch (error) {
     file.close();
     throw error;
+  }
+}
+
+/** A promise of the materials that a file names, see materials.js; null: it names none, or what it names is not beside it. */
+async function materialsOf(file, input) {
+  try {
+    return await readMaterials(await file.readMetadata(), typeof input === 'string' ? new URL(input, location.href) : null);
+  } catch {
+    return null;  // the mesh is shown all the same
   }
 }
 
@@ -58,16 +71,26 @@ function countingFetch(onBytes) {
 }
 
 class RefinedModel {
-  constructor(file, count) {
+  /** @param {function} readMaterials gives a promise of them; is asked when there is something that has materials */
+  constructor(file, count, readMaterials) {
     Object.assign(this, {file, count, refines: true, rate: new Rate()});
-    this.object = new MailleObject(file, {maxBytes: budget()});
+    let resolve;
+    this.materials = new Promise(done => { resolve = done; });
+    this.object = new MailleObject(file, {maxBytes: budget(), restTarget: RESTING});
     this.fields = new Map();
     this.object.addEventListener('chart', ({mesh}) => {
-      noteFields(this.fields, mesh.geometry.userData.arrays);
+      const {arrays} = mesh.geometry.userData;
+      noteFields(this.fields, arrays);
+      if (resolve && arrays.some(({name, role}) => role === 'texture_coordinate' || name === 'material')) {
+        readMaterials().then(resolve);
+        resolve = null;
+      }
       this.rate.add(mesh.userData.triangles);
     });
   }
   get sphere() { return this.object.boundingSphere; }
+  /** Around what is shown; what will be shown may be larger. */
+  get shownBox() { return boxOf(this.shown); }
   get meshes() { return this.object.meshes; }
   get shown() { return this.meshes.filter(mesh => mesh.visible); }
   get triangles() { return this.object.triangles; }
@@ -119,7 +142,7 @@ class WholeModel {
     this.sphere = new THREE.Sphere(center.clone().add(mesh.position), Number.isFinite(radius) ? radius : 1);
   }
   #offerCuts() {
-    this.cut = new CutFaces(this.file, {
+    this.cut = new Cuts(this.file, {
       part: mesh => this.object.dispatchEvent({type: 'chart', mesh}), error: error => this.object.dispatchEvent({type: 'error', error}),
       changed: () => this.onChange?.(),
     });
@@ -128,6 +151,7 @@ class WholeModel {
   }
   get meshes() { return [this.mesh, ...this.cut?.meshes ?? []]; }
   get shown() { return this.meshes; }
+  get box() { return boxOf([this.mesh]); }
   get about() {
     return `${counted(this.triangles, 'triangle')} shown · mode ${this.file.mode} · ${bytesText(this.file.size)}`;
   }
@@ -146,9 +170,9 @@ class WholeModel {
   valuesAt({drawn, triangle, weights}) {
     return valuesAt(drawn, triangle, weights);
   }
-  /** The cut that is shown, a THREE.Plane; null: none. */
-  setCut(plane) {
-    this.cut?.set(plane, {step: this.step});
+  /** @param {THREE.Plane[]} planes of the cuts that are shown */
+  setCuts(planes) {
+    this.cut?.set(planes, {step: this.step});
   }
 
   /** The values of a step of time instead of those that are shown: on the same vertices and triangles. */
@@ -159,7 +183,7 @@ class WholeModel {
     // In place: the geometries have the same list.
     this.drawn.arrays.splice(0, Infinity, ...arrays);
     this.step = step;
-    if (this.cut?.wanted) this.cut.set(this.cut.plane, {step});
+    this.cut?.set(this.cut.planes, {step});
   }
 }
 
@@ -182,9 +206,18 @@ function leaveOutUndrawable({positions, triangles}) {
 /** What can be coloured by, with the range seen so far. */
 function noteFields(fields, arrays) {
   for (const array of arrays) {
-    const domain = isOfCells(array) ? 'cell' : 'point', key = `${domain} ${array.name}`, {name, role, components, type} = array;
-    if (domain === 'cell' || array.domain === 'point') fields.set(key, fields.get(key) ?? {key, name, domain, role, components, type});
+    const domain = isOfCells(array) ? 'cell' : 'point', key = `${domain} ${array.name}`, {name, role, components, type, labels} = array;
+    if (domain === 'cell' || array.domain === 'point') fields.set(key, fields.get(key) ?? {key, name, domain, role, components, type, labels});
   }
+}
+
+function boxOf(meshes) {
+  const box = new THREE.Box3();
+  for (const {geometry, position, parent} of meshes) {
+    if (!geometry.boundingBox) geometry.computeBoundingBox();
+    if (!geometry.boundingBox.isEmpty()) box.union(geometry.boundingBox.clone().translate(position).translate(parent.position));
+  }
+  return box;
 }
 
 function budget() {

@@ -3,6 +3,8 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
+import {corners} from './cuts.js';
+
 const FLYING = {KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyQ: [0, -1, 0], KeyE: [0, 1, 0]};
 
 export class Navigation {
@@ -35,7 +37,7 @@ export class Navigation {
   setUp(axis) {
     const {target, enabled, enableRotate, minDistance, maxDistance} = this.orbit;
     this.orbit.dispose();
-    this.stage.camera.up.set(0, 0, 0)[axis] = 1;
+    this.stage.setUp(axis);
     this.#newOrbit();
     Object.assign(this.orbit, {enabled, enableRotate, minDistance, maxDistance});
     this.orbit.target.copy(target);
@@ -59,12 +61,20 @@ export class Navigation {
     this.keys.clear();
   }
 
-  /** Shows a sphere whole. */
-  fit(sphere, direction = null) {
-    const {camera} = this.stage, away = direction ?? camera.position.clone().sub(this.orbit.target);
+  /**
+   * Shows all of it, in what is free of the picture.
+   * @param {THREE.Box3 | null} box tighter than the sphere, where one is known
+   */
+  fit(sphere, direction = null, box = null) {
+    const {camera, free, size} = this.stage, away = direction?.clone() ?? camera.position.clone().sub(this.orbit.target);
     if (away.lengthSq() === 0) away.set(0.5, 0.35, 1);
-    const vertical = THREE.MathUtils.degToRad(camera.fov) / 2, angle = Math.min(vertical, Math.atan(Math.tan(vertical) * camera.aspect));
-    this.place(sphere.center.clone().addScaledVector(away.normalize(), 1.08 * sphere.radius / Math.sin(angle)), sphere.center);
+    away.normalize();
+    const tangent = Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2) / size[1], across = free.width * tangent, along = free.height * tangent;
+    if (box?.isEmpty()) box = null;  // points alone
+    const centre = box ? box.getCenter(new THREE.Vector3()) : sphere.center;
+    const distance = box ? distanceToSee(corners(box).map(corner => corner.sub(centre)), away, camera.up, across, along)
+      : sphere.radius / Math.sin(Math.atan(Math.min(across, along)));
+    this.place(centre.clone().addScaledVector(away, Math.max(1.06 * distance, 1e-3 * sphere.radius)), centre);
     this.orbit.minDistance = 1e-3 * sphere.radius;
     this.orbit.maxDistance = 20 * sphere.radius;
   }
@@ -159,6 +169,15 @@ export class Navigation {
     this.stage.touch();
     if (t === 1) this.flight = null;
   }
+}
+
+/** How far away along a direction an eye sees points around the origin, with tangents of half the angles across and along. */
+function distanceToSee(points, away, up, across, along) {
+  const right = new THREE.Vector3().crossVectors(up, away);
+  if (right.lengthSq() < 1e-12) right.set(1, 0, 0);
+  right.normalize();
+  const above = new THREE.Vector3().crossVectors(away, right);
+  return Math.max(...points.map(point => Math.max(Math.abs(point.dot(right)) / across, Math.abs(point.dot(above)) / along) + point.dot(away)));
 }
 
 export function isTyping({target}) {

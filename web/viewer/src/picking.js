@@ -2,6 +2,7 @@
 
 import * as THREE from 'three';
 
+import {OVERLAY} from './layers.js';
 import {count, number} from './text.js';
 
 export class Picking {
@@ -16,6 +17,7 @@ export class Picking {
       new THREE.PointsMaterial({color: 0xff5d2b, size: 9, sizeAttenuation: false, depthTest: false, transparent: true}));
     this.dot.renderOrder = 3;
     this.dot.frustumCulled = false;
+    for (const mark of [this.outline, this.dot]) mark.layers.set(OVERLAY);
     this.marks = new THREE.Group().add(this.outline, this.dot);
     this.marks.visible = false;
     stage.scene.add(this.marks);
@@ -24,10 +26,10 @@ export class Picking {
   /** The face under a point of the page, exactly; null: there is none. */
   async at(model, event) {
     const raycaster = this.stage.rayAt(event);
-    if (this.stage.clipped && !advance(raycaster.ray, this.stage.clip)) return null;
+    if (!advance(raycaster.ray, this.stage.clips)) return null;
     const hit = await model.pick(raycaster);
     // What a cut took away is not hit, nor what lies behind it.
-    return hit && this.stage.clipped && this.stage.clip.distanceToPoint(new THREE.Vector3(...hit.position)) < -1e-6 * this.stage.sphere.radius ? null : hit;
+    return hit && this.stage.isLeft(new THREE.Vector3(...hit.position), 1e-6 * this.stage.sphere.radius) ? hit : null;
   }
 
   show(hit) {
@@ -66,11 +68,15 @@ export class Picking {
   }
 }
 
-/** Moves the beginning of a ray into what a cut leaves; false: it never comes there. */
-function advance(ray, plane) {
-  if (plane.distanceToPoint(ray.origin) >= 0) return true;
-  const distance = ray.distanceToPlane(plane);
-  if (distance === null) return false;
+/** Moves the beginning of a ray into what cuts leave; false: it never comes there. */
+function advance(ray, planes) {
+  let distance = 0;
+  for (const plane of planes) {
+    if (plane.distanceToPoint(ray.origin) >= 0) continue;
+    const there = ray.distanceToPlane(plane);
+    if (there === null) return false;
+    distance = Math.max(distance, there);
+  }
   ray.origin.addScaledVector(ray.direction, distance);
   return true;
 }

@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 
 import {saveAs} from './page.js';
+import {OVERLAY} from './layers.js';
 import {count, sentence} from './text.js';
 
 /** Rays through a rectangle, each way. */
@@ -14,6 +15,7 @@ export class Region {
     Object.assign(this, {stage, card, rectangle, tell, box: null, model: null});
     this.helper = new THREE.Box3Helper(new THREE.Box3(), 0x58a6ff);
     this.helper.visible = false;
+    this.helper.layers.set(OVERLAY);
     stage.scene.add(this.helper);
   }
 
@@ -49,7 +51,7 @@ export class Region {
   }
   #firstSeen(model, at) {
     const hits = this.stage.rayAt(at).intersectObjects(model.shown, false);
-    const seen = hits.find(({point}) => !this.stage.clipped || this.stage.clip.distanceToPoint(point) >= 0);
+    const seen = hits.find(({point}) => this.stage.isLeft(point));
     return seen?.point;
   }
 

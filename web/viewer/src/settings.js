@@ -1,7 +1,5 @@
 // What can be set: the panel, buttons and keys, which all end here.
 
-import * as THREE from 'three';
-
 import {maps} from './colouring.js';
 import {isTyping} from './navigation.js';
 
@@ -15,7 +13,6 @@ export class Settings {
     this.#tools();
     addEventListener('keydown', event => this.#key(event));
     this.setTheme(remembered('theme') ?? (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'));
-    if (innerWidth <= 760) this.togglePanel();
     this.setTarget(0.75);
   }
 
@@ -25,21 +22,17 @@ export class Settings {
     find('map').onchange = () => this.setMap(find('map').value);
     find('colour').onchange = () => this.setColour(find('colour').value);
     for (const [id, set] of [['wireframe', on => viewer.colouring.setWireframe(on)], ['flat', on => viewer.colouring.setFlat(on)],
-      ['spheres', on => viewer.setSpheres(on)], ['light', on => this.setTheme(on ? 'light' : 'dark')], ['freeze', on => viewer.setFrozen(on)]]) {
+      ['spheres', on => viewer.setSpheres(on)], ['shade', on => viewer.setShade(on)], ['ground', on => viewer.setGround(on)], ['light', on => this.setTheme(on ? 'light' : 'dark')], ['freeze', on => viewer.setFrozen(on)]]) {
       find(id).onchange = () => {
         if (id === 'flat') this.flatChosen = true;
+        if (id === 'ground') this.groundChosen = true;
         set(find(id).checked);
         viewer.stage.touch();
       };
     }
     find('target').oninput = () => this.setTarget(2 ** find('target').valueAsNumber);
-    find('clip').oninput = () => this.#cut();
-    find('clip-flip').onclick = () => {
-      this.flipped = !this.flipped;
-      this.#cut();
-    };
+    find('beside').onchange = () => viewer.showBeside(find('beside').value);
     for (const button of document.querySelectorAll('[data-up]')) button.onclick = () => this.setUp(button.dataset.up);
-    for (const button of find('clip-axis').querySelectorAll('[data-axis]')) button.onclick = () => this.setAxis(button.dataset.axis);
   }
 
   #tools() {
@@ -48,6 +41,7 @@ export class Settings {
       if (button.tagName === 'BUTTON') button.onclick = () => this.setTool(button.dataset.tool);
     }
     find('fit').onclick = () => viewer.fit();
+    find('full').onclick = () => viewer.fullScreen();
     find('picture').onclick = () => viewer.savePicture();
     find('link').onclick = () => viewer.copyLink();
     find('help-button').onclick = () => this.help();
@@ -58,11 +52,14 @@ export class Settings {
   setTool(tool) {
     this.tool = document.body.dataset.tool = tool;
     for (const button of document.querySelectorAll('button[data-tool]')) button.setAttribute('aria-pressed', button.dataset.tool === tool);
+    document.body.classList.toggle('is-flying', tool === 'fly');
     this.viewer.navigation.setTool(tool);
   }
   togglePanel() {
     const open = !find('panel').classList.toggle('closed');
     find('panel-button').setAttribute('aria-expanded', open);
+    document.body.classList.toggle('has-panel', open);
+    this.viewer.layOut();
   }
   help() {
     if (find('help').open) find('help').close();
@@ -90,19 +87,6 @@ export class Settings {
     this.viewer.setTarget(pixels);
   }
 
-  /** @param {string} axis '', 'x', 'y' or 'z' */
-  setAxis(axis) {
-    this.axis = axis;
-    for (const button of find('clip-axis').querySelectorAll('[data-axis]')) button.setAttribute('aria-pressed', button.dataset.axis === axis);
-    find('clip').disabled = find('clip-flip').disabled = axis === '';
-    this.#cut();
-  }
-  /** @param {number} share from 0 to 1: where along the axis */
-  setCut(axis, flipped, share) {
-    find('clip').value = share;
-    this.flipped = flipped;
-    this.setAxis(axis);
-  }
   setMap(name) {
     find('map').value = name;
     this.viewer.setMap(name);
@@ -113,20 +97,18 @@ export class Settings {
     find('flat').checked = flat;
     this.viewer.colouring.setFlat(flat);
   }
-  #cut() {
-    const {stage, model} = this.viewer, {center, radius} = stage.sphere;
-    if (!this.axis) return this.viewer.setCut(null);
-    const sign = this.flipped ? 1 : -1, share = find('clip').valueAsNumber, {box} = model ?? {};
-    const [low, high] = box ? [box.min[this.axis], box.max[this.axis]] : [center[this.axis] - radius, center[this.axis] + radius];
-    const normal = new THREE.Vector3();
-    normal[this.axis] = sign;
-    this.viewer.setCut(new THREE.Plane(normal, -sign * (low + share * (high - low))));
+  /** The same of the shadow on the ground. */
+  suitGround(on) {
+    if (this.groundChosen) return;
+    find('ground').checked = on;
+    this.viewer.setGround(on);
   }
 
   /** The choices that a model gives. @param {string | null} chosen null: what suits it */
   offer(model, chosen = null) {
     const fields = [...model.fields.values()], select = find('colour'), groups = [];
     const options = [new Option('one colour', 'plain')];
+    if (model.materialsByName) options.push(new Option('its own materials', 'materials'));
     if (fields.some(field => field.role === 'colour' && field.domain === 'point')) options.push(new Option('its own colours', 'own'));
     if (model.refines) options.push(new Option('level of detail', 'level'), new Option('chart', 'chart'));
     for (const [domain, label] of [['point', 'Values of points'], ['cell', 'Values of cells']]) {
@@ -137,14 +119,16 @@ export class Settings {
     const before = select.value;
     select.replaceChildren(...options, ...groups);
     const values = [...select.options].map(option => option.value);
-    select.value = chosen ?? (values.includes(before) && before !== 'plain' ? before : values.includes('own') ? 'own' : firstField(model) ?? 'plain');
+    select.value = chosen ?? (values.includes(before) && before !== 'plain' ? before : ['materials', 'own'].find(own => values.includes(own)) ?? firstField(model) ?? 'plain');
     if (select.selectedIndex < 0) select.value = 'plain';
+    const levels = model.refines ? model.file.levels.map((_, level) => new Option(level === 0 ? 'the mesh itself' : `level ${level} of it`, level)) : [];
+    if (!this.viewer.compare.model) find('beside').replaceChildren(new Option('nothing', ''), ...levels, new Option('another file…', 'file'));
   }
   setColour(value) {
     find('colour').value = value;
     const {key, component} = parse(value);
     this.viewer.setColour(key, component);
-    find('map-row').hidden = !this.viewer.colouring.field;
+    find('map-row').hidden = !this.viewer.colouring.field || this.viewer.colouring.labels !== null;
   }
   #nextColour() {
     const select = find('colour');
@@ -157,15 +141,15 @@ export class Settings {
     const move = (right, up) => (shift ? viewer.navigation.move(-0.1 * right, 0.1 * up) : viewer.navigation.turn(0.1 * right, 0.1 * up));
     const check = id => find(id).click();
     const keys = {
-      1: () => this.setTool('orbit'), 2: () => this.setTool('fly'), 3: () => this.setTool('pick'), 4: () => this.setTool('box'),
+      1: () => this.setTool('orbit'), 2: () => this.setTool('fly'), 3: () => this.setTool('pick'), 4: () => this.setTool('box'), 5: () => this.setTool('measure'),
       Home: () => viewer.fit(), Escape: () => viewer.escape(), '?': () => this.help(), Tab: () => this.togglePanel(),
       c: () => this.#nextColour(), p: () => viewer.savePicture(), l: () => viewer.copyLink(), m: () => check('wireframe'), f: () => check('flat'), b: () => check('spheres'), t: () => check('light'),
       ' ': () => viewer.timeline.play(!viewer.timeline.playing), ',': () => viewer.timeline.move(-1), '.': () => viewer.timeline.move(1),
-      h: () => check('freeze'), o: () => viewer.showStart(), u: () => this.setUp(this.up === 'z' ? 'y' : 'z'), '[': () => this.setTarget(viewer.target / 1.25), ']': () => this.setTarget(viewer.target * 1.25),
+      h: () => check('freeze'), s: () => check('shade'), n: () => check('ground'), g: () => viewer.fullScreen(), v: () => find('cut-view').click(), o: () => viewer.showStart(), u: () => this.setUp(this.up === 'z' ? 'y' : 'z'), '[': () => this.setTarget(viewer.target / 1.25), ']': () => this.setTarget(viewer.target * 1.25),
       ArrowLeft: () => move(-1, 0), ArrowRight: () => move(1, 0), ArrowUp: () => move(0, 1), ArrowDown: () => move(0, -1),
       '+': () => viewer.navigation.approach(0.85), '-': () => viewer.navigation.approach(1 / 0.85),
     };
-    for (const axis of ['x', 'y', 'z']) keys[axis] = () => this.setAxis(this.axis === axis ? '' : axis);
+    for (const axis of ['x', 'y', 'z']) keys[axis] = () => viewer.cuts.toggle(axis);
     const arrows = /^(Arrow|[+-]$)/.test(event.key);
     // Tab goes on from button to button where one has the focus; arrows move what has it, Space presses it.
     const elsewhere = document.activeElement !== viewer.stage.canvas && document.activeElement !== document.body;

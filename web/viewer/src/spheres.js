@@ -2,6 +2,8 @@
 
 import * as THREE from 'three';
 
+import {OVERLAY} from './layers.js';
+
 export class Spheres {
   constructor(scene) {
     const circles = [];
@@ -24,6 +26,7 @@ export class Spheres {
         .replace('#include <begin_vertex>', 'vec3 transformed = position * sphere.w + sphere.xyz;');
     };
     this.lines = new THREE.LineSegments(this.geometry, this.material);
+    this.lines.layers.set(OVERLAY);
     this.lines.frustumCulled = false;
     this.lines.visible = false;
     scene.add(this.lines);

@@ -5,7 +5,7 @@ import * as THREE from 'three';
 
 import {toGeometry} from '../../src/three.js';
 import {BorderFaces, withoutGone} from '../../src/volume.js';
-import {CutFaces} from './cut_faces.js';
+import {Cuts} from './cut_faces.js';
 import {bytesText, counted, Rate} from './text.js';
 import {pickDrawn, valuesAt} from './values.js';
 
@@ -28,7 +28,7 @@ export class VolumeModel {
     this.object = new THREE.Group();
     this.object.retry = () => this.#read(this.broken.splice(0));
     this.surface = new THREE.Group();
-    this.cut = new CutFaces(file, {part: mesh => this.#tell(mesh), error: error => this.#fail(error), changed: () => this.onChange?.()});
+    this.cut = new Cuts(file, {part: mesh => this.#tell(mesh), error: error => this.#fail(error), changed: () => this.onChange?.()});
     this.boxes = boxesOf(groupsOf(coarse, file.volume.pieces), coarse.arrays, file.volume.origin ?? [0, 0, 0]);
     this.object.add(this.boxes, this.surface, this.cut.group);
     const {low, high} = volume.box ?? {low: [0, 0, 0], high: [1, 1, 1]};
@@ -101,13 +101,12 @@ export class VolumeModel {
     this.parts.clear();
     this.boxes.userData.show(pieces.map(({piece}) => piece));
     this.begun = false;
-    this.cut.set(this.plane ?? null, {arrays: this.arrays, step: this.step});
+    this.cut.set(this.cut.planes, {arrays: this.arrays, step: this.step});
   }
 
-  /** The cut that is shown, a THREE.Plane; null: none. */
-  setCut(plane) {
-    this.plane = plane;
-    this.cut.set(plane, {arrays: this.arrays, step: this.step});
+  /** @param {THREE.Plane[]} planes of the cuts that are shown */
+  setCuts(planes) {
+    this.cut.set(planes, {arrays: this.arrays, step: this.step});
   }
   rangeOf({low, high, components}, component) {
     const k = components === 1 ? 0 : component;
