@@ -110,12 +110,35 @@ class SameThread {
   }
 }
 
+/** Written so that bundlers see it. */
+const besideThis = () => new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
+
+/** Browsers begin no worker of another origin, such as a network that delivers packages; but one that imports it. */
+function newWorker() {
+  try {
+    return besideThis();
+  } catch (error) {
+    if (error.name !== 'SecurityError') throw error;
+  }
+  // Where bundlers have put it only besideThis() knows.
+  const {Worker} = globalThis;
+  let address;
+  globalThis.Worker = function note(url) { address = url; };
+  try {
+    besideThis();
+  } finally {
+    globalThis.Worker = Worker;
+  }
+  const script = URL.createObjectURL(new Blob([`import ${JSON.stringify(String(address))};`], {type: 'text/javascript'}));
+  return new Worker(script, {type: 'module'});
+}
+
 /** Talks with worker.js: a task, questions that come up, its result. */
 class OwnThread {
   constructor({modules, about, read}) {
     const {module, kind, other} = modules();
     Object.assign(this, {read, other, memoryBytes: 0});
-    this.worker = new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
+    this.worker = newWorker();
     this.worker.postMessage({open: {module, kind, about}});
   }
 
