@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <maille/source.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "cracks.h"
 #include "exact.h"
 #include "measures.h"
+#include "speed.h"
 
 namespace maille {
 namespace {
@@ -63,12 +65,15 @@ Result<> report(const std::string& path) {
 }  // namespace maille
 
 int usage(const char* name) {
-  fmt::print(stderr,
-             "usage: {0} FILE.maille...               sizes, speed of decoding, faces read for boxes\n"
-             "       {0} --cracks VIEWS FILE.maille... edges open that are not in the mesh\n"
-             "       {0} --chart-sizes MESH...         charts of 128 to 32768 faces\n"
-             "       {0} --exact EFFORT MESH...        is all, and a part, what it was?\n",
-             name);
+  fmt::print(
+      stderr,
+      "usage: {0} FILE.maille...               sizes, speed of decoding, faces read for boxes\n"
+      "       {0} --cracks VIEWS FILE.maille... edges open that are not in the mesh\n"
+      "       {0} --chart-sizes MESH...         charts of 128 to 32768 faces\n"
+      "       {0} --decode FILE.maille...       speed of decoding alone, of all files in the same rounds\n"
+      "       {0} --peers MESH...               the same, of charts of all kinds beside meshoptimizer\n"
+      "       {0} --exact EFFORT MESH...        is all, and a part, what it was?\n",
+      name);
   return 2;
 }
 
@@ -81,11 +86,17 @@ int main(int argc, char** argv) {
     number = static_cast<uint32_t>(std::strtoul(files[0].c_str(), nullptr, 10));
     files.erase(files.begin());
   }
-  if (files.empty() || (what != "" && what != "--cracks" && what != "--chart-sizes" && what != "--exact"))
-    return usage(argv[0]);
+  const std::array<std::string, 6> known{"", "--cracks", "--chart-sizes", "--decode", "--peers", "--exact"};
+  if (files.empty() || std::find(known.begin(), known.end(), what) == known.end()) return usage(argv[0]);
   if (what == "--exact") {
     const auto wrong = maille::check_exact(files, {.effort = static_cast<int>(number)});
     return wrong && *wrong == 0 ? 0 : 1;
+  }
+  if (what == "--decode" || what == "--peers") {
+    const auto done =
+        what == "--decode" ? maille::compare_decoding(files) : maille::compare_with_peers(files);
+    if (!done) fmt::print(stderr, "{}\n", done.error().message);
+    return done ? 0 : 1;
   }
   uint64_t cracks = 0;
   for (const std::string& file : files) {
