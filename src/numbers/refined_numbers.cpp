@@ -28,12 +28,14 @@ int64_t base_of(const NumberMap& coarse, const NumberMap& exact, int64_t code) {
 /// trailing zeros say what the number comes from, and the rest how far.
 class DetailModel {
  public:
-  DetailModel() : seen_(seen_size) {}
+  explicit DetailModel(size_t tuples)
+      : seen_bits_(std::clamp(bit_length(tuples) + 1, least_seen_bits, most_seen_bits)),
+        seen_(size_t{1} << seen_bits_) {}
 
   /// `others`: which other details of the tuple are zero.
   template <class Coder>
   int64_t code(Coder& coder, int64_t base, unsigned others, int64_t detail) {
-    Seen& seen = seen_[static_cast<uint64_t>(base) * 0x9e3779b97f4a7c15u >> (64 - seen_bits)];
+    Seen& seen = seen_[static_cast<uint64_t>(base) * 0x9e3779b97f4a7c15u >> (64 - seen_bits_)];
     const bool known = seen.met && seen.base == base;
     if (known && same_[seen.detail == 0].code(coder, detail == seen.detail)) return seen.detail;
     detail = code_new(coder, others, detail);
@@ -47,8 +49,8 @@ class DetailModel {
     int64_t detail = 0;
     bool met = false;
   };
-  static constexpr unsigned seen_bits = 14;
-  static constexpr size_t seen_size = size_t{1} << seen_bits;
+  // Twice as many as there are tuples: with 2^14 for each chart clearing them took half of a chart's time.
+  static constexpr unsigned least_seen_bits = 6, most_seen_bits = 14;
 
   template <class Coder>
   int64_t code_new(Coder& coder, unsigned others, int64_t detail) {
@@ -93,6 +95,7 @@ class DetailModel {
     return value << 1 | 1;
   }
 
+  unsigned seen_bits_;
   std::vector<Seen> seen_;
   BitModel same_[2];
   BitModel zero_[4][8];
@@ -107,9 +110,9 @@ class DetailModel {
 /// Codes the details of tuples in coded order. `detail` gives one when encoding, and takes what was decoded.
 class DetailCoder {
  public:
-  explicit DetailCoder(const RefinedMaps& maps) : maps_(maps) {
+  DetailCoder(const RefinedMaps& maps, size_t tuples) : maps_(maps) {
     for (const bool refined : maps.refined)
-      models_.push_back(refined ? std::make_unique<DetailModel>() : nullptr);
+      models_.push_back(refined ? std::make_unique<DetailModel>(tuples) : nullptr);
   }
   template <class Coder, class CodeAt, class ExactAt, class Store>
   void code_tuple(Coder& coder, CodeAt code_at, ExactAt exact_at, Store store) {
@@ -155,14 +158,32 @@ RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
   return result;
 }
 
-void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
-                   std::span<const uint32_t> source) {
+void write_exact_maps(ByteWriter& out, const RefinedMaps& maps) {
   for (size_t k = 0; k < maps.refined.size(); ++k) {
     out.put(static_cast<uint8_t>(maps.refined[k] ? 1 : 0));
     if (maps.refined[k]) write_map(out, maps.exact[k]);
   }
+}
+
+Result<RefinedMaps> read_exact_maps(ByteReader& in, std::vector<NumberMap> coarse) {
+  const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has damaged details of numbers"); };
+  if (coarse.size() > most_components) return corrupt();
+  RefinedMaps read;
+  for (const NumberMap& map : coarse) {
+    const auto refined = in.get<uint8_t>();
+    if (!in.ok() || refined > 1) return corrupt();
+    read.refined.push_back(refined == 1);
+    read.exact.push_back(map);
+    if (refined == 1) read.exact.back() = MAILLE_TRY(read_map(in, Scalar::f64));
+  }
+  read.coarse = std::move(coarse);
+  return read;
+}
+
+std::vector<std::byte> encode_details(const RefinedMaps& maps, const Array& array,
+                                      std::span<const uint32_t> source) {
   RansEncoder encoder(1);
-  DetailCoder details(maps);
+  DetailCoder details(maps, source.size());
   for (const uint32_t tuple : source) {
     const auto number = [&](size_t k) {
       return array.bytes.data() + (size_t{tuple} * array.components + k) * sizeof(double);
@@ -176,38 +197,19 @@ void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
         },
         [](size_t, int64_t) {});
   }
-  const std::vector<std::byte> bytes = encoder.finish();
-  out.put_count(bytes.size());
-  out.put_bytes(bytes);
+  return encoder.finish();
 }
 
-Result<ReadDetails> read_details(ByteReader& in, std::vector<NumberMap> coarse) {
-  const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has damaged details of numbers"); };
-  if (coarse.size() > most_components) return corrupt();
-  ReadDetails read;
-  for (const NumberMap& map : coarse) {
-    const auto refined = in.get<uint8_t>();
-    if (!in.ok() || refined > 1) return corrupt();
-    read.maps.refined.push_back(refined == 1);
-    read.maps.exact.push_back(map);
-    if (refined == 1) read.maps.exact.back() = MAILLE_TRY(read_map(in, Scalar::f64));
-  }
-  read.maps.coarse = std::move(coarse);
-  read.details = in.get_bytes(in.get_count());
-  if (!in.ok()) return corrupt();
-  return read;
-}
-
-Result<> store_refined(const ReadDetails& details, std::span<int64_t> codes) {
-  RansDecoder decoder(details.details, 1);
-  DetailCoder coder(details.maps);
-  const size_t components = details.maps.refined.size();
+Result<> store_refined(const RefinedMaps& maps, Bytes details, std::span<int64_t> codes) {
+  RansDecoder decoder(details, 1);
+  const size_t components = maps.refined.size();
+  DetailCoder coder(maps, codes.size() / components);
   for (size_t first = 0; first + components <= codes.size(); first += components) {
     coder.code_tuple(
         decoder, [&](size_t k) { return codes[first + k]; }, [](size_t) { return int64_t{0}; },
         [&](size_t k, int64_t exact) {
           std::byte number[8];
-          details.maps.exact[k].store_number(Scalar::f64, exact, number);
+          maps.exact[k].store_number(Scalar::f64, exact, number);
           codes[first + k] = load<int64_t>(number);
         });
     if (decoder.exhausted())

@@ -29,19 +29,16 @@ struct RefinedMaps {
 RefinedMaps refine_maps(const Array& array, std::span<const NumberMap> maps,
                         std::span<const uint32_t> source);
 
-/// Writes the exact maps and the details of the tuples; gaps have none.
-void write_details(ByteWriter& out, const RefinedMaps& maps, const Array& array,
-                   std::span<const uint32_t> source);
+/// Which components are refined, and their exact maps.
+void write_exact_maps(ByteWriter& out, const RefinedMaps& maps);
+/// Inverse. `coarse`: the maps read before. Error: corrupt.
+Result<RefinedMaps> read_exact_maps(ByteReader& in, std::vector<NumberMap> coarse);
 
-/// Exact maps, and the bytes of details.
-struct ReadDetails {
-  RefinedMaps maps;
-  Bytes details;
-};
-/// `coarse`: the maps read before. Error: corrupt.
-Result<ReadDetails> read_details(ByteReader& in, std::vector<NumberMap> coarse);
-/// Turns codes into numbers, in place, for the components that are refined. Error: corrupt, for bytes that
+/// The details of the tuples; gaps have none.
+std::vector<std::byte> encode_details(const RefinedMaps& maps, const Array& array,
+                                      std::span<const uint32_t> source);
+/// Turns codes into numbers, in place, for the components that are refined. Error: corrupt, for details that
 /// end early.
-Result<> store_refined(const ReadDetails& details, std::span<int64_t> codes);
+Result<> store_refined(const RefinedMaps& maps, Bytes details, std::span<int64_t> codes);
 
 }  // namespace maille

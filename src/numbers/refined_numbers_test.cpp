@@ -47,7 +47,8 @@ struct Refined {
   }
   std::vector<std::byte> details() const {
     ByteWriter out;
-    write_details(out, maps, array, source);
+    write_exact_maps(out, maps);
+    out.put_bytes(encode_details(maps, array, source));
     return out.take();
   }
   std::vector<int64_t> codes() const {
@@ -66,10 +67,12 @@ struct Refined {
 
 Result<std::vector<int64_t>> decoded(const Refined& refined, Bytes bytes) {
   ByteReader in(bytes);
-  const auto details = read_details(in, refined.maps.coarse);
-  if (!details) return tl::unexpected(details.error());
+  const auto maps = read_exact_maps(in, refined.maps.coarse);
+  if (!maps) return tl::unexpected(maps.error());
   std::vector<int64_t> codes = refined.codes();
-  if (const auto stored = store_refined(*details, codes); !stored) return tl::unexpected(stored.error());
+  const Bytes details = in.get_bytes(in.remaining());
+  if (const auto stored = store_refined(*maps, details, codes); !stored)
+    return tl::unexpected(stored.error());
   return codes;
 }
 
@@ -164,11 +167,11 @@ TEST(RefinedNumbers, GapsHaveNoDetails) {
   for (size_t i = 0; i < refined.source.size(); i += 5) refined.source[i] = none;
   const auto bytes = refined.details();
   ByteReader in(bytes);
-  const auto details = read_details(in, refined.maps.coarse);
-  ASSERT_TRUE(details) << details.error().message;
+  const auto maps = read_exact_maps(in, refined.maps.coarse);
+  ASSERT_TRUE(maps) << maps.error().message;
   std::vector<int64_t> codes = refined.codes();
   for (size_t i = 0; i < codes.size(); i += 5) codes[i] = 0;
-  ASSERT_TRUE(store_refined(*details, codes));
+  ASSERT_TRUE(store_refined(*maps, in.get_bytes(in.remaining()), codes));
   for (size_t i = 0; i < codes.size(); ++i) {
     if (i % 5 == 0) continue;
     ASSERT_EQ(codes[i], load<int64_t>(refined.array.bytes.data() + 8 * i));

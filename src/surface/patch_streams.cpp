@@ -13,6 +13,7 @@
 #include "surface/arrays/surface_normals.h"
 #include "surface/arrays/twin_coder.h"
 #include "surface/fans/fan_patch.h"
+#include "surface/fans/fan_tables.h"
 #include "surface/fans/positions.h"
 #include "surface/fans/shared_fans.h"
 #include "surface/left_out.h"
@@ -51,8 +52,8 @@ struct PatchCells {
   std::vector<std::byte> positions;  ///< with shared tables
   uint32_t coding() const {
     if (!fans) return front_coding;
-    if (!fans->offsets.empty()) return polygon_fan_coding;
-    return models == FanModels::shared ? shared_fan_coding : fan_coding;
+    if (models == FanModels::shared) return shared_fan_coding;
+    return fans->offsets.empty() ? fan_coding : polygon_fan_coding;
   }
   void set(EncodedFanPatch patch) {
     encoded = {std::move(patch.patch.topology), std::move(patch.sources), std::move(patch.bytes)};
@@ -337,6 +338,11 @@ class PatchDecoder {
       return FanPatchDecoder::begin_polygons(bytes, description_.points, description_.corners);
     }
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
+    if (tables_->fans->polygons) {
+      if (charts_alone) return not_in_charts();
+      return FanPatchDecoder::begin_shared_polygons(bytes, *tables_->fans, description_.points,
+                                                    description_.corners);
+    }
     return FanPatchDecoder::begin_shared(bytes, *tables_->fans, description_.points, description_.corners,
                                          buffers_);
   }

@@ -17,6 +17,7 @@
 #include "surface/arrays/normal_arrays.h"
 #include "surface/fans/positions.h"
 #include "surface/front/mixed_array.h"
+#include "surface/patch_topology.h"
 
 namespace maille {
 namespace {
@@ -345,7 +346,10 @@ std::optional<std::vector<std::byte>> encode_with_mixing(const PatchElements& el
   out.put(mixed_coding);
   out.put(refined.any() ? refined_flag : uint8_t{0});
   for (const NumberMap& map : refined.coarse) write_map(out, map);
-  if (refined.any()) write_details(out, refined, array, source);
+  if (refined.any()) {
+    write_exact_maps(out, refined);
+    put_section(out, encode_details(refined, array, source));
+  }
   const std::vector<std::byte> exceptions = write_exceptions(array, maps.exceptions, source);
   out.put_count(exceptions.size());
   out.put_bytes(exceptions);
@@ -355,7 +359,8 @@ std::optional<std::vector<std::byte>> encode_with_mixing(const PatchElements& el
 
 template <class Code>
 Result<> decode_with_mixing(const PatchElements& elements, std::span<const NumberMap> maps,
-                            const ReadDetails* details, Bytes bytes, Array& array, Pace* pace) {
+                            const RefinedMaps* refined, Bytes details, Bytes bytes, Array& array,
+                            Pace* pace) {
   // A tuple is at least one decision, and a bit holds at most 2^11 of them: a larger claim cannot be true.
   if (elements.points / 16384 > bytes.size() + 16)
     return corrupt(array, " has more tuples than its stream can hold");
@@ -366,13 +371,13 @@ Result<> decode_with_mixing(const PatchElements& elements, std::span<const Numbe
   const std::span codes(reinterpret_cast<Code*>(storage.data()), count);
   MAILLE_CHECK(decode_mixed<Code>(elements, array.type, maps, bytes, codes, pace));
   if constexpr (sizeof(Code) == 8) {
-    if (details) MAILLE_CHECK(store_refined(*details, codes));
+    if (refined != nullptr) MAILLE_CHECK(store_refined(*refined, details, codes));
   }
   const size_t size = size_of(array.type);
   std::vector<std::byte> separate(size == sizeof(Code) ? 0 : count * size);
   std::byte* const out = separate.empty() ? storage.data() : separate.data();
   for (size_t k = 0; k < 3 && count > 0; ++k) {
-    if (details && details->maps.refined[k]) continue;
+    if (refined != nullptr && refined->refined[k]) continue;
     maps[k].store_numbers(array.type, storage.data() + k * sizeof(Code), out + k * size, 3, elements.points);
   }
   array.bytes = separate.empty() ? std::move(storage) : std::move(separate);
@@ -386,16 +391,20 @@ Result<> decode_mixed_array(const PatchElements& elements, ByteReader& in, Array
     return corrupt(array, " is coded in an unknown way");
   std::vector<NumberMap> maps;
   for (unsigned k = 0; k < 3; ++k) maps.push_back(MAILLE_TRY(read_map(in, array.type)));
-  std::optional<ReadDetails> details;
-  if (flags == refined_flag) details = MAILLE_TRY(read_details(in, maps));
+  std::optional<RefinedMaps> refined;
+  Bytes details;
+  if (flags == refined_flag) {
+    refined = MAILLE_TRY(read_exact_maps(in, maps));
+    details = in.get_bytes(in.get_count());
+  }
   const Bytes exceptions = in.get_bytes(in.get_count());
   const Bytes coded = in.get_bytes(in.remaining());
   if (!in.ok()) return corrupt(array, ": its stream is too short");
   if (size_of(array.type) == 8) {
-    MAILLE_CHECK(
-        decode_with_mixing<int64_t>(elements, maps, details ? &*details : nullptr, coded, array, pace));
+    MAILLE_CHECK(decode_with_mixing<int64_t>(elements, maps, refined ? &*refined : nullptr, details, coded,
+                                             array, pace));
   } else {
-    MAILLE_CHECK(decode_with_mixing<int32_t>(elements, maps, nullptr, coded, array, pace));
+    MAILLE_CHECK(decode_with_mixing<int32_t>(elements, maps, nullptr, {}, coded, array, pace));
   }
   return read_exceptions(exceptions, array);
 }

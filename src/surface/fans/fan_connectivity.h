@@ -113,7 +113,7 @@ enum class FanModels : uint8_t { fixed, shared };
 class FanSlots;
 
 /// Codes the real faces of a closed surface, see gluing.h: the first `real_half_edges` half-edges belong to
-/// them. Polygons only with FanModels::fixed. Origins are points, at most most_fan_points; several vertices
+/// them. Origins are points, at most most_fan_points; several vertices
 /// of the surface may be one point.
 EncodedFans encode_fans(HalfEdges surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models = FanModels::fixed);

@@ -45,7 +45,7 @@ MAILLE_COLD FanTables read_fan_tables(RansDecoder& side, bool polygons) {
           read_tables(number_contexts, number_symbols, fan_slot_bits, number_contexts, side)};
 }
 
-MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) {
+MAILLE_COLD FanSlots::FanSlots(const FanTables& tables) : polygons(tables.polygons) {
   const auto fill = [](const StaticTables& from, size_t more, auto& to) {
     to.resize(from.tables.size() + more);
     for (size_t i = 0; i < from.tables.size(); ++i) to[i].fill(from.tables[i]);
@@ -281,24 +281,30 @@ Result<FanSurface> decode_polygon_fans(Bytes bytes, uint32_t polygons, uint32_t 
   const uint64_t vertices = in.get_count();
   const Bytes tables = in.get_bytes(in.get_count());
   const Bytes events = in.get_bytes(in.remaining());
-  if (!in.ok() || vertices > most_vertices || vertices > corners || corners / 3 < polygons)
-    return corrupt("the fans are more than their bytes can hold");
-  const uint32_t triangles = corners - 2 * polygons;
-  MAILLE_CHECK(check_counts(bytes, triangles, vertices));
+  if (!in.ok() || vertices > most_vertices) return corrupt("the fans are more than their bytes can hold");
   RansDecoder side(tables);
   const FanTables read = read_fan_tables(side, true);
   if (side.exhausted()) return corrupt("the tables of the fans end early");
   const auto slots = std::make_unique<const FanSlots>(read);
+  return decode_polygon_fans(events, *slots, polygons, corners, static_cast<uint32_t>(vertices));
+}
+
+Result<FanSurface> decode_polygon_fans(Bytes operations, const FanSlots& slots, uint32_t polygons,
+                                       uint32_t corners, uint32_t vertices) {
+  if (vertices > corners || corners / 3 < polygons)
+    return corrupt("the fans are more than their bytes can hold");
+  const uint32_t triangles = corners - 2 * polygons;
+  MAILLE_CHECK(check_counts(operations, triangles, vertices));
   FanSurface surface;
   reserve_pages(surface.corners, corners);
   reserve_pages(surface.offsets, size_t{polygons} + 1);
   reserve_pages(surface.across, polygons);
   surface.offsets.push_back(0);
-  FanReader reader(events, *slots);
-  FanMachine<FanReader> machine(reader, surface, triangles, static_cast<uint32_t>(vertices), polygons);
+  FanReader reader(operations, slots);
+  FanMachine<FanReader> machine(reader, surface, triangles, vertices, polygons);
   MAILLE_CHECK(run_polygons(machine, reader));
   if (!machine.complete()) return corrupt("the fans have another number of vertices or faces");
-  surface.vertices = static_cast<uint32_t>(vertices);
+  surface.vertices = vertices;
   surface.find_polygon_references();
   return surface;
 }

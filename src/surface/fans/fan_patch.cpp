@@ -228,7 +228,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
   const bool polygons = !faces.offsets.empty();
-  if ((polygons && models != FanModels::fixed) || mesh.point_count() > most_fan_points) return std::nullopt;
+  if (mesh.point_count() > most_fan_points) return std::nullopt;
   const auto points = static_cast<uint32_t>(mesh.point_count());
   const Faces all = faces.view(points);
   GluedSurface glued = glue(all);
@@ -283,8 +283,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
 
   ByteWriter out;
   // With shared tables nothing stands beside most fans: triangles, all points are theirs.
-  const bool alone = duplicates.empty() && topology.loose.size() == 0 && mesh.blocks.size() == 1 &&
-                     fans.vertices == points &&
+  const bool alone = !polygons && duplicates.empty() && topology.loose.size() == 0 &&
+                     mesh.blocks.size() == 1 && fans.vertices == points &&
                      std::find(tracer.turned.begin(), tracer.turned.end(), true) == tracer.turned.end();
   const bool shared = models == FanModels::shared;
   result->operations = std::move(coded.operations);
@@ -365,6 +365,24 @@ Result<FanPatchDecoder> FanPatchDecoder::begin_shared(Bytes bytes, const FanSlot
   }
   decoder.fans = MAILLE_TRY(
       FanDecoder::begin(fans, slots, decoder.faces, static_cast<uint32_t>(vertices), repeated, buffers));
+  return decoder;
+}
+
+Result<FanPatchDecoder> FanPatchDecoder::begin_shared_polygons(Bytes bytes, const FanSlots& slots,
+                                                               uint32_t points, uint64_t corners) {
+  ByteReader in(bytes);
+  ByteReader sections(in.get_bytes(in.get_count()));
+  const Bytes fans = in.get_bytes(in.remaining());
+  if (!in.ok()) return corrupt("the stream has the wrong length");
+  const uint64_t polygons = sections.get_count();
+  const uint64_t corners_of_fans = sections.get_count();
+  const uint64_t vertices = sections.get_count();
+  FanPatchDecoder decoder;
+  MAILLE_CHECK(decoder.read_sections(sections, polygons, corners));
+  if (corners_of_fans > corners || vertices > points)
+    return corrupt("more corners or vertices than the mesh has");
+  decoder.fans = FanDecoder::over(MAILLE_TRY(decode_polygon_fans(
+      fans, slots, decoder.faces, static_cast<uint32_t>(corners_of_fans), static_cast<uint32_t>(vertices))));
   return decoder;
 }
 

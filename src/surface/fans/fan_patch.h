@@ -10,7 +10,7 @@ namespace maille {
 
 struct FanTables;
 
-/// A patch at the fast and default levels: TOPO 1 (triangles), 2 (polygons) and 3 (triangles with shared
+/// A patch at the fast and default levels: TOPO 1 (triangles), 2 (polygons) and 3 (either, with shared
 /// tables), docs/format.md.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
@@ -29,8 +29,7 @@ struct EncodedFanPatch {
 /// The bytes of a patch with shared tables; these have been made with its operations.
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
-/// None when some face of the mesh has more than three corners and models are not FanModels::fixed. Error:
-/// unsupported, for too many corners.
+/// None when there are more points than fans can number. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                         FanModels models = FanModels::fixed);
 
@@ -45,6 +44,9 @@ struct FanPatchDecoder {
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
                                               uint64_t corners, FanBuffers* buffers = nullptr);
+  /// The same where these are tables of polygons, all at once.
+  static Result<FanPatchDecoder> begin_shared_polygons(Bytes bytes, const FanSlots& slots, uint32_t points,
+                                                       uint64_t corners);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.
   Result<FanPatch> finish(std::span<const BlockShape> blocks, uint32_t points, uint64_t corners);
 

@@ -47,6 +47,8 @@ class FanSlots {
  public:
   explicit FanSlots(const FanTables& tables);
 
+  const bool polygons;
+
   using EventTable = StaticDecoderTable<fan_slot_bits, polygon_symbols>;
   using NumberTable = StaticDecoderTable<fan_slot_bits, number_symbols>;
   const EventTable& table_of(uint64_t context) const {
@@ -67,5 +69,9 @@ class FanSlots {
  private:
   void fill_table_at(const FanTables& tables);
 };
+
+/// Polygons all at once, with references, kinds and valences. Safe on any bytes.
+Result<FanSurface> decode_polygon_fans(Bytes operations, const FanSlots& slots, uint32_t polygons,
+                                       uint32_t corners, uint32_t vertices);
 
 }  // namespace maille

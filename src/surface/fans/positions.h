@@ -12,6 +12,7 @@
 
 #include "code/efforts.h"
 #include "numbers/number_map.h"
+#include "numbers/refined_numbers.h"
 #include "surface/fans/fan_connectivity.h"
 #include "surface/fans/placed_weights.h"
 
@@ -52,11 +53,12 @@ Result<> read_exceptions(Bytes bytes, Array& array);
 // charts".
 
 /// Made for a sample of the patches: `sample` are the vertices of some, `array` their positions in this
-/// order. Codes of patches to come lie within `most_range` of those of the sample.
+/// order. Codes of patches to come lie within `most_range` of those of the sample. `refined`: where the maps
+/// are its coarse ones.
 class SharedPositions {
  public:
   SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps, const Effort& effort,
-                  uint64_t most_range);
+                  uint64_t most_range, RefinedMaps refined = {});
   SharedPositions(SharedPositions&&) noexcept;
   SharedPositions& operator=(SharedPositions&&) noexcept;
   ~SharedPositions();
@@ -79,6 +81,8 @@ class SharedPositions {
 struct PositionTables;
 /// `type`: of the positions. Safe on any bytes. Error: corrupt.
 Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, Scalar type);
+/// Then the fans are, too.
+bool are_of_polygons(const PositionTables& tables);
 Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
                                  Array& array);
 

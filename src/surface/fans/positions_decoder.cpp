@@ -48,6 +48,7 @@ struct PositionTables {
   Coding coding;
   bool wide = false;
   std::vector<NumberMap> maps;
+  RefinedMaps refined;  ///< none are where it is empty
   Shear shear;
   std::array<int64_t, most_components> bias{};
   SymbolTables tables;
@@ -130,7 +131,7 @@ class Reader {
 
 /// What stands in a patch itself.
 struct Beside {
-  std::optional<ReadDetails> details;
+  Bytes details;
   Bytes exceptions;
 };
 
@@ -152,8 +153,9 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   head->wide = (flags & flag_wide) != 0;
   for (unsigned k = 0; k < components; ++k) head->maps.push_back(MAILLE_TRY(read_map(in, type)));
   if ((flags & flag_refined) != 0) {
-    if (type != Scalar::f64 || beside == nullptr) return corrupt("coded in an impossible way");
-    beside->details = MAILLE_TRY(read_details(in, head->maps));
+    head->refined = MAILLE_TRY(read_exact_maps(in, head->maps));
+    if (type != Scalar::f64 || !head->refined.any()) return corrupt("coded in an impossible way");
+    if (beside != nullptr) beside->details = in.get_bytes(in.get_count());
   }
   if (beside != nullptr) beside->exceptions = in.get_bytes(in.get_count());
   if ((flags & flag_sheared) != 0) head->shear = MAILLE_TRY(Shear::read(in, components));
@@ -287,17 +289,17 @@ void store_window(const Points& points, const PositionTables& head, uint32_t beg
 
 /// The numbers of refined components, which are known when all codes are.
 template <class Points>
-Result<> store_details(const Points& points, const PositionTables& head, const ReadDetails& details,
-                       uint32_t count, Array& array) {
+Result<> store_details(const Points& points, const PositionTables& head, Bytes details, uint32_t count,
+                       Array& array) {
   constexpr size_t n = Points::components;
   std::vector<int64_t> codes(n * count);
   for (uint32_t v = 0; v < count; ++v) {
     for (unsigned k = 0; k < n; ++k) codes[n * v + k] = code_of(points, head, v, k);
     head.shear.undo(codes.data() + n * v);
   }
-  MAILLE_CHECK(store_refined(details, codes));
+  MAILLE_CHECK(store_refined(head.refined, details, codes));
   for (size_t i = 0; i < codes.size(); ++i) {
-    if (details.maps.refined[i % n]) maille::store(array.bytes.data() + 8 * i, codes[i]);
+    if (head.refined.refined[i % n]) maille::store(array.bytes.data() + 8 * i, codes[i]);
   }
   return {};
 }
@@ -329,7 +331,7 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
     store_window(points, head, begin, end, array);
     windows.release(begin, end);
   }
-  if (beside.details) MAILLE_CHECK(store_details(points, head, *beside.details, count, array));
+  if (head.refined.any()) MAILLE_CHECK(store_details(points, head, beside.details, count, array));
   return read_exceptions(beside.exceptions, array);
 }
 
@@ -411,10 +413,15 @@ Result<std::shared_ptr<const PositionTables>> read_position_tables(Bytes bytes, 
   return std::shared_ptr<const PositionTables>(std::move(head));
 }
 
+bool are_of_polygons(const PositionTables& tables) {
+  return tables.coding.rows.polygons;
+}
+
 Result<> decode_shared_positions(FanDecoder& fans, Bytes bytes, const PositionTables& tables, uint32_t points,
                                  Array& array) {
   ByteReader in(bytes);
   Beside beside;
+  if (tables.refined.any()) beside.details = in.get_bytes(in.get_count());
   beside.exceptions = in.get_bytes(in.get_count());
   return decode_with(fans, in, tables, beside, {}, points, array);
 }

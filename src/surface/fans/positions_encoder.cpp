@@ -80,13 +80,13 @@ class PositionEncoder {
     return out.take();
   }
 
-  /// What stands before points, for many patches of which this one is a sample.
-  std::vector<std::byte> write_shared() {
+  /// What stands before points, for many patches of which this one is a sample. Arguments as for write().
+  std::vector<std::byte> write_shared(uint8_t flags, Bytes beside) {
     if (!chosen_.all) code_all(patch_, chosen_.all.emplace().writer);
     CodedPoints& all = *chosen_.all;
     write_side(true, all);
     ByteWriter out;
-    write_head(0, {}, out);
+    write_head(flags, beside, out);
     const size_t symbols = write_symbols(chosen_.coding, all.writer.events, all.tables).size();
     bytes_of_point_ = (static_cast<double>(all.writer.raw_bits) / 8 + static_cast<double>(symbols)) / points_;
     patch_.codes = {};
@@ -256,7 +256,10 @@ std::vector<std::byte> encode_with(const FanSurface& fans, const Array& array, c
     if (refined.any() || has_tables(refined.coarse)) {
       PositionEncoder coarse = encoder_of(refined.coarse);
       ByteWriter beside;
-      if (refined.any()) write_details(beside, refined, array, source);
+      if (refined.any()) {
+        write_exact_maps(beside, refined);
+        put_section(beside, encode_details(refined, array, source));
+      }
       beside.put_bytes(exceptions.bytes());
       if (coarse.size() + static_cast<double>(beside.size()) < plain.size())
         return coarse.write(refined.any() ? flag_refined : 0, beside.bytes());
@@ -279,23 +282,35 @@ std::vector<std::byte> encode_numbers(const FanSurface& around, const Array& arr
 
 struct SharedPositions::State {
   PositionEncoder encoder;
+  RefinedMaps refined;
+  double details_of_point = 0;  ///< bytes
+
+  std::vector<std::byte> write() {
+    ByteWriter exact;
+    if (refined.any()) write_exact_maps(exact, refined);
+    return encoder.write_shared(refined.any() ? flag_refined : 0, exact.bytes());
+  }
 };
 
 SharedPositions::SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps,
-                                 const Effort& effort, uint64_t most_range) {
+                                 const Effort& effort, uint64_t most_range, RefinedMaps refined) {
   std::vector<uint32_t> source(sample.vertices);
   std::iota(source.begin(), source.end(), 0u);
+  double details = 0;
+  if (refined.any())
+    details = static_cast<double>(encode_details(refined, array, source).size()) / sample.vertices;
   PositionEncoder encoder = best_encoder({&sample, codes_of(array, maps.exceptions, maps.maps, source)},
                                          array.type, maps.maps, effort, false, most_range);
-  state_ = std::make_unique<State>(State{std::move(encoder)});
-  tables_ = state_->encoder.write_shared();
+  state_ = std::make_unique<State>(State{std::move(encoder), std::move(refined), details});
+  tables_ = state_->write();
 }
 SharedPositions::SharedPositions(SharedPositions&&) noexcept = default;
 SharedPositions& SharedPositions::operator=(SharedPositions&&) noexcept = default;
 SharedPositions::~SharedPositions() = default;
 
 double SharedPositions::size_of(uint64_t points) const {
-  return static_cast<double>(tables_.size()) + state_->encoder.bytes_of_point() * static_cast<double>(points);
+  return static_cast<double>(tables_.size()) +
+         (state_->encoder.bytes_of_point() + state_->details_of_point) * static_cast<double>(points);
 }
 
 std::optional<std::vector<std::byte>> SharedPositions::encode(const FanSurface& fans, const Array& array,
@@ -305,6 +320,7 @@ std::optional<std::vector<std::byte>> SharedPositions::encode(const FanSurface& 
   apply_shear(state_->encoder.shear(), patch.codes);
   if (!state_->encoder.takes(patch.codes)) return std::nullopt;
   ByteWriter out;
+  if (state_->refined.any()) put_section(out, encode_details(state_->refined, array, source));
   put_section(out, write_exceptions(array, exceptions, source));
   state_->encoder.write_with_shared(patch, out);
   return out.take();

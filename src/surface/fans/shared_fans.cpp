@@ -38,30 +38,22 @@ std::vector<uint64_t> exceptions_of(const Array& array, const ArrayMaps& maps) {
   return exceptions;
 }
 
-/// Have these doubles details, which each patch has for itself?
-bool are_refined(const Array& array, const ArrayMaps& maps) {
-  if (!maps.lossless || array.type != Scalar::f64) return false;
+RefinedMaps refine_all(const Array& array, std::span<const NumberMap> maps) {
   std::vector<uint32_t> source(array.count());
   std::iota(source.begin(), source.end(), 0u);
-  return refine_maps(array, maps.maps, source).any();
+  return refine_maps(array, maps, source);
 }
 
 // About a byte each, which a reader waits for before it has the first chart.
 constexpr size_t most_shared_numbers = 1 << 16;
 
-std::vector<NumberMap> with_tables_of(const Array& all, const std::vector<NumberMap>& maps) {
-  std::vector<uint32_t> source(all.count());
-  std::iota(source.begin(), source.end(), 0u);
-  std::vector<NumberMap> ranks = with_tables(all, maps, source);
+/// Maps whose tables would be too long stay as they are.
+void forget_long_tables(RefinedMaps& refined, std::span<const NumberMap> maps) {
   size_t numbers = 0;
-  for (const NumberMap& map : ranks) numbers += map.table.size();
-  return numbers <= most_shared_numbers ? ranks : maps;
-}
-
-uint64_t size_of_patch(const EncodedPatch& patch) {
-  uint64_t size = patch.topology.bytes.size();
-  for (const CodedStream& stream : patch.arrays) size += stream.bytes.size();
-  return size;
+  for (const NumberMap& map : refined.coarse) numbers += map.table.size();
+  for (size_t k = 0; k < maps.size() && numbers > most_shared_numbers; ++k) {
+    if (!refined.refined[k]) refined.coarse[k] = maps[k];
+  }
 }
 
 }  // namespace
@@ -73,7 +65,14 @@ bool can_share_tables(const ArrayToCode& positions) {
 Result<> SharedFanEncoder::add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array) {
   const auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
   if (!coded) return {};
-  if (sample_.vertices == 0) positions_ = make_array(array.name, array.domain, array.type, array.components);
+  const bool polygons = !coded->patch.fans.offsets.empty();
+  if (sample_.vertices == 0) {
+    positions_ = make_array(array.name, array.domain, array.type, array.components);
+    counts_ = FanCounts(polygons);
+    // Of no faces, but those would be polygons.
+    if (polygons) sample_.offsets.push_back(0);
+  }
+  if (polygons == sample_.offsets.empty()) return {};
   const size_t size = array.tuple_size();
   const FanSurface& fans = coded->patch.fans;
   for (uint32_t v = 0; v < fans.vertices; ++v) {
@@ -102,20 +101,26 @@ uint64_t range_of_codes(const ArrayToCode& positions) {
   return widest;
 }
 
+void SharedFanEncoder::consider_coarse(const Array& all, ArrayMaps maps, const Effort& effort) {
+  RefinedMaps refined = refine_all(all, maps.maps);
+  forget_long_tables(refined, maps.maps);
+  if (!refined.any() && !has_tables(refined.coarse)) return;
+  maps.maps = refined.coarse;
+  const uint64_t range = has_tables(maps.maps) ? UINT64_MAX : range_of_codes({&all, maps});
+  SharedPositions coarse(sample_, positions_, maps, effort, range, std::move(refined));
+  if (coarse.size_of(all.count()) < coder_->size_of(all.count())) coder_ = std::move(coarse);
+}
+
 std::vector<std::byte> SharedFanEncoder::finish(const ArrayMaps& maps, int effort, uint64_t most_range,
                                                 const Array* all) {
-  if (sample_.vertices == 0 || are_refined(positions_, maps)) return {};
+  if (sample_.vertices == 0) return {};
+  // Coarse maps of a sample may not be those of the whole.
+  if (all == nullptr && maps.lossless && refine_all(positions_, maps.maps).any()) return {};
   ArrayMaps of_sample = maps;
   of_sample.exceptions = exceptions_of(positions_, maps);
   const Effort& row = effort_of(effort);
   coder_.emplace(sample_, positions_, of_sample, row, most_range);
-  if (all != nullptr && maps.lossless) {
-    of_sample.maps = with_tables_of(*all, maps.maps);
-    if (has_tables(of_sample.maps)) {
-      SharedPositions ranks(sample_, positions_, of_sample, row, UINT64_MAX);
-      if (ranks.size_of(all->count()) < coder_->size_of(all->count())) coder_ = std::move(ranks);
-    }
-  }
+  if (all != nullptr && maps.lossless) consider_coarse(*all, of_sample, row);
   RansEncoder side;
   counts_.spread();
   tables_ = counts_.make_tables(side);
@@ -133,7 +138,8 @@ Result<std::optional<SharedFanPatch>> SharedFanEncoder::encode(const Mesh& mesh,
   using Found = std::optional<SharedFanPatch>;
   if (!coder_) return Found();
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
-  if (!coded || !can_write_fans(coded->operations, tables_)) return Found();
+  if (!coded || coded->patch.fans.offsets.empty() == tables_.polygons) return Found();
+  if (!can_write_fans(coded->operations, tables_)) return Found();
   std::vector<uint32_t> source = coded->sources.points;
   for (uint32_t& point : source) point = points[point];
   auto bytes = coder_->encode(coded->patch.fans, *positions.array, positions.maps.exceptions, source);
@@ -141,6 +147,12 @@ Result<std::optional<SharedFanPatch>> SharedFanEncoder::encode(const Mesh& mesh,
   coded->bytes = write_shared_fan_patch(*coded, tables_);
   std::vector<FanOperation>().swap(coded->operations);
   return Found(SharedFanPatch{std::move(*coded), *std::move(bytes)});
+}
+
+uint64_t size_of_patch(const EncodedPatch& patch) {
+  uint64_t size = patch.topology.bytes.size();
+  for (const CodedStream& stream : patch.arrays) size += stream.bytes.size();
+  return size;
 }
 
 Result<EncodedPatch> encode_chart(const Mesh& mesh, const PartNumbers& numbers,
@@ -160,12 +172,12 @@ Result<SharedFanTables> SharedFanTables::read(Bytes bytes, Scalar type) {
   ByteReader in(bytes);
   const Bytes of_fans = in.get_bytes(in.get_count());
   if (!in.ok()) return failure(ErrorCode::corrupt, "the tables of the charts end early");
-  RansDecoder side(of_fans);
-  const FanTables fans = read_fan_tables(side);
-  if (side.exhausted()) return failure(ErrorCode::corrupt, "the tables of the charts end early");
   SharedFanTables tables;
-  tables.fans = std::make_shared<const FanSlots>(fans);
   tables.positions = MAILLE_TRY(read_position_tables(in.get_bytes(in.remaining()), type));
+  RansDecoder side(of_fans);
+  const FanTables fans = read_fan_tables(side, are_of_polygons(*tables.positions));
+  if (side.exhausted()) return failure(ErrorCode::corrupt, "the tables of the charts end early");
+  tables.fans = std::make_shared<const FanSlots>(fans);
   return tables;
 }
 

@@ -11,7 +11,7 @@
 
 namespace maille {
 
-/// Tables, rows, dictionaries and maps of many patches of triangles, made from a sample of them and written
+/// Tables, rows, dictionaries and maps of many patches, made from a sample of them and written
 /// once: patches of a few thousand faces would pay a tenth of their size for their own. docs/format.md,
 /// "Tables of charts".
 
@@ -25,24 +25,30 @@ inline constexpr size_t most_sampled_patches = 64;
 
 class SharedFanEncoder {
  public:
-  /// One of the sample; `array`: its positions, `points`: by point of the mesh, the tuple. Patches of other
-  /// faces than triangles are left out.
+  /// One of the sample; `array`: its positions, `points`: by point of the mesh, the tuple. The first one says
+  /// whether tables are for polygons or for triangles; patches of the other kind are left out.
   Result<> add(const Mesh& mesh, const std::vector<uint32_t>& points, const Array& array);
   /// The tables; none where no patch had fans. `most_range`: see SharedPositions. `all`: the positions of all
   /// patches, if they are known: lossless numbers that come again are counted then.
   std::vector<std::byte> finish(const ArrayMaps& maps, int effort, uint64_t most_range,
                                 const Array* all = nullptr);
+  bool is_for_polygons() const { return coder_ && tables_.polygons; }
   /// After that: a patch for encode_patch(); several at once. None where it needs tables of its own.
   Result<std::optional<SharedFanPatch>> encode(const Mesh& mesh, const std::vector<uint32_t>& points,
                                                const ArrayToCode& positions) const;
 
  private:
+  /// Ranks of numbers that come again, and coarse maps of doubles, by the positions of all patches.
+  void consider_coarse(const Array& all, ArrayMaps maps, const Effort& effort);
+
   FanSurface sample_;  ///< vertices only
   Array positions_;    ///< of these
   FanCounts counts_;
   FanTables tables_;
   std::optional<SharedPositions> coder_;
 };
+
+uint64_t size_of_patch(const EncodedPatch& patch);
 
 /// encode_patch() for a chart: with shared tables, or where mixing takes less, with that.
 Result<EncodedPatch> encode_chart(const Mesh& mesh, const PartNumbers& numbers,
