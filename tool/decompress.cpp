@@ -89,6 +89,20 @@ Result<> check_arrays(const Source& source, const std::vector<std::string>& want
   return {};
 }
 
+/// One file holds one time: that there are more is said, unless one was asked for.
+void note_steps(const DecompressOptions& options, const Source& source, const std::string& output,
+                const std::string& format) {
+  if (options.step || options.time || is_folder_format(format)) return;
+  const auto info = inspect(source);
+  if (!info || info->steps.empty()) return;
+  say_notes(output_name(output),
+            {fmt::format(
+                "holds the mesh's own values; there are {} of time, which --step N or --time T chooses, and "
+                "an output .pvd has all of them",
+                counted(info->steps.size(), "step"))},
+            options.common.quiet);
+}
+
 Result<> report(const DecompressOptions& options, const std::string& output, const PartsWritten& done,
                 const char* cell_word, double seconds) {
   if (options.common.json) {
@@ -126,6 +140,7 @@ Result<bool> write_parts(const DecompressOptions& options, const Source& source,
   if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
   const auto done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
   if (!done) return false;
+  note_steps(options, source, output, format);
   TOOL_CHECK(report(options, output, *done, "cell", whole.seconds()));
   return true;
 }
@@ -228,6 +243,7 @@ Result<int> decompress_one(const DecompressOptions& options) {
   TOOL_CHECK(sink.commit());
   writing.done(options.common.verbose, "writing");
   say_notes(output_name(output), notes, options.common.quiet);
+  note_steps(options, *input.source, output, format);
   const PartsWritten done = {mesh.point_count(), mesh.cell_count(), input.source->size(), sink.count()};
   TOOL_CHECK(report(options, output, done, cell_word(mesh), whole.seconds()));
   if (!damage) return 0;

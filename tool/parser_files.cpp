@@ -236,7 +236,8 @@ void Parser::add_verify() {
            "maille verify dragon.maille --against dragon.ply");
   add_file(v, "-i,--input,FILE", verify.input, "A .maille file, or a .maille.glb; - is standard input")
       ->required();
-  v->add_option("--against", verify.original, "The mesh that was compressed, in any format")
+  v->add_option("--against", verify.original,
+                "The mesh that was compressed, in any format, or the series: its steps are compared, too")
       ->type_name("FILE")
       ->group(answer_group);
   add_input_format(v, verify.original_format, "the original", answer_group);

@@ -2,8 +2,10 @@
 #include <maille/compare.h>
 #include <maille/decode.h>
 #include <maille/file.h>
+#include <maille/series.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "files.h"
 #include "gltf.h"
@@ -31,6 +33,7 @@ struct Verdict {
   std::vector<std::string> damage;
   uint64_t points = 0;
   uint64_t cells = 0;
+  uint64_t steps = 0;  ///< of time that were compared
   const char* word = "face";
   bool compared = false;
   bool same = true;
@@ -117,6 +120,56 @@ Result<> hold_against(const Mesh& original, const Mesh& decoded, const FileInfo&
   return {};
 }
 
+/// What the file promises for the arrays of a step. Bounds relative to a range were made from that step's
+/// own, which the file's description does not have: their largest errors are not judged.
+FileInfo info_of_step(const FileInfo& info, const Mesh& step) {
+  FileInfo of_step = info;
+  of_step.arrays.clear();
+  for (const Array& array : step.arrays) {
+    const auto found = std::find_if(info.arrays.begin(), info.arrays.end(), [&](const ArrayInfo& known) {
+      return known.name == array.name && known.domain == array.domain;
+    });
+    ArrayInfo promised;
+    promised.name = array.name;
+    promised.domain = array.domain;
+    promised.type = array.type;
+    promised.components = array.components;
+    if (found != info.arrays.end()) promised = *found;
+    const auto kind = promised.asked.kind;
+    if (!promised.lossless &&
+        (kind == Tolerance::Kind::relative || kind == Tolerance::Kind::bits || kind == Tolerance::Kind::psnr))
+      promised.bound = std::numeric_limits<double>::infinity();
+    of_step.arrays.push_back(promised);
+  }
+  return of_step;
+}
+
+/// Each time of a series against the step of its number.
+Result<> hold_series_against(const std::vector<SeriesEntry>& series, const Source& source,
+                             const FileInfo& info, const CommonOptions& common, Verdict& verdict) {
+  if (series.size() != info.steps.size()) {
+    differs(verdict, {fmt::format("the series has {}, the file {}", counted(series.size(), "step"),
+                                  counted(info.steps.size(), "step"))});
+    return {};
+  }
+  for (size_t i = 0; i < series.size() && verdict.same; ++i) {
+    DecodeOptions decoding;
+    decoding.limits.mesh_bytes = common.memory;
+    decoding.step = i + 1;
+    const Mesh decoded = TOOL_TRY(decode(source, decoding));
+    ReadOptions reading;
+    reading.limits.mesh_bytes = common.memory;
+    const Mesh original = TOOL_TRY(read_series_entry(series[i], reading)).mesh;
+    Verdict step;
+    TOOL_CHECK(hold_against(original, decoded, info_of_step(info, decoded), common, step));
+    if (step.same) continue;
+    for (std::string& difference : step.differences)
+      difference = fmt::format("step {}: {}", i + 1, difference);
+    differs(verdict, std::move(step.differences));
+  }
+  return {};
+}
+
 std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
   const std::string name = input_name(options.input);
   if (!verdict.damage.empty()) {
@@ -127,9 +180,11 @@ std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
   std::string text = fmt::format("{}: checksums good, decodes to {}, {}\n", name,
                                  counted(verdict.points, "point"), counted(verdict.cells, verdict.word));
   if (!verdict.compared) return text;
-  text += fmt::format("against {}: {}\n", input_name(options.original),
-                      verdict.same ? "the same mesh, every array as exact as promised"
-                                   : "different (A is the original, B the file)");
+  text +=
+      fmt::format("against {}: {}\n", input_name(options.original),
+                  verdict.same ? fmt::format("the same mesh{}, every array as exact as promised",
+                                             verdict.steps == 0 ? "" : ", " + counted(verdict.steps, "step"))
+                               : "different (A is the original, B the file)");
   for (const std::string& difference : verdict.differences) text += fmt::format("  {}\n", difference);
   if (verdict.arrays.empty()) return text;
   Table table({"array", "domain", "bound", "max error", "rms error", "unequal"}, 2);
@@ -184,10 +239,16 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
     TOOL_TRY(decode(*input.source, decoding));
   }
   if (options.original.empty()) return verdict;
-  const Input original = TOOL_TRY(open_input(options.original, options.original_format));
+  const bool of_times = is_series(options.original);
+  const auto series = of_times ? TOOL_TRY(read_series(options.original)) : std::vector<SeriesEntry>();
+  const std::string first = series.empty() ? options.original : series.front().path;
+  const Input original = TOOL_TRY(open_input(first, options.original_format));
   const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   TOOL_CHECK(hold_against(loaded.mesh, decoded, info, options.common, verdict));
+  verdict.steps = series.size();
+  if (of_times && verdict.same)
+    TOOL_CHECK(hold_series_against(series, *input.source, info, options.common, verdict));
   return verdict;
 }
 

@@ -11,7 +11,17 @@ maille decompress -q last.maille last.vtu
 maille diff last.vtu run.e 2> /dev/null
 maille append run.maille run.e -q
 maille info --json run.maille | json 'len(j["steps"])'
-# So do those of a VTKHDF file.
+# So do the steps of a VTKHDF file.
 cp "$HERE/../formats/steps.hdf" .
 maille compress -q steps.hdf
 maille info --json steps.maille | json '[(step["time"], step["arrays"]) for step in j["steps"]]'
+# All steps against the series, and a note where a file takes one of them only.
+maille compress -q -f run.e series.maille
+maille verify series.maille --against run.e | head -2
+maille decompress series.maille back.vtu 2>&1 | grep note
+maille decompress -q -f --step 1 series.maille back.vtu
+maille decompress -q series.maille run.pvd
+maille compress -q run.pvd again.maille
+maille verify again.maille --against run.pvd | head -2
+cp run_1.vtu run_0.vtu
+try maille verify -q again.maille --against run.pvd
