@@ -4,7 +4,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "surface/arrays/array_report.h"
-#include "volume/pieces/cut_cells.h"
+#include "volume/pieces/number_cut.h"
 #include "volume/pieces/piece_coder.h"
 #include "volume/pieces/pieces_file.h"
 #include "volume/stream/numbered_arrays.h"
@@ -22,7 +22,7 @@ class PiecesEncoder {
   }
 
   Result<EncodeReport> run(Sink& sink, uint64_t target) {
-    cells_ = cut_cells(mesh_, target, executor_);
+    cells_ = cut_into_pieces(mesh_, target, coding_.kept(), executor_);
     pieces_.resize(cells_.size());
     MAILLE_CHECK(code_all());
     MAILLE_CHECK(code_unused());

@@ -52,25 +52,34 @@ class RankTable {
   std::vector<uint32_t> begins_;
 };
 
-/// The numbers of the points of packed cells, rising, each once.
+/// Points of cells, each once. Most cells have points of the cells just before them, which need not be sorted
+/// again and again.
+class RecentPoints {
+ public:
+  void add(uint32_t point) {
+    uint32_t& known = last_[point % last_.size()];
+    if (known != point) points_.push_back(known = point);
+  }
+  std::vector<uint32_t> sorted() {
+    std::sort(points_.begin(), points_.end());
+    points_.erase(std::unique(points_.begin(), points_.end()), points_.end());
+    return std::move(points_);
+  }
+
+ private:
+  std::vector<uint32_t> points_, last_ = std::vector<uint32_t>(8192, ~uint32_t{0});
+};
+
+/// The numbers of the points of packed cells, rising.
 std::vector<uint32_t> points_of(Bytes cells, size_t values_size) {
-  // Most cells have points of the cells just before them, which need not be sorted again and again.
-  constexpr size_t remembered = 8192;
-  std::vector<uint32_t> points, last(remembered, ~uint32_t{0});
+  RecentPoints points;
   ByteReader in(cells);
   CellUnpacker unpacker;
   while (in.remaining() > 0) {
-    for (const uint64_t node : unpacker.unpack(in).nodes) {
-      const auto point = static_cast<uint32_t>(node);
-      uint32_t& known = last[point % remembered];
-      if (known == point) continue;
-      points.push_back(known = point);
-    }
+    for (const uint64_t node : unpacker.unpack(in).nodes) points.add(static_cast<uint32_t>(node));
     in.get_bytes(values_size);
   }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
+  return points.sorted();
 }
 
 void append_cell(const PackedCell& cell, const RankTable& ranks, CellBlock& to) {
@@ -195,7 +204,9 @@ Result<> SourcePieces::distribute() {
               ? std::span<const uint32_t>()
               : std::span(piece.face_sizes)
                     .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
-      const uint32_t to = cuts_.piece_of(MAILLE_TRY(middle_of(first + i, nodes)));
+      const uint32_t to = by_number_ ? by_number_->piece_of(first + i)
+                                     : cuts_.piece_of(MAILLE_TRY(middle_of(first + i, nodes)));
+      ++sizes_[to].cells;
       ByteWriter out;
       packers[to].pack(first + i, block_of(first + i), piece.types[i], nodes, faces, out);
       for (size_t k = 0; k < columns_.size(); ++k) {
@@ -222,6 +233,7 @@ Result<> SourcePieces::list_points() {
       [&](size_t piece, const std::vector<uint32_t>& points) -> Result<> {
         RisingWriter list(*point_lists_, piece, size_t{1} << 16);
         for (const uint32_t point : points) MAILLE_CHECK(list.add(point));
+        sizes_[piece].points = points.size();
         return list.finish();
       })));
   return point_lists_->finish();
@@ -232,18 +244,50 @@ Result<> SourcePieces::cut(uint64_t target) {
   if (description().cells > most || description().points > most)
     return failure(ErrorCode::unsupported,
                    "a mesh of more than 2^32 - 1 cells or points cannot be cut into pieces");
-  const uint64_t memory = working_memory(space_);
-  points_.emplace(mesh_, memory / 4, false);
+  points_.emplace(mesh_, working_memory(space_) / 4, false);
   std::vector<Middle> middles;
   middles.reserve(std::min(description().cells, most_sampled + 1));
   MAILLE_CHECK(sample(middles));
   cuts_ = bisect(middles, pieces_of(description().cells, target), executor_);
   std::vector<Middle>().swap(middles);
   std::vector<uint32_t>().swap(cuts_.places);
-  cells_ = MAILLE_TRY(ScratchLists::create(space_.folder, cuts_.ends.size(), memory / 2));
+  MAILLE_CHECK(divide(cuts_.ends.size()));
+  const NumberCut numbered = {description().cells, cuts_.ends.size()};
+  if (numbered.pieces < 2) return {};
+  const LookedAt found = MAILLE_TRY(look_at_numbers(numbered));
+  const MeshSize mesh = {description().cells, description().points};
+  if (!is_better(found, look_at_pieces(), mesh, options_.order == Order::keep)) return {};
+  by_number_ = numbered;
+  return divide(cuts_.ends.size());
+}
+
+Result<> SourcePieces::divide(size_t pieces) {
+  sizes_.assign(pieces, {});
+  cells_ = MAILLE_TRY(ScratchLists::create(space_.folder, pieces, working_memory(space_) / 2));
+  if (!by_number_) points_.emplace(mesh_, working_memory(space_) / 4, false);
   MAILLE_CHECK(distribute());
   points_.reset();
   return list_points();
+}
+
+LookedAt SourcePieces::look_at_pieces() const {
+  LookedAt all;
+  for (const uint32_t piece : pieces_looked_at(sizes_.size())) all.add(sizes_[piece]);
+  return all;
+}
+
+Result<LookedAt> SourcePieces::look_at_numbers(const NumberCut& cut) {
+  LookedAt all;
+  CellPiece some;
+  for (const uint32_t piece : pieces_looked_at(cut.pieces)) {
+    RecentPoints points;
+    for (uint64_t at = cut.begin(piece), end = cut.begin(piece + 1); at < end; at += some.size()) {
+      MAILLE_CHECK(mesh_.read_cells(at, std::min(cells_at_once, end - at), some));
+      for (const uint64_t node : some.connectivity) points.add(static_cast<uint32_t>(node));
+    }
+    all.add({cut.begin(piece + 1) - cut.begin(piece), points.sorted().size()});
+  }
+  return all;
 }
 
 Result<> SourcePieces::share(const PointSharing::PlaceOf& place_of) {

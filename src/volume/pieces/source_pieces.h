@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volume/pieces/bisection.h"
+#include "volume/pieces/number_cut.h"
 #include "volume/pieces/packed_cells.h"
 #include "volume/pieces/point_sharing.h"
 #include "volume/pieces/scratch_lists.h"
@@ -56,8 +57,11 @@ class SourcePieces {
   Result<> visit_cells(const char* stage, Visit visit);
   Result<> sample(std::vector<Middle>& middles);
   Result<Middle> middle_of(uint64_t cell, std::span<const uint64_t> nodes);
+  Result<> divide(size_t pieces);
   Result<> distribute();
   Result<> list_points();
+  LookedAt look_at_pieces() const;
+  Result<LookedAt> look_at_numbers(const NumberCut& cut);
   void note_type(uint8_t type);
   uint32_t block_of(uint64_t cell) const;
   const MeshDescription& description() const { return mesh_.description(); }
@@ -72,6 +76,8 @@ class SourcePieces {
   std::vector<size_t> columns_;  ///< arrays on cells
   size_t values_size_ = 0;       ///< of a cell
   Bisection cuts_;
+  std::optional<NumberCut> by_number_;  ///< in the stead of `cuts_`
+  std::vector<LookedAt> sizes_;         ///< by piece
   std::optional<SourcePoints> points_;
   std::optional<ScratchLists> cells_, point_lists_;
   std::optional<PointSharing> sharing_;

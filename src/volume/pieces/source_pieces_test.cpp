@@ -7,6 +7,7 @@
 #include "mesh/mesh_as_source.h"
 #include "volume/pieces/bisection.h"
 #include "volume/pieces/cut_rules.h"
+#include "volume/pieces/number_cut.h"
 #include "volume/pieces/packed_cells.h"
 #include "volume/pieces/scratch_lists.h"
 #include "volume/testing.h"
@@ -68,6 +69,64 @@ TEST(PiecesOutOfCore, AreTheBytesOfTheMeshInMemory) {
     options.executor = &threads;
     EXPECT_EQ(encoded(mesh, options), encoded_from_parts(mesh, options));
   }
+}
+
+/// Slabs of it are the best pieces, and its cells come slab after slab.
+Mesh bar() {
+  Mesh mesh = grid(5, 6, 60);
+  add_arrays(mesh, 3);
+  return mesh;
+}
+
+TEST(PiecesOutOfCore, ByNumberAreTheBytesOfTheMeshInMemory) {
+  const Mesh mesh = bar();
+  for (const Order order : {Order::keep, Order::canonical}) {
+    const EncodeOptions options = into_pieces(270, order);
+    EXPECT_EQ(encoded(mesh, options), encoded_from_parts(mesh, options));
+  }
+}
+
+TEST(NumberCut, KnowsThePieceOfEachCell) {
+  for (const uint64_t cells : {1u, 7u, 100u, 1001u}) {
+    for (uint64_t pieces = 1; pieces <= std::min<uint64_t>(cells, 50); ++pieces) {
+      const NumberCut cut = {cells, pieces};
+      EXPECT_EQ(cut.begin(0), 0u);
+      EXPECT_EQ(cut.begin(pieces), cells);
+      for (uint64_t cell = 0; cell < cells; ++cell) {
+        const uint64_t piece = cut.piece_of(cell);
+        EXPECT_TRUE(cut.begin(piece) <= cell && cell < cut.begin(piece + 1)) << cell << " of " << cells;
+      }
+    }
+  }
+}
+
+/// Whether pieces are stretches of numbers.
+bool is_by_number(const Mesh& mesh, uint64_t target, bool kept) {
+  uint32_t next = 0;
+  for (const auto& piece : cut_into_pieces(mesh, target, kept, serial_executor())) {
+    for (const uint32_t cell : piece) {
+      if (cell != next++) return false;
+    }
+  }
+  return true;
+}
+
+TEST(NumberCut, IsTakenWhereItSharesNoMorePointsThanPlanes) {
+  EXPECT_TRUE(is_by_number(bar(), 270, true));
+  EXPECT_TRUE(is_by_number(bar(), 270, false));
+  const Mesh cube = grid(24, 24, 24);
+  EXPECT_FALSE(is_by_number(cube, 216, true));
+  EXPECT_FALSE(is_by_number(cube, 216, false));
+  EXPECT_FALSE(is_by_number(scattered_grid(12, 1), 216, true));
+}
+
+TEST(NumberCut, MayShareSomeMorePointsWhereTheOrderIsKept) {
+  const MeshSize mesh = {.cells = 1000, .points = 1000};
+  const LookedAt planes = {1000, 1050};
+  EXPECT_TRUE(is_better({1000, 1050}, planes, mesh, false));
+  EXPECT_FALSE(is_better({1000, 1060}, planes, mesh, false));
+  EXPECT_TRUE(is_better({1000, 1060}, planes, mesh, true));
+  EXPECT_FALSE(is_better({1000, 1100}, planes, mesh, true));
 }
 
 TEST(PiecesOutOfCore, LossyPositionsAreJoinedAsInMemory) {

@@ -197,4 +197,37 @@ RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target
   return Cutter(cells, ranks).run(target);
 }
 
+LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<const uint32_t> points,
+                          Ranks& ranks) {
+  const std::vector<uint32_t> some = pieces_looked_at(pieces.count);
+  const auto each_once = [](std::vector<uint64_t>& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  };
+  constexpr size_t many = size_t{1} << 20;  // corners: each point is there for eight cells, so not for long
+  size_t most = many;
+  uint64_t cells = 0;
+  std::vector<uint64_t> found;  // piece, then point
+  size_t next = 0;
+  for (const CellBlock& block : part.blocks) {
+    for (uint64_t i = 0, count = block.size(); i < count; ++i) {
+      const uint32_t piece = pieces.of_cell[next++];
+      if (!std::binary_search(some.begin(), some.end(), piece)) continue;
+      ++cells;
+      for (const uint32_t point : block.cell(i)) found.push_back(uint64_t{piece} << 32 | points[point]);
+      if (found.size() < most) continue;
+      each_once(found);
+      most = std::max(many, 2 * found.size());
+    }
+  }
+  each_once(found);
+  std::vector<uint64_t> all;
+  for (const std::vector<std::byte>& bytes : to_all(ranks, std::as_bytes(std::span(found)))) {
+    for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t))
+      all.push_back(load<uint64_t>(bytes.data() + at));
+  }
+  each_once(all);
+  return {sum_of(ranks, cells), all.size()};
+}
+
 }  // namespace maille

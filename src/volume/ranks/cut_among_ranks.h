@@ -4,7 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "volume/pieces/number_cut.h"
 
 namespace maille {
 
@@ -20,5 +23,10 @@ struct RankPieces {
   uint32_t count = 0;             ///< of all ranks; none where there are no cells
 };
 RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target, Ranks& ranks);
+
+/// The cells and points of all ranks in the pieces that stand for all (number_cut.h). `points`: by point of
+/// the part its number in the whole mesh.
+LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<const uint32_t> points,
+                          Ranks& ranks);
 
 }  // namespace maille

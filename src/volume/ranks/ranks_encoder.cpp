@@ -57,12 +57,25 @@ class RanksEncoder {
       division.pieces.assign(cells.numbers().size(), static_cast<uint32_t>(before[ranks_.rank()]));
       division.count = static_cast<uint32_t>(before.back());
     } else {
-      RankPieces cut = cut_among_ranks(middles(cells), how_.cells_per_piece, ranks_);
+      RankPieces cut = cut_into_pieces(points.directory(), cells);
       division.pieces = std::move(cut.of_cell);
       division.count = cut.count;
     }
     division.count += division.has_unused;
     return division;
+  }
+
+  /// As the function of this name has it for a mesh in memory.
+  RankPieces cut_into_pieces(const Directory& points, const Directory& cells) {
+    RankPieces by_planes = cut_among_ranks(middles(cells), how_.cells_per_piece, ranks_);
+    if (by_planes.count < 2) return by_planes;
+    const NumberCut cut = {coding_.cells, by_planes.count};
+    RankPieces by_number = {{}, by_planes.count};
+    for (const uint32_t cell : cells.numbers()) by_number.of_cell.push_back(cut.piece_of(cell));
+    const LookedAt numbered = look_among_ranks(*part_.mesh, by_number, points.numbers(), ranks_),
+                   planes = look_among_ranks(*part_.mesh, by_planes, points.numbers(), ranks_);
+    const bool better = is_better(numbered, planes, {coding_.cells, points.total()}, coding_.kept());
+    return better ? std::move(by_number) : std::move(by_planes);
   }
 
   Executor& executor_of() const {

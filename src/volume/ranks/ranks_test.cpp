@@ -210,6 +210,15 @@ TEST(Ranks, WriteTheBytesOfOneProcessWhateverTheirNumber) {
   }
 }
 
+TEST(Ranks, WriteTheBytesOfOneProcessInPiecesByNumber) {
+  Mesh mesh = grid(5, 6, 60);  // slabs of it are the best pieces
+  add_arrays(mesh, 3);
+  for (const Order order : {Order::keep, Order::canonical}) {
+    expect_serial_bytes(
+        mesh, 3, [](uint32_t cell) { return cell * 2654435761u / 7 % 3; }, streamed(order), 270);
+  }
+}
+
 RC_GTEST_PROP(Ranks, WriteTheBytesOfOneProcessForAnyCells, ()) {
   const auto seed = *rc::gen::arbitrary<unsigned>();
   const auto cells = *rc::gen::inRange(1u, 200u), points = *rc::gen::inRange(1u, 150u);
