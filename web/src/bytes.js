@@ -292,7 +292,7 @@ export class CachedBytes {
       this.ranges.set(key, known);
       return known;
     }
-    const bytes = await this.bytes.read(offset, size, signal);
+    const bytes = await this.#fetch(offset, size, signal);
     // What takes much of the budget is a whole file, which nobody reads twice.
     if (this.ranges.has(key) || bytes.length > this.budget / 4) return bytes;
     this.ranges.set(key, bytes.slice());
@@ -302,6 +302,23 @@ export class CachedBytes {
       this.ranges.delete(oldest);
       this.held -= old.length;
     }
+    return bytes;
+  }
+  /** What of a range is here already, at its ends, is not asked for again. */
+  async #fetch(offset, size, signal) {
+    const end = offset + size;
+    let begin = offset, stop = end, front = null, back = null;
+    for (const [key, held] of this.ranges) {
+      const first = Number(key.split(' ', 1)[0]), last = first + held.length;
+      if (first <= offset && last > begin) [front, begin] = [held.subarray(offset - first, Math.min(last, end) - first), Math.min(last, end)];
+      if (last >= end && first < stop) [back, stop] = [held.subarray(Math.max(first, offset) - first, end - first), Math.max(first, offset)];
+    }
+    if (!front && !back) return this.bytes.read(offset, size, signal);
+    const middle = begin < stop ? await this.bytes.read(begin, stop - begin, signal) : null;
+    const bytes = new Uint8Array(size);
+    if (back) bytes.set(back, size - back.length);
+    if (front) bytes.set(front);
+    if (middle) bytes.set(middle, begin - offset);
     return bytes;
   }
 }

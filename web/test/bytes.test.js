@@ -4,7 +4,7 @@ import {readFileSync} from 'node:fs';
 import {createServer} from 'node:http';
 import {after, before, test} from 'node:test';
 
-import {bytesOf} from '../src/bytes.js';
+import {bytesOf, CachedBytes} from '../src/bytes.js';
 import {MeshFile} from '../src/maille.js';
 
 const golden = readFileSync(new URL('../../tests/golden/random/arrays.maille', import.meta.url));
@@ -34,6 +34,17 @@ function fresh(behaviour = null) {
   log = [];
   misbehave = behaviour;
 }
+
+test('of bytes that are here already only the rest is asked for', async () => {
+  const asked = [], source = {size: large.length, name: 'large', read: async (offset, size) => (asked.push([offset, size]), large.slice(offset, offset + size))};
+  const cached = new CachedBytes(source, 1 << 20);
+  for (const [offset, size, fetched] of [[0, 1000, [0, 1000]], [100, 300, null], [500, 1000, [1000, 500]], [3000, 500, [3000, 500]],
+    [1200, 2000, [1500, 1500]], [0, 3500, [1000, 2000]], [50, 3450, null], [2900, 1000, [3500, 400]], [5000, 0, [5000, 0]]]) {
+    asked.length = 0;
+    assert.deepEqual(await cached.read(offset, size), large.slice(offset, offset + size), `${offset} ${size}`);
+    assert.deepEqual(asked, fetched ? [fetched] : [], `${offset} ${size}`);
+  }
+});
 
 test('a path where an address belongs is told at once, with what to do', async () => {
   await assert.rejects(MeshFile.open('scans/a.maille'), {code: 2, message: /^scans\/a.maille: is no address .* open\(await readFile\('scans\/a.maille'\)\)$/});
