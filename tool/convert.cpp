@@ -3,6 +3,7 @@
 #include <maille/io.h>
 
 #include "files.h"
+#include "gltf.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -62,7 +63,9 @@ Result<int> run(const ConvertOptions& options) {
     if (format == "maille") {
       TOOL_CHECK(write_maille(loaded.mesh, sink, options.common, progress));
     } else {
-      notes = TOOL_TRY(write_mesh(loaded.mesh, sink, {.format = format, .ascii = options.ascii}));
+      TOOL_CHECK(show_scene(loaded.mesh, format, options.as_stored, notes));
+      const auto more = TOOL_TRY(write_mesh(loaded.mesh, sink, {.format = format, .ascii = options.ascii}));
+      notes.insert(notes.end(), more.begin(), more.end());
       TOOL_CHECK(sink.commit());
     }
   }

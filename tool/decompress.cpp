@@ -235,11 +235,14 @@ Result<int> decompress_one(const DecompressOptions& options) {
       {output, options.input, options.force, is_binary(format, options.ascii), is_folder_format(format)}));
 
   CountingSink sink(*file);
-  const auto [mesh, damage] = TOOL_TRY(decode_whole(options, *input.source, time_step));
+  auto [mesh, damage] = TOOL_TRY(decode_whole(options, *input.source, time_step));
   const Stopwatch writing;
   const bool all_times = steps > 0 && !options.step && !options.time && !damage;
-  const auto notes = all_times ? TOOL_TRY(write_case(options, *input.source, mesh, sink, steps))
-                               : TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
+  std::vector<std::string> notes;
+  TOOL_CHECK(show_scene(mesh, format, options.as_stored, notes));
+  const auto more = all_times ? TOOL_TRY(write_case(options, *input.source, mesh, sink, steps))
+                              : TOOL_TRY(write_mesh(mesh, sink, {.format = format, .ascii = options.ascii}));
+  notes.insert(notes.end(), more.begin(), more.end());
   TOOL_CHECK(sink.commit());
   writing.done(options.common.verbose, "writing");
   say_notes(output_name(output), notes, options.common.quiet);

@@ -274,4 +274,10 @@ Result<int> verify_gltf(const VerifyOptions& options, const Input& input) {
   return static_cast<int>(code);
 }
 
+Result<> show_scene(Mesh& mesh, const std::string& format, bool as_stored, std::vector<std::string>& notes) {
+  if (as_stored || format == "glb" || format == "gltf" || format == "maille") return {};
+  if (auto scene = TOOL_TRY(mesh_in_scene(mesh, notes))) mesh = *std::move(scene);
+  return {};
+}
+
 }  // namespace maille::tool

@@ -26,4 +26,7 @@ Result<int> decompress_gltf_file(const DecompressOptions& options, const Input& 
 Result<int> info_of_gltf(const InfoOptions& options, const Input& input);
 Result<int> verify_gltf(const VerifyOptions& options, const Input& input);
 
+/// A mesh from glTF as its scene shows it, unless it is written as glTF again or wanted as it was stored.
+Result<> show_scene(Mesh& mesh, const std::string& format, bool as_stored, std::vector<std::string>& notes);
+
 }  // namespace maille::tool

@@ -75,6 +75,7 @@ struct DecompressOptions {
   std::optional<uint64_t> step;  ///< of time
   std::optional<double> time;    ///< the step that has it
   bool salvage = false;
+  bool as_stored = false;  ///< nodes of a glTF scene are not applied
   bool ascii = false;
   bool force = false;
 };
@@ -122,6 +123,7 @@ struct ConvertOptions {
   std::string output;
   std::string input_format;
   std::string output_format;
+  bool as_stored = false;  ///< as of DecompressOptions
   bool ascii = false;
   bool force = false;
 };

@@ -19,6 +19,13 @@ std::string effort_help() {
   return text;
 }
 
+void add_as_stored(CLI::App* verb, bool& as_stored) {
+  verb->add_flag("--as-stored,!--scene", as_stored,
+                 "Of glTF: meshes as they are stored, each once; by default (--scene) they are written as "
+                 "the nodes of the scene place them, unless OUT is glTF or .maille")
+      ->group(files_group);
+}
+
 /// The arguments behind IN and OUT, and where outputs of several inputs go.
 void add_batch(CLI::App* verb, Batch& batch, const std::string& what) {
   verb->add_option("MORE", batch.inputs, "With more than two names, all are inputs")
@@ -164,6 +171,7 @@ void Parser::add_decompress() {
   d->add_flag("--salvage", decompress.salvage,
               "Write what comes before the first damage, and leave with exit code 6; mode stream only")
       ->group(files_group);
+  add_as_stored(d, decompress.as_stored);
   d->add_flag("--ascii", decompress.ascii, "Text instead of binary, where the format has both")
       ->group(files_group);
   add_work(d, decompress.common);
@@ -278,6 +286,7 @@ void Parser::add_convert() {
   add_input_format(c, convert.input_format, "IN", files_group);
   add_output_format(c, convert.output_format, "by extension", formats_to_write());
   add_force(c, convert.force);
+  add_as_stored(c, convert.as_stored);
   c->add_flag("--ascii", convert.ascii, "Text instead of binary, where the format has both")
       ->group(files_group);
   add_work(c, convert.common);

@@ -4,6 +4,7 @@
 #include <maille/limits.h>
 #include <maille/source.h>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,5 +65,11 @@ struct GltfPart {
 /// The .maille files of a glTF file, in the order of their buffer views; empty where it does not use the
 /// extension, or is no glTF file.
 Result<std::vector<GltfPart>> gltf_parts(const Source& source);
+
+/// A mesh that was read from glTF, as its scene shows it: the transforms of nodes (in its metadata, see
+/// io/gltf/gltf.h) applied to positions, normals and tangents, a mesh that several nodes use once for each.
+/// Skinned meshes stay as stored. Without a value: there is nothing to apply. Error: malformed_input, where
+/// the scene shows far more than the mesh has.
+Result<std::optional<Mesh>> mesh_in_scene(const Mesh& mesh, std::vector<std::string>& notes);
 
 }  // namespace maille
