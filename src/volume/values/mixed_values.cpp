@@ -46,7 +46,8 @@ std::array<int32_t, inputs> initial_weights() {
 }  // namespace
 
 uint64_t mixed_coder_bytes(const StreamedArray& array) {
-  return (uint64_t{1} << 20) + array.components * uint64_t{array.follows ? 100000u : 48000u};
+  const uint64_t fits = PointStencil::situations * uint64_t{array.follows ? 3500u : 1300u};
+  return (uint64_t{1} << 20) + fits + array.components * uint64_t{4000};
 }
 
 template <class Coder, unsigned Bits>
@@ -56,19 +57,18 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
       exceptions_(array.components),
       last_(array.components),
       places_(array.components),
+      situations_(array.components),
       mixer_(scale_bins * node_types, 64 * node_types, node_types, initial_weights<inputs>()),
       few_{std::vector<WideCell>(scale_bins * 2 * nodes), std::vector<WideCell>(scale_bins * 2 * nodes)},
       followers_(size_t{followers} << follower_bits) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   array_.maps.clear();  // with their tables
-  for (unsigned c = 0; c < array.components; ++c) {
-    situations_.push_back(std::make_unique<Situations>());
-    if (!array.follows) continue;
-    for (Situation& situation : *situations_.back()) situation.fit.template emplace<FollowingFit>();
-  }
   if (array.follows) {
+    following_fits_.resize(PointStencil::situations);
     last_before_.resize(array.components);
     places_before_.resize(array.components);
+  } else {
+    fits_.resize(PointStencil::situations);
   }
   for (auto& ratios : ratios_) ratios.fill(1.0F);
 }
@@ -200,9 +200,7 @@ float MixedValueCoder<Coder, Bits>::twist_at(uint32_t slot) const {
 
 template <class Coder, unsigned Bits>
 double MixedValueCoder<Coder, Bits>::predict() const {
-  if (const auto* following = std::get_if<FollowingFit>(&situation_->fit))
-    return following->predict(features_);
-  return std::get<Fit>(situation_->fit).predict(first_features());
+  return array_.follows ? following_fits_[fit_].predict(features_) : fits_[fit_].predict(first_features());
 }
 
 /// By the weights, unless that is far from all else.
@@ -227,7 +225,8 @@ const double* MixedValueCoder<Coder, Bits>::places_before(const std::byte* tuple
 
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
-  situation_ = &(*situations_[component_])[stencil.situation];
+  situation_ = &situations_[component_][stencil.situation];
+  fit_ = stencil.is_full() ? uint8_t{PointStencil::full} : stencil.situation;
   Sums sums;
   find_sums(
       stencil, [&](uint32_t slot) { return at(slot).place; }, last_[component_].place, sums);
@@ -486,14 +485,11 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
     float& known = ratios_[j][j == best ? size_bin_ : deviation_bin_];
     known += 0.03F * (static_cast<float>(ratio) - known);
   }
-  if (auto* following = std::get_if<FollowingFit>(&situation.fit)) {
-    // What is far off weighs less: while the first numbers show how large errors are, one would outweigh all
-    // others (12 bits a double of noise that grows; no more than 0.1 % where arrays are alone).
-    const double doubt = std::max(deviation_, 0.05 * std::fabs(residual));
-    return following->learn(features_, to_float(where - origin_), static_cast<float>(1 / doubt));
-  }
-  const auto certainty = static_cast<float>(1 / deviation_);
-  std::get<Fit>(situation.fit).learn(first_features(), value_.twist, certainty);
+  // What was far off weighs less: errors have long tails, and the largest few would outweigh all others.
+  const double missed = where - candidate_[fitted];
+  const auto certainty = static_cast<float>(1 / std::sqrt(size_ * size_ + missed * missed));
+  if (array_.follows) return following_fits_[fit_].learn(features_, to_float(where - origin_), certainty);
+  fits_[fit_].learn(first_features(), value_.twist, certainty);
 }
 
 template <class Coder, unsigned Bits>

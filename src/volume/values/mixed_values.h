@@ -4,9 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "code/online_least_squares.h"
@@ -91,7 +89,6 @@ class MixedValueCoder {
   };
   /// What was learnt of one component in one situation.
   struct Situation {
-    std::variant<Fit, FollowingFit> fit;
     double square = 0;  ///< mean of squared errors
     unsigned visits = 0;
     std::array<float, candidates> miss{};  ///< mean half octaves by which each candidate missed
@@ -158,7 +155,12 @@ class MixedValueCoder {
   std::vector<Before> known_before_;  ///< by slot and component, if the array follows a step
   std::vector<Before> last_before_;
   std::vector<double> places_before_;
-  std::vector<std::unique_ptr<Situations>> situations_;
+  std::vector<Situations> situations_;  ///< by component
+  /// By situation, one for all components and that of corner 0 for all corners of full hexahedra: what is
+  /// known around a number says as much of it in any direction, and a fit of all learns soonest. One of the
+  /// two.
+  std::vector<Fit> fits_;
+  std::vector<FollowingFit> following_fits_;
   Mixer<inputs> mixer_;
   std::array<std::vector<WideCell>, 2> few_;
   std::array<std::array<float, scale_bins>, experts> ratios_;
@@ -174,6 +176,7 @@ class MixedValueCoder {
   // Of the number at hand.
   unsigned component_ = 0;
   Situation* situation_ = nullptr;
+  unsigned fit_ = 0;
   FollowingFit::Features features_;
   std::array<double, experts> mean_;
   std::array<double, candidates> candidate_;  ///< sums, fit and plane
