@@ -359,7 +359,12 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
     stream = MAILLE_TRY(with_steps(coded, number, first_of_group(options_.step), options_.step));
     options.step = (options_.step - 1) % steps_of_group + 1;
   }
-  piece.mesh = MAILLE_TRY(decode_stream(*memory_source(std::move(stream)), options));
+  Result<Mesh> mesh = decode_stream(*memory_source(std::move(stream)), options);
+  // The file says that there is the step, but its values do not follow on what the piece holds.
+  if (!mesh && mesh.error().code == ErrorCode::usage)
+    return failure(ErrorCode::corrupt, "its values at step " + std::to_string(options_.step) +
+                                           " are damaged, or those of another piece");
+  piece.mesh = MAILLE_TRY(std::move(mesh));
   piece.blocks = std::move(coded.blocks);
   MAILLE_CHECK(check(piece, pieces_[number]));
   const auto points = static_cast<uint32_t>(piece.mesh.point_count());
