@@ -24,14 +24,7 @@ void run(Bytes input) {
   if (!decoder) return require_kind(decoder.error(), {ErrorCode::corrupt});
   if (!positions.empty()) {
     Array array = make_array("position", Domain::point, Scalar::f32, 3);
-    std::vector<uint8_t> valences;
-    if (need_valences(positions)) {
-      auto fans = FanPatchDecoder::begin(topology, points, corners)->fans->finish();
-      if (!fans) return require_kind(fans.error(), {ErrorCode::corrupt});
-      fans->count_valences();
-      valences = std::move(fans->valences);
-    }
-    const auto decoded = decode_positions(*decoder->fans, valences, positions, points, array);
+    const auto decoded = decode_positions(*decoder->fans, positions, points, array);
     if (!decoded) return require_kind(decoded.error(), {ErrorCode::corrupt});
     require(array.count() == points, "as many positions as told");
   }
@@ -43,7 +36,8 @@ void run(Bytes input) {
   uint64_t cells = 0;
   for (const BlockShape& block : blocks) cells += block.cells;
   uint64_t assembled = 0;
-  for (const CellBlock& block : assemble_fans(std::move(patch->fans), patch->topology, blocks)) {
+  const AssembledCells made = assemble_fans(std::move(patch->fans), patch->topology, blocks, false);
+  for (const CellBlock& block : made.blocks) {
     for (const uint32_t point : block.connectivity) require(point < points, "corners are points");
     assembled += block.size();
   }
