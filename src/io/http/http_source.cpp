@@ -11,8 +11,9 @@ namespace maille {
 namespace {
 
 constexpr uint64_t block_bytes = BlockCache::block_bytes;
-/// A long range is fetched as several, over several connections.
-constexpr uint64_t piece_bytes = uint64_t{512} << 10;
+/// A long range is fetched as several, over several connections. A shorter one would be here before another
+/// connection is open, and servers count requests.
+constexpr uint64_t piece_bytes = uint64_t{2} << 20;
 /// Read on in order, more and more is fetched ahead, from this on up to that.
 constexpr uint64_t least_ahead = uint64_t{64} << 10, most_ahead = uint64_t{4} << 20;
 /// Who looks at the end of a file wants what is before it next: an index.
