@@ -1,4 +1,4 @@
-// maille-mpi: what `maille compress --pieces` and `maille verify` do, by many processes.
+// maille-mpi: what `maille compress --pieces`, decompress and verify do, by many processes.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
@@ -8,6 +8,29 @@
 #include <maille/mpi.h>
 #include <maille/parts.h>
 #include <maille/volume_file.h>
+
+#include "program.h"
+
+namespace maille {
+
+Result<> agree(Ranks& ranks, const Result<>& mine) {
+  std::vector<uint64_t> failing = {mine ? 0 : ranks.size() - ranks.rank()};
+  ranks.largest(failing);
+  if (failing[0] == 0) return {};
+  const auto first = static_cast<unsigned>(ranks.size() - failing[0]);
+  std::vector<std::byte> told;
+  if (ranks.rank() == first) {
+    const std::string text = std::to_string(static_cast<int>(mine.error().code)) + " " + mine.error().message;
+    const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+    told.assign(bytes, bytes + text.size());
+  }
+  const auto all = ranks.exchange(std::vector(ranks.size(), told));
+  const std::string text(reinterpret_cast<const char*>(all[first].data()), all[first].size());
+  const size_t blank = text.find(' ');
+  return failure(static_cast<ErrorCode>(std::stoi(text.substr(0, blank))), text.substr(blank + 1));
+}
+
+}  // namespace maille
 
 namespace {
 
@@ -19,6 +42,7 @@ struct Options {
   uint64_t pieces = cells_of_volume_piece;
   bool as_is = false, any_order = false, quiet = false;
   double error = 0;
+  uint64_t step = 0;
 };
 
 /// What a rank has read.
@@ -102,24 +126,6 @@ Result<OwnPart> read_inputs(const Options& options, Ranks& ranks) {
   Result<std::vector<std::string>> parts = parts_of_mesh(inputs[0]);
   if (!parts) return tl::unexpected(parts.error());
   return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, inputs, ranks);
-}
-
-/// The error of the first rank that has one, in all.
-Result<> agree(Ranks& ranks, const Result<>& mine) {
-  std::vector<uint64_t> failing = {mine ? 0 : ranks.size() - ranks.rank()};
-  ranks.largest(failing);
-  if (failing[0] == 0) return {};
-  const auto first = static_cast<unsigned>(ranks.size() - failing[0]);
-  std::vector<std::byte> told;
-  if (ranks.rank() == first) {
-    const std::string text = std::to_string(static_cast<int>(mine.error().code)) + " " + mine.error().message;
-    const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
-    told.assign(bytes, bytes + text.size());
-  }
-  const auto all = ranks.exchange(std::vector(ranks.size(), told));
-  const std::string text(reinterpret_cast<const char*>(all[first].data()), all[first].size());
-  const size_t blank = text.find(' ');
-  return failure(static_cast<ErrorCode>(std::stoi(text.substr(0, blank))), text.substr(blank + 1));
 }
 
 Result<> compress(const Options& options, MPI_Comm communicator) {
@@ -207,6 +213,12 @@ int run(int argc, char** argv) {
   compressing.add_flag("--as-is", options.as_is, "the part of each rank is a piece");
   compressing.add_flag("--any-order", options.any_order, "the order of points and cells may change");
   compressing.add_flag("-q,--quiet", options.quiet, "errors only");
+  CLI::App& decompressing = *app.add_subcommand(
+      "decompress",
+      "A .pvtu, and a .vtu beside it for each rank: its share of the pieces, with the numbers of points and "
+      "cells in the whole mesh.");
+  decompressing.add_option("files", options.files, "FILE OUT.pvtu")->required()->expected(2);
+  decompressing.add_option("--step", options.step, "a step of time; 0 (default): the mesh");
   CLI::App& verifying = *app.add_subcommand("verify", "Decodes all pieces, each by one rank.");
   verifying.add_option("file", options.files, "FILE")->required()->expected(1);
   verifying.add_flag("-q,--quiet", options.quiet, "errors only");
@@ -218,8 +230,12 @@ int run(int argc, char** argv) {
     const int code = rank == 0 ? app.exit(error) : error.get_exit_code();
     return code == 0 ? 0 : static_cast<int>(ErrorCode::usage);
   }
-  const Result<> done =
-      compressing.parsed() ? compress(options, MPI_COMM_WORLD) : verify(options, MPI_COMM_WORLD);
+  const auto decompress = [&] {
+    return decompress_shares(options.files[0], options.files[1], options.step, *mpi::ranks(MPI_COMM_WORLD));
+  };
+  const Result<> done = compressing.parsed()     ? compress(options, MPI_COMM_WORLD)
+                        : decompressing.parsed() ? decompress()
+                                                 : verify(options, MPI_COMM_WORLD);
   if (done) return 0;
   if (rank == 0) std::fprintf(stderr, "maille-mpi: %s\n", done.error().message.c_str());
   return static_cast<int>(done.error().code);
