@@ -190,7 +190,8 @@ TEST(GltfCompression, SmallMeshesOfOneKindShareAFile) {
   const Made packed = compressed(asset.text());
   EXPECT_EQ(packed.report.files, 1u);
   EXPECT_EQ(packed.report.compressed, 3u);
-  for (const Asset& accessor : packed.json()["accessors"])
+  const Asset json = packed.json();
+  for (const Asset& accessor : json["accessors"])
     EXPECT_EQ(accessor["count"], accessor["type"] == "SCALAR" ? 294 : 64);
   expect_same_geometry(asset.text(), packed.text);
 }
