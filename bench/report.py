@@ -2,7 +2,8 @@
 """Tables and the plot from the JSON lines of maille_bench.
 
 report.py RESULTS.jsonl               prints the summary and the bars of the project
-report.py RESULTS.jsonl --docs FILE   also writes the tables into FILE between its markers
+report.py RESULTS.jsonl --docs FILE   also writes the tables into FILE between its markers, those of single meshes into
+                                      the page beside it whose name ends in -by-mesh
 report.py RESULTS.jsonl --plot FILE   also draws size against decode speed (PNG)
 report.py RESULTS.jsonl --volume      the same for the results of maille_bench_volume, between its own markers
 """
@@ -19,6 +20,7 @@ import report_volume
 YARDSTICK = {'lossless': 'meshopt + zstd -19'}  # every other precision: Draco's best
 DRACO = 'draco -cl 10'
 PLOT_BITS = '14'
+BESIDE_BITS = ('12',)  # says what 14 bits say: its summary is on the page of single meshes
 
 
 def yardstick(bits):
@@ -98,9 +100,9 @@ def summary_rows(results, folder, bits):
                f'{median("encode_peak_per_vertex"):.0f}', f'{median("decode_peak_per_vertex"):.0f}']
 
 
-def summary(results):
+def summary(results, wanted=lambda bits: True):
     for folder, bits in results.groups:
-        if folder == 'special':
+        if folder == 'special' or not wanted(bits):
             continue
         rows = list(summary_rows(results, folder, bits))
         if not rows:
@@ -204,20 +206,29 @@ def bars(results):
 
 
 def write_docs(results, path):
-    parts = list(summary(results))
+    write_between(path, 'tables', list(summary(results, lambda bits: bits not in BESIDE_BITS)))
+    write_between(by_mesh(path), 'tables', list(sections_by_mesh(results)))
+
+
+def by_mesh(path):
+    """The page of the long tables beside that of the summaries: who reads the summaries is not to scroll past them."""
+    return path.removesuffix('.md') + '-by-mesh.md'
+
+
+def sections_by_mesh(results):
+    yield from summary(results, lambda bits: bits in BESIDE_BITS)
     folders = list(collections.OrderedDict.fromkeys(f for f, _ in results.groups if f != 'special'))
     for folder in folders:
         for bits in [b for f, b in results.groups if f == folder]:
             title = 'lossless float32' if bits == 'lossless' else f'{bits} bits'
-            parts.append(f'### Bits per vertex, {folder}, {title}\n\n' + per_mesh(results, folder, bits))
+            yield f'### Bits per vertex, {folder}, {title}\n\n' + per_mesh(results, folder, bits)
     split = connectivity(results, 'tri', PLOT_BITS)
     if split:
-        parts.append(f'### Connectivity + geometry, bits per vertex, tri, {PLOT_BITS} bits\n\n' + split)
+        yield f'### Connectivity + geometry, bits per vertex, tri, {PLOT_BITS} bits\n\n' + split
     turned = special(results)
     if turned:
-        parts.append('### Every second face turned around\n\n' + turned)
-    parts.append('### What does not come back\n\n' + losses(results))
-    write_between(path, 'tables', parts)
+        yield '### Every second face turned around\n\n' + turned
+    yield '### What does not come back\n\n' + losses(results)
 
 
 def write_between(path, marker, parts):
@@ -276,10 +287,12 @@ def main():
     arguments.add_argument('--volume', action='store_true')
     options = arguments.parse_args()
     if options.volume:
-        parts = list(report_volume.sections(options.results))
-        print('\n' + '\n'.join(parts))
+        volumes = report_volume.Volumes(options.results)
+        parts, of_files = list(report_volume.sections(volumes)), list(report_volume.sections_by_file(volumes))
+        print('\n' + '\n'.join(parts + of_files))
         if options.docs:
             write_between(options.docs, 'volume tables', parts)
+            write_between(by_mesh(options.docs), 'volume tables', of_files)
         return
     results = Results(options.results)
     print('\n' + '\n'.join(summary(results)))

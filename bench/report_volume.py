@@ -189,13 +189,16 @@ def aims_table(results):
     return table(['aim', 'reached', 'bar', 'stretch', ''], lines)
 
 
-def sections(path):
-    results = Volumes(path)
+def sections(results):
     yield '### Aims\n\n' + f'`{BEST}`, order kept where nothing else is said; means over files, of ratios geometric.\n\n' + aims_table(results)
-    yield '### Connectivity, numbering and geometry, bits per solid cell\n\n' + parts(results)
-    yield '### Whole files, bits per solid cell\n\n' + whole_files(results)
-    yield '### Arrays, bytes against ' + GENERIC + '\n\n' + fields(results)
     yield '### Size and speed\n\nGeometric means of sizes, medians of speeds.\n\n' + speeds(results)
     if results.whole_coder:
         yield '### Whole coder, wall time\n\nEffort 5, order kept, the best of some rounds; only of an idle machine.\n\n' + whole_coder(results)
+
+
+def sections_by_file(results):
+    """The long tables, for a page of their own."""
+    yield '### Connectivity, numbering and geometry, bits per solid cell\n\n' + parts(results)
+    yield '### Whole files, bits per solid cell\n\n' + whole_files(results)
+    yield '### Arrays, bytes against ' + GENERIC + '\n\n' + fields(results)
     yield '### Round trip of the files as they are, all arrays\n\n' + round_trips(results)
