@@ -223,7 +223,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
                     "alone",
                     input_name(options.input)));
   }
-  TOOL_CHECK(check_memory(loaded.mesh, encoding.mode, options.common, input_name(options.input)));
+  TOOL_CHECK(check_memory(loaded.mesh, *encoding.mode, options.common, input_name(options.input)));
   encoding.progress =
       progress.watch(static_cast<double>(loaded.mesh.cell_count()), volume ? "cells" : "faces");
   const Stopwatch step;

@@ -92,23 +92,8 @@ std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-namespace {
-
-bool has_solids(const Mesh& mesh) {
-  const auto is_solid = [](uint8_t type) { return dimension_of(static_cast<CellType>(type)) == 3; };
-  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [&](const CellBlock& block) {
-    return dimension_of(block.type) == 3 || std::any_of(block.types.begin(), block.types.end(), is_solid);
-  });
-}
-
-}  // namespace
-
-Mode usual_mode(const Mesh& mesh) {
-  return has_solids(mesh) ? Mode::stream : Mode::single;
-}
-
 const char* cell_word(const Mesh& mesh) {
-  return has_solids(mesh) ? "cell" : "face";
+  return usual_mode(mesh) == Mode::stream ? "cell" : "face";
 }
 
 namespace {

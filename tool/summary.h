@@ -28,8 +28,6 @@ Json info_json(const FileInfo& info, const std::string& name, const std::optiona
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);
 
-/// The mode of a file where none is asked for: stream for solids, else single.
-Mode usual_mode(const Mesh& mesh);
 /// What its cells are called: "cell" if there are solids among them, else "face".
 const char* cell_word(const Mesh& mesh);
 

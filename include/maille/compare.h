@@ -43,6 +43,6 @@ struct ArrayDifference {
 /// Array by array, the positions first, between two meshes with the same number of elements, matched by their
 /// order. Error: differs, for an array that only one of them has, or with another number of tuples or
 /// components.
-Result<std::vector<ArrayDifference>> differences_by_order(const Mesh& a, const Mesh& b);
+[[nodiscard]] Result<std::vector<ArrayDifference>> differences_by_order(const Mesh& a, const Mesh& b);
 
 }  // namespace maille

@@ -23,7 +23,7 @@ struct DecodeOptions {
 /// memory bounded by options.limits. Damage is found by checksums before decoding and reported with the
 /// chunk's name and place. Errors: cannot_read, unsupported (another version), corrupt, memory_bound,
 /// cancelled.
-Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
+[[nodiscard]] Result<Mesh> decode(const Source& source, const DecodeOptions& options = {});
 
 /// What could be had of a damaged file.
 struct Salvaged {
@@ -35,6 +35,6 @@ struct Salvaged {
 /// Decompresses a file of mode stream as far as it goes: all cells before the first damaged or missing chunk,
 /// with their points. The points keep their order; where some are missing, numbers move up. Errors as
 /// decode(), but corrupt only if not even the description can be made out; unsupported for other modes.
-Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
+[[nodiscard]] Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
 
 }  // namespace maille

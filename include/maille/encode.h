@@ -42,8 +42,12 @@ enum class Order : uint8_t {
 /// (docs/benchmarks.md, "Volumes in pieces").
 inline constexpr uint64_t cells_of_volume_piece = uint64_t{1} << 18;
 
+/// The mode of a file where none is asked for: stream for meshes with solids, else single.
+Mode usual_mode(const Mesh& mesh);
+
 struct EncodeOptions {
-  Mode mode = Mode::single;
+  /// None: usual_mode(); of a mesh that is read in parts stream, or random where all cells are faces.
+  std::optional<Mode> mode;
   int effort = 5;  ///< 1 (fast) to 9 (small); see effort_ranges()
   Order order = Order::canonical;
   Tolerance positions;
@@ -101,6 +105,6 @@ struct EncodeReport {
 /// Compresses a mesh into `sink` as one .maille file and commits it. The mesh is checked first (validate()).
 /// The same mesh and options give the same bytes on every machine and for any executor.
 /// Errors: malformed_input (the mesh), usage (the options), unsupported, write_failed, cancelled.
-Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options = {});
+[[nodiscard]] Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options = {});
 
 }  // namespace maille

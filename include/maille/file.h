@@ -81,13 +81,13 @@ struct FileInfo {
 };
 
 /// Of which mode a file is, by its first bytes. Errors: cannot_read, unsupported, corrupt.
-Result<Mode> mode_of(const Source& source);
+[[nodiscard]] Result<Mode> mode_of(const Source& source);
 
 /// Reads header, index and description; decodes no values. Errors as decode().
-Result<FileInfo> inspect(const Source& source);
+[[nodiscard]] Result<FileInfo> inspect(const Source& source);
 
 /// Checks every checksum of the file. The result lists what is damaged, one sentence each; empty: all is
 /// well. Error: cannot_read, or corrupt when not even the header can be made out.
-Result<std::vector<std::string>> verify_checksums(const Source& source);
+[[nodiscard]] Result<std::vector<std::string>> verify_checksums(const Source& source);
 
 }  // namespace maille

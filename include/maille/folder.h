@@ -11,10 +11,10 @@ namespace maille {
 class FolderSink : public Sink {
  public:
   /// Of the folder. Error: write_failed.
-  virtual Result<> begin_file(const std::string& name) = 0;
+  [[nodiscard]] virtual Result<> begin_file(const std::string& name) = 0;
   /// A file elsewhere in a case of OpenFOAM, by its path in it: "0.1/p". False: it is not to be written.
   /// Errors: write_failed; usage, where it is there already.
-  virtual Result<bool> begin_case_file(const std::string& path) {
+  [[nodiscard]] virtual Result<bool> begin_case_file(const std::string& path) {
     static_cast<void>(path);
     return false;
   }
@@ -30,6 +30,7 @@ std::string polymesh_folder(const std::string& path);
 /// alone; they appear behind the mesh, each file whole. `overwrite`: also where there are fields of the same
 /// names and times; files in "constant" and "system" are never replaced. Error: write_failed, with the
 /// system's reason.
-Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path, bool overwrite = true);
+[[nodiscard]] Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path,
+                                                                bool overwrite = true);
 
 }  // namespace maille

@@ -117,16 +117,16 @@ struct GeneratedSize {
 class GeneratedOutput {
  public:
   virtual ~GeneratedOutput() = default;
-  virtual Result<> begin(const GeneratedSize& size) = 0;
+  [[nodiscard]] virtual Result<> begin(const GeneratedSize& size) = 0;
   /// Three coordinates of each of the points `first`, first + 1, ...; points are numbered as they come.
-  virtual Result<> points(uint64_t first, std::span<const double> coordinates) = 0;
+  [[nodiscard]] virtual Result<> points(uint64_t first, std::span<const double> coordinates) = 0;
   /// Outer faces, all triangles or all quads, seen from outside.
-  virtual Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) = 0;
+  [[nodiscard]] virtual Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) = 0;
   /// Cells of one block and one type. `last_use`: a flag for each node, not 0 where no later face, cell or
   /// node of the cell is the same point. A hexahedron that is neither prism, pyramid nor tetrahedron keeps
   /// its repeated nodes.
-  virtual Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
-                         std::span<const uint8_t> last_use) = 0;
+  [[nodiscard]] virtual Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
+                                       std::span<const uint8_t> last_use) = 0;
 };
 
 struct GenerateOptions {
@@ -144,13 +144,13 @@ struct GenerateOptions {
 /// row of cells, whatever the size of the mesh. Coordinates are made with sin, cos, atan2 and pow of the
 /// machine's library: they can differ in the last digits from machine to machine. Errors: malformed_input,
 /// naming the block; unsupported; those of `output`.
-Result<> generate(const BlockDescription& description, const GenerateOptions& options,
-                  GeneratedOutput& output);
+[[nodiscard]] Result<> generate(const BlockDescription& description, const GenerateOptions& options,
+                                GeneratedOutput& output);
 
 /// The same as a mesh: blocks of hexahedra (mixed where some are collapsed) for each zone, and blocks of
 /// faces named as the patches. Patch types are in the metadata. Error: memory_bound, before anything is made.
-Result<Mesh> generate_mesh(const BlockDescription& description, const GenerateOptions& options,
-                           const Limits& limits = {});
+[[nodiscard]] Result<Mesh> generate_mesh(const BlockDescription& description, const GenerateOptions& options,
+                                         const Limits& limits = {});
 
 /// What a blockMeshDict of OpenFOAM says.
 struct BlockDictionary {
@@ -159,6 +159,6 @@ struct BlockDictionary {
 };
 
 /// Reads a blockMeshDict. Error: malformed_input or unsupported, naming file, line and entry.
-Result<BlockDictionary> read_block_dictionary(const std::string& path);
+[[nodiscard]] Result<BlockDictionary> read_block_dictionary(const std::string& path);
 
 }  // namespace maille

@@ -38,12 +38,12 @@ struct GltfReport {
 
 /// The arrays of points that compress_gltf() would code, without values: names, types and roles for a choice
 /// of tolerances. Errors as of read_mesh().
-Result<std::vector<Array>> gltf_arrays(const Source& source);
+[[nodiscard]] Result<std::vector<Array>> gltf_arrays(const Source& source);
 
 /// Compresses the triangles of a glTF asset, commits the sink. A primitive stays as it is where the extension
 /// cannot hold it or does not make it smaller. Errors: as of read_mesh() and encode(); unsupported where the
 /// geometry is compressed already.
-Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options = {});
+[[nodiscard]] Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options = {});
 
 struct GltfDecompressOptions {
   Limits limits;
@@ -53,7 +53,7 @@ struct GltfDecompressOptions {
 
 /// The inverse: a glTF file without the extension. Commits the sink. Safe on any input. Errors: as of
 /// read_mesh() and decode(); usage where the asset does not use the extension.
-Result<GltfReport> decompress_gltf(const Source& source, Sink& sink,
+[[nodiscard]] Result<GltfReport> decompress_gltf(const Source& source, Sink& sink,
                                    const GltfDecompressOptions& options = {});
 
 /// One .maille file within a glTF file.
@@ -64,7 +64,7 @@ struct GltfPart {
 };
 /// The .maille files of a glTF file, in the order of their buffer views; empty where it does not use the
 /// extension, or is no glTF file.
-Result<std::vector<GltfPart>> gltf_parts(const Source& source);
+[[nodiscard]] Result<std::vector<GltfPart>> gltf_parts(const Source& source);
 
 /// A mesh that was read from glTF, as its scene shows it: the transforms of nodes (in its metadata, see
 /// io/gltf/gltf.h) applied to positions, normals and tangents, a mesh that several nodes use once for each.

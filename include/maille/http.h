@@ -49,6 +49,7 @@ class HttpSource : public Source {
 /// between is noticed by its ETag, date or size, and is an error from then on. Redirections are followed,
 /// five at most. Error: network, naming address, range and what was answered; unsupported in a library built
 /// without libcurl.
-Result<std::unique_ptr<HttpSource>> http_source(const std::string& url, const HttpOptions& options = {});
+[[nodiscard]] Result<std::unique_ptr<HttpSource>> http_source(const std::string& url,
+                                                              const HttpOptions& options = {});
 
 }  // namespace maille

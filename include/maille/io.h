@@ -23,9 +23,9 @@ const std::vector<FormatInfo>& formats();
 
 /// Name of the format of a path by its extension ("dragon.ply.gz" -> "ply"), or of a file by its first bytes
 /// where the extension says nothing. Error: usage, listing what is known.
-Result<std::string> format_of(const std::string& path);
+[[nodiscard]] Result<std::string> format_of(const std::string& path);
 /// The same of what is open already, such as a pipe, by its name and bytes.
-Result<std::string> format_of(const Source& source);
+[[nodiscard]] Result<std::string> format_of(const Source& source);
 
 struct ReadOptions {
   std::string format;  ///< empty: by extension, then by first bytes
@@ -42,8 +42,8 @@ struct ReadResult {
 /// Reads a mesh from a foreign format. Safe on any input: a mesh for which validate() holds, or
 /// malformed_input naming file, line or byte, element, what was found. Memory is bounded by what the file
 /// really holds, never by what a header claims.
-Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options = {});
-Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options);
+[[nodiscard]] Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options = {});
+[[nodiscard]] Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options);
 
 struct WriteOptions {
   std::string format;  ///< empty: by the sink's name
@@ -54,6 +54,7 @@ struct WriteOptions {
 /// Writes a mesh in a foreign format. What the format cannot hold is named in the notes returned, never
 /// dropped silently. Does not commit the sink. Errors: usage, where nothing sensible can be written;
 /// malformed_input (the mesh); unsupported; write_failed.
-Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
+[[nodiscard]] Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink,
+                                                          const WriteOptions& options);
 
 }  // namespace maille

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <maille/error.h>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,19 @@ size_t size_of(Scalar type);
 const char* name_of(Scalar type);
 inline bool is_float(Scalar type) {
   return type >= Scalar::f32;
+}
+
+/// The Scalar of a C++ type: of integers by size and sign, float, double.
+template <class T>
+constexpr Scalar scalar_of() {
+  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 8);
+  if constexpr (std::is_floating_point_v<T>) {
+    return sizeof(T) == 4 ? Scalar::f32 : Scalar::f64;
+  } else {
+    constexpr Scalar of_sign[] = {Scalar::i8, Scalar::i16, Scalar::i32, Scalar::i64};
+    constexpr auto size = sizeof(T) == 1 ? 0 : sizeof(T) == 2 ? 1 : sizeof(T) == 4 ? 2 : 3;
+    return static_cast<Scalar>(static_cast<unsigned>(of_sign[size]) + (std::is_unsigned_v<T> ? 1 : 0));
+  }
 }
 
 /// What the tuples of an array belong to.
@@ -61,13 +76,21 @@ struct Array {
   /// Sets the number of tuples; new ones are zero.
   void resize(uint64_t tuples) { bytes.resize(tuples * tuple_size()); }
 
-  /// The numbers, `count() * components` of them. T must be the C++ type of `type`.
+  /// Is T the C++ type of `type`?
+  template <class T>
+  bool holds() const {
+    return type == scalar_of<T>();
+  }
+  /// The numbers, `count() * components` of them. T must be the C++ type of `type`, which builds without
+  /// NDEBUG check.
   template <class T>
   std::span<const T> values() const {
+    assert(holds<T>());
     return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
   }
   template <class T>
   std::span<T> values() {
+    assert(holds<T>());
     return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
   }
 };
@@ -190,6 +213,6 @@ struct Mesh {
 /// Checks that a mesh keeps its own rules: array sizes, offsets that never decrease and end at the
 /// connectivity's end, node counts per type, faces of polyhedra, every index below point_count(). Error:
 /// malformed_input, naming block, cell or array.
-Result<void> validate(const Mesh& mesh);
+[[nodiscard]] Result<void> validate(const Mesh& mesh);
 
 }  // namespace maille

@@ -61,11 +61,12 @@ class MeshSource {
   virtual ~MeshSource() = default;
   virtual const MeshDescription& description() const = 0;
   /// Positions of points first ... first + count - 1 into `out`, which has room for exactly these.
-  virtual Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
+  [[nodiscard]] virtual Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
   /// Cells first ... first + count - 1; what was in `out` is replaced.
-  virtual Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) = 0;
+  [[nodiscard]] virtual Result<> read_cells(uint64_t first, uint64_t count, CellPiece& out) = 0;
   /// Tuples of description().arrays[array].
-  virtual Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) = 0;
+  [[nodiscard]] virtual Result<> read_array(size_t array, uint64_t first, uint64_t count,
+                                            std::span<std::byte> out) = 0;
   /// As ReadResult has them.
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -74,7 +75,8 @@ class MeshSource {
 /// polyhedra; binary Gmsh files (2.x, 4.1) whose nodes are numbered from 1 on, without periodic or partial
 /// data; binary PLY files of points without lists, then faces with no other list than their corners. Other
 /// files are unsupported, see read_mesh(). `source` must outlive the result.
-Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits = {});
+[[nodiscard]] Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source,
+                                                                   const Limits& limits = {});
 
 /// What opening a mesh in parts may use.
 struct PartsOptions {
@@ -85,21 +87,21 @@ struct PartsOptions {
 };
 /// OpenFOAM's polyMesh: its folder, a file in it, or a case. Faces are sorted by cell in temporary files
 /// while it is opened; they take about as much room as the mesh. Error: unsupported for packed files.
-Result<std::unique_ptr<MeshSource>> open_polymesh_source(const std::string& path,
-                                                         const PartsOptions& options = {});
+[[nodiscard]] Result<std::unique_ptr<MeshSource>> open_polymesh_source(const std::string& path,
+                                                                       const PartsOptions& options = {});
 
 /// A mesh written a part at a time, in any order except that cells follow each other (see mesh_sink()).
 /// Errors: write_failed; usage, for more than was described.
 class MeshSink {
  public:
   virtual ~MeshSink() = default;
-  virtual Result<> write_points(uint64_t first, Bytes positions) = 0;
+  [[nodiscard]] virtual Result<> write_points(uint64_t first, Bytes positions) = 0;
   /// The cells behind those written before.
-  virtual Result<> write_cells(const CellPiece& cells) = 0;
-  virtual Result<> write_array(size_t array, uint64_t first, Bytes tuples) = 0;
+  [[nodiscard]] virtual Result<> write_cells(const CellPiece& cells) = 0;
+  [[nodiscard]] virtual Result<> write_array(size_t array, uint64_t first, Bytes tuples) = 0;
   /// Makes the file durable and visible; an error when points, cells or corners are not as many as described.
   /// Without it, nothing appears under the final name.
-  virtual Result<> commit() = 0;
+  [[nodiscard]] virtual Result<> commit() = 0;
   /// After commit(): what the format could not hold, as of write_mesh().
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -112,14 +114,15 @@ struct MeshSinkOptions {
 };
 
 /// A VTU file with raw appended data, each array in its place from the beginning.
-Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path, const MeshDescription& description);
+[[nodiscard]] Result<std::unique_ptr<MeshSink>> vtu_sink(const std::string& path,
+                                                         const MeshDescription& description);
 /// The sink of a format by its name: "vtu", "msh" or "polymesh" (`path` as polymesh_sink() has it; through
 /// temporary files, its faces sorted there; the files are those of write_mesh()). Binary Gmsh files of
 /// version 2.2 are written in place (values of cells before their cells), where the mesh came in one and all
 /// its types of cells are known; others go through temporary files as large as the mesh. Errors: usage for
 /// other formats; unsupported where only write_mesh() can write it.
-Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
-                                            const MeshDescription& description,
-                                            const MeshSinkOptions& options = {});
+[[nodiscard]] Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::string& format,
+                                                          const MeshDescription& description,
+                                                          const MeshSinkOptions& options = {});
 
 }  // namespace maille

@@ -49,8 +49,8 @@ struct WorkingSpace {
 /// `space.memory` is for all of it: 96 MB, two bytes a point, and 100 MB for each window that is worked on at
 /// once; with less than that for one the error is memory_bound. A few dozen bytes a face go to temporary
 /// files.
-Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
-                            const WorkingSpace& space = {});
+[[nodiscard]] Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+                                          const WorkingSpace& space = {});
 
 /// A mesh that comes once, from front to back, as from a pipe or a generator: it goes to temporary files, and
 /// can be read in parts when all of it is there. Takes what StreamWriter takes, in the same calls.
@@ -58,24 +58,27 @@ class MeshSpool {
  public:
   /// Of `options` positions, arrays, arrays of the mesh and metadata count; of `space` the folder. Error:
   /// write_failed.
-  static Result<MeshSpool> create(const StreamOptions& options, const WorkingSpace& space = {});
+  [[nodiscard]] static Result<MeshSpool> create(const StreamOptions& options, const WorkingSpace& space = {});
   MeshSpool(MeshSpool&&) noexcept;
   ~MeshSpool();
 
   /// Numbers may come in any order, each once; in the end there must be no gaps.
-  Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
-  Result<> add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays = {});
-  Result<> begin_block(std::string name, CellType type);
-  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
-                     std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
-                     size_t nodes = 0);
-  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
-                          std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> add_points(std::span<const uint64_t> numbers, Bytes positions,
+                                    std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> begin_block(std::string name, CellType type);
+  [[nodiscard]] Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
+                                   std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
+                                   size_t nodes = 0);
+  [[nodiscard]] Result<> add_polyhedron(std::span<const uint32_t> face_sizes,
+                                        std::span<const uint64_t> connectivity,
+                                        std::span<const uint8_t> last_use = {},
+                                        std::span<const Bytes> arrays = {});
   /// Here for those that write to either; all points stay.
-  Result<> end_points(std::span<const uint64_t>) { return {}; }
+  [[nodiscard]] Result<> end_points(std::span<const uint64_t>) { return {}; }
 
   /// What came. Nothing can be added any more. Errors: malformed_input, write_failed.
-  Result<std::unique_ptr<MeshSource>> finish();
+  [[nodiscard]] Result<std::unique_ptr<MeshSource>> finish();
 
  private:
   class Implementation;
@@ -85,23 +88,23 @@ class MeshSpool {
 
 /// About the bits a cell that the order of the cells costs, judged by some ten thousand of them from the
 /// begin: below 2 for meshes that were written in sweeps.
-Result<double> incoherence(MeshSource& mesh);
+[[nodiscard]] Result<double> incoherence(MeshSource& mesh);
 
 /// The same mesh with the cells of each block in an order that streams well: along a curve that fills space,
 /// in pieces that fit into memory, and within each as the front meets them. Points and values of points are
 /// left as they are and read from `mesh`, which must outlive the result; cells and their values are in
 /// temporary files. Errors: those of the source, write_failed, cancelled.
-Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpace& space = {},
-                                              const Progress& progress = {});
+[[nodiscard]] Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpace& space = {},
+                                                            const Progress& progress = {});
 
 /// What a file of mode `stream` holds: sizes, blocks, arrays (those of `options.arrays`). Error: unsupported
 /// for other modes, corrupt when its end is missing.
-Result<MeshDescription> describe(const Source& source, const DecodeOptions& options = {});
+[[nodiscard]] Result<MeshDescription> describe(const Source& source, const DecodeOptions& options = {});
 /// Decompresses a file of mode `stream` into a sink that was made for its description(), with the same
 /// options, and commits it. Memory is for the points in use, and a bit for each point. Of a file in pieces
 /// some are in memory at once, and what does not come in the order of the mesh goes through temporary files
 /// in `space.folder`.
-Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {},
-                const WorkingSpace& space = {});
+[[nodiscard]] Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {},
+                              const WorkingSpace& space = {});
 
 }  // namespace maille

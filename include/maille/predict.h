@@ -63,7 +63,7 @@ struct Prediction {
 };
 
 /// Weights of a stencil. Error: usage, naming what is wrong with the stencil or the rule.
-Result<Prediction> predict(const Stencil& stencil, const PredictionRule& rule);
+[[nodiscard]] Result<Prediction> predict(const Stencil& stencil, const PredictionRule& rule);
 
 /// A family of stencils known by name, such as "k-star:K:TIPS".
 struct StencilFamily {
@@ -79,6 +79,6 @@ struct NamedStencil {
 };
 /// The stencil of a name with its parameters: "butterfly", "k-star:6", "polygon:8:5", "cube:0xfe",
 /// "grid:###/##x". Error: usage, saying what is known.
-Result<NamedStencil> named_stencil(const std::string& name);
+[[nodiscard]] Result<NamedStencil> named_stencil(const std::string& name);
 
 }  // namespace maille

@@ -122,7 +122,7 @@ class File {
  public:
   /// Reads the front of the file: directory, and the first page of the index. `source` must outlive it.
   /// Errors: cannot_read, network, corrupt, unsupported (usage for a file of another mode).
-  static Result<File> open(const Source& source, const DecodeOptions& options = {});
+  [[nodiscard]] static Result<File> open(const Source& source, const DecodeOptions& options = {});
   File(File&&) noexcept;
   File& operator=(File&&) noexcept;
   ~File();
@@ -134,40 +134,41 @@ class File {
 
   /// The coarsest charts that keep within the limits, as far as they meet the region. Reads pages of the
   /// index.
-  Result<Selection> select(const Region& region, const Detail& detail);
+  [[nodiscard]] Result<Selection> select(const Region& region, const Detail& detail);
   /// The finest charts of at most so many faces; the worst error, as seen by `view` if given, is refined
   /// first.
-  Result<Selection> select(const Region& region, uint64_t most_faces, const std::optional<View>& view = {});
+  [[nodiscard]] Result<Selection> select(const Region& region, uint64_t most_faces,
+                                         const std::optional<View>& view = {});
 
   /// Error: usage, for a chart that is not there.
-  Result<ChartInfo> info(const ChartPlace& place);
+  [[nodiscard]] Result<ChartInfo> info(const ChartPlace& place);
   /// How many groups there are.
   uint32_t groups() const;
   /// Error: usage, for a group that is not there.
-  Result<GroupInfo> group(uint32_t number);
+  [[nodiscard]] Result<GroupInfo> group(uint32_t number);
   /// One chart as a mesh of its own.
-  Result<Mesh> read(const ChartPlace& place);
+  [[nodiscard]] Result<Mesh> read(const ChartPlace& place);
   /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.
   /// With coarser charts: triangles, with values of points, cells and corners that the mesh has there; seams
   /// stay where they are. Faces that only touch the region come with their charts: see clip().
-  Result<Mesh> extract(const Selection& selection);
+  [[nodiscard]] Result<Mesh> extract(const Selection& selection);
   /// The same, without charts that are damaged; `problems` names them.
-  Result<Mesh> salvage(const Selection& selection, std::vector<std::string>& problems);
+  [[nodiscard]] Result<Mesh> salvage(const Selection& selection, std::vector<std::string>& problems);
 
   /// The first face that the ray from `origin` hits; decodes only charts that it passes.
-  Result<std::optional<SurfacePoint>> hit(const Vector3& origin, const Vector3& direction);
+  [[nodiscard]] Result<std::optional<SurfacePoint>> hit(const Vector3& origin, const Vector3& direction);
   /// The point of the surface nearest to this one.
-  Result<std::optional<SurfacePoint>> nearest(const Vector3& point);
+  [[nodiscard]] Result<std::optional<SurfacePoint>> nearest(const Vector3& point);
   /// The `count` points of the mesh nearest to this one, the nearest first; all, if it has fewer. Decodes
   /// only charts that may have one of them. Of points that cells have; where a position is no number is
   /// nowhere near.
-  Result<std::vector<NearPoint>> nearest_points(const Vector3& point, uint64_t count);
+  [[nodiscard]] Result<std::vector<NearPoint>> nearest_points(const Vector3& point, uint64_t count);
   /// What hangs together with a point of a chart of level 0; for a face take any of its corners. Decodes the
   /// charts that it reaches, and those whose boxes touch it, each once. Takes 4 bytes for each of their
   /// cells; errors: usage (no such point), memory_bound (DecodeOptions::limits.mesh_bytes).
-  Result<Component> component(const ChartPlace& chart, uint32_t point);
+  [[nodiscard]] Result<Component> component(const ChartPlace& chart, uint32_t point);
   /// As one mesh, bit for bit as in the original.
-  Result<Mesh> extract(const Component& component);
+  [[nodiscard]] Result<Mesh> extract(const Component& component);
 
  private:
   struct State;

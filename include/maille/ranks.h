@@ -38,9 +38,9 @@ class RanksFile {
     Bytes bytes;
   };
   /// Writes the parts of all ranks of a file of `size` bytes. Called once.
-  virtual Result<> write(std::span<const Part> parts, uint64_t size) = 0;
+  [[nodiscard]] virtual Result<> write(std::span<const Part> parts, uint64_t size) = 0;
   /// Makes the file durable and gives it its name; without it there is none.
-  virtual Result<> commit() = 0;
+  [[nodiscard]] virtual Result<> commit() = 0;
 };
 
 /// What one rank has of a mesh. Ranks may have nothing.
@@ -76,7 +76,7 @@ struct RanksOptions {
 ///
 /// Memory of a rank: some 100 bytes for each of its points and cells beside the mesh; of the first one 40
 /// bytes for each time that a piece has a point in common with others.
-Result<EncodeReport> encode(const RankPart& part, Ranks& ranks, RanksFile& file,
-                            const EncodeOptions& options = {}, const RanksOptions& how = {});
+[[nodiscard]] Result<EncodeReport> encode(const RankPart& part, Ranks& ranks, RanksFile& file,
+                                          const EncodeOptions& options = {}, const RanksOptions& how = {});
 
 }  // namespace maille

@@ -25,22 +25,22 @@ bool may_be_series(const std::string& path);
 /// an Exodus or VTKHDF file; or the folders of times of a case of OpenFOAM, by their times. The files are in
 /// the list's folder or below: one that names others is refused. Error: cannot_read; malformed_input;
 /// unsupported, when one time has several files.
-Result<std::vector<SeriesEntry>> read_series(const std::string& path);
+[[nodiscard]] Result<std::vector<SeriesEntry>> read_series(const std::string& path);
 /// read_mesh() of the file, with the variables of the step.
-Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options = {});
+[[nodiscard]] Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options = {});
 
 /// Writes a case of OpenFOAM: a mesh, and its fields at one time after the other.
 class CaseWriter {
  public:
   /// Writes the mesh and the fields of its time, as write_mesh() does. `sink`: polymesh_sink(), which the
   /// caller commits; it must outlive the writer. The mesh need not. Errors: those of write_mesh().
-  static Result<CaseWriter> begin(const Mesh& mesh, Sink& sink, bool ascii = false);
+  [[nodiscard]] static Result<CaseWriter> begin(const Mesh& mesh, Sink& sink, bool ascii = false);
   CaseWriter(CaseWriter&&) noexcept;
   ~CaseWriter();
 
   /// The fields of another time: of a mesh with the same points and cells, whose metadata tell the time and
   /// the texts around values, as reading a case gives them. A time that was written is passed over.
-  Result<> add(const Mesh& mesh);
+  [[nodiscard]] Result<> add(const Mesh& mesh);
   /// What could not be written, as of write_mesh(). Once, behind the last time.
   std::vector<std::string> notes();
 

@@ -20,7 +20,7 @@ class Source {
   /// Size in bytes.
   virtual uint64_t size() const = 0;
   /// Fills `out` with the bytes from `offset` on, all of them or an error (cannot_read, network).
-  virtual Result<> read_at(uint64_t offset, std::span<std::byte> out) const = 0;
+  [[nodiscard]] virtual Result<> read_at(uint64_t offset, std::span<std::byte> out) const = 0;
   /// A part that is wanted: `out` is to hold the bytes from `offset` on.
   struct Part {
     uint64_t offset = 0;
@@ -28,7 +28,7 @@ class Source {
   };
   /// Fills all parts, or gives an error. What is wanted at once is asked for at once: a distant source turns
   /// it into few requests. By default, one read_at() for each.
-  virtual Result<> read_many(std::span<const Part> parts) const;
+  [[nodiscard]] virtual Result<> read_many(std::span<const Part> parts) const;
   /// Says that the bytes from `offset` on were damaged as they came. A source that keeps copies drops them
   /// and gives true: reading again may help. By default false: it would give the same.
   virtual bool forget(uint64_t offset, uint64_t size) const;
@@ -42,24 +42,24 @@ class Source {
 std::unique_ptr<Source> memory_source(Bytes bytes, std::string name = "<memory>");
 std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string name = "<memory>");
 /// A file, mapped into memory. Error: cannot_read, with the system's reason.
-Result<std::unique_ptr<Source>> file_source(const std::string& path);
+[[nodiscard]] Result<std::unique_ptr<Source>> file_source(const std::string& path);
 /// A file read by calls to the system: nothing of it counts as memory of the process, as the pages of a map
 /// would. For what is larger than memory. What is no regular file is spooled. Error: cannot_read.
-Result<std::unique_ptr<Source>> unmapped_source(const std::string& path);
+[[nodiscard]] Result<std::unique_ptr<Source>> unmapped_source(const std::string& path);
 /// All that an open descriptor gives, in a temporary file in `folder` (empty: $TMPDIR, or /tmp) that has no
 /// name and is gone with the process. Not for several threads. Errors: cannot_read, write_failed.
-Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,
-                                               const std::string& folder = {});
+[[nodiscard]] Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,
+                                                             const std::string& folder = {});
 /// Standard input, read to its end.
-Result<std::unique_ptr<Source>> stdin_source();
+[[nodiscard]] Result<std::unique_ptr<Source>> stdin_source();
 
 /// Where bytes are written to, front to back.
 class Sink {
  public:
   virtual ~Sink() = default;
-  virtual Result<> write(Bytes bytes) = 0;
+  [[nodiscard]] virtual Result<> write(Bytes bytes) = 0;
   /// Makes what was written durable and visible. Without it, nothing appears under the final name.
-  virtual Result<> commit() = 0;
+  [[nodiscard]] virtual Result<> commit() = 0;
   virtual std::string name() const = 0;
 };
 
@@ -71,11 +71,11 @@ std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out);
 /// name is there from the beginning, and a sink destroyed before commit() removes it. Error: write_failed,
 /// with the system's reason (no such folder, no permission, disk full) before anything is written where that
 /// can be known.
-Result<std::unique_ptr<Sink>> file_sink(const std::string& path);
+[[nodiscard]] Result<std::unique_ptr<Sink>> file_sink(const std::string& path);
 /// Writes behind the first `size` bytes of a file that is there; what stood behind them is cut off. Each
 /// commit() makes durable what was written so far. Error: write_failed, also if somebody else has such a sink
 /// of the file.
-Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size);
+[[nodiscard]] Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size);
 /// Standard output; commit() flushes.
 std::unique_ptr<Sink> stdout_sink();
 

@@ -41,7 +41,7 @@ class PointSource {
  public:
   virtual ~PointSource() = default;
   /// Writes the position of a point, then its tuple of each point array as declared, one after the other.
-  virtual Result<> read(uint64_t number, std::byte* out) = 0;
+  [[nodiscard]] virtual Result<> read(uint64_t number, std::byte* out) = 0;
 };
 
 struct StreamOptions {
@@ -90,44 +90,48 @@ struct ArrayMapsList;  // the library's own
 class StreamWriter {
  public:
   /// Error: usage (the options), write_failed.
-  static Result<StreamWriter> begin(Sink& sink, StreamOptions options);
+  [[nodiscard]] static Result<StreamWriter> begin(Sink& sink, StreamOptions options);
   StreamWriter(StreamWriter&&) noexcept;
   ~StreamWriter();
 
   /// Points with the numbers first, first + 1, ...: `positions` and, array by array in the order of their
   /// declaration, the tuples of all arrays on points. Error: usage, for sizes that do not fit or a number
   /// that is there already.
-  Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> add_points(uint64_t first, Bytes positions, std::span<const Bytes> arrays = {});
   /// The same with any numbers.
-  Result<> add_points(std::span<const uint64_t> numbers, Bytes positions, std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> add_points(std::span<const uint64_t> numbers, Bytes positions,
+                                    std::span<const Bytes> arrays = {});
 
   /// Cells from here on belong to a new block. `type` is a cell type, `polygon`, or `mixed` for any. Without
   /// it there is one block without a name, of type mixed.
-  Result<> begin_block(std::string name, CellType type);
+  [[nodiscard]] Result<> begin_block(std::string name, CellType type);
 
   /// Cells of one type, `nodes` numbers of points each (0: as the type has), and array by array the tuples of
   /// all arrays on cells. `last_use`: one flag for each entry of `connectivity`, not 0 where the point is not
   /// used again by any cell; may be empty. Errors: malformed_input (a point that was not given, or used after
   /// its last use; number of nodes), usage.
-  Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
-                     std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
-                     size_t nodes = 0);
+  [[nodiscard]] Result<> add_cells(CellType type, std::span<const uint64_t> connectivity,
+                                   std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {},
+                                   size_t nodes = 0);
   /// One polyhedron: the number of corners of each face, and the points of these corners, face after face.
-  Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
-                          std::span<const uint8_t> last_use = {}, std::span<const Bytes> arrays = {});
+  [[nodiscard]] Result<> add_polyhedron(std::span<const uint32_t> face_sizes,
+                                        std::span<const uint64_t> connectivity,
+                                        std::span<const uint8_t> last_use = {},
+                                        std::span<const Bytes> arrays = {});
   /// Points that no further cell uses, told after the fact.
-  Result<> end_points(std::span<const uint64_t> numbers);
+  [[nodiscard]] Result<> end_points(std::span<const uint64_t> numbers);
 
   /// Writes what was given so far, so that a reader at the other end of a pipe gets it.
-  Result<> flush();
+  [[nodiscard]] Result<> flush();
   /// Writes points that no cell used, the index, and commits the sink.
-  Result<StreamReport> finish();
+  [[nodiscard]] Result<StreamReport> finish();
 
  private:
   class Implementation;
   friend Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
   explicit StreamWriter(std::unique_ptr<Implementation> implementation);
-  static Result<StreamWriter> begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
+  [[nodiscard]] static Result<StreamWriter> begin(Sink& sink, StreamOptions options,
+                                                  const ArrayMapsList& maps);
   std::unique_ptr<Implementation> implementation_;
 };
 
@@ -144,7 +148,7 @@ class StepSource {
  public:
   virtual ~StepSource() = default;
   /// Writes the tuple of an array, as declared, for a point by its number or a cell by its place.
-  virtual Result<> read(size_t array, uint64_t number, std::byte* out) = 0;
+  [[nodiscard]] virtual Result<> read(size_t array, uint64_t number, std::byte* out) = 0;
 };
 
 struct StepOptions {
@@ -169,15 +173,16 @@ struct StepReport {
 /// sixteenth step: no step needs more than the fifteen before it. What is in the file is not touched: until
 /// all of the step is there, also after a crash, the file reads as it was. Errors: usage, cannot_read,
 /// corrupt, write_failed.
-Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values);
+[[nodiscard]] Result<StepReport> append_step(const std::string& path, const StepOptions& options,
+                                             StepSource& values);
 /// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
 /// in which the file has them, and its metadata, if it has any. Of `options`, bounds of arrays and the
 /// executor count.
-Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
-                               const EncodeOptions& options = {});
+[[nodiscard]] Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
+                                             const EncodeOptions& options = {});
 /// The steps behind a mesh, the first one step 1; empty for other modes. `search`: where the end of a large
 /// file is damaged, all of it is looked through; else that is an error. Error: cannot_read, corrupt.
-Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
+[[nodiscard]] Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
 
 /// Some thousand cells, and the points that come up with them.
 ///
@@ -219,7 +224,7 @@ class ByteStream {
  public:
   virtual ~ByteStream() = default;
   /// Reads at most out.size() bytes and returns how many; 0 only at the end. May wait.
-  virtual Result<size_t> read(std::span<std::byte> out) = 0;
+  [[nodiscard]] virtual Result<size_t> read(std::span<std::byte> out) = 0;
   virtual std::string name() const = 0;
 };
 /// Standard input, or any open file descriptor; it is not closed.
@@ -265,11 +270,12 @@ struct StreamReadOptions {
 class StreamReader {
  public:
   /// Error: corrupt, unsupported, cannot_read.
-  static Result<StreamReader> open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options = {});
+  [[nodiscard]] static Result<StreamReader> open(std::unique_ptr<ByteStream> bytes,
+                                                 const StreamReadOptions& options = {});
   /// The mesh with the arrays of one step, 0 for those it came with; the source must outlive the reader.
   /// Error: usage, too (there is no such step).
-  static Result<StreamReader> open(const Source& source, uint64_t step,
-                                   const StreamReadOptions& options = {});
+  [[nodiscard]] static Result<StreamReader> open(const Source& source, uint64_t step,
+                                                 const StreamReadOptions& options = {});
   StreamReader(StreamReader&&) noexcept;
   ~StreamReader();
 
@@ -277,7 +283,7 @@ class StreamReader {
   /// The next portion, in `portion`. False: that was all, and every checksum was right. Error: corrupt; what
   /// came before it is whole, and nothing comes after it. After an error of kind `network`, which only a
   /// ByteStream gives, the same portion can be asked for again.
-  Result<bool> next(StreamPortion& portion);
+  [[nodiscard]] Result<bool> next(StreamPortion& portion);
 
  private:
   class Implementation;

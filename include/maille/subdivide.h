@@ -23,11 +23,11 @@ struct SubdivisionOptions {
 class SubdivisionOutput {
  public:
   virtual ~SubdivisionOutput() = default;
-  virtual Result<> begin(uint64_t points, uint64_t triangles) = 0;
+  [[nodiscard]] virtual Result<> begin(uint64_t points, uint64_t triangles) = 0;
   /// Three coordinates for each point.
-  virtual Result<> points(std::span<const double> coordinates) = 0;
+  [[nodiscard]] virtual Result<> points(std::span<const double> coordinates) = 0;
   /// Three numbers of points for each triangle.
-  virtual Result<> triangles(std::span<const uint32_t> corners) = 0;
+  [[nodiscard]] virtual Result<> triangles(std::span<const uint32_t> corners) = 0;
 };
 
 /// Subdivides the triangles of a mesh; borders stay borders and depend on themselves only. The points of the
@@ -35,6 +35,7 @@ class SubdivisionOutput {
 /// whatever its size; with sqrt3 and an odd number of levels, three times that of the mesh. Errors:
 /// malformed_input, naming what is no triangle or which edge has more than two, or two that disagree on which
 /// side is up; usage, when the result would have more than max_points points; and those of `output`.
-Result<> subdivide(const Mesh& mesh, const SubdivisionOptions& options, SubdivisionOutput& output);
+[[nodiscard]] Result<> subdivide(const Mesh& mesh, const SubdivisionOptions& options,
+                                 SubdivisionOutput& output);
 
 }  // namespace maille

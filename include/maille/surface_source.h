@@ -9,7 +9,7 @@ namespace maille {
 /// takes a pass or two over them. OBJ: positions (with colours), faces, normals and texture coordinates that
 /// are those of the points; STL is welded bit for bit. What read_mesh() makes of the file is what is read
 /// here. `source` must outlive the result. Error: unsupported, naming what stands in the way.
-Result<std::unique_ptr<MeshSource>> open_surface_source(const Source& source,
-                                                        const PartsOptions& options = {});
+[[nodiscard]] Result<std::unique_ptr<MeshSource>> open_surface_source(const Source& source,
+                                                                      const PartsOptions& options = {});
 
 }  // namespace maille

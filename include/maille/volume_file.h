@@ -82,7 +82,7 @@ class VolumeFile {
   /// Reads description and index. `source` must outlive it. DecodeOptions::arrays says which arrays come with
   /// cells; those that conditions name are read, too, but do not come. Error: unsupported, for a file of
   /// another mode.
-  static Result<VolumeFile> open(const Source& source, const DecodeOptions& options = {});
+  [[nodiscard]] static Result<VolumeFile> open(const Source& source, const DecodeOptions& options = {});
   VolumeFile(VolumeFile&&) noexcept;
   VolumeFile& operator=(VolumeFile&&) noexcept;
   ~VolumeFile();
@@ -92,19 +92,19 @@ class VolumeFile {
   uint64_t points() const;
   uint32_t pieces() const;
   /// Error: usage, for a piece that is not there.
-  Result<PieceInfo> info(uint32_t piece) const;
+  [[nodiscard]] Result<PieceInfo> info(uint32_t piece) const;
   /// The pieces that may have such cells, in the order of the file: by the index alone. Error: usage, for an
   /// array, a component or a piece that is not there, and for numbers of cells where the order is not kept.
-  Result<std::vector<uint32_t>> select(const VolumeQuery& query) const;
+  [[nodiscard]] Result<std::vector<uint32_t>> select(const VolumeQuery& query) const;
   /// The cells of a query as one mesh with all blocks that have such cells: exactly those of the original,
   /// bit for bit where nothing was asked to be lossy. Damaged pieces are left out and named. Errors: as
   /// select().
-  Result<ExtractedVolume> extract(const VolumeQuery& query) const;
+  [[nodiscard]] Result<ExtractedVolume> extract(const VolumeQuery& query) const;
   /// The whole volume for a first picture: some thousand vertices, each the middle of some thousand cells
   /// near each other, with the means of their values, as floats within a 250th of their range in a piece;
   /// arrays of labels are left out. Nothing more is read. Error: unsupported, where the file is not in
   /// pieces.
-  Result<Mesh> coarse() const;
+  [[nodiscard]] Result<Mesh> coarse() const;
 
  private:
   struct State;

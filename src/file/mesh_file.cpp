@@ -31,13 +31,39 @@ Result<> check_bounds(const EncodeOptions& options) {
   return failure(ErrorCode::usage, "errors relative to each number are for files of mode \"stream\"");
 }
 
+bool is_solid(CellType type) {
+  return dimension_of(type) == 3;
+}
+
+/// Single has no parts. A block that does not tell its types may have solids.
+Mode usual_mode(const MeshDescription& mesh) {
+  const bool faces = std::all_of(mesh.blocks.begin(), mesh.blocks.end(),
+                                 [](const MeshDescription::Block& block) { return is_face(block.type); });
+  return faces ? Mode::random : Mode::stream;
+}
+
+EncodeOptions with_mode(EncodeOptions options, Mode usual) {
+  options.mode = options.mode.value_or(usual);
+  return options;
+}
+
 }  // namespace
+
+Mode usual_mode(const Mesh& mesh) {
+  const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [&](const CellBlock& block) {
+    return is_solid(block.type) || std::any_of(block.types.begin(), block.types.end(), [](uint8_t type) {
+             return is_solid(static_cast<CellType>(type));
+           });
+  });
+  return solids ? Mode::stream : Mode::single;
+}
 
 Result<Mode> mode_of(const Source& source) {
   return MAILLE_TRY(kind_of_file(source)).mode;
 }
 
-Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {
+Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& asked) {
+  const EncodeOptions options = with_mode(asked, usual_mode(mesh));
   MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::single) return encode_single(mesh, sink, options);
   if (options.mode == Mode::stream && options.most_cells_per_part)
@@ -46,8 +72,9 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& o
   return encode_random(mesh, sink, options);
 }
 
-Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
+Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& asked,
                             const WorkingSpace& space) {
+  const EncodeOptions options = with_mode(asked, usual_mode(mesh.description()));
   MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::stream && options.most_cells_per_part)
     return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part, space);
