@@ -43,7 +43,8 @@ struct GltfReport {
 /// Compresses the triangles of a glTF asset, commits the sink. A primitive stays as it is where the extension
 /// cannot hold it or does not make it smaller. Errors: as of read_mesh() and encode(); unsupported where the
 /// geometry is compressed already.
-[[nodiscard]] Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options = {});
+[[nodiscard]] Result<GltfReport> compress_gltf(const Source& source, Sink& sink,
+                                               const GltfCompressOptions& options = {});
 
 struct GltfDecompressOptions {
   Limits limits;
@@ -54,7 +55,7 @@ struct GltfDecompressOptions {
 /// The inverse: a glTF file without the extension. Commits the sink. Safe on any input. Errors: as of
 /// read_mesh() and decode(); usage where the asset does not use the extension.
 [[nodiscard]] Result<GltfReport> decompress_gltf(const Source& source, Sink& sink,
-                                   const GltfDecompressOptions& options = {});
+                                                 const GltfDecompressOptions& options = {});
 
 /// One .maille file within a glTF file.
 struct GltfPart {

@@ -15,8 +15,17 @@
 namespace maille::testing {
 namespace {
 
-struct RemoteMesh {
+/// With a surface that nothing foresees: most of the file is the finest level.
+Mesh rough_sphere() {
   Mesh mesh = sphere(240, 120);
+  Random random(1);
+  for (float& value : mesh.points.values<float>())
+    value *= 1 + 1e-5f * static_cast<float>(random.below(1000));
+  return mesh;
+}
+
+struct RemoteMesh {
+  Mesh mesh = rough_sphere();
   std::string bytes;
   RemoteMesh() {
     const RandomFile file = random_file(mesh, {}, 1000);
