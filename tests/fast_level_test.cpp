@@ -74,6 +74,7 @@ std::string round_trip(const Mesh& mesh, const EncodeOptions& options) {
 
 EncodeOptions fast(int effort = 2) {
   EncodeOptions options;
+  options.mode = Mode::single;
   options.effort = effort;
   return options;
 }
@@ -135,6 +136,7 @@ TEST_P(FastLevel, AnyMeshComesBack) {
 TEST(FastLevels, CodeTrianglesAndPolygonsAsFans) {
   for (const int effort : {1, 2, 3}) {
     EncodeOptions options;
+    options.mode = Mode::single;
     options.effort = effort;
     const auto triangles = encode_bytes(in_triangles(sphere(9, 6), false), options);
     ASSERT_TRUE(triangles);
@@ -221,6 +223,7 @@ TEST(FastLevels, FacesThatLieTwiceCostLittle) {
 TEST(Levels, TheSmallOnesAreNeverLargerThanTheDefault) {
   const auto size_at = [](const Mesh& mesh, int effort) {
     EncodeOptions options;
+    options.mode = Mode::single;
     options.effort = effort;
     const auto encoded = encode_bytes(mesh, options);
     EXPECT_TRUE(encoded) << encoded.error().message;

@@ -16,6 +16,7 @@ namespace {
 
 EncodeOptions in_parts(uint64_t most_cells, Order order = Order::canonical, int effort = 5) {
   EncodeOptions options;
+  options.mode = Mode::single;
   options.most_cells_per_part = most_cells;
   options.order = order;
   options.effort = effort;

@@ -104,6 +104,7 @@ std::string round_trip(const Mesh& mesh, const EncodeOptions& options, bool weld
 
 EncodeOptions level(int effort, Order order = Order::canonical) {
   EncodeOptions options;
+  options.mode = Mode::single;
   options.effort = effort;
   options.order = order;
   return options;

@@ -93,7 +93,11 @@ std::string dump(const Json& json) {
 }
 
 const char* cell_word(const Mesh& mesh) {
-  return usual_mode(mesh) == Mode::stream ? "cell" : "face";
+  const auto is_solid = [](uint8_t type) { return dimension_of(static_cast<CellType>(type)) == 3; };
+  const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [&](const CellBlock& block) {
+    return dimension_of(block.type) == 3 || std::any_of(block.types.begin(), block.types.end(), is_solid);
+  });
+  return solids ? "cell" : "face";
 }
 
 namespace {

@@ -42,7 +42,8 @@ enum class Order : uint8_t {
 /// (docs/benchmarks.md, "Volumes in pieces").
 inline constexpr uint64_t cells_of_volume_piece = uint64_t{1} << 18;
 
-/// The mode of a file where none is asked for: stream for meshes with solids, else single.
+/// The mode of a file where none is asked for: stream for meshes with solids, else single; that also where
+/// arrays are on corners, which streams do not have.
 Mode usual_mode(const Mesh& mesh);
 
 struct EncodeOptions {

@@ -55,7 +55,9 @@ Mode usual_mode(const Mesh& mesh) {
              return is_solid(static_cast<CellType>(type));
            });
   });
-  return solids ? Mode::stream : Mode::single;
+  const bool corners = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
+                                   [](const Array& array) { return array.domain == Domain::corner; });
+  return solids && !corners ? Mode::stream : Mode::single;
 }
 
 Result<Mode> mode_of(const Source& source) {
