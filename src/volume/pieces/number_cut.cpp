@@ -12,17 +12,18 @@ namespace {
 /// What is in one piece, whose cells rise.
 LookedAt look_at(const Mesh& mesh, std::span<const uint32_t> cells) {
   RankedSet points(mesh.point_count());
-  uint64_t first = 0;
+  uint64_t first = 0, flat = 0;
   size_t next = 0;
   for (const CellBlock& block : mesh.blocks) {
     const uint64_t end = first + block.size();
     for (; next < cells.size() && cells[next] < end; ++next) {
       for (const uint32_t point : block.cell(cells[next] - first)) points.add(point);
+      flat += dimension_of(block.type_of(cells[next] - first)) != 3;
     }
     first = end;
   }
   points.count();
-  return {cells.size(), points.size()};
+  return {cells.size(), points.size(), flat};
 }
 
 using Pieces = std::vector<std::vector<uint32_t>>;
@@ -51,7 +52,8 @@ std::vector<uint32_t> pieces_looked_at(uint64_t pieces) {
   constexpr uint64_t most = 8;
   const uint64_t count = std::min(pieces, most);
   std::vector<uint32_t> some;
-  for (uint64_t i = 0; i < count; ++i) some.push_back(static_cast<uint32_t>(pieces * i / count));
+  for (uint64_t i = 0; i < count; ++i)
+    some.push_back(static_cast<uint32_t>(count < 2 ? 0 : (pieces - 1) * i / (count - 1)));
   return some;
 }
 
@@ -63,7 +65,8 @@ bool is_better(const LookedAt& by_number, const LookedAt& by_planes, MeshSize me
            static_cast<double>(mesh.points);
   };
   // A point more takes some 20 bits; the numbers of cells and points that planes cut apart one or two a cell.
-  const double more = kept ? 0.04 * static_cast<double>(mesh.points) : 0;
+  // A pipe with its boundary at the end of the file took 19 % more by number, without it 1.4 % less.
+  const double more = kept && by_number.flat == 0 ? 0.04 * static_cast<double>(mesh.points) : 0;
   return shared(by_number) <= shared(by_planes) + more;
 }
 

@@ -28,23 +28,27 @@ struct NumberCut {
 };
 
 /// Pieces that stand for all when two ways are compared: at most eight, so that looking at them costs little.
+/// The first and the last are among them: faces of a boundary come behind the solids.
 std::vector<uint32_t> pieces_looked_at(uint64_t pieces);
 
 /// What these have, together.
 struct LookedAt {
   uint64_t cells = 0;
   uint64_t points = 0;  ///< of each piece
+  uint64_t flat = 0;    ///< cells that are no solids
 
   void add(const LookedAt& other) {
     cells += other.cells;
     points += other.points;
+    flat += other.flat;
   }
 };
 struct MeshSize {
   uint64_t cells = 0, points = 0;
 };
 /// Whether pieces by number are the better ones: with no more points that several of them have. Where the
-/// order is kept some more are fine, since numbers cost next to nothing then.
+/// order is kept some more are fine, since numbers cost next to nothing then; but not where faces lie apart
+/// from the solids that they belong to, so that their points cost as much again.
 bool is_better(const LookedAt& by_number, const LookedAt& by_planes, MeshSize mesh, bool kept);
 
 /// The cells of a mesh in pieces of about `target`, by number or as cut_cells() has them.

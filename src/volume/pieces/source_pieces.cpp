@@ -281,11 +281,13 @@ Result<LookedAt> SourcePieces::look_at_numbers(const NumberCut& cut) {
   CellPiece some;
   for (const uint32_t piece : pieces_looked_at(cut.pieces)) {
     RecentPoints points;
+    uint64_t flat = 0;
     for (uint64_t at = cut.begin(piece), end = cut.begin(piece + 1); at < end; at += some.size()) {
       MAILLE_CHECK(mesh_.read_cells(at, std::min(cells_at_once, end - at), some));
       for (const uint64_t node : some.connectivity) points.add(static_cast<uint32_t>(node));
+      for (const uint8_t type : some.types) flat += dimension_of(static_cast<CellType>(type)) != 3;
     }
-    all.add({cut.begin(piece + 1) - cut.begin(piece), points.sorted().size()});
+    all.add({cut.begin(piece + 1) - cut.begin(piece), points.sorted().size(), flat});
   }
   return all;
 }

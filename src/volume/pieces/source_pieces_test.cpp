@@ -127,6 +127,9 @@ TEST(NumberCut, MayShareSomeMorePointsWhereTheOrderIsKept) {
   EXPECT_FALSE(is_better({1000, 1060}, planes, mesh, false));
   EXPECT_TRUE(is_better({1000, 1060}, planes, mesh, true));
   EXPECT_FALSE(is_better({1000, 1100}, planes, mesh, true));
+  EXPECT_FALSE(is_better({1000, 1060, 1}, planes, mesh, true)) << "faces apart from their solids";
+  EXPECT_THAT(pieces_looked_at(16), ::testing::ElementsAre(0, 2, 4, 6, 8, 10, 12, 15));
+  EXPECT_THAT(pieces_looked_at(1), ::testing::ElementsAre(0));
 }
 
 TEST(PiecesOutOfCore, LossyPositionsAreJoinedAsInMemory) {

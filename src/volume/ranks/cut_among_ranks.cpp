@@ -206,7 +206,7 @@ LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<
   };
   constexpr size_t many = size_t{1} << 20;  // corners: each point is there for eight cells, so not for long
   size_t most = many;
-  uint64_t cells = 0;
+  uint64_t cells = 0, flat = 0;
   std::vector<uint64_t> found;  // piece, then point
   size_t next = 0;
   for (const CellBlock& block : part.blocks) {
@@ -214,6 +214,7 @@ LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<
       const uint32_t piece = pieces.of_cell[next++];
       if (!std::binary_search(some.begin(), some.end(), piece)) continue;
       ++cells;
+      flat += dimension_of(block.type_of(i)) != 3;
       for (const uint32_t point : block.cell(i)) found.push_back(uint64_t{piece} << 32 | points[point]);
       if (found.size() < most) continue;
       each_once(found);
@@ -227,7 +228,7 @@ LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<
       all.push_back(load<uint64_t>(bytes.data() + at));
   }
   each_once(all);
-  return {sum_of(ranks, cells), all.size()};
+  return {sum_of(ranks, cells), all.size(), sum_of(ranks, flat)};
 }
 
 }  // namespace maille
