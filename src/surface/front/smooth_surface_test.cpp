@@ -22,10 +22,12 @@ struct Coded {
     auto topology = encode_topology(mesh);
     EXPECT_TRUE(topology) << topology.error().message;
     if (topology) encoded = std::move(*topology);
-    const auto values = mesh.points.values<float>();
     // Those that predictors are given are finite.
     const auto number = [&](size_t i) {
-      return i < values.size() && std::fabs(values[i]) < 1e30F ? static_cast<double>(values[i]) : 0;
+      if (i >= mesh.point_count() * 3) return 0.0;
+      const double value = mesh.points.type == Scalar::f64 ? mesh.points.values<double>()[i]
+                                                           : double{mesh.points.values<float>()[i]};
+      return std::fabs(value) < 1e30 ? value : 0.0;
     };
     for (const uint32_t source : encoded.sources.points) {
       const size_t i = size_t{source} * 3;
