@@ -24,7 +24,7 @@ struct Coded {
     if (topology) encoded = std::move(*topology);
     // Those that predictors are given are finite.
     const auto number = [&](size_t i) {
-      if (i >= mesh.point_count() * 3) return 0.0;
+      if (i >= mesh.point_count() * 3 || !is_float(mesh.points.type)) return 0.0;
       const double value = mesh.points.type == Scalar::f64 ? mesh.points.values<double>()[i]
                                                            : double{mesh.points.values<float>()[i]};
       return std::fabs(value) < 1e30 ? value : 0.0;
