@@ -205,7 +205,7 @@ TEST(DefaultLevels, CoordinatesThatComeAgainCostLittle) {
 TEST(FastLevels, FacesThatLieTwiceCostLittle) {
   Mesh once = in_triangles(torus(40, 30), false);
   Mesh twice = once;
-  std::vector<uint32_t>& corners = twice.blocks[0].connectivity;
+  Buffer<uint32_t>& corners = twice.blocks[0].connectivity;
   for (size_t i = 0, count = corners.size(); i < count; i += 3) {
     for (const size_t k : {i + 1, i, i + 2}) corners.push_back(corners[k]);
   }

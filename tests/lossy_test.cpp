@@ -4,6 +4,7 @@
 #include "support/shapes.h"
 
 #include <gtest/gtest.h>
+#include <maille/with_type.h>
 
 #include <algorithm>
 #include <array>
@@ -17,29 +18,8 @@ namespace maille::testing {
 namespace {
 
 double number_at(const Array& array, size_t i) {
-  switch (array.type) {
-    case Scalar::i8:
-      return array.values<int8_t>()[i];
-    case Scalar::u8:
-      return array.values<uint8_t>()[i];
-    case Scalar::i16:
-      return array.values<int16_t>()[i];
-    case Scalar::u16:
-      return array.values<uint16_t>()[i];
-    case Scalar::i32:
-      return array.values<int32_t>()[i];
-    case Scalar::u32:
-      return array.values<uint32_t>()[i];
-    case Scalar::i64:
-      return static_cast<double>(array.values<int64_t>()[i]);
-    case Scalar::u64:
-      return static_cast<double>(array.values<uint64_t>()[i]);
-    case Scalar::f32:
-      return double{array.values<float>()[i]};
-    case Scalar::f64:
-      return array.values<double>()[i];
-  }
-  return 0;
+  return with_type(array.type,
+                   [&](auto zero) { return static_cast<double>(array.values<decltype(zero)>()[i]); });
 }
 
 struct Range {

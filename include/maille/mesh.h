@@ -1,5 +1,6 @@
 #pragma once
 
+#include <maille/buffer.h>
 #include <maille/error.h>
 #include <cassert>
 #include <cstddef>
@@ -68,7 +69,7 @@ struct Array {
   Role role = Role::none;
   /// For Role::label: the value v stands for labels[v]. Empty otherwise.
   std::vector<std::string> labels;
-  std::vector<std::byte> bytes;
+  Buffer<std::byte> bytes;
 
   size_t tuple_size() const { return size_of(type) * components; }
   /// Number of tuples.
@@ -162,19 +163,19 @@ struct CellBlock {
   std::string name;
   CellType type = CellType::polygon;
   /// One type per cell when `type` is mixed; empty otherwise.
-  std::vector<uint8_t> types;
+  Buffer<uint8_t> types;
   /// size() + 1 positions in `connectivity`, first 0; empty when nodes_of(type) is not 0.
-  std::vector<uint64_t> offsets;
+  Buffer<uint64_t> offsets;
   /// Point numbers. A Mesh in memory has fewer than 2^32 points (2^32 would be 48 GB of positions alone); the
   /// number of cells and of connectivity entries has no such limit.
-  std::vector<uint32_t> connectivity;
+  Buffer<uint32_t> connectivity;
 
   /// Polyhedra only, otherwise both empty: the number of corners of each face, face after face, and the
   /// size() + 1 positions in it where cells begin, first 0. The entries of `connectivity` of a polyhedron are
   /// the corners of its faces, one face after the other, so a point stands there once for each face it is
   /// part of; the other cells of a mixed block have no faces here.
-  std::vector<uint32_t> face_sizes = {};
-  std::vector<uint64_t> cell_faces = {};
+  Buffer<uint32_t> face_sizes = {};
+  Buffer<uint64_t> cell_faces = {};
 
   /// Number of cells.
   uint64_t size() const;
@@ -190,7 +191,8 @@ struct CellBlock {
 /// Largest number of points of a Mesh in memory.
 inline constexpr uint64_t max_points = 0xfffffffe;
 
-/// A mesh: points, blocks of cells over them, and arrays. Owns everything; copying copies.
+/// A mesh: points, blocks of cells over them, and arrays. Owns everything, and copying copies, but for what
+/// is borrowed (Buffer::borrow()): a mesh of memory of others is encoded without a copy.
 struct Mesh {
   /// Positions: domain point, 3 components, any scalar type.
   Array points = make_array("position", Domain::point, Scalar::f32, 3);

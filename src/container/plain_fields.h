@@ -34,7 +34,7 @@ class PlainWriter {
   }
   void flag(const bool& value) { out_.put(static_cast<uint8_t>(value)); }
   void text(const std::string& value) { out_.put_string(value); }
-  void bytes(const std::vector<std::byte>& value) {
+  void bytes(Bytes value) {
     out_.put_count(value.size());
     out_.put_bytes(value);
   }
@@ -75,7 +75,8 @@ class PlainReader {
   }
   void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
   void text(std::string& value) { value = in_.get_string(); }
-  void bytes(std::vector<std::byte>& value) {
+  template <class Storage>
+  void bytes(Storage& value) {
     const Bytes found = in_.get_bytes(in_.get_count());
     value.assign(found.begin(), found.end());
   }

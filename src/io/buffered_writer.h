@@ -2,12 +2,12 @@
 
 #include <maille/mesh.h>
 #include <maille/source.h>
+#include <maille/with_type.h>
 #include <charconv>
 #include <cstring>
 #include <string_view>
 #include <vector>
 #include "base/result.h"
-#include "mesh/with_type.h"
 
 namespace maille {
 

@@ -193,6 +193,15 @@ Result<> check_block(const CellBlock& block, uint64_t points, const std::string&
   return {};
 }
 
+/// Memory that is borrowed may lie anywhere.
+Result<> check_alignment(const Array& array, const std::string& where) {
+  const size_t size = size_of(array.type);
+  if (reinterpret_cast<uintptr_t>(array.bytes.data()) % size == 0) return {};
+  return failure(ErrorCode::malformed_input, where + ": numbers of type " + name_of(array.type) +
+                                                 " must lie at a multiple of " + std::to_string(size) +
+                                                 " in memory; copy them");
+}
+
 Result<> check_array(const Array& array, const Mesh& mesh) {
   const std::string where = "array \"" + array.name + "\" on " + name_of(array.domain) + "s";
   if (array.components == 0) return failure(ErrorCode::malformed_input, where + " has no components");
@@ -204,7 +213,7 @@ Result<> check_array(const Array& array, const Mesh& mesh) {
                                                    " tuples instead of " +
                                                    std::to_string(mesh.count_of(array.domain)));
   }
-  return {};
+  return check_alignment(array, where);
 }
 
 }  // namespace
@@ -313,6 +322,7 @@ Result<> validate(const Mesh& mesh) {
   if (mesh.point_count() > max_points) {
     return failure(ErrorCode::malformed_input, "a mesh in memory has at most 2^32 - 2 points");
   }
+  if (auto ok = check_alignment(mesh.points, "positions"); !ok) return ok;
   for (size_t b = 0; b < mesh.blocks.size(); ++b) {
     if (auto ok = check_block(mesh.blocks[b], mesh.point_count(), "block " + std::to_string(b)); !ok)
       return ok;

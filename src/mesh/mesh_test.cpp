@@ -199,5 +199,19 @@ TEST(Array, SizesFollowTypeAndComponents) {
   }
 }
 
+TEST(Validate, RefusesBorrowedNumbersThatDoNotLieAsTheirTypeNeedsIt) {
+  const std::vector<double> numbers(4);
+  const auto bytes = std::as_bytes(std::span(numbers));
+  Mesh mesh;
+  mesh.points.bytes = Buffer<std::byte>::borrow(bytes.first(24));
+  EXPECT_EQ(complaint(mesh), "valid");
+  mesh.points.bytes = Buffer<std::byte>::borrow(bytes.subspan(1, 24));
+  EXPECT_THAT(complaint(mesh), HasSubstr("multiple of 4"));
+  mesh.points.bytes = {};
+  mesh.arrays = {make_array("w", Domain::mesh, Scalar::f64, 1)};
+  mesh.arrays[0].bytes = Buffer<std::byte>::borrow(bytes.subspan(4, 8));
+  EXPECT_THAT(complaint(mesh), HasSubstr("\"w\""));
+}
+
 }  // namespace
 }  // namespace maille::testing

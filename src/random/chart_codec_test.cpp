@@ -76,7 +76,7 @@ TEST(ChartCodec, AnySharedPointsComeBack) {
 TEST(ChartCodec, PointsOnTheBorderAreSharedForOneByte) {
   const Chart chart = chart_of(triangulated(shapes::grid(20, 20)), 2);
   std::map<std::pair<uint32_t, uint32_t>, int> sides;
-  const std::vector<uint32_t>& corners = chart.mesh.blocks[0].connectivity;
+  const Buffer<uint32_t>& corners = chart.mesh.blocks[0].connectivity;
   for (size_t i = 0; i < corners.size(); ++i) {
     const uint32_t next = corners[i % 3 == 2 ? i - 2 : i + 1];
     ++sides[std::minmax(corners[i], next)];

@@ -21,13 +21,13 @@ bool write_file(const std::string& path, const std::vector<std::byte>& bytes) {
 }
 
 template <class T>
-void append_values(std::vector<std::byte>& all, const std::vector<T>& values) {
+void append_values(std::vector<std::byte>& all, const Buffer<T>& values) {
   const auto bytes = std::as_bytes(std::span(values));
   all.insert(all.end(), bytes.begin(), bytes.end());
 }
 
 std::vector<std::byte> contents(const Mesh& mesh) {
-  std::vector<std::byte> all = mesh.points.bytes;
+  std::vector<std::byte> all = mesh.points.bytes.vector();
   for (const CellBlock& block : mesh.blocks) append_values(all, block.connectivity);
   for (const Array& array : mesh.arrays) append_values(all, array.bytes);
   return all;

@@ -1,5 +1,7 @@
 #include "support/random_arrays.h"
 
+#include <maille/with_type.h>
+
 #include <cmath>
 #include <limits>
 #include <string>
@@ -8,33 +10,6 @@
 namespace maille::testing {
 
 namespace {
-
-/// Calls work with a value of the C++ type of a scalar.
-template <class Work>
-void with_type(Scalar type, Work work) {
-  switch (type) {
-    case Scalar::i8:
-      return work(int8_t{});
-    case Scalar::u8:
-      return work(uint8_t{});
-    case Scalar::i16:
-      return work(int16_t{});
-    case Scalar::u16:
-      return work(uint16_t{});
-    case Scalar::i32:
-      return work(int32_t{});
-    case Scalar::u32:
-      return work(uint32_t{});
-    case Scalar::i64:
-      return work(int64_t{});
-    case Scalar::u64:
-      return work(uint64_t{});
-    case Scalar::f32:
-      return work(float{});
-    case Scalar::f64:
-      return work(double{});
-  }
-}
 
 float special_float(Random& random) {
   // Quiet and signalling NaNs with payloads, infinities, -0, smallest and largest denormals, largest finite

@@ -1,5 +1,7 @@
 #include "support/shapes.h"
 
+#include <maille/with_type.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -65,38 +67,7 @@ Mesh to_mesh(const Surface& surface, Scalar type) {
   Mesh mesh;
   mesh.points = make_array("position", Domain::point, type, 3);
   mesh.points.resize(surface.points.size());
-  switch (type) {
-    case Scalar::i8:
-      store_positions<int8_t>(surface, mesh.points);
-      break;
-    case Scalar::u8:
-      store_positions<uint8_t>(surface, mesh.points);
-      break;
-    case Scalar::i16:
-      store_positions<int16_t>(surface, mesh.points);
-      break;
-    case Scalar::u16:
-      store_positions<uint16_t>(surface, mesh.points);
-      break;
-    case Scalar::i32:
-      store_positions<int32_t>(surface, mesh.points);
-      break;
-    case Scalar::u32:
-      store_positions<uint32_t>(surface, mesh.points);
-      break;
-    case Scalar::i64:
-      store_positions<int64_t>(surface, mesh.points);
-      break;
-    case Scalar::u64:
-      store_positions<uint64_t>(surface, mesh.points);
-      break;
-    case Scalar::f32:
-      store_positions<float>(surface, mesh.points);
-      break;
-    case Scalar::f64:
-      store_positions<double>(surface, mesh.points);
-      break;
-  }
+  with_type(type, [&](auto zero) { store_positions<decltype(zero)>(surface, mesh.points); });
   CellBlock block;
   block.offsets.push_back(0);
   for (const auto& face : surface.faces) {

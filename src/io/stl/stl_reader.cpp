@@ -16,7 +16,7 @@ bool is_all_zero(const std::vector<std::byte>& bytes) {
 template <class T>
 bool normals_are_computed(const Mesh& mesh, const std::vector<std::byte>& normals) {
   const std::span<const T> points = mesh.points.values<T>();
-  const std::vector<uint32_t>& nodes = mesh.blocks.front().connectivity;
+  const Buffer<uint32_t>& nodes = mesh.blocks.front().connectivity;
   for (size_t facet = 0; facet * 3 < nodes.size(); ++facet) {
     std::array<std::array<T, 3>, 3> corners;
     for (size_t i = 0; i < 3; ++i) {

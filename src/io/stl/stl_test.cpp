@@ -311,7 +311,7 @@ TEST(StlNormals, AreLeftOutWhereEveryOrderGivesThem) {
 }
 
 TEST(StlNormals, ThatDifferAreADifferenceOfTheFiles) {
-  std::vector<Facet> facets = torus_with_normals([](size_t, const auto&) { return 0; });
+  std::vector<Facet> facets = torus_with_normals([](size_t, const auto&) { return size_t{0}; });
   const Mesh mesh = read_stl(binary("", facets)).mesh;
   facets[77].first[1] = std::nextafter(facets[77].first[1], 2.0f);
   EXPECT_NE(testing::differences_between(mesh, read_stl(binary("", facets)).mesh), "");

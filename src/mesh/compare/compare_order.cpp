@@ -1,5 +1,7 @@
 #include "mesh/compare/compare_order.h"
 
+#include <maille/with_type.h>
+
 #include "base/bytes.h"
 #include "base/result.h"
 #include "mesh/compare/compare_elements.h"
@@ -13,29 +15,7 @@ namespace {
 
 double number_at(const Array& array, uint64_t number) {
   const std::byte* at = array.bytes.data() + number * size_of(array.type);
-  switch (array.type) {
-    case Scalar::i8:
-      return load<int8_t>(at);
-    case Scalar::u8:
-      return load<uint8_t>(at);
-    case Scalar::i16:
-      return load<int16_t>(at);
-    case Scalar::u16:
-      return load<uint16_t>(at);
-    case Scalar::i32:
-      return load<int32_t>(at);
-    case Scalar::u32:
-      return load<uint32_t>(at);
-    case Scalar::i64:
-      return static_cast<double>(load<int64_t>(at));
-    case Scalar::u64:
-      return static_cast<double>(load<uint64_t>(at));
-    case Scalar::f32:
-      return double{load<float>(at)};
-    case Scalar::f64:
-      return load<double>(at);
-  }
-  return 0;
+  return with_type(array.type, [&](auto zero) { return static_cast<double>(load<decltype(zero)>(at)); });
 }
 
 /// |x - y|, both finite. 64-bit integers are subtracted as such: as doubles they may look equal.

@@ -159,7 +159,7 @@ class FaceRows {
     for (size_t i = 0; i < arrays_.size(); ++i) {
       const bool of_cell = arrays_[i].domain == Domain::cell;
       const size_t size = arrays_[i].tuple_size();
-      const std::vector<std::byte>& bytes = from_[i]->bytes;
+      const Buffer<std::byte>& bytes = from_[i]->bytes;
       const auto begin = bytes.begin() + static_cast<ptrdiff_t>((of_cell ? cell : first_corner) * size);
       const auto end = begin + static_cast<ptrdiff_t>((of_cell ? 1 : corners) * size);
       arrays_[i].bytes.insert(arrays_[i].bytes.end(), begin, end);

@@ -57,7 +57,7 @@ Array merge_point_array(const Merger& merger, ArrayOf array_of) {
   merger.prepare(result.bytes, merger.joined.count * size);
   merger.for_each_part([&](size_t p) {
     const JoinedPart& part = merger.joined.parts[p];
-    const std::vector<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
+    const Buffer<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
     size_t out = part.first_new * size;
     if (merger.in_order())
       prepare_pages(result.bytes.data() + out, (part.points - part.joined.size()) * size);
@@ -142,7 +142,7 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
     const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
     for (size_t b = 0; b < blocks.size(); ++b) {
       CellBlock& from = merger.parts[p].blocks[b];
-      std::vector<uint32_t>& to = blocks[b].connectivity;
+      Buffer<uint32_t>& to = blocks[b].connectivity;
       if (merger.in_order())
         prepare_pages(to.data() + corners[b][p], from.connectivity.size() * sizeof(uint32_t));
       for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {

@@ -82,8 +82,8 @@ TEST(DelayBuffer, OneCellIsNoDelay) {
 Mesh disturbed_grid(unsigned n, size_t window) {
   Mesh mesh = grid(n, n, n);
   add_arrays(mesh, 4);
-  std::vector<uint32_t>& connectivity = mesh.blocks[0].connectivity;
-  const std::vector<uint32_t> before = connectivity;
+  Buffer<uint32_t>& connectivity = mesh.blocks[0].connectivity;
+  const Buffer<uint32_t> before = connectivity;
   const size_t cells = connectivity.size() / 8;
   for (size_t first = 0; first < cells; first += window) {
     const std::vector<uint32_t> order =

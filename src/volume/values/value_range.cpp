@@ -1,9 +1,10 @@
 #include "volume/values/value_range.h"
 
+#include <maille/with_type.h>
+
 #include <limits>
 
 #include "base/bytes.h"
-#include "mesh/with_type.h"
 
 namespace maille {
 namespace {
