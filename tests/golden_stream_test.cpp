@@ -59,7 +59,7 @@ Mesh bricks(uint32_t n, Scalar type = Scalar::f32) {
 /// Each brick is cut into something else; sides of polygons; cells without a shape.
 Mesh mixed_cells() {
   Mesh mesh = bricks(3);
-  const std::vector<uint32_t> all = mesh.blocks[0].connectivity;
+  const Buffer<uint32_t> all = mesh.blocks[0].connectivity;
   CellBlock block;
   block.name = "mixed";
   block.type = CellType::mixed;
@@ -100,7 +100,7 @@ Mesh mixed_cells() {
 Mesh scattered_bricks() {
   Mesh mesh = bricks(6);
   CellBlock& block = mesh.blocks[0];
-  const std::vector<uint32_t> all = block.connectivity;
+  const Buffer<uint32_t> all = block.connectivity;
   const auto points = static_cast<uint32_t>(mesh.point_count()),
              cells = static_cast<uint32_t>(all.size() / 8);
   for (uint32_t i = 0; i < all.size(); ++i)
@@ -119,7 +119,7 @@ Mesh scattered_bricks() {
 /// Bricks given by their faces, with a floor of polygons.
 Mesh polyhedra() {
   Mesh mesh = bricks(4);
-  const std::vector<uint32_t> all = mesh.blocks[0].connectivity;
+  const Buffer<uint32_t> all = mesh.blocks[0].connectivity;
   CellBlock block, floor;
   block.type = CellType::polyhedron;
   block.offsets = block.cell_faces = {0};

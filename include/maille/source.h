@@ -41,15 +41,19 @@ class Source {
 /// Bytes in memory: borrowed (they must outlive the source) or owned.
 std::unique_ptr<Source> memory_source(Bytes bytes, std::string name = "<memory>");
 std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string name = "<memory>");
-/// A file, mapped into memory. Error: cannot_read, with the system's reason.
+/// A file. What is no regular file is read into memory. Error: cannot_read, with the system's reason.
 [[nodiscard]] Result<std::unique_ptr<Source>> file_source(const std::string& path);
-/// A file read by calls to the system: nothing of it counts as memory of the process, as the pages of a map
-/// would. For what is larger than memory. What is no regular file is spooled. Error: cannot_read.
+/// The same, but what is no regular file is spooled: for what may be larger than memory. Neither maps files:
+/// somebody who cuts a file while it is read would end the process. Error: cannot_read.
 [[nodiscard]] Result<std::unique_ptr<Source>> unmapped_source(const std::string& path);
 /// All that an open descriptor gives, in a temporary file in `folder` (empty: $TMPDIR, or /tmp) that has no
 /// name and is gone with the process. Not for several threads. Errors: cannot_read, write_failed.
 [[nodiscard]] Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,
                                                              const std::string& folder = {});
+/// Part of another source, such as a .maille file inside another file: `size` bytes from `offset` on. It asks
+/// the other one for no byte outside; that one must outlive it. Error: cannot_read, where it ends before.
+[[nodiscard]] Result<std::unique_ptr<Source>> part_source(const Source& source, uint64_t offset,
+                                                          uint64_t size);
 /// Standard input, read to its end.
 [[nodiscard]] Result<std::unique_ptr<Source>> stdin_source();
 

@@ -273,8 +273,7 @@ TEST_F(FileSink, AKilledProcessLeavesTheOldFileOrTheNewOne) {
       for (size_t at = 0; at < after.size(); at += 1000) {
         if (!(*sink)->write(bytes_of(std::string_view(after).substr(at, 1000)))) ::_exit(1);
       }
-      (*sink)->commit();
-      ::_exit(0);
+      ::_exit((*sink)->commit() ? 0 : 1);
     }
     ::usleep(static_cast<useconds_t>(trial * 37 % 3000));
     ::kill(child, SIGKILL);

@@ -1,24 +1,22 @@
 #include <maille/source.h>
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <algorithm>
 #include <cstdint>
 
-#include "base/posix.h"
 #include "base/result.h"
 
 namespace maille {
 namespace {
 
+Result<> check_range(const Source& source, uint64_t offset, uint64_t size) {
+  if (offset <= source.size() && size <= source.size() - offset) return {};
+  return failure(ErrorCode::cannot_read,
+                 source.name() + ": bytes " + std::to_string(offset) + ".." + std::to_string(offset + size) +
+                     " were asked for, but it ends at byte " + std::to_string(source.size()));
+}
+
 Result<> copy_part(const Source& source, Bytes bytes, uint64_t offset, std::span<std::byte> out) {
-  if (offset > bytes.size() || out.size() > bytes.size() - offset) {
-    return failure(ErrorCode::cannot_read, source.name() + ": bytes " + std::to_string(offset) + ".." +
-                                               std::to_string(offset + out.size()) +
-                                               " were asked for, but it ends at byte " +
-                                               std::to_string(bytes.size()));
-  }
+  MAILLE_CHECK(check_range(source, offset, out.size()));
   const Bytes part = bytes.subspan(static_cast<size_t>(offset), out.size());
   std::copy(part.begin(), part.end(), out.begin());
   return {};
@@ -43,41 +41,38 @@ class MemorySource final : public Source {
   std::string name_;
 };
 
-class MappedSource final : public Source {
+class PartSource final : public Source {
  public:
-  MappedSource(void* address, size_t size, std::string path)
-      : bytes_(static_cast<const std::byte*>(address), size), path_(std::move(path)) {}
-  MappedSource(const MappedSource&) = delete;
-  MappedSource& operator=(const MappedSource&) = delete;
-  ~MappedSource() override { ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size()); }
+  PartSource(const Source& source, uint64_t offset, uint64_t size)
+      : source_(source), offset_(offset), size_(size) {}
 
-  uint64_t size() const override { return bytes_.size(); }
+  uint64_t size() const override { return size_; }
   Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
-    return copy_part(*this, bytes_, offset, out);
+    MAILLE_CHECK(check_range(*this, offset, out.size()));
+    return source_.read_at(offset_ + offset, out);
   }
-  Bytes view() const override { return bytes_; }
-  std::string name() const override { return path_; }
+  Result<> read_many(std::span<const Part> parts) const override {
+    std::vector<Part> moved(parts.begin(), parts.end());
+    for (Part& part : moved) {
+      MAILLE_CHECK(check_range(*this, part.offset, part.out.size()));
+      part.offset += offset_;
+    }
+    return source_.read_many(moved);
+  }
+  bool forget(uint64_t offset, uint64_t size) const override {
+    if (offset >= size_) return false;
+    return source_.forget(offset_ + offset, std::min(size, size_ - offset));
+  }
+  Bytes view() const override {
+    const Bytes all = source_.view();
+    return all.empty() ? all : all.subspan(static_cast<size_t>(offset_), static_cast<size_t>(size_));
+  }
+  std::string name() const override { return source_.name(); }
 
  private:
-  Bytes bytes_;
-  std::string path_;
+  const Source& source_;
+  uint64_t offset_, size_;
 };
-
-/// Reads to the end, in steps that double: what is allocated stays within twice of what has arrived.
-Result<std::vector<std::byte>> read_whole(int fd, const std::string& name) {
-  std::vector<std::byte> bytes;
-  size_t used = 0;
-  for (;;) {
-    if (used == bytes.size()) bytes.resize(std::max<size_t>(size_t{64} << 10, 2 * used));
-    const ssize_t got = ::read(fd, bytes.data() + used, bytes.size() - used);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return cannot_read(name);
-    if (got == 0) break;
-    used += static_cast<size_t>(got);
-  }
-  bytes.resize(used);
-  return bytes;
-}
 
 }  // namespace
 
@@ -98,27 +93,9 @@ std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string 
   return std::make_unique<MemorySource>(std::move(bytes), std::move(name));
 }
 
-Result<std::unique_ptr<Source>> file_source(const std::string& path) {
-  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!fd.valid()) return cannot_read(path);
-  struct stat info {};
-  if (::fstat(fd.get(), &info) != 0) return cannot_read(path);
-  // Pipes and devices cannot be mapped; files below /proc are regular but claim no bytes.
-  if (!S_ISREG(info.st_mode) || info.st_size == 0) {
-    return memory_source(MAILLE_TRY(read_whole(fd.get(), path)), path);
-  }
-  if (static_cast<uint64_t>(info.st_size) > SIZE_MAX) {
-    errno = EFBIG;
-    return cannot_read(path);
-  }
-  const auto size = static_cast<size_t>(info.st_size);
-  void* const address = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
-  if (address == MAP_FAILED) return memory_source(MAILLE_TRY(read_whole(fd.get(), path)), path);
-  return std::make_unique<MappedSource>(address, size, path);
-}
-
-Result<std::unique_ptr<Source>> stdin_source() {
-  return memory_source(MAILLE_TRY(read_whole(STDIN_FILENO, "standard input")), "standard input");
+Result<std::unique_ptr<Source>> part_source(const Source& source, uint64_t offset, uint64_t size) {
+  MAILLE_CHECK(check_range(source, offset, size));
+  return std::make_unique<PartSource>(source, offset, size);
 }
 
 }  // namespace maille

@@ -1,45 +1,13 @@
 #include <maille/source.h>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 
-#include "base/posix.h"
+#include "base/opened_file.h"
 #include "base/result.h"
 #include "base/scratch_file.h"
 
 namespace maille {
 namespace {
-
-class UnmappedSource final : public Source {
- public:
-  UnmappedSource(Descriptor file, uint64_t size, std::string path)
-      : file_(std::move(file)), size_(size), path_(std::move(path)) {}
-
-  uint64_t size() const override { return size_; }
-  Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
-    if (offset > size_ || out.size() > size_ - offset) {
-      return failure(ErrorCode::cannot_read, path_ + ": bytes " + std::to_string(offset) + ".." +
-                                                 std::to_string(offset + out.size()) +
-                                                 " were asked for, but it ends at byte " +
-                                                 std::to_string(size_));
-    }
-    while (!out.empty()) {
-      const ssize_t count = ::pread(file_.get(), out.data(), out.size(), static_cast<off_t>(offset));
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) return cannot_read(path_);
-      if (count == 0) return failure(ErrorCode::cannot_read, path_ + " became shorter while it was read");
-      offset += static_cast<uint64_t>(count);
-      out = out.subspan(static_cast<size_t>(count));
-    }
-    return {};
-  }
-  std::string name() const override { return path_; }
-
- private:
-  Descriptor file_;
-  uint64_t size_;
-  std::string path_;
-};
 
 /// What came through a pipe, in a file without a name.
 class SpooledSource final : public Source {
@@ -64,10 +32,8 @@ class SpooledSource final : public Source {
 Result<std::unique_ptr<Source>> unmapped_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
-  struct stat info {};
-  if (::fstat(file.get(), &info) != 0) return cannot_read(path);
-  if (!S_ISREG(info.st_mode) || info.st_size == 0) return spooled_source(file.get(), path);
-  return std::make_unique<UnmappedSource>(std::move(file), static_cast<uint64_t>(info.st_size), path);
+  if (MAILLE_TRY(plain_size(file.get(), path)) == 0) return spooled_source(file.get(), path);
+  return plain_source(std::move(file), path);
 }
 
 Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,

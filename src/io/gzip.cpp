@@ -111,21 +111,33 @@ bool is_gzip(Bytes bytes) {
          bytes[2] == std::byte{8};
 }
 
-Result<std::vector<std::byte>> gunzip(Bytes bytes, uint64_t limit, const std::string& name) {
+namespace {
+
+/// How many bytes there are, which a gzip file does not say; `status`: whether all is well with it.
+Result<uint64_t> unpacked_size(Bytes bytes, uint64_t limit, const std::string& name,
+                               Inflater::Status& status) {
   Inflater inflater(bytes);
-  std::vector<std::byte> out;
-  size_t used = 0;
-  auto status = Inflater::Status::more;
-  while (status == Inflater::Status::more) {
-    if (used >= limit) {
-      return failure(ErrorCode::memory_bound,
-                     name + ": unpacks to more than the " + std::to_string(limit) + " bytes allowed");
-    }
-    if (used == out.size()) out.resize(std::max<size_t>(size_t{1} << 16, used * 2));
+  std::vector<std::byte> room(size_t{1} << 16);
+  uint64_t used = 0;
+  for (status = Inflater::Status::more; status == Inflater::Status::more;) {
     size_t filled = 0;
-    status = inflater.fill(std::span(out).subspan(used), filled);
+    status = inflater.fill(room, filled);
     used += filled;
+    if (used > limit) {
+      return failure(ErrorCode::memory_bound,
+                     name + ": unpacks to more than the " + std::to_string(limit) +
+                         " bytes allowed; raise the memory limit if you trust the file");
+    }
   }
+  return used;
+}
+
+}  // namespace
+
+// Twice: growing on the way takes up to three times the memory, and unpacking is fast beside reading a mesh.
+Result<std::vector<std::byte>> gunzip(Bytes bytes, uint64_t limit, const std::string& name) {
+  auto status = Inflater::Status::more;
+  const uint64_t used = MAILLE_TRY(unpacked_size(bytes, limit, name, status));
   if (status == Inflater::Status::truncated) {
     return failure(ErrorCode::malformed_input, name + ": the gzip data ends too early (after " +
                                                    std::to_string(used) + " unpacked bytes)");
@@ -134,7 +146,9 @@ Result<std::vector<std::byte>> gunzip(Bytes bytes, uint64_t limit, const std::st
     return failure(ErrorCode::malformed_input,
                    name + ": the gzip data is damaged (after " + std::to_string(used) + " unpacked bytes)");
   }
-  out.resize(used);
+  std::vector<std::byte> out(static_cast<size_t>(used));
+  size_t filled = 0;
+  Inflater(bytes).fill(out, filled);
   return out;
 }
 

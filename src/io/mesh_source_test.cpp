@@ -224,10 +224,7 @@ TEST(MeshSource, RefusesMoreThanThereIs) {
 
 TEST(MeshSource, SurvivesDamage) {
   for (const char* name : {"appended_raw.vtu", "appended_lz4.vtu", "appended_lzma.vtu"}) {
-    const auto file = file_source(sample_path(name));
-    ASSERT_TRUE(file);
-    const Bytes bytes = (*file)->view();
-    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string text = text_of_file(sample_path(name));
     Random random(1);
     for (int trial = 0; trial < 500; ++trial) {
       std::string damaged = text.substr(0, random.chance(20) ? random.below(text.size()) : text.size());
@@ -358,10 +355,7 @@ TEST(MeshSink, SpoolsGmshFilesAsTheyAreWrittenWhole) {
     const auto sink = spooled_gmsh_sink(path, source->description(), sink_options);
     ASSERT_TRUE(sink) << sink.error().message;
     pour(*source, **sink, 1 + seed % 5);
-    const auto written = file_source(path);
-    ASSERT_TRUE(written);
-    const Bytes bytes = (*written)->view();
-    EXPECT_TRUE(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()) == whole.text);
+    EXPECT_TRUE(text_of_file(path) == whole.text);
     std::filesystem::remove(path);
   }
 }

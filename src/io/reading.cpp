@@ -11,6 +11,8 @@ Result<InputBytes> InputBytes::load(const Source& source) {
   if (!input.view_.empty()) return input;
   constexpr uint64_t piece = uint64_t{16} << 20;
   const uint64_t size = source.size();
+  // Room alone is not memory yet: growing would copy all that was read, twice as much at once.
+  input.owned_.reserve(static_cast<size_t>(std::min(size, 64 * piece)));
   for (uint64_t at = 0; at < size;) {
     const uint64_t length = std::min(piece, size - at);
     input.owned_.resize(static_cast<size_t>(at + length));

@@ -4,6 +4,8 @@
 #include <maille/io.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -76,6 +78,14 @@ inline Result<ReadResult> read_file(const Format& format, const std::string& pat
   const auto source = file_source(path);
   if (!source) return tl::unexpected(source.error());
   return format.read(**source, {});
+}
+
+/// All bytes of a file; a test fails where there are none, as one that damages them would test nothing.
+inline std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  EXPECT_FALSE(text.empty()) << path;
+  return text;
 }
 
 struct Written {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/result.h"
+#include "io/beside.h"
 #include "io/foam/foam_expression.h"
 #include "io/gzip.h"
 #include "io/reading.h"
@@ -83,8 +84,24 @@ class Parser {
     if (!opened) {
       if (auto packed = file_source(path + ".gz")) opened = std::move(packed);
     }
-    const auto source = MAILLE_TRY(std::move(opened));
-    const InputBytes bytes = MAILLE_TRY(InputBytes::load(*source));
+    return read(*MAILLE_TRY(std::move(opened)));
+  }
+
+  /// What a dictionary names may be anything, if the dictionary is somebody else's.
+  Result<> open_included(const std::string& from, const std::string& name) {
+    auto opened = open_beside(from, name);
+    if (!opened && opened.error().code == ErrorCode::cannot_read) {
+      if (auto packed = open_beside(from, name + ".gz")) opened = std::move(packed);
+    }
+    return read(*MAILLE_TRY(std::move(opened)));
+  }
+
+  Result<> read(const Source& source) {
+    const std::string path = source.name();
+    if (source.size() > most_bytes)
+      return failure(ErrorCode::malformed_input,
+                     path + ": larger than any dictionary, which may have 16 MiB");
+    const InputBytes bytes = MAILLE_TRY(InputBytes::load(source));
     // Kept as long as its tokens are read.
     auto text = std::make_unique<std::string>(bytes.text());
     if (is_gzip(bytes.bytes())) {
@@ -276,11 +293,10 @@ class Parser {
       return file_.unsupported(name, "'" + name.text + "': names of included files must be plain");
     }
     if (levels_.size() > 16) return file_.bad(token, "files include each other too deeply");
-    const std::string& from = file_.files[token.file];
-    const size_t slash = from.rfind('/');
-    const bool beside = !name.text.empty() && name.text[0] != '/' && slash != std::string::npos;
-    const auto opened = open((beside ? from.substr(0, slash + 1) : "") + name.text);
-    if (opened || token.text == "#includeIfPresent") return {};
+    const std::string from = file_.files[token.file];  // a copy: opening adds to the files
+    const auto opened = open_included(from, name.text);
+    const bool missing = !opened && opened.error().code == ErrorCode::cannot_read;
+    if (opened || (missing && token.text == "#includeIfPresent")) return {};
     return failure(opened.error().code, file_.place(token) + ": " + opened.error().message);
   }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "io/base64.h"
+#include "io/beside.h"
 #include "io/foam/foam_dictionary.h"
 #include "io/gzip.h"
 #include "io/reading.h"
@@ -33,13 +34,13 @@ struct FieldFile {
   }
 };
 
-Result<FieldFile> open_field(const std::string& path, const Limits& limits) {
+Result<FieldFile> open_field(const std::string& folder, const std::string& name, const Limits& limits) {
   FieldFile file;
-  file.path = path;
-  file.source = MAILLE_TRY(file_source(path));
+  file.path = folder + "/" + name;
+  file.source = MAILLE_TRY(open_beside(folder + "/", name));
   file.bytes = MAILLE_TRY(InputBytes::load(*file.source));
   if (is_gzip(file.bytes.bytes()))
-    file.unpacked = MAILLE_TRY(gunzip(file.bytes.bytes(), limits.mesh_bytes, path));
+    file.unpacked = MAILLE_TRY(gunzip(file.bytes.bytes(), limits.mesh_bytes, file.path));
   return file;
 }
 
@@ -258,7 +259,7 @@ Result<> FoamFieldReader::add(const FoamField& field, const FoamFieldKind& kind,
 
 Result<> FoamFieldReader::read_file(const std::string& folder, const std::string& name,
                                     const std::string& time) {
-  const FieldFile file = MAILLE_TRY(open_field(folder + "/" + name, limits_));
+  const FieldFile file = MAILLE_TRY(open_field(folder, name, limits_));
   const std::string plain = name.ends_with(".gz") ? name.substr(0, name.size() - 3) : name;
   const std::string_view text = file.text();
   const bool is_foam = text.substr(0, 4096).find("FoamFile") != std::string_view::npos;

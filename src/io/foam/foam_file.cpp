@@ -3,17 +3,30 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "io/beside.h"
 #include "io/gzip.h"
 #include "io/text_scanner.h"
 
 namespace maille {
 
+namespace {
+
+/// Each file of a case may be packed.
+std::string name_in(const std::string& folder, const std::string& name) {
+  const std::filesystem::path path = std::filesystem::path(folder) / name;
+  std::error_code error;
+  const bool packed =
+      !std::filesystem::exists(path, error) && std::filesystem::exists(path.string() + ".gz", error);
+  return packed ? name + ".gz" : name;
+}
+
+}  // namespace
+
 Result<FoamReader> FoamReader::open(const std::string& folder, const std::string& name,
                                     const Limits& limits) {
   FoamReader file;
-  std::string path = folder + "/" + name;
-  if (!std::filesystem::exists(path) && std::filesystem::exists(path + ".gz")) path += ".gz";
-  file.source_ = MAILLE_TRY(file_source(path));
+  const std::string path = folder + "/" + name_in(folder, name);
+  file.source_ = MAILLE_TRY(open_beside(folder + "/", name_in(folder, name)));
   file.bytes_ = MAILLE_TRY(InputBytes::load(*file.source_));
   std::string_view text = file.bytes_.text();
   if (is_gzip(file.bytes_.bytes())) {
@@ -30,10 +43,8 @@ Result<FoamReader> FoamReader::open(const std::string& folder, const std::string
 
 Result<FoamReader> FoamReader::open_in_parts(const std::string& folder, const std::string& name) {
   FoamReader file;
-  file.name_ = folder + "/" + name;
-  const bool packed = !std::filesystem::exists(file.name_) && std::filesystem::exists(file.name_ + ".gz");
-  if (packed) file.name_ += ".gz";
-  file.source_ = MAILLE_TRY(unmapped_source(file.name_));
+  file.name_ = folder + "/" + name_in(folder, name);
+  file.source_ = MAILLE_TRY(open_beside(folder + "/", name_in(folder, name)));
   file.size_ = file.source_->size();
   file.windowed_ = true;
   file.jump(0);

@@ -1,6 +1,7 @@
 #include "io/foam/foam_processors.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <set>
@@ -58,6 +59,22 @@ Result<std::vector<std::string>> foam_processors_of(const std::string& case_fold
     folders.push_back(case_folder + "/processor" + std::to_string(number) + "/constant/polyMesh");
   }
   return folders;
+}
+
+std::string collated_processors_of(const std::string& case_folder) {
+  namespace fs = std::filesystem;
+  constexpr std::string_view prefix = "processors";
+  std::error_code error;
+  std::string first;
+  for (fs::directory_iterator entry(case_folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const bool is = name.starts_with(prefix) && name.size() > prefix.size() &&
+                    std::isdigit(static_cast<unsigned char>(name[prefix.size()])) != 0 &&
+                    entry->is_directory(error);
+    if (is && (first.empty() || name < first)) first = name;
+  }
+  return first;
 }
 
 Result<std::vector<int64_t>> FoamProcessors::read_list(const std::string& folder, const char* name,

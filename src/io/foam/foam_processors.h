@@ -30,6 +30,9 @@ struct FoamLists {
 /// The folders "polyMesh" of the processors of a case that has no mesh itself, by number; none where there
 /// are none. Error: malformed_input, if one of them is missing.
 Result<std::vector<std::string>> foam_processors_of(const std::string& case_folder);
+/// The name of a folder with the files of several processors in one (OpenFOAM's file handler "collated"),
+/// which are not read: "processors2"; empty where there is none.
+std::string collated_processors_of(const std::string& case_folder);
 
 /// Puts the meshes of processors together to the one that was divided, in its order.
 class FoamProcessors {

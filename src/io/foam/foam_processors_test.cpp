@@ -49,6 +49,30 @@ TEST_F(FoamProcessorFolders, AreMeshesOfTheirOwnWhenNamed) {
   EXPECT_GT(part->mesh.cell_count(), 0u);
 }
 
+TEST_F(FoamProcessorFolders, CollatedFilesAreNamedWithWhatMakesAMeshOfThem) {
+  const std::string folder = folder_.path("collated");
+  fs::create_directories(folder + "/processors4_0-1/constant/polyMesh");
+  fs::create_directories(folder + "/processors4_2-3/constant/polyMesh");
+  const auto result = read_mesh(folder);
+  ASSERT_FALSE(result);
+  EXPECT_THAT(result.error().message, HasSubstr("(processors4_0-1), which are not read; reconstructParMesh"));
+}
+
+TEST_F(FoamProcessorFolders, FieldsThatOnlyProcessorsHaveAreNotLeftOutSilently) {
+  const std::string folder = folder_.path("whole");
+  fs::create_directories(folder + "/constant");
+  fs::copy(sample_path("polymesh_whole"), folder + "/constant/polyMesh", fs::copy_options::recursive);
+  for (const char* const processors : {"processor0", "processors2"}) {
+    fs::create_directories(folder + "/" + processors + "/constant/polyMesh");
+    fs::create_directories(folder + "/" + processors + "/0.5");
+    std::ofstream(folder + "/" + processors + "/0.5/p") << "FoamFile {}";
+    const auto result = read_mesh(folder);
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_THAT(result->notes, ::testing::Contains(HasSubstr("reconstructPar"))) << processors;
+    fs::remove_all(folder + "/" + processors);
+  }
+}
+
 TEST_F(FoamProcessorFolders, AProcessorThatIsMissingIsNamed) {
   fs::remove_all(divided() + "/processor1");
   EXPECT_EQ(error(), divided() + ": processor1 is missing, but there is processor2");

@@ -357,12 +357,18 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
   return result;
 }
 
-void note_fields_of_processors(const std::string& processor, std::vector<std::string>& notes) {
-  // Of what is no folder foam_case_of() takes the folder around it, which is the case itself.
-  std::error_code error;
-  if (std::filesystem::is_directory(processor, error) && !foam_case_of(processor).times.empty())
+void note_fields_of_processors(const std::string& case_folder, std::vector<std::string>& notes) {
+  const std::string collated = collated_processors_of(case_folder);
+  for (const std::string& name : {std::string("processor0"), collated}) {
+    // Of what is no folder foam_case_of() takes the folder around it, which is the case itself.
+    const std::string processor = case_folder + "/" + name;
+    std::error_code error;
+    if (name.empty() || !std::filesystem::is_directory(processor, error)) continue;
+    if (foam_case_of(processor).times.empty()) continue;
     notes.emplace_back(
         "fields in the folders of processors left out; reconstructPar makes a case with its fields of them");
+    return;
+  }
 }
 
 Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
@@ -376,9 +382,16 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
     std::vector<std::string> processors = MAILLE_TRY(foam_processors_of(folder));
     if (!processors.empty()) {
       ReadResult result = MAILLE_TRY(PolyMeshReader(folder, processors, options).read());
-      const std::filesystem::path first = processors[0];
-      note_fields_of_processors(first.parent_path().parent_path().string(), result.notes);
+      note_fields_of_processors(folder, result.notes);
       return result;
+    }
+    const std::string collated = collated_processors_of(folder);
+    if (!collated.empty()) {
+      return failure(ErrorCode::cannot_read,
+                     "cannot read " + source.name() + ": its mesh is in collated files of processors (" +
+                         collated +
+                         "), which are not read; reconstructParMesh -constant makes one mesh of them, and "
+                         "reconstructPar its fields");
     }
     return failure(
         ErrorCode::cannot_read,
@@ -386,10 +399,14 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
   }
   const FoamCasePath place = foam_case_of(source.name());
   PolyMeshReader reader(folder, options);
-  if (!place.time && place.times.empty()) return reader.read();
+  if (!place.time && place.times.empty()) {
+    ReadResult result = MAILLE_TRY(reader.read());
+    if (!place.folder.empty()) note_fields_of_processors(place.folder, result.notes);
+    return result;
+  }
   ReadResult result =
       MAILLE_TRY(reader.read_with_fields(place.folder, place.time.value_or(place.times.front())));
-  note_fields_of_processors(place.folder + "/processor0", result.notes);
+  note_fields_of_processors(place.folder, result.notes);
   if (!place.time && place.times.size() > 1) {
     result.notes.push_back("the fields are those of time " + place.times[0].name + ", the first of " +
                            std::to_string(place.times.size()) + "; " + place.folder + "/" +

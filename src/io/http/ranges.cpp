@@ -13,8 +13,9 @@ namespace {
 constexpr size_t front_bytes = size_t{64} << 10;
 /// Of a head, with those of redirections before it: more is no head.
 constexpr uint64_t most_head_bytes = uint64_t{256} << 10;
-/// What a transfer must bring in HttpOptions::stall_seconds.
-constexpr uint64_t stall_bytes = uint64_t{16} << 10;
+/// What a transfer must bring in HttpOptions::stall_seconds: with the default 3.3 kB a second, so that nobody
+/// is kept waiting for longer than the bytes that were asked for take.
+constexpr uint64_t stall_bytes = uint64_t{64} << 10;
 constexpr long connect_seconds = 15;
 constexpr long most_redirections = 5;
 constexpr double longest_pause = 8;
