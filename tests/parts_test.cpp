@@ -9,7 +9,9 @@
 #include <maille/executor.h>
 #include <maille/file.h>
 
+#include <atomic>
 #include <random>
+#include <thread>
 
 namespace maille::testing {
 namespace {
@@ -104,6 +106,48 @@ TEST(Parts, CanBeCancelled) {
   const auto encoded = encode_bytes(mesh, options);
   ASSERT_FALSE(encoded);
   EXPECT_EQ(encoded.error().code, ErrorCode::cancelled);
+}
+
+TEST(Parts, ProgressIsToldOnTheCallingThread) {
+  const Mesh mesh = torus(100, 60);
+  const auto threads = thread_executor(4);
+  const auto caller = std::this_thread::get_id();
+  std::atomic<int> reports = 0, elsewhere = 0;
+  const Progress watch = [&](const ProgressReport&) {
+    ++reports;
+    if (std::this_thread::get_id() != caller) ++elsewhere;
+    return true;
+  };
+  EncodeOptions options = in_parts(100);
+  options.executor = threads.get();
+  options.progress = watch;
+  const auto encoded = encode_bytes(mesh, options);
+  ASSERT_TRUE(encoded);
+  DecodeOptions decoding;
+  decoding.executor = threads.get();
+  decoding.progress = watch;
+  ASSERT_TRUE(decode(*memory_source(encoded->bytes), decoding));
+  EXPECT_GT(reports, 0);
+  EXPECT_EQ(elsewhere, 0);
+}
+
+TEST(Parts, InspectTellsTypesOfMixedBlocks) {
+  Mesh mesh = torus(6, 4);
+  CellBlock lines;
+  lines.type = CellType::mixed;
+  lines.types = {3, 3, 1};
+  lines.offsets = {0, 2, 4, 5};
+  lines.connectivity = {0, 1, 1, 2, 3};
+  const CellType faces = mesh.blocks[0].type;
+  const uint64_t face_count = mesh.cell_count();
+  mesh.blocks.push_back(lines);
+  const auto encoded = encode_bytes(mesh, in_parts(1000));
+  ASSERT_TRUE(encoded);
+  const auto info = inspect(*memory_source(encoded->bytes));
+  ASSERT_TRUE(info);
+  const std::vector<std::pair<CellType, uint64_t>> types = {
+      {CellType::vertex, 1}, {CellType::line, 2}, {faces, face_count}};
+  EXPECT_EQ(info->types, types);
 }
 
 TEST(Parts, InspectAddsThemUp) {

@@ -49,9 +49,9 @@ void add_block(const CellBlock& block, std::vector<Part>& parts) {
 }
 
 void add_values(const Mesh& mesh, std::vector<Part>& parts) {
-  parts.push_back({"position", Part::Holds::geometry, mesh.points.type, 3, mesh.points.bytes});
+  parts.push_back({"position", Part::Holds::geometry, mesh.points.type, 3, mesh.points.bytes.vector()});
   for (const Array& array : mesh.arrays)
-    parts.push_back({array.name, Part::Holds::field, array.type, array.components, array.bytes});
+    parts.push_back({array.name, Part::Holds::field, array.type, array.components, array.bytes.vector()});
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ std::vector<uint32_t> find_borders(const Mesh& mesh, Number number) {
   const auto coded = [&](uint32_t point) { return number(point) + 1; };
   const auto add = [&](uint32_t before, uint32_t at, uint32_t next) { neighbours[at - 1] ^= before ^ next; };
   for (const CellBlock& block : mesh.blocks) {
-    const std::vector<uint32_t>& corners = block.connectivity;
+    const Buffer<uint32_t>& corners = block.connectivity;
     for (size_t i = 0; block.type == CellType::triangle && i + 2 < corners.size(); i += 3) {
       const uint32_t a = coded(corners[i]), b = coded(corners[i + 1]), c = coded(corners[i + 2]);
       add(a, b, c);
@@ -53,7 +53,7 @@ std::vector<uint32_t> find_borders(const Mesh& mesh, Number number) {
 /// function for both directions; a decoder's `shared` is filled. False: they do not fit.
 template <class Coder>
 bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& border,
-                 std::vector<SharedPoint>& shared, bool decoding) {
+                 std::span<const uint8_t> on_side, std::vector<SharedPoint>& shared, bool decoding) {
   std::vector<uint32_t> here, elsewhere;
   if (!decoding) {
     for (const SharedPoint& point : shared)
@@ -71,13 +71,15 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
     elsewhere[i] = static_cast<uint32_t>(next++);
   }
   // A border of the mesh itself is in long runs.
-  std::array<BitModel, 2> there;
-  bool before = true;
+  std::array<std::array<BitModel, 2>, 2> there;
+  std::array<bool, 2> before = {true, true};
   size_t at = 0;
-  for (const uint32_t point : border) {
-    before = there[before].code(coder, at < here.size() && here[at] == point);
-    if (decoding && before) here.push_back(point);
-    at += before;
+  for (size_t i = 0; i < border.size(); ++i) {
+    const uint8_t side = on_side.empty() ? uint8_t{0} : on_side[i];
+    const bool is = there[side][before[side]].code(coder, at < here.size() && here[at] == border[i]);
+    before[side] = is;
+    if (decoding && is) here.push_back(border[i]);
+    at += is;
   }
   if (decoding) {
     here.insert(here.end(), elsewhere.begin(), elsewhere.end());
@@ -193,26 +195,27 @@ std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<cons
 }
 
 std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
-                                     const std::vector<uint32_t>& border) {
+                                     const std::vector<uint32_t>& border, std::span<const uint8_t> on_side) {
   const auto is_plain = [](const SharedPoint& point, uint32_t on_border) {
     return point.point == on_border && point.copy == 0;
   };
   if (std::equal(shared.begin(), shared.end(), border.begin(), border.end(), is_plain)) return {};
   std::vector<SharedPoint> all(shared.begin(), shared.end());
   RansEncoder encoder;
-  code_shared(encoder, points, border, all, false);
+  code_shared(encoder, points, border, on_side, all, false);
   return encoder.finish();
 }
 
 Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
-                                               const std::vector<uint32_t>& border) {
+                                               const std::vector<uint32_t>& border,
+                                               std::span<const uint8_t> on_side) {
   std::vector<SharedPoint> shared;
   if (bytes.empty()) {
     for (const uint32_t point : border) shared.push_back({point, 0});
     return shared;
   }
   RansDecoder decoder(bytes);
-  if (!code_shared(decoder, points, border, shared, true) || decoder.exhausted())
+  if (!code_shared(decoder, points, border, on_side, shared, true) || decoder.exhausted())
     return failure(ErrorCode::corrupt, "shared points that are not there");
   return shared;
 }

@@ -37,13 +37,16 @@ std::vector<std::vector<SharedPoint>> find_shared(std::span<const std::span<cons
                                                   uint32_t count,
                                                   const std::function<Place(uint32_t)>& place_of_point);
 
-/// `border`: of the piece as it is coded. No bytes where all points there are shared, no others, and there
-/// are no copies.
+/// `border`: of the piece as it is coded. `on_side`: by point there whether it lies on a side of the box
+/// around the piece, where one that was cut out of a lattice has its neighbours; none: that is not looked at.
+/// No bytes where all points of the border are shared, no others, and there are no copies.
 std::vector<std::byte> encode_shared(std::span<const SharedPoint> shared, uint32_t points,
-                                     const std::vector<uint32_t>& border);
+                                     const std::vector<uint32_t>& border,
+                                     std::span<const uint8_t> on_side = {});
 /// Inverse, rising. Safe on any bytes. Error: corrupt.
 Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
-                                               const std::vector<uint32_t>& border);
+                                               const std::vector<uint32_t>& border,
+                                               std::span<const uint8_t> on_side = {});
 
 /// The numbers of a piece's points in the mesh. Its new points follow one another from `first_new` on; the
 /// others have the numbers that earlier pieces gave them.

@@ -1,25 +1,24 @@
 #include "volume/pieces/border_points.h"
 
+#include <maille/with_type.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/bytes.h"
+#include "base/hash.h"
 #include "volume/cells/cell_shape.h"
 
 namespace maille {
 namespace {
-
-/// The finalizer of SplitMix64 (Steele, Lea, Flood 2014): any bit of the input changes half of those of the
-/// output.
-uint64_t mix(uint64_t x) {
-  x += 0x9e3779b97f4a7c15;
-  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
-  x = (x ^ x >> 27) * 0x94d049bb133111eb;
-  return x ^ x >> 31;
-}
 
 /// A face adds its sum to each of its points; the two cells of an inner face cancel. 0 is left at inner
 /// points.
 class FaceSums {
  public:
   FaceSums(uint64_t points, std::span<const uint32_t> number) : sums_(points), mixed_(points) {
-    for (uint64_t i = 0; i < points; ++i) mixed_[i] = mix(number.empty() ? i : number[i]);
+    for (uint64_t i = 0; i < points; ++i) mixed_[i] = split_mix(number.empty() ? i : number[i]);
   }
   void add_shape(const CellShape& shape, std::span<const uint32_t> points) {
     if (shape.dimension < 3) return add_face(points.first(shape.corners), points);
@@ -38,7 +37,7 @@ class FaceSums {
   void add_face(std::span<const uint32_t> corners, std::span<const uint32_t> points) {
     uint64_t sum = 0;
     for (const uint32_t corner : corners) sum += mixed_[corner];
-    sum = mix(sum);
+    sum = split_mix(sum);
     for (const uint32_t point : points) sums_[point] ^= sum;
   }
   const std::vector<uint64_t>& sums() const { return sums_; }
@@ -51,7 +50,7 @@ class FaceSums {
   static uint64_t add_to_corners(const CellFace& face, const NodeSums& mixed, NodeSums& sums) {
     uint64_t sum = 0;
     for (unsigned k = 0; k < size; ++k) sum += mixed[face.corner[k]];
-    sum = mix(sum);
+    sum = split_mix(sum);
     for (unsigned k = 0; k < size; ++k) sums[face.corner[k]] ^= sum;
     return sum;
   }
@@ -66,6 +65,33 @@ class FaceSums {
 
   std::vector<uint64_t> sums_, mixed_;
 };
+
+template <class T>
+std::vector<uint8_t> find_on_sides(const std::byte* positions, uint64_t count,
+                                   std::span<const uint32_t> points) {
+  const auto number = [&](uint64_t point, unsigned k) {
+    return load<T>(positions + (3 * point + k) * sizeof(T));
+  };
+  using Limits = std::numeric_limits<T>;
+  std::array<T, 3> low, high;
+  low.fill(Limits::has_infinity ? Limits::infinity() : Limits::max());
+  high.fill(Limits::has_infinity ? -Limits::infinity() : Limits::lowest());
+  for (uint64_t i = 0; i < count; ++i) {
+    for (unsigned k = 0; k < 3; ++k) {
+      // In this order NaN changes nothing.
+      low[k] = std::min(low[k], number(i, k));
+      high[k] = std::max(high[k], number(i, k));
+    }
+  }
+  std::vector<uint8_t> on_side;
+  on_side.reserve(points.size());
+  for (const uint32_t point : points) {
+    bool is = false;
+    for (unsigned k = 0; k < 3; ++k) is = is || number(point, k) == low[k] || number(point, k) == high[k];
+    on_side.push_back(is ? 1 : 0);
+  }
+  return on_side;
+}
 
 void add_polyhedron(const CellBlock& block, uint64_t cell, FaceSums& sums) {
   auto points = block.cell(cell);
@@ -103,6 +129,12 @@ std::vector<uint32_t> border_points(const Mesh& piece, std::span<const uint32_t>
     if (on_border[i]) border.push_back(i);
   }
   return border;
+}
+
+std::vector<uint8_t> on_sides(const Array& positions, std::span<const uint32_t> points) {
+  return with_type(positions.type, [&](auto zero) {
+    return find_on_sides<decltype(zero)>(positions.bytes.data(), positions.count(), points);
+  });
 }
 
 }  // namespace maille

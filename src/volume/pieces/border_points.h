@@ -14,4 +14,7 @@ namespace maille {
 /// point by chance (2^-64 for each) is the same one in encoder and decoder, whatever the order of cells.
 std::vector<uint32_t> border_points(const Mesh& piece, std::span<const uint32_t> number = {});
 
+/// By each of the points 1 if it lies on a side of the box around all positions, else 0.
+std::vector<uint8_t> on_sides(const Array& positions, std::span<const uint32_t> points);
+
 }  // namespace maille

@@ -1,12 +1,13 @@
 #include "volume/pieces/coarse_level.h"
 
+#include <maille/with_type.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include "base/bytes.h"
-#include "mesh/with_type.h"
 #include "volume/pieces/cut_cells.h"
 
 namespace maille {

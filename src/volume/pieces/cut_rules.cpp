@@ -1,7 +1,8 @@
 #include "volume/pieces/cut_rules.h"
 
+#include <maille/with_type.h>
+
 #include "base/bytes.h"
-#include "mesh/with_type.h"
 #include "numbers/number_map.h"
 
 namespace maille {

@@ -13,12 +13,12 @@ namespace maille {
 namespace {
 
 /// Points of different places may have one place on a lattice: decoders know them apart by that.
-Result<> find_places(PieceInWork& piece) {
+Result<Array> decoded_points(Bytes file, std::vector<Place>& places) {
   DecodeOptions options;
   options.arrays.emplace();
-  const Mesh decoded = MAILLE_TRY(decode_stream(*memory_source(Bytes(piece.coded.file)), options));
-  for (uint32_t i = 0; i < decoded.point_count(); ++i) piece.places.push_back(place_of(decoded.points, i));
-  return {};
+  Mesh decoded = MAILLE_TRY(decode_stream(*memory_source(file), options));
+  for (uint32_t i = 0; i < decoded.point_count(); ++i) places.push_back(place_of(decoded.points, i));
+  return std::move(decoded.points);
 }
 
 /// Of array i; 0: positions.
@@ -38,7 +38,7 @@ void describe(const ArrayMapsList& maps, const Mesh& sub, PieceRecord& record) {
 /// Their values follow from the numbers of points and cells, which stand apart.
 void blank_numbers(const std::vector<NumberedArray>& numbered, Mesh& sub) {
   for (const NumberedArray& array : numbered) {
-    std::vector<std::byte>& bytes = sub.arrays[array.array].bytes;
+    Buffer<std::byte>& bytes = sub.arrays[array.array].bytes;
     std::fill(bytes.begin(), bytes.end(), std::byte{0});
   }
 }
@@ -71,6 +71,7 @@ StreamHeader header_of(const PieceCoding& coding) {
   header.description.metadata = coding.stream.metadata;
   header.description.provenance = coding.stream.provenance;
   header.description.effort = coding.stream.effort;
+  header.description.time = coding.stream.time;
   header.description.numbered = coding.maps.numbered;
   header.description.any_order = true;
   header.description.order_apart = coding.kept();
@@ -88,6 +89,7 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   stream.mesh_arrays.clear();
   stream.metadata.clear();
   stream.provenance.clear();
+  stream.time.reset();
   PieceInWork piece;
   describe(coding.maps, sub.mesh, piece.record);
   add_coarse_points(sub.mesh, cells_of_coarse_point(coding.cells), piece.record);
@@ -102,7 +104,14 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
     piece.coded_points.push_back(sub.points[order[i]]);
   }
   if (!cells.empty()) piece.border = border_points(sub.mesh, place_of_point);
-  if (coding.maps.bounds[0] > 0) MAILLE_CHECK(find_places(piece));
+  if (coding.maps.bounds[0] > 0) {
+    const Array decoded = MAILLE_TRY(decoded_points(piece.coded.file, piece.places));
+    piece.on_side = on_sides(decoded, piece.border);
+  } else {
+    std::vector<uint32_t> border = piece.border;
+    for (uint32_t& point : border) point = order[point];
+    piece.on_side = on_sides(sub.mesh.points, border);
+  }
   const EncodeReport& report = piece.report;
   piece.record.coded_bytes = {report.connectivity.coded_bytes, report.order_bytes,
                               report.positions.coded_bytes};

@@ -43,6 +43,7 @@ struct PieceInWork {
   PieceNumbers numbers;                ///< of an order that is kept
   std::vector<uint32_t> coded_points;  ///< numbers in the mesh, in the coded order
   std::vector<uint32_t> border;        ///< points in the coded order
+  std::vector<uint8_t> on_side;        ///< of these, see on_sides()
   std::vector<Place> places;           ///< by coded point, where positions are not exact
   EncodeReport report;
 };

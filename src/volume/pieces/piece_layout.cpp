@@ -1,5 +1,7 @@
 #include "volume/pieces/piece_layout.h"
 
+#include <maille/with_type.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,9 +9,8 @@
 
 #include "container/plain_fields.h"
 #include "entropy/byte_model.h"
-#include "entropy/integer_model.h"
 #include "entropy/rans.h"
-#include "mesh/with_type.h"
+#include "volume/pieces/number_runs.h"
 #include "volume/values/value_range.h"
 
 namespace maille {
@@ -67,39 +68,6 @@ Result<std::vector<Record>> decode_page(Bytes bytes, Visit visit) {
   if (plain.size() != size || !reader.ok() || !reader.at_end() || records.size() > pieces_per_page)
     return failure(ErrorCode::corrupt, damaged);
   return records;
-}
-
-/// Rising numbers by the gaps between them: mostly none, or as the one before.
-template <class Coder>
-class GapCoder {
- public:
-  uint32_t code(Coder& coder, uint32_t number) {
-    const uint32_t gap = gaps_[std::min(bit_length(last_), 7u)].code(coder, number - next_);
-    last_ = gap;
-    const uint32_t found = next_ + gap;
-    rises_ = rises_ && found >= next_ && found != 0xffffffff;
-    next_ = found + 1;
-    return found;
-  }
-  bool rises() const { return rises_; }
-
- private:
-  std::array<CountModel, 8> gaps_;
-  uint32_t next_ = 0, last_ = 0;
-  bool rises_ = true;
-};
-
-template <class Coder>
-bool code_rising(Coder& coder, std::vector<uint32_t>& numbers, uint64_t count) {
-  GapCoder<Coder> rising;
-  for (uint64_t i = 0; i < count && !coder.exhausted(); ++i) {
-    if constexpr (Coder::encoding) {
-      rising.code(coder, numbers[i]);
-    } else {
-      numbers.push_back(rising.code(coder, 0));
-    }
-  }
-  return rising.rises() && numbers.size() == count;
 }
 
 /// The nearest float that is not above, or not below.
@@ -197,17 +165,16 @@ Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes) {
 }
 
 std::vector<std::byte> encode_numbers(const PieceNumbers& numbers) {
-  PieceNumbers copy = numbers;
   RansEncoder coder;
-  code_rising(coder, copy.cells, copy.cells.size());
-  code_rising(coder, copy.points, copy.points.size());
+  encode_rising(coder, numbers.cells);
+  encode_rising(coder, numbers.points);
   return coder.finish();
 }
 
 Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points) {
   PieceNumbers numbers;
   RansDecoder coder(bytes);
-  if (!code_rising(coder, numbers.cells, cells) || !code_rising(coder, numbers.points, points) ||
+  if (!decode_rising(coder, numbers.cells, cells) || !decode_rising(coder, numbers.points, points) ||
       coder.exhausted())
     return failure(ErrorCode::corrupt, "the numbers of a piece are damaged");
   return numbers;

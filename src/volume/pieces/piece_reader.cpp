@@ -171,8 +171,10 @@ void PieceReader::take_numbered(const std::vector<NumberedArray>& numbered) {
 
 Result<> PieceReader::check_index() const {
   const size_t arrays = header_.description.arrays.size();
+  // What is decoded of a piece without its cells is bounded by what the file says of the whole mesh.
   const bool fits = std::all_of(pieces_.begin(), pieces_.end(), [&](const PieceRecord& record) {
-    return record.coded_bytes.size() == arrays + 3;
+    return record.coded_bytes.size() == arrays + 3 && record.cells <= tail_.cells &&
+           record.points <= tail_.points;
   });
   if (!fits || pieces_.size() != tail_.batches)
     return failure(ErrorCode::corrupt, name_ + ": the index of pieces is damaged");
@@ -371,7 +373,9 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
   // Points without cells are a piece that has no border.
   const std::vector<uint32_t> border =
       piece.blocks.empty() ? std::vector<uint32_t>() : border_points(piece.mesh);
-  piece.shared = MAILLE_TRY(decode_shared(coded.shared, points, border));
+  const std::vector<uint8_t> on_side =
+      coded.shared.empty() ? std::vector<uint8_t>() : on_sides(piece.mesh.points, border);
+  piece.shared = MAILLE_TRY(decode_shared(coded.shared, points, border, on_side));
   if (!numbered && !has_numbers_wanted()) return piece;
   const std::vector<std::byte> numbers = MAILLE_TRY(file_->read_stream({"GIDS", number, 0}));
   piece.numbers = MAILLE_TRY(decode_numbers(numbers, piece.mesh.cell_count(), points));

@@ -46,6 +46,15 @@ Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& optio
   return all;
 }
 
+/// Each piece is valid, but what the file says of all of them is not checked before.
+Result<Mesh> joined(const AllPieces& all, const PieceReader& reader, bool kept, const Source& source,
+                    Executor* executor) {
+  Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, kept, executor));
+  if (auto valid = validate(mesh); !valid)
+    return failure(ErrorCode::corrupt, source.name() + ": " + valid.error().message);
+  return mesh;
+}
+
 }  // namespace
 
 Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
@@ -53,7 +62,7 @@ Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
   MAILLE_CHECK(reader.file().check_complete());
   const AllPieces all = MAILLE_TRY(read_all(reader, options, reader.kept()));
   if (all.damage) return tl::unexpected(*all.damage);
-  Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, reader.kept(), options.executor));
+  Mesh mesh = MAILLE_TRY(joined(all, reader, reader.kept(), source, options.executor));
   const StreamTail& tail = reader.tail();
   if (mesh.point_count() != tail.points || mesh.cell_count() != tail.cells)
     return failure(ErrorCode::corrupt, source.name() + ": the pieces do not hold what the file's end says");
@@ -78,7 +87,7 @@ Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& optio
   salvaged.damage = damage ? std::move(damage) : std::move(all.damage);
   const Result<> complete = reader.file().check_complete();
   if (!complete && !salvaged.damage) salvaged.damage = complete.error();
-  salvaged.mesh = MAILLE_TRY(join_pieces(all.pieces, reader, indexed && reader.kept(), options.executor));
+  salvaged.mesh = MAILLE_TRY(joined(all, reader, indexed && reader.kept(), source, options.executor));
   return salvaged;
 }
 

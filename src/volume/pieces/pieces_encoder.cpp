@@ -83,7 +83,7 @@ class PiecesEncoder {
     executor_.parallel_for(pieces_.size(), [&](size_t p) {
       PieceInWork& piece = pieces_[p];
       const auto count = static_cast<uint32_t>(piece.coded_points.size());
-      piece.coded.shared = encode_shared(shared[p], count, piece.border);
+      piece.coded.shared = encode_shared(shared[p], count, piece.border, piece.on_side);
       if (coding_.kept()) numbers_[p] = encode_numbers(std::exchange(piece.numbers, {}));
     });
   }

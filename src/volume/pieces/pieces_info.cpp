@@ -16,6 +16,7 @@ Result<FileInfo> inspect_pieces(const Source& source) {
   for (const ChunkInfo& chunk : info.chunks) {
     if (chunk.type == "GIDS") info.connectivity.coded_bytes += chunk.size;
   }
+  MAILLE_CHECK(add_steps(reader.file(), reader.header(), info));
   return info;
 }
 

@@ -146,5 +146,66 @@ TEST(SharedNumbers, AreKeptAsLongAsABoxMayHaveThePoint) {
   EXPECT_EQ(numbers.find_or_add(nowhere, 0, {std::nan(""), 0, 0}, 10), 9u);
 }
 
+TEST(SharedNumbers, TakeRoomForTheBordersOfTheMomentOnly) {
+  constexpr uint32_t count = 300;
+  std::vector<PieceRecord> pieces(count);
+  for (uint32_t p = 0; p < count; ++p) {
+    pieces[p].low = {static_cast<float>(p), 0, 0};
+    pieces[p].high = {static_cast<float>(p + 1), 1, 1};
+  }
+  SharedNumbers numbers(pieces);
+  uint64_t next = 0;
+  for (uint32_t p = 0; p + 1 < count; ++p) {
+    const std::array<double, 3> at = {static_cast<double>(p + 1), 0.5, 0.5};
+    for (uint64_t i = 0; i < 1000; ++i, ++next) {
+      EXPECT_EQ(numbers.find_or_add({p + 1, i, 0}, 0, at, next), next);
+      if (p > 0) {
+        EXPECT_EQ(numbers.find_or_add({p, i, 0}, 0, at, ~uint64_t{0}), next - 1000);
+      }
+    }
+    numbers.end_piece(p);
+  }
+  EXPECT_LE(numbers.capacity(), 8000u);
+}
+
+/// Boxes in the order of a bisection, or in any.
+std::vector<PieceRecord> random_boxes(std::mt19937& random, uint32_t count) {
+  std::vector<PieceRecord> pieces(count);
+  for (PieceRecord& piece : pieces) {
+    if (random() % 8 == 0) continue;
+    for (unsigned k = 0; k < 3; ++k) {
+      piece.low[k] = static_cast<float>(random() % 16);
+      piece.high[k] = piece.low[k] + static_cast<float>(random() % 6);
+    }
+  }
+  return pieces;
+}
+
+TEST(LastPieces, AreNeverBeforeTheLastBoxThatHasAPoint) {
+  std::mt19937 random(5);
+  for (const uint32_t count : {1u, 2u, 3u, 17u, 64u, 3000u}) {
+    const std::vector<PieceRecord> pieces = random_boxes(random, count);
+    const LastPieces last(pieces);
+    for (unsigned i = 0; i < 200; ++i) {
+      std::array<double, 3> at;
+      for (double& x : at) x = static_cast<double>(random() % 22);
+      uint32_t found = 0;
+      for (uint32_t p = 0; p < count; ++p) {
+        bool has = true;
+        for (unsigned k = 0; k < 3; ++k) {
+          has = has && at[k] >= static_cast<double>(pieces[p].low[k]) &&
+                at[k] <= static_cast<double>(pieces[p].high[k]);
+        }
+        if (has) found = p;
+      }
+      // Of few boxes all are looked at.
+      EXPECT_GE(last.last_with(at), found);
+      if (count <= 64) {
+        EXPECT_EQ(last.last_with(at), found);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace maille

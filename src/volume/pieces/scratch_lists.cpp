@@ -14,15 +14,30 @@ Result<ScratchLists> ScratchLists::create(const std::string& folder, size_t list
   return ScratchLists(std::move(file), lists, static_cast<size_t>(waiting));
 }
 
+void ScratchLists::make_room(List& list, size_t bytes) {
+  constexpr uint64_t most = uint64_t{1} << 20;  // what one list may leave unused
+  uint64_t written = 0;
+  for (const Extent& extent : list.extents) written += extent.size;
+  const uint64_t room = std::max<uint64_t>(bytes, std::min(written, most));
+  const bool is_last = !list.extents.empty() && list.extents.back().begin + list.extents.back().room == end_;
+  if (is_last)
+    list.extents.back().room += room;
+  else
+    list.extents.push_back({end_, 0, room});
+  end_ += room;
+}
+
 Result<> ScratchLists::write(List& list, Bytes bytes) {
-  const bool goes_on =
-      !list.extents.empty() && list.extents.back().begin + list.extents.back().size == file_.size();
-  if (goes_on) {
-    list.extents.back().size += bytes.size();
-  } else if (!bytes.empty()) {
-    list.extents.push_back({file_.size(), bytes.size()});
+  while (!bytes.empty()) {
+    if (list.extents.empty() || list.extents.back().size == list.extents.back().room)
+      make_room(list, bytes.size());
+    Extent& extent = list.extents.back();
+    const auto count = static_cast<size_t>(std::min<uint64_t>(bytes.size(), extent.room - extent.size));
+    MAILLE_CHECK(file_.write_at(extent.begin + extent.size, bytes.first(count)));
+    extent.size += count;
+    bytes = bytes.subspan(count);
   }
-  return file_.append(bytes);
+  return {};
 }
 
 Result<> ScratchLists::append(size_t number, Bytes bytes) {

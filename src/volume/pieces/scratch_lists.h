@@ -11,7 +11,9 @@
 namespace maille {
 
 /// Lists of bytes that grow side by side in one temporary file. The end of each waits in memory until it is
-/// worth a write. For one thread.
+/// worth a write. A list takes room in the file for as much as it has already, so that its extents are few
+/// however many lists there are: with an extent for each write, those of a billion cells in 15,000 lists took
+/// 150 MB. Room that is never written takes no disk, where the file system knows holes. For one thread.
 class ScratchLists {
  public:
   /// `memory`: bytes that may wait, about, of all lists together; each has some hundred at least.
@@ -36,7 +38,8 @@ class ScratchLists {
 
  private:
   struct Extent {
-    uint64_t begin, size;
+    uint64_t begin, size,
+        room;  ///< `size` bytes of `room` are written; all, but of the last extent of a list
   };
   struct List {
     std::vector<std::byte> waiting;
@@ -46,8 +49,10 @@ class ScratchLists {
   ScratchLists(ScratchFile file, size_t lists, size_t waiting)
       : file_(std::move(file)), lists_(lists), most_waiting_(waiting) {}
   Result<> write(List& list, Bytes bytes);
+  void make_room(List& list, size_t bytes);
 
   ScratchFile file_;
+  uint64_t end_ = 0;  ///< of the rooms in the file
   std::vector<List> lists_;
   size_t most_waiting_;
 };

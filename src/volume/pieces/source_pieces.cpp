@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "base/hash.h"
 #include "base/pace.h"
 #include "base/result.h"
 #include "volume/order/working_memory.h"
@@ -17,14 +18,6 @@ constexpr uint64_t cells_at_once = 4096;
 /// Meshes of no more cells are cut as they are in memory, others by a sample of so many.
 constexpr uint64_t most_sampled = uint64_t{1} << 21;
 constexpr CellType no_type = CellType{0};
-
-/// Any bit of the input changes half of those of the output (SplitMix64: Steele, Lea, Flood 2014).
-uint64_t mix(uint64_t x) {
-  x += 0x9e3779b97f4a7c15;
-  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
-  x = (x ^ x >> 27) * 0x94d049bb133111eb;
-  return x ^ x >> 31;
-}
 
 /// Places of rising numbers in their list, for millions of look-ups: a table by equal steps narrows the
 /// search to mostly one or two of them.
@@ -176,7 +169,7 @@ Result<> SourcePieces::sample(std::vector<Middle>& middles) {
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
       middles.push_back(MAILLE_TRY(middle_of(wanted, nodes)));
       const uint64_t next = (wanted / stretch + 1) * stretch;
-      wanted = next + mix(next) % stretch;
+      wanted = next + split_mix(next) % stretch;
     }
     return {};
   });

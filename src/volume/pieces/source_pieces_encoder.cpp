@@ -152,7 +152,8 @@ class SourcePiecesEncoder {
     coded.totals = count_cells(loaded.sub.mesh);
     PieceInWork work = MAILLE_TRY(code_piece(coding_, std::move(loaded.sub), std::move(loaded.cells)));
     const std::vector<SharedPoint> shared = in_coded_order(loaded.shared, points, work.coded_points);
-    work.coded.shared = encode_shared(shared, static_cast<uint32_t>(points.size()), work.border);
+    work.coded.shared =
+        encode_shared(shared, static_cast<uint32_t>(points.size()), work.border, work.on_side);
     coded.piece = encode_piece(work.coded);
     if (coding_.kept()) coded.numbers = encode_numbers(work.numbers);
     coded.record = std::move(work.record);

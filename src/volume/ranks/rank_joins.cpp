@@ -109,7 +109,7 @@ void join_among_ranks(const std::vector<PieceJoin>& joins, uint32_t pieces, std:
     std::vector<SharedPoint> shared;
     for (const uint32_t number : numbers[i]) shared.push_back({number, in.get<uint32_t>()});
     const auto points = static_cast<uint32_t>(coded[i].coded_points.size());
-    coded[i].coded.shared = encode_shared(shared, points, coded[i].border);
+    coded[i].coded.shared = encode_shared(shared, points, coded[i].border, coded[i].on_side);
   }
 }
 
