@@ -63,6 +63,8 @@ struct EncodeOptions {
   std::optional<uint64_t> most_cells_per_part;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
+  /// Mode stream: the time of the mesh's own values, finite. Steps that are appended have times of their own.
+  std::optional<double> time = {};
   /// Recorded in the file for `info`; empty for files that must be equal byte for byte.
   std::string provenance;
 };

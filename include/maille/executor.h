@@ -25,8 +25,8 @@ struct ProgressReport {
   const char* stage;  ///< "reading", "connectivity", "positions", ...
   double fraction;    ///< of this stage, 0 to 1
 };
-/// Told now and then; returns false to cancel the job, which then ends with the error `cancelled`. Called by
-/// one thread at a time, not always the same one: those of the executor, too.
+/// Told now and then; returns false to cancel the job, which then ends with the error `cancelled`. Called on
+/// the thread that called the library, never on those of the executor.
 using Progress = std::function<bool(const ProgressReport&)>;
 
 }  // namespace maille

@@ -4,6 +4,7 @@
 #include <maille/mesh.h>
 #include <maille/source.h>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,7 @@ struct StepInfo {
   std::vector<std::string> arrays;
   std::vector<double> maximum_errors;  ///< by array, measured by the encoder
   uint64_t coded_bytes = 0;
+  bool repeats_mesh = false;  ///< as StreamStep has it
 };
 
 /// What a .maille file says about itself.
@@ -59,7 +61,7 @@ struct FileInfo {
   uint64_t corners = 0;
   uint64_t parts = 1;                                    ///< coded by themselves
   std::vector<std::pair<std::string, uint64_t>> blocks;  ///< "name (type)" and number of cells
-  /// Mode stream: cells by type, also of mixed blocks.
+  /// Cells by type, also of mixed blocks; rising.
   std::vector<std::pair<CellType, uint64_t>> types;
   uint64_t most_points_in_use = 0;  ///< at once, in a stream; 0: not known
   uint64_t decode_bytes = 0;        ///< of memory that decoding a stream in pieces takes, about
@@ -71,6 +73,7 @@ struct FileInfo {
   ArrayInfo connectivity;                   ///< count: corners
   ArrayInfo positions;
   std::vector<ArrayInfo> arrays;
+  std::optional<double> time;   ///< of step 0, if the file tells
   std::vector<StepInfo> steps;  ///< the first one is step 1
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
@@ -85,6 +88,17 @@ struct FileInfo {
 
 /// Reads header, index and description; decodes no values. Errors as decode().
 [[nodiscard]] Result<FileInfo> inspect(const Source& source);
+
+/// A time of a file: that of a step, 0 for what the mesh came with.
+struct FileTime {
+  uint64_t step = 0;
+  double time = 0;
+};
+/// A file as a series of times, in the order of its steps. What the mesh came with is a time of its own
+/// unless a step has the same time; where its time is not told, it is 0 if the steps come later and the first
+/// one does not repeat it, and otherwise of no time, as that of a mesh without values is. Empty: one mesh of
+/// no known time.
+std::vector<FileTime> times_of(const FileInfo& info);
 
 /// Checks every checksum of the file. The result lists what is damaged, one sentence each; empty: all is
 /// well. Error: cannot_read, or corrupt when not even the header can be made out.

@@ -62,7 +62,8 @@ struct StreamOptions {
   /// A batch ends, and goes to the sink, after so many cells or about so many bytes.
   uint32_t most_cells_per_batch = 1u << 19;
   uint32_t bytes_per_batch = 192u << 10;
-  Executor* executor = nullptr;  ///< nullptr: serial
+  Executor* executor = nullptr;     ///< nullptr: serial
+  std::optional<double> time = {};  ///< of the values, finite; that of step 0
 };
 
 /// What was written; bytes by what they hold.
@@ -141,6 +142,8 @@ struct StreamStep {
   std::vector<StreamArray> arrays;
   std::vector<double> errors;  ///< the largest of each array, measured by the encoder
   uint64_t coded_bytes = 0;
+  /// All arrays of the mesh are those of step 0. Not known, and false, of a file in pieces.
+  bool repeats_mesh = false;
 };
 
 /// Where values of a step come from.
@@ -181,7 +184,8 @@ struct StepReport {
 [[nodiscard]] Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
                                              const EncodeOptions& options = {});
 /// The steps behind a mesh, the first one step 1; empty for other modes. `search`: where the end of a large
-/// file is damaged, all of it is looked through; else that is an error. Error: cannot_read, corrupt.
+/// file is damaged, all of it is looked through; else that is an error. Error: cannot_read; corrupt, also
+/// where anything else of the file is missing, as that may be a step.
 [[nodiscard]] Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
 
 /// Some thousand cells, and the points that come up with them.
@@ -256,6 +260,7 @@ struct StreamDescription {
   /// The input's order is in the file, apart from the cells, which come in another one: decode() gives it
   /// back, portions cannot.
   bool order_apart = false;
+  std::optional<double> time = {};  ///< of step 0, if the file tells
 };
 
 struct StreamReadOptions {

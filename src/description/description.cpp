@@ -47,6 +47,11 @@ void visit_block(Visitor& v, Block& block) {
   v.text(block.name);
   v.choice(block.shape.type, 256);
   v.count(block.shape.cells, none - 1);
+  if (block.shape.type != CellType::mixed) return;
+  v.list(block.types, [&](auto& type) {
+    v.choice(type.first, 256);
+    v.count(type.second, none - 1);
+  });
 }
 
 template <class Visitor, class Part>
@@ -113,6 +118,25 @@ bool parts_fit(const Description& description) {
     if (cells[b] != description.blocks[b].shape.cells) return false;
   }
   return corners == description.corners && points >= description.points;
+}
+
+bool is_known(CellType type) {
+  return std::string_view(name_of(type)) != "unknown";
+}
+
+/// Polyhedra: their faces are not in these files. Blocks that are only cut off from others say nothing of
+/// types.
+bool types_fit(const CodedBlock& block) {
+  if (!is_known(block.shape.type) || block.shape.type == CellType::polyhedron) return false;
+  uint64_t cells = 0;
+  int before = 0;
+  for (const auto& [type, count] : block.types) {
+    const bool rises = static_cast<int>(type) > before;
+    before = static_cast<int>(type);
+    if (!rises || !is_known(type) || type == CellType::mixed || type == CellType::polyhedron) return false;
+    cells += count;
+  }
+  return block.types.empty() || cells == block.shape.cells;
 }
 
 Result<> check_size(const Description& description, const Limits& limits) {
@@ -218,11 +242,7 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
                   description.cells() < none && parts_fit(description) && twins_fit(description);
-  for (const CodedBlock& block : description.blocks) {
-    // Polyhedra: their faces are not in these files.
-    sensible = sensible && block.shape.type != CellType::polyhedron &&
-               std::string_view(name_of(block.shape.type)) != "unknown";
-  }
+  for (const CodedBlock& block : description.blocks) sensible = sensible && types_fit(block);
   for (const ArrayDescription& array : description.arrays) sensible = sensible && array.components > 0;
   if (!sensible) return failure(ErrorCode::corrupt, "the description of the mesh is damaged");
   MAILLE_CHECK(check_size(description, limits));

@@ -41,6 +41,8 @@ struct ArrayDescription {
 struct CodedBlock {
   std::string name;
   BlockShape shape;
+  /// Of a mixed block, for information: its cells by type, rising.
+  std::vector<std::pair<CellType, uint64_t>> types = {};
 };
 
 /// What one part of a mesh holds, for meshes of several parts.

@@ -13,7 +13,8 @@ Description example() {
   description.order = Order::keep;
   description.points = 1000;
   description.corners = 6003;
-  description.blocks = {{"skin", {CellType::triangle, 2000}}, {"", {CellType::mixed, 1}}};
+  description.blocks = {{"skin", {CellType::triangle, 2000}},
+                        {"", {CellType::mixed, 1}, {{CellType::line, 1}}}};
   description.positions.name = "position";
   description.positions.components = 3;
   description.positions.asked = {Tolerance::Kind::bits, 12};
@@ -57,6 +58,7 @@ TEST(Description, ComesBack) {
   ASSERT_EQ(after->blocks.size(), 2u);
   EXPECT_EQ(after->blocks[0].name, "skin");
   EXPECT_EQ(after->blocks[1].shape.type, CellType::mixed);
+  EXPECT_EQ(after->blocks[1].types, before.blocks[1].types);
   EXPECT_EQ(after->cells(), 2001u);
   EXPECT_EQ(after->positions.asked.kind, Tolerance::Kind::bits);
   EXPECT_EQ(after->positions.asked.value, 12);
@@ -68,6 +70,21 @@ TEST(Description, ComesBack) {
   EXPECT_EQ(after->tuples(after->arrays[1]), 4u);
   EXPECT_EQ(after->metadata, before.metadata);
   EXPECT_EQ(after->provenance, "a test");
+}
+
+TEST(Description, TypesOfAMixedBlockAddUpAndRise) {
+  const std::vector<std::vector<std::pair<CellType, uint64_t>>> wrong = {
+      {{CellType::line, 2}},
+      {{CellType::line, 0}},
+      {{CellType::triangle, 1}, {CellType::line, 0}},
+      {{CellType::line, 1}, {CellType::line, 0}},
+      {{CellType::mixed, 1}},
+      {{CellType::polyhedron, 1}}};
+  for (const auto& types : wrong) {
+    Description description = example();
+    description.blocks[1].types = types;
+    EXPECT_EQ(error_of(description), ErrorCode::corrupt);
+  }
 }
 
 Description welded(uint32_t split_points) {

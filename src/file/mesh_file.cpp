@@ -1,4 +1,7 @@
 // encode(), decode() and inspect(): each mode has its own.
+#include <atomic>
+#include <memory>
+
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "file/single_file.h"
@@ -42,8 +45,26 @@ Mode usual_mode(const MeshDescription& mesh) {
   return faces ? Mode::random : Mode::stream;
 }
 
-EncodeOptions with_mode(EncodeOptions options, Mode usual) {
+/// Of each thread another one: std::this_thread is not for the core.
+const void* this_thread() {
+  static thread_local char mark = 0;
+  return &mark;
+}
+
+/// Observers of graphics and of Python take calls on their own thread only. Reports of others are dropped:
+/// the calling thread works, too, and has its own to tell.
+Progress on_this_thread(const Progress& progress) {
+  if (!progress) return {};
+  auto stopped = std::make_shared<std::atomic<bool>>(false);
+  return [&progress, stopped, caller = this_thread()](const ProgressReport& report) {
+    if (this_thread() == caller && !progress(report)) *stopped = true;
+    return !*stopped;
+  };
+}
+
+EncodeOptions complete(EncodeOptions options, Mode usual, const Progress& progress) {
   options.mode = options.mode.value_or(usual);
+  options.progress = on_this_thread(progress);
   return options;
 }
 
@@ -65,7 +86,7 @@ Result<Mode> mode_of(const Source& source) {
 }
 
 Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& asked) {
-  const EncodeOptions options = with_mode(asked, usual_mode(mesh));
+  const EncodeOptions options = complete(asked, usual_mode(mesh), asked.progress);
   MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::single) return encode_single(mesh, sink, options);
   if (options.mode == Mode::stream && options.most_cells_per_part)
@@ -76,7 +97,7 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& a
 
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& asked,
                             const WorkingSpace& space) {
-  const EncodeOptions options = with_mode(asked, usual_mode(mesh.description()));
+  const EncodeOptions options = complete(asked, usual_mode(mesh.description()), asked.progress);
   MAILLE_CHECK(check_bounds(options));
   if (options.mode == Mode::stream && options.most_cells_per_part)
     return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part, space);
@@ -87,7 +108,9 @@ Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& a
       "mode \"single\" needs the whole mesh in memory; modes \"stream\" and \"random\" read it in parts");
 }
 
-Result<Mesh> decode(const Source& source, const DecodeOptions& options) {
+Result<Mesh> decode(const Source& source, const DecodeOptions& asked) {
+  DecodeOptions options = asked;
+  options.progress = on_this_thread(asked.progress);
   const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
   if (mode != Mode::stream && options.step != 0) {
     return failure(ErrorCode::usage,

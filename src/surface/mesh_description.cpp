@@ -1,6 +1,7 @@
 #include "surface/mesh_description.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 
 #include "base/result.h"
@@ -30,8 +31,11 @@ Description describe(const Mesh& mesh, const EncodeOptions& options) {
   description.order = options.order;
   description.points = static_cast<uint32_t>(mesh.point_count());
   description.corners = mesh.corner_count();
-  for (const CellBlock& block : mesh.blocks)
-    description.blocks.push_back({block.name, {block.type, block.size()}});
+  for (const CellBlock& block : mesh.blocks) {
+    std::map<CellType, uint64_t> types;
+    for (const uint8_t type : block.types) ++types[static_cast<CellType>(type)];
+    description.blocks.push_back({block.name, {block.type, block.size()}, {types.begin(), types.end()}});
+  }
   description.metadata = mesh.metadata;
   description.provenance = options.provenance;
   return description;
@@ -130,6 +134,19 @@ ElementOrder original_order(const Mesh& mesh, std::span<const PatchSources> patc
   return order;
 }
 
+namespace {
+
+std::vector<std::pair<CellType, uint64_t>> types_of(const Description& description) {
+  std::map<CellType, uint64_t> cells;
+  for (const CodedBlock& block : description.blocks) {
+    if (block.shape.type != CellType::mixed) cells[block.shape.type] += block.shape.cells;
+    for (const auto& [type, count] : block.types) cells[type] += count;
+  }
+  return {cells.begin(), cells.end()};
+}
+
+}  // namespace
+
 FileInfo file_info(const Description& description) {
   FileInfo info;
   info.effort = description.effort;
@@ -142,6 +159,7 @@ FileInfo file_info(const Description& description) {
     const std::string type = std::string("(") + name_of(block.shape.type) + ")";
     info.blocks.emplace_back(block.name.empty() ? type : block.name + " " + type, block.shape.cells);
   }
+  info.types = types_of(description);
   info.connectivity.name = "connectivity";
   info.connectivity.domain = Domain::corner;
   info.connectivity.type = Scalar::u32;

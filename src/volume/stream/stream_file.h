@@ -34,6 +34,8 @@ Result<FileInfo> inspect_stream(const Source& source);
 /// What description and end tell; sizes of what is coded are not among it.
 FileInfo info_of_stream(const Source& source, const FileReader& reader, const StreamHeader& header,
                         const StreamTail& tail);
+/// What is damaged in them is told as a problem.
+Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo& info);
 
 /// What a stream of the mesh is to hold, by what encode() is told. Error: usage (an array that is not there).
 Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& options);
@@ -49,6 +51,7 @@ void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptio
   stream.metadata = mesh.metadata;
   stream.provenance = options.provenance;
   stream.effort = options.effort;
+  stream.time = options.time;
   stream.any_order = options.order == Order::canonical;
   stream.executor = options.executor;
 }

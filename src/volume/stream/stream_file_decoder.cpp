@@ -145,10 +145,11 @@ class MeshCollector {
     return b != 0 && a > ~uint64_t{0} / b ? ~uint64_t{0} : a * b;
   }
   /// As far as there is room.
-  template <class Number>
-  void reserve(std::vector<Number>& numbers, uint64_t count) {
-    const uint64_t some = std::min<uint64_t>(count, room_ / sizeof(Number));
-    room_ -= some * sizeof(Number);
+  template <class Numbers>
+  void reserve(Numbers& numbers, uint64_t count) {
+    constexpr size_t size = sizeof(typename Numbers::value_type);
+    const uint64_t some = std::min<uint64_t>(count, room_ / size);
+    room_ -= some * size;
     numbers.reserve(static_cast<size_t>(some));
   }
   tl::unexpected<Error> too_many_points(const std::string& name) const {
@@ -157,7 +158,7 @@ class MeshCollector {
   }
   /// Cells of the block's only type: the reader has looked at their types.
   Result<> add_plain_cells(const StreamPortion& portion, const std::string& name) {
-    std::vector<uint32_t>& connectivity = mesh_.blocks.back().connectivity;
+    Buffer<uint32_t>& connectivity = mesh_.blocks.back().connectivity;
     uint64_t bits = 0;  // of all: at once, where the largest would have to be found one by one
     for (const uint64_t point : portion.connectivity) bits |= point;
     if (bits > max_points &&
@@ -290,12 +291,15 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   const auto order = MAILLE_TRY(order_of(source, reader.description()));
   MeshCollector collector(reader.description(), options);
-  if (const auto tail = tail_of(source))
+  const auto tail = tail_of(source);
+  if (tail)
     collector.expect(
         *tail, std::min({options.limits.mesh_bytes / 2, source.size() * reserved_per_byte, most_reserved}));
   const auto add = [&](const StreamPortion& portion) { return collector.add(portion, source.name()); };
-  MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion&) -> Result<> {
-    if (options.progress && !options.progress({"cells", 0})) return cancelled();
+  const auto cells = static_cast<double>(tail ? std::max<uint64_t>(tail->cells, 1) : 1);
+  MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {
+    const auto done = static_cast<double>(tail ? portion.first_cell + portion.cell_count() : 0);
+    if (options.progress && !options.progress({"cells", std::min(done / cells, 1.0)})) return cancelled();
     return {};
   }));
   return collector.finish(source.name(), order);

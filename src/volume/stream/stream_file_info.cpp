@@ -91,11 +91,27 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
                                   array.domain == Domain::point ? tail.points : tail.cells));
     add_from_tail(tail, i + 1, info.arrays.back());
   }
+  info.time = description.time;
   info.metadata = header.description.metadata;
   info.provenance = header.description.provenance;
   info.chunks = reader.chunks();
   info.problems = reader.problems();
   return info;
+}
+
+Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo& info) {
+  const auto steps = steps_of(file, header);
+  if (!steps && steps.error().code != ErrorCode::corrupt) return tl::unexpected(steps.error());
+  for (const StreamStep& step : steps ? *steps : std::vector<StreamStep>{}) {
+    StepInfo& added = info.steps.emplace_back();
+    added.time = step.time;
+    added.coded_bytes = step.coded_bytes;
+    added.maximum_errors = step.errors;
+    added.repeats_mesh = step.repeats_mesh;
+    for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
+  }
+  if (!steps) info.problems.push_back(steps.error().message);
+  return {};
 }
 
 Result<FileInfo> inspect_stream(const Source& source) {
@@ -107,16 +123,7 @@ Result<FileInfo> inspect_stream(const Source& source) {
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
-  const auto steps = list_steps(source);
-  if (!steps && steps.error().code != ErrorCode::corrupt) return tl::unexpected(steps.error());
-  for (const StreamStep& step : steps ? *steps : std::vector<StreamStep>{}) {
-    StepInfo& added = info.steps.emplace_back();
-    added.time = step.time;
-    added.coded_bytes = step.coded_bytes;
-    added.maximum_errors = step.errors;
-    for (const StreamArray& array : step.arrays) added.arrays.push_back(array.name);
-  }
-  if (!steps) info.problems.push_back(steps.error().message);
+  MAILLE_CHECK(add_steps(reader, header, info));
   return info;
 }
 

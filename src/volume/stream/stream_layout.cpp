@@ -1,6 +1,7 @@
 #include "volume/stream/stream_layout.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/result.h"
 #include "container/plain_fields.h"
@@ -153,6 +154,12 @@ void visit_header(Visitor& v, Header& header) {
   });
 }
 
+/// Behind all else, where it is known.
+template <class Visitor, class Header>
+void visit_time(Visitor& v, Header& header) {
+  v.real(*header.description.time);
+}
+
 template <class Visitor, class Header>
 void visit_batch(Visitor& v, Header& header) {
   v.count(header.records, most_records_per_batch);
@@ -280,7 +287,7 @@ bool is_sensible(const StreamHeader& header) {
   for (const Array& array : description.mesh_arrays) {
     sensible = sensible && array.components > 0 && array.bytes.size() % array.tuple_size() == 0;
   }
-  return sensible;
+  return sensible && (!description.time || std::isfinite(*description.time));
 }
 
 }  // namespace
@@ -329,6 +336,7 @@ StreamedArray StreamHeader::with_models(StreamedArray array) const {
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
   Writer writer;
   visit_header(writer, header);
+  if (header.description.time) visit_time(writer, header);
   return writer.pack("names, labels, metadata and arrays of the mesh");
 }
 
@@ -338,6 +346,10 @@ Result<StreamHeader> decode_header(Bytes bytes) {
   StreamHeader header;
   Reader reader(unpacked.plain, unpacked.tables);
   visit_header(reader, header);
+  if (reader.ok() && reader.remaining() > 0) {
+    header.description.time.emplace();
+    visit_time(reader, header);
+  }
   if (!reader.ok() || !reader.at_end() || !is_sensible(header)) return failure(ErrorCode::corrupt, damaged);
   for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
   return header;

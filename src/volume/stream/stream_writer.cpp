@@ -2,6 +2,7 @@
 #include <maille/version.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/result.h"
 #include "volume/order/delay_buffer.h"
@@ -312,6 +313,8 @@ Result<> check_options(const StreamOptions& options) {
     return failure(ErrorCode::usage, "positions must have three components");
   if (options.effort < 1 || options.effort > 9)
     return failure(ErrorCode::usage, "the effort must be from 1 to 9");
+  if (options.time && !std::isfinite(*options.time))
+    return failure(ErrorCode::usage, "the time of the values must be a finite number");
   if (options.delay > 0 && !options.any_order)
     return failure(ErrorCode::usage, "cells can be delayed only if any order will do");
   for (const StreamArray& array : options.arrays) {
@@ -349,9 +352,9 @@ Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const Ar
 
 Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
   StreamHeader header;
-  header.description = {options.positions,   options.arrays,    maps.numbered,
-                        options.mesh_arrays, options.metadata,  options.provenance,
-                        options.effort,      options.any_order, !maps.order_apart.empty()};
+  header.description = {options.positions,         options.arrays,     maps.numbered,  options.mesh_arrays,
+                        options.metadata,          options.provenance, options.effort, options.any_order,
+                        !maps.order_apart.empty(), options.time};
   header.mixing = mixing_at(options.effort);
   header.mixed_values =
       mixed_values_at(options.effort, maps.mixing_is_fast,

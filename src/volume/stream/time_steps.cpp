@@ -583,6 +583,20 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
 
 namespace {
 
+/// Each array of the mesh is there, with the mesh's own values.
+bool repeats(const StepHeader& step, const std::vector<StreamArray>& arrays) {
+  for (size_t i = 0; i < arrays.size(); ++i) {
+    const auto is_it = [&](size_t k) {
+      return step.codings[k].method == StepCoding::as_mesh && step.codings[k].of == i &&
+             step.arrays[k].name == arrays[i].name;
+    };
+    size_t k = 0;
+    while (k < step.arrays.size() && !is_it(k)) ++k;
+    if (k == step.arrays.size()) return false;
+  }
+  return true;
+}
+
 /// A large file whose end tells nothing is looked through from the front by FileReader.
 Result<> check_end(const Source& source) {
   if (source.size() < 2 * indexed_file_bytes) return {};
@@ -600,14 +614,13 @@ Result<> check_end(const Source& source) {
 
 }  // namespace
 
-Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
-  if (!search) MAILLE_CHECK(check_end(source));
-  const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  if (file.header().mode != Mode::stream) return std::vector<StreamStep>{};
-  const StreamHeader mesh = MAILLE_TRY(header_of(file));
+Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh) {
+  const std::vector<StreamArray>& arrays = mesh.description.arrays;
   std::vector<StreamStep> steps;
-  for (StepHeader& header : MAILLE_TRY(read_steps(file, mesh.description.arrays)))
-    steps.push_back({header.time, std::move(header.arrays), std::move(header.errors), 0});
+  for (StepHeader& header : MAILLE_TRY(read_steps(file, arrays))) {
+    const bool repeated = repeats(header, arrays);
+    steps.push_back({header.time, std::move(header.arrays), std::move(header.errors), 0, repeated});
+  }
   for (const ChunkRecord& record : file.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
     if ((type == "STEP" || type == "SVAL" || type == "SIDX") && record.header.patch >= 1 &&
@@ -615,6 +628,15 @@ Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
       steps[record.header.patch - 1].coded_bytes += record.header.size;
   }
   return steps;
+}
+
+Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
+  if (!search) MAILLE_CHECK(check_end(source));
+  const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
+  if (file.header().mode != Mode::stream) return std::vector<StreamStep>{};
+  // What is missing may be the head of a step: those before it would pass for all.
+  MAILLE_CHECK(file.check_complete());
+  return steps_of(file, MAILLE_TRY(header_of(file)));
 }
 
 }  // namespace maille

@@ -21,6 +21,9 @@ Result<> check_step(uint64_t step, uint64_t steps, const std::string& name);
 /// Steps behind the mesh, in order: their headers. Error: corrupt.
 Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays);
 
+/// The same as list_steps() has them, of what is there of the file.
+Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh);
+
 /// The bytes of one more step behind a stream that keeps its order, for which `values` are by number of its
 /// points and cells. Errors: as append_step().
 Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,

@@ -387,7 +387,7 @@ std::vector<std::byte> in_batches(const Mesh& mesh) {
   options.arrays.push_back({"number", Domain::cell, Scalar::u32, 1, Role::none, {}, {}, {}});
   StreamWriter writer = *StreamWriter::begin(*sink, options);
   EXPECT_TRUE(writer.add_points(0, mesh.points.bytes));
-  const std::vector<uint32_t>& all = mesh.blocks[0].connectivity;
+  const Buffer<uint32_t>& all = mesh.blocks[0].connectivity;
   for (uint32_t cell = 0; cell * 8 < all.size(); ++cell) {
     const std::vector<uint64_t> points(all.begin() + cell * 8, all.begin() + cell * 8 + 8);
     const std::array<Bytes, 1> arrays{std::as_bytes(std::span(&cell, 1))};
