@@ -32,5 +32,7 @@ const Format& hedra_format();
 const Format& polymesh_format();
 const Format& exodus_format();
 const Format& vtkhdf_format();
+const Format& b3dm_format();
+const Format& mz3_format();
 
 }  // namespace maille

@@ -13,10 +13,10 @@ namespace {
 
 /// In the order in which first bytes are tried: the clear signatures first.
 std::vector<const Format*> all_formats() {
-  return {&ply_format(), &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
-          &vtu_format(), &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
-          &su2_format(), &hedra_format(),      &polymesh_format(), &exodus_format(), &vtkhdf_format(),
-          &off_format(), &stl_format(),        &obj_format()};
+  return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
+          &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
+          &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(), &vtkhdf_format(),
+          &b3dm_format(), &mz3_format(),        &off_format(),      &stl_format(),    &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -115,9 +115,7 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
 /// A source that owns its bytes but keeps the name of the packed file.
 Result<std::unique_ptr<Source>> unpacked(const Source& source, const ReadOptions& options) {
   const InputBytes packed = MAILLE_TRY(InputBytes::load(source));
-  // Text takes up to a few times the bytes of the mesh it describes.
-  const uint64_t limit = std::max(options.limits.mesh_bytes, options.limits.mesh_bytes * 4);
-  auto bytes = MAILLE_TRY(gunzip(packed.bytes(), limit, source.name()));
+  auto bytes = MAILLE_TRY(gunzip(packed.bytes(), options.limits.mesh_bytes, source.name()));
   return memory_source(std::move(bytes), source.name());
 }
 
@@ -189,7 +187,9 @@ Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
     MAILLE_CHECK(source.read_at(0, magic));
     if (is_gzip(magic)) {
       const std::unique_ptr<Source> plain = MAILLE_TRY(unpacked(source, options));
-      return read_as(*format, *plain, options);
+      ReadOptions left = options;
+      left.limits.mesh_bytes -= plain->size();
+      return read_as(*format, *plain, left);
     }
   }
   return read_as(*format, source, options);

@@ -51,8 +51,8 @@ void note_array(const Array& array, std::vector<std::string>& notes) {
 void note_metadata(const std::string& key, std::vector<std::string>& notes) {
   const size_t dot = key.find('.');
   const std::string format = key.substr(0, dot);
-  for (const char* own :
-       {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2", "exodus"}) {
+  for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
+                          "exodus", "mz3", "b3dm"}) {
     if (dot != std::string::npos && format == own) return;
   }
   note_once("metadata \"" + key + "\" left out", notes);

@@ -452,10 +452,7 @@ TEST(ExodusReader, ReadsTheTableOfVariablesOfOlderFiles) {
 }
 
 TEST(ExodusReader, SurvivesRandomDamageAndCuts) {
-  const auto file = file_source(sample_path("small.e"));
-  ASSERT_TRUE(file);
-  const Bytes bytes = (*file)->view();
-  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string text = text_of_file(sample_path("small.e"));
   Random random(5);
   for (int trial = 0; trial < 3000; ++trial) {
     std::string damaged = text.substr(0, random.chance(30) ? random.below(text.size()) : text.size());

@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "io/gltf/gltf_writer.h"
+#include "numbers/number_map.h"
 
 namespace maille {
 namespace {
@@ -64,7 +65,7 @@ std::vector<uint32_t> gltf_vertices(const Mesh& mesh, const std::vector<uint64_t
     return vertices;
   }
   for (const uint64_t block : blocks) {
-    const std::vector<uint32_t>& corners = mesh.blocks[block].connectivity;
+    const Buffer<uint32_t>& corners = mesh.blocks[block].connectivity;
     vertices.insert(vertices.end(), corners.begin(), corners.end());
   }
   std::sort(vertices.begin(), vertices.end());
@@ -85,7 +86,7 @@ std::vector<std::byte> gltf_values(const Array& array, const std::vector<uint32_
 }
 
 std::vector<uint32_t> gltf_indices(const CellBlock& block, const std::vector<uint32_t>& vertices) {
-  std::vector<uint32_t> indices = block.connectivity;
+  std::vector<uint32_t> indices = block.connectivity.vector();
   const bool all = !vertices.empty() && vertices.back() + size_t{1} == vertices.size();
   if (all) return indices;
   for (uint32_t& point : indices) {
@@ -122,7 +123,7 @@ void set_gltf_limits(GltfJson& accessor, const Array& array, const std::vector<u
     double low = INFINITY, high = -INFINITY;
     for (const uint32_t vertex : vertices) {
       const double value =
-          gltf_number_at(array.bytes.data() + vertex * array.tuple_size() + k * size, array.type);
+          number_as_double(array.type, array.bytes.data() + vertex * array.tuple_size() + k * size);
       if (!std::isfinite(value)) continue;
       low = std::min(low, value);
       high = std::max(high, value);

@@ -94,7 +94,7 @@ Result<> GltfCompressor::append_points(Mesh& mesh, const GltfVertices& vertices,
     const std::string where = "accessor " + std::to_string(attribute.accessor);
     const tinygltf::Accessor* accessor = MAILLE_TRY(accessors_.get(attribute.accessor, where));
     MAILLE_CHECK(accessors_.read(*accessor, attribute.layout, where, values.bytes));
-    const std::vector<std::byte> used = all ? std::move(values.bytes) : gltf_values(values, vertices.used);
+    const Buffer<std::byte> used = all ? std::move(values.bytes) : gltf_values(values, vertices.used);
     array.bytes.insert(array.bytes.end(), used.begin(), used.end());
   }
   return {};

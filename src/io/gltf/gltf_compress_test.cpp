@@ -417,7 +417,7 @@ TEST(GltfDecompression, ManyPrimitivesOverOneFileStayWithinTheLimit) {
   asset.binary = packed.text.substr(20 + load<uint32_t>(packed.bytes() + 12) + 8);
   Asset& primitives = asset.json["meshes"][0]["primitives"];
   for (int i = 0; i < 1000; ++i) {
-    for (const int old : {0, 1}) asset.json["accessors"].push_back(Asset(asset.json["accessors"][old]));
+    for (const size_t old : {0u, 1u}) asset.json["accessors"].push_back(Asset(asset.json["accessors"][old]));
     Asset copy = primitives[0];
     copy["attributes"]["POSITION"] = asset.json["accessors"].size() - 2;
     copy["indices"] = asset.json["accessors"].size() - 1;

@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "io/base64.h"
+#include "io/beside.h"
 
 namespace maille {
 namespace {
@@ -251,7 +252,7 @@ class BufferLoader {
       return failure(ErrorCode::cannot_read, file_.name + ": " + where_ + " is in the file \"" + path +
                                                  "\" beside it, which needs the glTF file's own path");
     }
-    auto source = file_source((std::filesystem::path(file_.name).parent_path() / path).string());
+    auto source = open_beside(file_.name, path);
     if (!source) {
       return failure(ErrorCode::cannot_read,
                      file_.name + ": " + where_ + " cannot be read: " + source.error().message);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -6,6 +7,7 @@
 #include "io/gltf/gltf_names.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
+#include "numbers/number_map.h"
 
 namespace maille {
 
@@ -37,10 +39,6 @@ const char* gltf_shape_of(uint32_t components) {
   }
 }
 
-double gltf_number_at(const std::byte* from, Scalar type) {
-  return with_type(type, [&](auto zero) { return static_cast<double>(load<decltype(zero)>(from)); });
-}
-
 std::set<std::string> GltfWriter::names_in(const char* key) const {
   std::set<std::string> names;
   const json list = gltf_metadata(mesh_, key);
@@ -58,7 +56,7 @@ Scalar GltfWriter::type_written(const Array& array) {
   double worst = 0;
   const size_t size = size_of(array.type);
   for (size_t at = 0; at < array.bytes.size(); at += size) {
-    const double value = gltf_number_at(array.bytes.data() + at, array.type);
+    const double value = number_as_double(array.type, array.bytes.data() + at);
     const double error = std::fabs(value - static_cast<double>(static_cast<float>(value)));
     if (std::isfinite(error)) worst = std::max(worst, error);
     rounded += error != 0 && !std::isnan(value);
@@ -123,6 +121,31 @@ std::string GltfWriter::free_semantic(const std::string& wanted, const std::vect
   }
 }
 
+/// glTF wants normals of length 1; OBJ files have others. Those of length 0 have no direction and stay, and
+/// so do normals that were in a glTF file before.
+const Array& GltfWriter::with_unit_length(const Array& normals) {
+  constexpr double tolerance = 0.005;  // 8 bits round by 0.0039
+  const auto& metadata = mesh_.metadata;
+  const bool was_gltf = std::any_of(metadata.begin(), metadata.end(),
+                                    [](const auto& entry) { return entry.first.starts_with("gltf."); });
+  if (was_gltf || normals.type != Scalar::f32) return normals;
+  Array unit = normals;
+  uint64_t changed = 0;
+  for (size_t i = 0; i < unit.count(); ++i) {
+    const auto normal = unit.values<float>().subspan(3 * i, 3);
+    double squares = 0;
+    for (const float x : normal) squares += static_cast<double>(x) * static_cast<double>(x);
+    const double length = std::sqrt(squares);
+    if (!(length > 0) || !std::isfinite(length) || std::fabs(length - 1) <= tolerance) continue;
+    for (float& x : normal) x = static_cast<float>(static_cast<double>(x) / length);
+    ++changed;
+  }
+  if (changed == 0) return normals;
+  notes_.push_back(counted(changed, "normal") +
+                   " made as long as glTF wants them (1): their lengths are lost");
+  return made_.emplace_back(std::move(unit));
+}
+
 void GltfWriter::plan_attribute(const Array& array, const json& only) {
   if (!gltf_shape_of(array.components) ||
       (array.components > 4 && array.type != Scalar::f32 && size_of(array.type) <= 2)) {
@@ -144,6 +167,7 @@ void GltfWriter::plan_attribute(const Array& array, const json& only) {
     }
   }
   attribute.semantic = free_semantic(semantic_for(array, attribute.type), attribute.blocks);
+  if (attribute.semantic == "NORMAL") attribute.array = &with_unit_length(array);
   const bool integers = !is_float(attribute.type);
   const std::string& semantic = attribute.semantic;
   const bool fractions = semantic.starts_with("COLOR_") || semantic.starts_with("WEIGHTS_") ||

@@ -141,7 +141,7 @@ Result<> GltfReader::walk_scene() {
     notes_.push_back(counted(static_cast<uint64_t>(repeated), "mesh", "meshes") +
                      " used by several nodes: read once, the nodes are kept as metadata");
   } else if (moved_) {
-    notes_.push_back("nodes have transforms: positions are kept as stored, the nodes as metadata");
+    notes_.push_back("nodes have transforms, which are kept as metadata");
   }
   return {};
 }

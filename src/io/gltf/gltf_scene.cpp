@@ -7,6 +7,7 @@
 
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
+#include "numbers/number_map.h"
 
 namespace maille {
 namespace {
@@ -167,7 +168,7 @@ void SceneMaker::begin() {
   }
 }
 
-void put_float(std::vector<std::byte>& bytes, Scalar type, double value) {
+void put_float(Buffer<std::byte>& bytes, Scalar type, double value) {
   const auto narrow = static_cast<float>(value);
   const auto* from = type == Scalar::f64 ? reinterpret_cast<const std::byte*>(&value)
                                          : reinterpret_cast<const std::byte*>(&narrow);
@@ -177,7 +178,7 @@ void put_float(std::vector<std::byte>& bytes, Scalar type, double value) {
 /// The value of one component, as glTF means it.
 double component(const Array& array, uint64_t tuple, size_t k, bool normalized) {
   const double value =
-      gltf_number_at(array.bytes.data() + tuple * array.tuple_size() + k * size_of(array.type), array.type);
+      number_as_double(array.type, array.bytes.data() + tuple * array.tuple_size() + k * size_of(array.type));
   if (!normalized || is_float(array.type)) return value;
   const bool is_signed = array.type == Scalar::i8 || array.type == Scalar::i16;
   const double most = std::ldexp(1.0, static_cast<int>(8 * size_of(array.type)) - (is_signed ? 1 : 0)) - 1;
@@ -205,7 +206,7 @@ void SceneMaker::put(size_t a, uint64_t tuple, const Affine& transform) {
   }
   if (!(squares > 0)) return;
   const double before = std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
-  std::vector<std::byte> three;
+  Buffer<std::byte> three;
   for (const double value : turned) put_float(three, from.type, value / std::sqrt(squares) * before);
   std::copy(three.begin(), three.end(), to.bytes.begin() + static_cast<ptrdiff_t>(first));
 }

@@ -1,6 +1,6 @@
 #include "io/gltf/gltf.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 #include <filesystem>
@@ -19,6 +19,9 @@ namespace maille {
 namespace {
 
 using namespace maille::testing;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 Result<ReadResult> read(std::string_view text) {
   return read_text(gltf_format(), text, "test.glb");
@@ -408,6 +411,23 @@ TEST(GltfWriter, NumbersBeyondGltfAreSaid) {
   EXPECT_TRUE(has_note(written.notes, "\"p\" left out: glTF has no arrays on cells"));
   EXPECT_TRUE(has_note(written.notes, "\"m\" left out: glTF has no arrays on meshes"));
   EXPECT_EQ(read(written.text)->mesh.points.values<float>()[6], 0.1f);
+}
+
+TEST(GltfWriter, NormalsOfOtherFormatsGetUnitLength) {
+  Mesh mesh;
+  mesh.points.resize(3);
+  mesh.points.values<float>()[3] = mesh.points.values<float>()[7] = 1;
+  mesh.blocks.resize(1);
+  mesh.blocks[0] = {
+      .name = "", .type = CellType::triangle, .types = {}, .offsets = {}, .connectivity = {0, 1, 2}};
+  mesh.arrays.push_back(make_array("normal", Domain::point, Scalar::f32, 3, Role::normal));
+  mesh.arrays[0].resize(3);
+  mesh.arrays[0].values<float>()[0] = 8;     // too long
+  mesh.arrays[0].values<float>()[4] = 1.0f;  // good; the third has no direction
+  const Written written = write_text(gltf_format(), mesh);
+  EXPECT_THAT(written.notes, Contains(HasSubstr("1 normal made as long as glTF wants")));
+  const Mesh back = read_text(gltf_format(), written.text)->mesh;
+  EXPECT_THAT(values_of<float>(back, "normal", Domain::point), ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 0));
 }
 
 TEST(GltfWriter, PolygonsBecomeFansAndMaterialsPrimitives) {

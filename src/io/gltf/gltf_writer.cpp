@@ -8,33 +8,14 @@
 #include "io/base64.h"
 #include "io/buffered_writer.h"
 #include "io/gltf/gltf.h"
+#include "io/gltf/gltf_blob.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
+#include "numbers/number_map.h"
 
 namespace maille {
 
 using json = GltfWriter::Json;
-
-namespace {
-
-int component_type_of(Scalar type) {
-  switch (type) {
-    case Scalar::i8:
-      return 5120;
-    case Scalar::u8:
-      return 5121;
-    case Scalar::i16:
-      return 5122;
-    case Scalar::u16:
-      return 5123;
-    case Scalar::u32:
-      return 5125;
-    default:
-      return 5126;
-  }
-}
-
-}  // namespace
 
 const std::byte* GltfWriter::tuple(const GltfAttribute& attribute, uint64_t point) const {
   const Array& array = *attribute.array;
@@ -55,7 +36,7 @@ json GltfWriter::limits_of(const GltfAttribute& attribute, const GltfRange& rang
   const Scalar type = attribute.array->type;
   for (uint64_t p = range.first; p < range.first + range.count; ++p) {
     for (size_t k = 0; k < 3; ++k) {
-      double value = gltf_number_at(tuple(attribute, p) + k * size_of(type), type);
+      double value = number_as_double(type, tuple(attribute, p) + k * size_of(type));
       if (attribute.type == Scalar::f32) value = static_cast<double>(static_cast<float>(value));
       if (!std::isfinite(value)) continue;
       low[k] = std::min(low[k], value);
@@ -87,7 +68,7 @@ void GltfWriter::add_accessors() {
       if (!used) continue;
       json accessor = {{"bufferView", view},
                        {"byteOffset", range.first * attribute.stride()},
-                       {"componentType", component_type_of(attribute.type)},
+                       {"componentType", gltf_component_type(attribute.type)},
                        {"count", range.count},
                        {"type", gltf_shape_of(attribute.array->components)}};
       if (attribute.normalized) accessor["normalized"] = true;
@@ -274,7 +255,7 @@ void GltfWriter::put_attribute(BufferedWriter& out, const GltfAttribute& attribu
       out.put_bytes(Bytes(from, array.tuple_size()));
     } else {
       for (uint32_t k = 0; k < array.components; ++k) {
-        out.put_raw(static_cast<float>(gltf_number_at(from + k * size, array.type)));
+        out.put_raw(static_cast<float>(number_as_double(array.type, from + k * size)));
       }
     }
     for (size_t k = 0; k < padding; ++k) out.put('\0');

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -34,7 +35,6 @@ struct GltfRange {
 nlohmann::ordered_json gltf_metadata(const Mesh& mesh, const char* key);
 /// "SCALAR" ... "MAT4"; none: glTF has no tuples of that many numbers.
 const char* gltf_shape_of(uint32_t components);
-double gltf_number_at(const std::byte* from, Scalar type);
 
 /// Plans what a file will hold (gltf_plan.cpp), then writes it (gltf_writer.cpp).
 class GltfWriter {
@@ -55,6 +55,7 @@ class GltfWriter {
   std::string semantic_for(const Array& array, Scalar type) const;
   std::string free_semantic(const std::string& wanted, const std::vector<bool>& blocks) const;
   bool taken(const std::string& semantic, const std::vector<bool>& blocks) const;
+  const Array& with_unit_length(const Array& normals);
   void note_rest();
 
   void plan_ranges();
@@ -83,6 +84,7 @@ class GltfWriter {
   std::set<std::string> normalized_;
   GltfCells cells_;
   std::vector<GltfAttribute> attributes_;  ///< positions first
+  std::deque<Array> made_;                 ///< that attributes have instead of the mesh's
   std::vector<GltfRange> ranges_;
   std::vector<size_t> range_of_;  ///< of each primitive
   std::vector<std::vector<size_t>> primitives_of_block_;

@@ -10,7 +10,6 @@ namespace {
 
 // A header beyond these is an attack or damage, not a mesh.
 constexpr size_t max_elements = 256;
-constexpr size_t max_properties = 4096;
 
 struct TypeName {
   std::string_view name;
@@ -143,7 +142,7 @@ class HeaderParser {
                  to_word(header_.elements.back().name.substr(0, 40)) + "\"");
     }
     auto& properties = header_.elements.back().properties;
-    if (properties.size() == max_properties) return bad("more than 4096 properties in one element");
+    if (properties.size() == most_ply_properties) return bad("more than 4096 properties in one element");
     properties.push_back(std::move(property));
     return {};
   }

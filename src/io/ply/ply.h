@@ -33,6 +33,9 @@ struct PlyProperty {
   Scalar count_type = Scalar::u8;
 };
 
+/// Of one element: no mesh has more, and going through them must not take long.
+inline constexpr size_t most_ply_properties = 4096;
+
 struct PlyElement {
   std::string name;
   uint64_t count = 0;

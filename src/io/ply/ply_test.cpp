@@ -466,6 +466,21 @@ TEST(PlyWriter, TakesPolygonsOfMoreThan255Corners) {
   EXPECT_EQ(values_of<float>(back, "texcoord", Domain::corner), std::vector<float>(600, 0.5f));
 }
 
+TEST(PlyWriter, WritesNoMorePropertiesThanAreRead) {
+  Mesh mesh = read_ply(one_vertex("float", "0")).mesh;
+  for (int i = 0; i < 4094; ++i) {
+    mesh.arrays.push_back(make_array("a" + std::to_string(i), Domain::point, Scalar::u8, 1));
+    mesh.arrays.back().resize(mesh.point_count());
+  }
+  std::vector<std::byte> file;
+  const auto written = write_mesh(mesh, *memory_sink(file), {"ply"});
+  ASSERT_FALSE(written);
+  EXPECT_EQ(
+      written.error().message,
+      "a vertex would have 4097 properties in PLY, of which no more than 4096 are read; leave some arrays "
+      "out (the command: --arrays)");
+}
+
 TEST(PlyWriter, SaysWhatItLeavesOut) {
   Mesh mesh = read_ply(everything).mesh;
   mesh.blocks[0].name = "roof";

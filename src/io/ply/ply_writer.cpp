@@ -47,6 +47,7 @@ class PlyPlan {
     plan_mesh_arrays();
     order_elements();
     add_comments();
+    for (const PlyOutElement& element : elements) MAILLE_CHECK(check_properties(element.element));
     return {};
   }
 
@@ -74,6 +75,15 @@ class PlyPlan {
     if (others != 0) notes_.push_back(counted(others, "cell") + " that are neither faces nor edges left out");
     note_block_names(mesh_, notes_);
     return {};
+  }
+
+  /// What is written can be read again.
+  static Result<> check_properties(const PlyElement& element) {
+    if (element.properties.size() <= most_ply_properties) return {};
+    return failure(ErrorCode::usage,
+                   "a " + element.name + " would have " + std::to_string(element.properties.size()) +
+                       " properties in PLY, of which no more than 4096 are read; leave some "
+                       "arrays out (the command: --arrays)");
   }
 
   bool has_cell_arrays() const {

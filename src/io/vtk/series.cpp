@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "io/beside.h"
 #include "io/exodus/exodus.h"
 #include "io/foam/foam_case.h"
 #include "io/numbers.h"
@@ -75,7 +76,7 @@ Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const So
     return failure(ErrorCode::malformed_input, path + ": there should be a VTKFile with a Collection");
   std::vector<SeriesEntry> series;
   for (const pugi::xml_node entry : list.children("DataSet")) {
-    const std::string file = MAILLE_TRY(path_of_named(path, entry.attribute("file").value()));
+    const std::string file = MAILLE_TRY(path_beside(path, entry.attribute("file").value()));
     const double time = MAILLE_TRY(time_of(entry, path));
     if (!series.empty() && series.back().time == time) {
       return failure(ErrorCode::unsupported,

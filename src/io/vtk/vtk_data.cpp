@@ -356,21 +356,27 @@ Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std:
   return array;
 }
 
-Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,
-                                                   const std::string& where, Budget& budget) {
-  // Characters are stored as bytes (in ascii as their codes), each string ended by a zero.
-  const std::vector<std::byte> bytes = MAILLE_TRY(read_values(xml, node, Scalar::u8, where, budget));
-  std::vector<std::string> strings;
+std::vector<std::string> split_texts(Bytes bytes) {
+  std::vector<std::string> texts;
   std::string current;
   for (const std::byte byte : bytes) {
     if (byte == std::byte{0}) {
-      strings.push_back(std::exchange(current, {}));
+      texts.push_back(std::exchange(current, {}));
     } else {
       current += static_cast<char>(byte);
     }
   }
-  if (!current.empty()) strings.push_back(std::move(current));
-  return strings;
+  if (!current.empty()) texts.push_back(std::move(current));
+  return texts;
+}
+
+Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,
+                                                   const std::string& where, Budget& budget) {
+  // Characters are stored as bytes (in ascii as their codes), each string ended by a zero.
+  const std::vector<std::byte> bytes = MAILLE_TRY(read_values(xml, node, Scalar::u8, where, budget));
+  const auto ends = std::count(bytes.begin(), bytes.end(), std::byte{0});
+  MAILLE_CHECK(budget.take(static_cast<uint64_t>(ends) + 1, sizeof(std::string)));
+  return split_texts(bytes);
 }
 
 }  // namespace maille

@@ -48,7 +48,10 @@ const char* vtk_name_of(Scalar type);
 Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std::string& where,
                               Budget& budget);
 
-/// The strings of a DataArray of type String.
+/// Texts of bytes, each ended by a zero.
+std::vector<std::string> split_texts(Bytes bytes);
+
+/// The strings of a DataArray of type String, or of bytes.
 Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,
                                                    const std::string& where, Budget& budget);
 

@@ -245,9 +245,12 @@ Result<> VtkLegacyReader::add_array(Array array) {
   return {};
 }
 
-Result<> VtkLegacyReader::read_strings(const std::string& name, uint64_t count) {
+/// `count`: of tuples.
+Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t components, uint64_t count) {
   std::vector<std::string> strings;
-  if (count > text_.size()) return in_.malformed("there are more texts announced than the file can hold");
+  if (components == 0 || count > text_.size() / components)
+    return in_.malformed("there are more texts announced than the file can hold");
+  count *= components;
   in_.scanner.skip_line();
   for (uint64_t i = 0; i < count; ++i) {
     if (in_.scanner.at_end()) return in_.malformed("the file ends inside the texts of \"" + name + "\"");
@@ -269,12 +272,24 @@ Result<> VtkLegacyReader::read_strings(const std::string& name, uint64_t count) 
     strings.emplace_back(in_.scanner.here(), length);
     in_.scanner.jump(in_.scanner.here() + length);
   }
-  if (domain_ == Domain::mesh) {
-    field_.strings.emplace_back(name, std::move(strings));
-  } else {
-    notes_.push_back("array \"" + name + "\" on " + name_of(domain_) + "s holds text and was left out");
-  }
+  MAILLE_CHECK(budget_.take(count, sizeof(std::string)));
+  if (domain_ != Domain::mesh) return add_array(texts_.numbers(name, domain_, components, strings));
+  field_.strings.push_back({name, std::move(strings), false});
   return {};
+}
+
+/// An array that may be one of our own fields.
+Result<> VtkLegacyReader::add_field(Array array) {
+  const std::string_view name = array.name;
+  const std::string_view corner = vtk_corner_prefix, text = vtk_text_prefix;
+  if (domain_ == Domain::mesh && name.starts_with(corner)) {
+    array.name = std::string(name.substr(corner.size()));
+    array.domain = Domain::corner;
+  } else if (domain_ == Domain::mesh && array.type == Scalar::u8 && name.starts_with(text)) {
+    field_.strings.push_back({std::string(name.substr(text.size())), split_texts(array.bytes), true});
+    return {};
+  }
+  return add_array(std::move(array));
 }
 
 Result<> VtkLegacyReader::read_field() {
@@ -287,8 +302,9 @@ Result<> VtkLegacyReader::read_field() {
     const uint64_t components = MAILLE_TRY(in_.count("components"));
     const uint64_t count = MAILLE_TRY(in_.count("tuples"));
     const TextScanner before = in_.scanner;
+    const auto width = static_cast<uint32_t>(std::min<uint64_t>(components, UINT32_MAX));
     if (lower_case(in_.word()) == "string") {
-      MAILLE_CHECK(read_strings(name, count));
+      MAILLE_CHECK(read_strings(name, width, count));
       continue;
     }
     in_.scanner = before;
@@ -296,13 +312,8 @@ Result<> VtkLegacyReader::read_field() {
       next_word();
       continue;
     }
-    Array array = MAILLE_TRY(
-        read_array(name, count, static_cast<uint32_t>(std::min<uint64_t>(components, UINT32_MAX))));
-    if (domain_ == Domain::mesh && name.starts_with(vtk_corner_prefix)) {
-      array.name = name.substr(std::string_view(vtk_corner_prefix).size());
-      array.domain = Domain::corner;
-    }
-    MAILLE_CHECK(add_array(std::move(array)));
+    Array array = MAILLE_TRY(read_array(name, count, width));
+    MAILLE_CHECK(add_field(std::move(array)));
   }
   return {};
 }
@@ -438,6 +449,7 @@ void VtkLegacyReader::finish_fields() {
   mesh_.blocks = !shapes.empty() && store_.fits(shapes) ? store_.take(shapes) : store_.take();
   for (auto* arrays : {&point_arrays_, &cell_arrays_, &field_.arrays}) {
     for (Array& array : *arrays) mesh_.arrays.push_back(std::move(array));
+    arrays->clear();
   }
   const std::vector<std::string> roles = field_.take_strings(vtk_roles_name);
   for (Array& array : mesh_.arrays) {
@@ -448,7 +460,8 @@ void VtkLegacyReader::finish_fields() {
     }
     field_.give_labels(array);
   }
-  for (auto& entry : field_.metadata()) mesh_.metadata.push_back(std::move(entry));
+  field_.move_to(mesh_, texts_);
+  texts_.finish(mesh_);
   check_vtk_corner_arrays(mesh_, notes_);
 }
 

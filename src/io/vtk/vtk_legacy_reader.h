@@ -37,7 +37,8 @@ class VtkLegacyReader {
   Result<> read_geometry(const std::string& keyword);
   Result<> read_attribute(const std::string& keyword);
   Result<> read_field();
-  Result<> read_strings(const std::string& name, uint64_t count);
+  Result<> read_strings(const std::string& name, uint32_t components, uint64_t count);
+  Result<> add_field(Array array);
   Result<Cells> read_cells();
   Result<Cells> read_offsets(uint64_t offsets, uint64_t size);
   Result<> read_list(Array& array, uint64_t count, uint32_t components, const std::string& type);
@@ -77,6 +78,7 @@ class VtkLegacyReader {
   uint64_t domain_count_ = 0;
   std::vector<Array> point_arrays_, cell_arrays_;
   VtkFieldData field_;
+  VtkTexts texts_;
 };
 
 }  // namespace maille

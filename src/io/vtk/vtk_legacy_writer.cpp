@@ -7,6 +7,7 @@
 #include "io/notes.h"
 #include "io/reading.h"
 #include "io/vtk/vtk_legacy.h"
+#include "io/vtk/vtk_text.h"
 #include "io/vtk/vtu.h"
 
 namespace maille {
@@ -24,13 +25,15 @@ class VtkWriter {
   void put_points();
   void put_cells();
   void put_data(Domain domain, const char* keyword);
+  void put(const Array& array, const std::string& name);
   void put_array(const Array& array, const std::string& name);
   void put_values(const std::byte* from, uint64_t count, Scalar type, uint32_t per_line);
-  void put_strings(const std::string& name, const std::vector<std::string>& values);
+  void put_strings(const std::string& name, const std::vector<std::string>& values, uint32_t components = 1);
+  bool is_text(const Array& array) const;
   template <class T>
   void put_value(T value, bool last);
   std::vector<std::string> roles() const;
-  std::vector<std::pair<std::string, std::vector<std::string>>> strings() const;
+  std::vector<std::pair<std::string, std::vector<std::string>>> own_texts() const;
 
   const Mesh& mesh_;
   BufferedWriter out_;
@@ -72,8 +75,10 @@ void VtkWriter::put_array(const Array& array, const std::string& name) {
 
 /// Text: a line each, with %XX; binary: the length in 8 bytes, high first (its two highest bits 0), and the
 /// bytes.
-void VtkWriter::put_strings(const std::string& name, const std::vector<std::string>& values) {
-  out_.put(to_word(name) + " 1 " + std::to_string(values.size()) + " string\n");
+void VtkWriter::put_strings(const std::string& name, const std::vector<std::string>& values,
+                            uint32_t components) {
+  out_.put(to_word(name) + " " + std::to_string(components) + " " +
+           std::to_string(values.size() / components) + " string\n");
   for (const std::string& value : values) {
     if (ascii_) {
       out_.put(to_word(value) + "\n");
@@ -85,42 +90,78 @@ void VtkWriter::put_strings(const std::string& name, const std::vector<std::stri
   if (!ascii_) out_.put('\n');
 }
 
+bool VtkWriter::is_text(const Array& array) const {
+  return array.role == Role::label && array.domain != Domain::corner &&
+         was_vtk_text(mesh_.metadata, array.domain, array.name) &&
+         texts_of(array).size() == array.count() * array.components;
+}
+
 std::vector<std::string> VtkWriter::roles() const {
   std::vector<std::string> list;
   for (const Array& array : mesh_.arrays) {
-    if (array.role == Role::none) continue;
+    if (array.role == Role::none || is_text(array)) continue;
     list.push_back(std::string(name_of(array.domain)) + " " + name_of(array.role) + " " + array.name);
   }
   return list;
 }
 
-std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::strings() const {
+/// Texts that were none in a VTK file.
+std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::own_texts() const {
   std::vector<std::pair<std::string, std::vector<std::string>>> list;
   const std::vector<std::string> meanings = roles();
   if (!meanings.empty()) list.emplace_back(vtk_roles_name, meanings);
   for (const Array& array : mesh_.arrays) {
-    if (array.role == Role::label) list.emplace_back(array.name + "_labels", array.labels);
+    if (array.role == Role::label && !is_text(array)) list.emplace_back(array.name + "_labels", array.labels);
   }
-  if (vtk_needs_blocks(mesh_)) list.emplace_back(vtu_block_names_name, vtk_block_names(mesh_));
-  for (const auto& [key, value] : mesh_.metadata) list.push_back({key, {value}});
+  if (vtk_has_block_names(mesh_)) list.emplace_back(vtu_block_names_name, vtk_block_names(mesh_));
+  for (const auto& [key, value] : mesh_.metadata) {
+    if (key != vtk_text_key && !was_vtk_text(mesh_.metadata, Domain::mesh, key))
+      list.push_back({key, {value}});
+  }
   return list;
 }
 
-void VtkWriter::put_field_data() {
-  const auto texts = strings();
-  std::vector<std::pair<std::string, const Array*>> arrays;
-  Array blocks;
-  if (vtk_needs_blocks(mesh_)) {
-    blocks = vtk_block_sizes(mesh_);
-    arrays.emplace_back(blocks.name, &blocks);
+void VtkWriter::put(const Array& array, const std::string& name) {
+  if (!is_text(array)) return put_array(array, name);
+  put_strings(name, texts_of(array), array.components);
+}
+
+/// In 32 bits: cells are numbered in 31, and not every program reads VTK's integers of 64.
+Array narrow(const Array& sizes) {
+  Array array = make_array(sizes.name, Domain::mesh, Scalar::i32, sizes.components);
+  array.resize(sizes.count());
+  for (size_t i = 0; i < sizes.count() * sizes.components; ++i)
+    array.values<int32_t>()[i] = static_cast<int32_t>(sizes.values<uint64_t>()[i]);
+  return array;
+}
+
+Array bytes_of(const std::string& name, const std::vector<std::string>& texts) {
+  Array array = make_array(name, Domain::mesh, Scalar::u8, 1);
+  for (const std::string& text : texts) {
+    const Bytes bytes = std::as_bytes(std::span(text.data(), text.size()));
+    array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
+    array.bytes.push_back(std::byte{0});
   }
+  return array;
+}
+
+void VtkWriter::put_field_data() {
+  std::vector<Array> own;
+  if (vtk_needs_blocks(mesh_)) own.push_back(narrow(vtk_block_sizes(mesh_)));
+  for (const auto& [name, values] : own_texts()) own.push_back(bytes_of(vtk_text_prefix + name, values));
+  std::vector<std::pair<std::string, std::vector<std::string>>> texts;
+  for (const auto& [key, value] : mesh_.metadata) {
+    if (was_vtk_text(mesh_.metadata, Domain::mesh, key)) texts.push_back({key, {value}});
+  }
+  std::vector<std::pair<std::string, const Array*>> arrays;
+  for (const Array& array : own) arrays.emplace_back(array.name, &array);
   for (const Array& array : mesh_.arrays) {
     if (array.domain == Domain::mesh) arrays.emplace_back(array.name, &array);
     if (array.domain == Domain::corner) arrays.emplace_back(vtk_corner_prefix + array.name, &array);
   }
   if (arrays.empty() && texts.empty()) return;
   out_.put("FIELD FieldData " + std::to_string(arrays.size() + texts.size()) + "\n");
-  for (const auto& [name, array] : arrays) put_array(*array, name);
+  for (const auto& [name, array] : arrays) put(*array, name);
   for (const auto& [name, values] : texts) put_strings(name, values);
 }
 
@@ -179,7 +220,7 @@ void VtkWriter::put_data(Domain domain, const char* keyword) {
   out_.put(std::string(keyword) + " " + std::to_string(mesh_.count_of(domain)) + "\nFIELD FieldData " +
            std::to_string(count) + "\n");
   for (const Array& array : mesh_.arrays) {
-    if (of_domain(array)) put_array(array, array.name);
+    if (of_domain(array)) put(array, array.name);
   }
 }
 

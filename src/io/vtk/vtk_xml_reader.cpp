@@ -39,8 +39,8 @@ void VtkFieldData::give_labels(Array& array) {
 
 std::vector<std::string> VtkFieldData::take_strings(const std::string& name) {
   for (auto found = strings.begin(); found != strings.end(); ++found) {
-    if (found->first != name) continue;
-    std::vector<std::string> values = std::move(found->second);
+    if (found->name != name) continue;
+    std::vector<std::string> values = std::move(found->values);
     strings.erase(found);
     return values;
   }
@@ -57,14 +57,34 @@ std::optional<Array> VtkFieldData::take_array(const std::string& name) {
   return std::nullopt;
 }
 
-std::vector<std::pair<std::string, std::string>> VtkFieldData::metadata() const {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const auto& [name, values] : strings) {
-    std::string joined;
-    for (size_t i = 0; i < values.size(); ++i) joined += (i ? "\n" : "") + values[i];
-    list.emplace_back(name, std::move(joined));
+void VtkFieldData::move_to(Mesh& mesh, VtkTexts& texts) {
+  for (Array& array : arrays) mesh.arrays.push_back(std::move(array));
+  for (Strings& text : strings) {
+    if (text.values.size() != 1) {
+      mesh.arrays.push_back(texts.numbers(text.name, Domain::mesh, 1, text.values));
+      continue;
+    }
+    if (!text.own) texts.add_metadata(text.name);
+    mesh.metadata.emplace_back(std::move(text.name), std::move(text.values[0]));
   }
-  return list;
+  arrays.clear();
+  strings.clear();
+}
+
+bool is_own_text(const pugi::xml_node& node) {
+  return node.attribute(vtk_own_text_mark) && std::string_view(node.attribute("type").as_string()) == "UInt8";
+}
+
+Result<Array> read_text_array(const VtkXml& xml, pugi::xml_node node, Domain domain, const std::string& where,
+                              Budget& budget, VtkTexts& texts) {
+  const auto strings = MAILLE_TRY(read_string_array(xml, node, where, budget));
+  const uint32_t components = std::max(node.attribute("NumberOfComponents").as_uint(1), 1u);
+  if (components > 0xffff || strings.size() % components != 0) {
+    return failure(ErrorCode::malformed_input, where + ": it has " + std::to_string(strings.size()) +
+                                                   " texts in tuples of " + std::to_string(components));
+  }
+  MAILLE_CHECK(budget.take(strings.size(), sizeof(uint32_t)));
+  return texts.numbers(node.attribute("Name").as_string(), domain, components, strings);
 }
 
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget) {
@@ -73,9 +93,9 @@ Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_
     for (const pugi::xml_node node : data.children()) {
       const std::string name = node.attribute("Name").as_string();
       const std::string where = xml.file + ": FieldData, array \"" + name + "\"";
-      if (std::string_view(node.attribute("type").as_string()) == "String") {
+      if (std::string_view(node.attribute("type").as_string()) == "String" || is_own_text(node)) {
         auto strings = MAILLE_TRY(read_string_array(xml, node, where, budget));
-        field.strings.emplace_back(name, std::move(strings));
+        field.strings.push_back({name, std::move(strings), bool(node.attribute(vtk_own_text_mark))});
         continue;
       }
       Array array = MAILLE_TRY(read_data_array(xml, node, where, budget));

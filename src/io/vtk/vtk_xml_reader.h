@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/vtk/vtk_data.h"
+#include "io/vtk/vtk_text.h"
 
 // What the readers of VTK's XML formats have in common.
 
@@ -17,21 +18,27 @@ uint64_t integer_at(const Array& array, size_t i);
 /// type says colour.
 Role vtk_role_of(const Array& array, pugi::xml_node data, pugi::xml_node node);
 
-/// Calls act(array, place) for every array of numbers in an element; text is named in the notes.
+/// An array of text, as numbers.
+Result<Array> read_text_array(const VtkXml& xml, pugi::xml_node node, Domain domain, const std::string& where,
+                              Budget& budget, VtkTexts& texts);
+
+/// Calls act(array, place) for every array in an element.
 template <class Act>
-Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, const std::string& where, Budget& budget,
-                            std::vector<std::string>& notes, Act act) {
+Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, Domain domain, const std::string& where,
+                            Budget& budget, VtkTexts& texts, Act act) {
   for (const pugi::xml_node node : data.children()) {
     const std::string_view tag = node.name();
     if (tag != "DataArray" && tag != "Array") continue;
     const std::string name = node.attribute("Name").as_string();
     const std::string place = where + ", array \"" + name + "\"";
     if (std::string_view(node.attribute("type").as_string()) == "String") {
-      notes.push_back(place + " holds text and was left out");
+      Array numbers = MAILLE_TRY(read_text_array(xml, node, domain, place, budget, texts));
+      MAILLE_CHECK(act(std::move(numbers), place));
       continue;
     }
     Array array = MAILLE_TRY(read_data_array(xml, node, place, budget));
     array.role = vtk_role_of(array, data, node);
+    array.domain = domain;
     MAILLE_CHECK(act(std::move(array), place));
   }
   return {};
@@ -39,17 +46,28 @@ Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, const std::s
 
 /// What FieldData hold.
 struct VtkFieldData {
+  struct Strings {
+    std::string name;
+    std::vector<std::string> values;
+    bool own = false;  ///< by our own mark: names and metadata that were no text arrays of a VTK file
+  };
   std::vector<Array> arrays;  ///< on the mesh, or where our own mark says so, on corners
-  std::vector<std::pair<std::string, std::vector<std::string>>> strings;
+  std::vector<Strings> strings;
 
   /// Gives an array of role label its labels.
   void give_labels(Array& array);
-  /// The strings that were not given or taken.
-  std::vector<std::pair<std::string, std::string>> metadata() const;
+  /// The arrays and the strings that were not given or taken to the mesh: a single string as metadata,
+  /// several as an array.
+  void move_to(Mesh& mesh, VtkTexts& texts);
   /// Takes the array or strings of that name out.
   std::optional<Array> take_array(const std::string& name);
   std::vector<std::string> take_strings(const std::string& name);
 };
+
+/// The mark of texts that were no text in a VTK file. Where they are bytes, as split_texts() takes them,
+/// programs that know no text read the file, too (meshio).
+inline constexpr char vtk_own_text_mark[] = "maille_text";
+bool is_own_text(const pugi::xml_node& node);
 
 /// FieldData of the data set and of the file.
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/bytes.h"
+#include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
 std::string vtk_xml_escaped(std::string_view text) {
@@ -78,16 +79,39 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
   return data;
 }
 
-VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values) const {
+VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values,
+                                 uint32_t components, const char* type) const {
   VtkXmlData data;
-  data.attributes = "type=\"String\" Name=\"" + vtk_xml_escaped(name) + "\" NumberOfTuples=\"" +
-                    std::to_string(values.size()) + "\"";
+  data.attributes = std::string("type=\"") + type + "\" Name=\"" + vtk_xml_escaped(name) + "\"";
+  if (components != 1) data.attributes += " NumberOfComponents=\"" + std::to_string(components) + "\"";
   for (const std::string& value : values) {
     const Bytes bytes = std::as_bytes(std::span(value.data(), value.size()));
     data.owned.insert(data.owned.end(), bytes.begin(), bytes.end());
     data.owned.push_back(std::byte{0});
   }
+  const bool bytes = std::string_view(type) != "String";
+  data.attributes +=
+      " NumberOfTuples=\"" + std::to_string(bytes ? data.owned.size() : values.size() / components) + "\"";
   return data;
+}
+
+VtkXmlData VtkXmlWriter::own_texts(const std::string& name, std::span<const std::string> values) const {
+  VtkXmlData data = strings(name, values, 1, own_texts_as_bytes_ ? "UInt8" : "String");
+  data.attributes += std::string(" ") + vtk_own_text_mark + "=\"1\"";
+  return data;
+}
+
+bool VtkXmlWriter::is_text(const Array& array) const {
+  return array.role == Role::label && was_vtk_text(mesh_.metadata, array.domain, array.name) &&
+         texts_of(array).size() == array.count() * array.components;
+}
+
+VtkXmlData VtkXmlWriter::describe_texts(const Array& array) const {
+  if (array.domain != Domain::cell || cell_order_ == nullptr)
+    return strings(array.name, texts_of(array), array.components);
+  Array ordered = array;
+  ordered.bytes = permuted(array, *cell_order_);
+  return strings(array.name, texts_of(ordered), array.components);
 }
 
 /// The array that becomes the active attribute of this meaning, if VTK takes one of its shape.
@@ -138,22 +162,31 @@ void VtkXmlWriter::add_block_names(const std::string& mark) {
     array.labels.push_back(block.name);
   }
   VtkXmlData data = describe(array, role_mark(array) + mark);
-  if (data.owned.empty()) data.owned = std::move(array.bytes);
+  if (data.owned.empty()) data.owned = std::move(array.bytes).vector();
   data.borrowed = {};
   piece_.back().arrays.push_back(std::move(data));
-  field_.back().arrays.push_back(strings("block_labels", array.labels));
+  field_.back().arrays.push_back(own_texts("block_labels", array.labels));
   notes.push_back(format_ + " has no named blocks: their names are in the cell array \"block\"");
 }
 
 void VtkXmlWriter::add_field_data() {
   VtkXmlSection section{"<FieldData>", "</FieldData>", {}};
   for (const auto& [key, value] : mesh_.metadata) {
-    section.arrays.push_back(strings(key, std::span(&value, 1)));
+    if (key == vtk_text_key) continue;
+    const bool text = was_vtk_text(mesh_.metadata, Domain::mesh, key);
+    const std::span<const std::string> values(&value, 1);
+    section.arrays.push_back(text ? strings(key, values) : own_texts(key, values));
   }
   bool corners = false;
   for (const Array& array : mesh_.arrays) {
-    if (array.role == Role::label) section.arrays.push_back(strings(array.name + "_labels", array.labels));
+    const bool text = is_text(array);
+    if (array.role == Role::label && !text)
+      section.arrays.push_back(own_texts(array.name + "_labels", array.labels));
     if (array.domain != Domain::mesh && array.domain != Domain::corner) continue;
+    if (text) {
+      section.arrays.push_back(describe_texts(array));
+      continue;
+    }
     corners = corners || array.domain == Domain::corner;
     const std::string tuples = " NumberOfTuples=\"" + std::to_string(array.count()) + "\"";
     const std::string mark = array.domain == Domain::corner ? " maille_domain=\"corner\"" : "";
@@ -179,7 +212,8 @@ void VtkXmlWriter::add_arrays(Domain domain, const char* element) {
   VtkXmlSection section{
       std::string("<") + element + active_attributes(domain) + ">", std::string("</") + element + ">", {}};
   for (const Array& array : mesh_.arrays) {
-    if (array.domain == domain) section.arrays.push_back(describe(array, role_mark(array)));
+    if (array.domain != domain) continue;
+    section.arrays.push_back(is_text(array) ? describe_texts(array) : describe(array, role_mark(array)));
   }
   piece_.push_back(std::move(section));
 }

@@ -59,13 +59,20 @@ class VtkXmlWriter {
   /// where no block has a name.
   void add_block_names(const std::string& mark);
   void add(VtkXmlSection section) { piece_.push_back(std::move(section)); }
-  VtkXmlData strings(const std::string& name, std::span<const std::string> values) const;
+  /// Texts that are no text array of a VTK file (names of blocks, labels) are written as bytes. Only VTK
+  /// itself reads strings, so this is for files others read.
+  void write_own_texts_as_bytes() { own_texts_as_bytes_ = true; }
+  VtkXmlData own_texts(const std::string& name, std::span<const std::string> values) const;
 
   /// `counts`: attributes of the element Piece.
   Result<> write(const char* data_set, const std::string& counts);
 
  private:
+  VtkXmlData strings(const std::string& name, std::span<const std::string> values, uint32_t components = 1,
+                     const char* type = "String") const;
   VtkXmlData describe(const Array& array, const std::string& more) const;
+  VtkXmlData describe_texts(const Array& array) const;
+  bool is_text(const Array& array) const;
   std::vector<std::byte> permuted(const Array& array, const std::vector<uint64_t>& order) const;
   std::string active_attributes(Domain domain) const;
   std::string role_mark(const Array& array) const;
@@ -82,6 +89,7 @@ class VtkXmlWriter {
   std::string format_;
   const std::vector<uint64_t>* cell_order_ = nullptr;
   const std::vector<uint64_t>* corner_order_ = nullptr;
+  bool own_texts_as_bytes_ = false;
   std::vector<VtkXmlSection> field_, piece_;
 
  public:

@@ -60,6 +60,7 @@ class VtpReader {
   const ReadOptions& options_;
   Budget budget_;
   Mesh mesh_;
+  VtkTexts texts_;
   std::vector<std::string> notes_;
   std::array<Cells, kinds> cells_;
   std::vector<CellArray> cell_arrays_;
@@ -172,12 +173,12 @@ Result<> VtpReader::read_point_data(pugi::xml_node piece, uint64_t points, const
   const std::string where = in + ", PointData";
   size_t index = 0;
   MAILLE_CHECK(for_each_vtk_array(
-      xml_, piece.child("PointData"), where, budget_, notes_, [&](Array array, const std::string& place) {
+      xml_, piece.child("PointData"), Domain::point, where, budget_, texts_,
+      [&](Array array, const std::string& place) {
         if (array.count() != points) {
           return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
                                                std::to_string(points) + " points"));
         }
-        array.domain = Domain::point;
         if (first) {
           mesh_.arrays.push_back(std::move(array));
           return Result<>();
@@ -186,7 +187,7 @@ Result<> VtpReader::read_point_data(pugi::xml_node piece, uint64_t points, const
             mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
           return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
         }
-        std::vector<std::byte>& bytes = mesh_.arrays[index++].bytes;
+        Buffer<std::byte>& bytes = mesh_.arrays[index++].bytes;
         bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
         return Result<>();
       }));
@@ -221,8 +222,8 @@ Result<> VtpReader::read_cell_data(pugi::xml_node piece, const std::string& in, 
   const std::string where = in + ", CellData";
   size_t index = 0;
   MAILLE_CHECK(for_each_vtk_array(
-      xml_, piece.child("CellData"), where, budget_, notes_, [&](Array array, const std::string& place) {
-        array.domain = Domain::cell;
+      xml_, piece.child("CellData"), Domain::cell, where, budget_, texts_,
+      [&](Array array, const std::string& place) {
         if (first) {
           CellArray cell_array;
           cell_array.array = make_array(array.name, Domain::cell, array.type, array.components, array.role);
@@ -255,10 +256,11 @@ Result<> VtpReader::read_piece(pugi::xml_node piece, size_t number) {
 Result<> VtpReader::read_field_data() {
   const pugi::xml_node poly_data = xml_.document.child("VTKFile").child("PolyData");
   VtkFieldData field = MAILLE_TRY(read_vtk_field_data(xml_, poly_data, budget_));
-  for (Array& array : field.arrays) mesh_.arrays.push_back(std::move(array));
-  for (Array& array : mesh_.arrays) field.give_labels(array);
+  for (auto* arrays : {&mesh_.arrays, &field.arrays}) {
+    for (Array& array : *arrays) field.give_labels(array);
+  }
   for (CellArray& cell_array : cell_arrays_) field.give_labels(cell_array.array);
-  mesh_.metadata = field.metadata();
+  field.move_to(mesh_, texts_);
   return {};
 }
 
@@ -292,7 +294,7 @@ void VtpReader::build_blocks() {
 
 void VtpReader::join_cell_arrays() {
   for (CellArray& cell_array : cell_arrays_) {
-    std::vector<std::byte>& bytes = cell_array.array.bytes;
+    Buffer<std::byte>& bytes = cell_array.array.bytes;
     bytes = std::move(cell_array.parts[0]);
     for (size_t kind = 1; kind < kinds; ++kind) {
       const std::vector<std::byte>& part = cell_array.parts[kind];
@@ -315,6 +317,7 @@ Result<ReadResult> VtpReader::read() {
   build_blocks();
   MAILLE_CHECK(read_field_data());
   join_cell_arrays();
+  texts_.finish(mesh_);
   check_vtk_corner_arrays(mesh_, notes_);
   MAILLE_CHECK(validate(mesh_));
   return ReadResult{std::move(mesh_), std::move(notes_)};

@@ -108,7 +108,8 @@ TEST(VtpReader, KeepsDoublesRolesFieldsAndText) {
   EXPECT_EQ(mesh.find("N", Domain::point)->role, Role::normal);
   EXPECT_EQ(mesh.find("RGB", Domain::point)->role, Role::colour);
   EXPECT_EQ(mesh.find("TimeValue", Domain::mesh)->values<double>()[0], 2.5);
-  EXPECT_EQ(mesh.metadata, (std::vector<std::pair<std::string, std::string>>{{"title", "hi"}}));
+  using Metadata = std::vector<std::pair<std::string, std::string>>;
+  EXPECT_EQ(mesh.metadata, (Metadata{{"title", "hi"}, {"vtk.text", "mesh title"}}));
 }
 
 /// The ways binary data may be stored in a VTK XML file.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/bytes.h"
+#include "io/beside.h"
 #include "io/buffered_writer.h"
 #include "io/cell_store.h"
 #include "io/format.h"
@@ -48,6 +49,7 @@ class VtuReader {
   Mesh mesh_;
   CellStore cells_;
   VtkFieldData field_;
+  VtkTexts texts_;
   std::vector<std::string> notes_;
   size_t pieces_ = 0;
   std::vector<uint64_t> first_points_, first_cells_;  ///< by piece
@@ -146,13 +148,12 @@ Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain dom
     while (index < mesh_.arrays.size() && mesh_.arrays[index].domain != domain) ++index;
     return index;
   };
-  MAILLE_CHECK(
-      for_each_vtk_array(xml, data, where, budget_, notes_, [&](Array array, const std::string& place) {
+  MAILLE_CHECK(for_each_vtk_array(
+      xml, data, domain, where, budget_, texts_, [&](Array array, const std::string& place) {
         if (array.count() != count) {
           return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
                                                std::to_string(count) + " " + name_of(domain) + "s"));
         }
-        array.domain = domain;
         if (pieces_ == 0) {
           mesh_.arrays.push_back(std::move(array));
           return Result<>();
@@ -161,7 +162,7 @@ Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain dom
             mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
           return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
         }
-        std::vector<std::byte>& bytes = mesh_.arrays[index++].bytes;
+        Buffer<std::byte>& bytes = mesh_.arrays[index++].bytes;
         bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
         return Result<>();
       }));
@@ -220,9 +221,11 @@ void VtuReader::build_blocks() {
 
 Result<ReadResult> VtuReader::finish() {
   build_blocks();
-  for (Array& array : field_.arrays) mesh_.arrays.push_back(std::move(array));
-  for (Array& array : mesh_.arrays) field_.give_labels(array);
-  mesh_.metadata = field_.metadata();
+  for (auto* arrays : {&mesh_.arrays, &field_.arrays}) {
+    for (Array& array : *arrays) field_.give_labels(array);
+  }
+  field_.move_to(mesh_, texts_);
+  texts_.finish(mesh_);
   check_vtk_corner_arrays(mesh_, notes_);
   if (auto ok = validate(mesh_); !ok) return malformed(name_, ok.error().message);
   MAILLE_CHECK(join_parts(name_, first_points_, first_cells_, marks_, whole_, mesh_, notes_));
@@ -233,7 +236,7 @@ Result<std::vector<std::string>> parts_of(const VtkXml& head) {
   std::vector<std::string> paths;
   const pugi::xml_node grid = head.document.child("VTKFile").child("PUnstructuredGrid");
   for (const pugi::xml_node piece : grid.children("Piece"))
-    paths.push_back(MAILLE_TRY(path_of_named(head.file, piece.attribute("Source").as_string())));
+    paths.push_back(MAILLE_TRY(path_beside(head.file, piece.attribute("Source").as_string())));
   if (paths.empty()) return failure(ErrorCode::malformed_input, head.file + ": it names no pieces");
   return paths;
 }

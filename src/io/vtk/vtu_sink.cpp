@@ -8,6 +8,7 @@
 
 #include "base/region_file.h"
 #include "base/result.h"
+#include "io/vtk/vtk_xml_reader.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 
@@ -36,7 +37,8 @@ class VtuSink final : public MeshSink {
  private:
   Region add(const std::string& tag, uint64_t size);
   void add_values(const std::string& tag, Bytes values);
-  void add_strings(const std::string& name, const std::vector<std::string>& values);
+  void add_texts(const std::string& name, const std::vector<std::string>& values, bool own = true);
+  void add_blocks();
   void add_fields();
   void add_data(Domain domain, const char* element);
   bool has_names() const;
@@ -90,22 +92,28 @@ void VtuSink::add_values(const std::string& tag, Bytes values) {
   values_.emplace_back(region, std::vector<std::byte>(values.begin(), values.end()));
 }
 
-void VtuSink::add_strings(const std::string& name, const std::vector<std::string>& values) {
+/// `own`: what was no text in a VTK file, as bytes (see vtk_own_text_mark).
+void VtuSink::add_texts(const std::string& name, const std::vector<std::string>& values, bool own) {
   std::string text;
   for (const std::string& value : values) text.append(value).push_back('\0');
-  add_values("type=\"String\" Name=\"" + vtk_xml_escaped(name) + "\" NumberOfTuples=\"" +
-                 std::to_string(values.size()) + "\"",
+  const std::string mark = own ? std::string(" ") + vtk_own_text_mark + "=\"1\"" : "";
+  add_values("type=\"" + std::string(own ? "UInt8" : "String") + "\" Name=\"" + vtk_xml_escaped(name) +
+                 "\" NumberOfTuples=\"" + std::to_string(own ? text.size() : values.size()) + "\"" + mark,
              std::as_bytes(std::span(text.data(), text.size())));
 }
 
 std::string tag_of(const Array& array) {
+  const std::string components =
+      array.components == 1 ? "" : " NumberOfComponents=\"" + std::to_string(array.components) + "\"";
   return std::string("type=\"") + vtk_name_of(array.type) + "\" Name=\"" + vtk_xml_escaped(array.name) +
-         "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"" +
+         "\"" + components +
          (array.role == Role::none ? "" : std::string(" maille_role=\"") + name_of(array.role) + "\"");
 }
 
-void VtuSink::add_fields() {
-  xml_ += "<FieldData>\n";
+/// Blocks that a reader cannot tell from the cells: as vtk_needs_blocks() has it.
+void VtuSink::add_blocks() {
+  const auto& blocks = description_.blocks;
+  if (blocks.empty() || (blocks.size() == 1 && blocks[0].name.empty() && blocks[0].cells != 0)) return;
   std::vector<uint64_t> sizes;
   std::vector<std::string> names;
   for (const MeshDescription::Block& block : description_.blocks) {
@@ -116,17 +124,37 @@ void VtuSink::add_fields() {
   add_values(std::string("type=\"UInt64\" Name=\"") + vtu_blocks_name +
                  "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(names.size()) + "\"",
              std::as_bytes(std::span(sizes)));
-  add_strings(vtu_block_names_name, names);
+  const bool named = std::any_of(names.begin(), names.end(), [](const auto& name) { return !name.empty(); });
+  if (named) add_texts(vtu_block_names_name, names);
+  if (has_names()) add_texts(std::string(vtu_block_array_name) + "_labels", names);
+}
+
+/// A text array of a VTK file is written as one only where it is on the mesh: on points and cells its size is
+/// not known before the values.
+void VtuSink::add_fields() {
+  xml_ += "<FieldData>\n";
+  add_blocks();
+  const auto is_text = [&](const Array& array) {
+    return array.domain == Domain::mesh && array.role == Role::label &&
+           was_vtk_text(description_.metadata, array.domain, array.name) && array.components == 1 &&
+           texts_of(array).size() == array.count();
+  };
   for (const Array& array : description_.mesh_arrays) {
+    if (is_text(array)) {
+      add_texts(array.name, texts_of(array), false);
+      continue;
+    }
     add_values(tag_of(array) + " NumberOfTuples=\"" + std::to_string(array.count()) + "\"", array.bytes);
   }
   for (const auto* arrays : {&description_.arrays, &description_.mesh_arrays}) {
     for (const Array& array : *arrays) {
-      if (array.role == Role::label) add_strings(array.name + "_labels", array.labels);
+      if (array.role == Role::label && !is_text(array)) add_texts(array.name + "_labels", array.labels);
     }
   }
-  if (has_names()) add_strings(std::string(vtu_block_array_name) + "_labels", names);
-  for (const auto& [key, value] : description_.metadata) add_strings(key, {value});
+  for (const auto& [key, value] : description_.metadata) {
+    if (key == vtk_text_key) continue;
+    add_texts(key, {value}, !was_vtk_text(description_.metadata, Domain::mesh, key));
+  }
   xml_ += "</FieldData>\n";
 }
 

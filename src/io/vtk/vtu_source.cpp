@@ -233,8 +233,11 @@ Result<Column> VtuSource::open_column(pugi::xml_node node, const std::string& wh
 }
 
 Result<> VtuSource::open_data(pugi::xml_node data, Domain domain, Piece& piece, const std::string& where) {
-  for (const pugi::xml_node node : data.children("DataArray")) {
-    if (std::string_view(node.attribute("type").as_string()) == "String") continue;
+  for (const pugi::xml_node node : data.children()) {
+    const std::string_view tag = node.name();
+    if (tag != "DataArray" && tag != "Array") continue;
+    if (std::string_view(node.attribute("type").as_string()) == "String")
+      return unsupported("it has arrays of text, which cannot be read in parts");
     // It says the same as the names of the blocks.
     if (node.attribute(vtu_block_mark)) {
       has_block_array_ = true;
@@ -297,7 +300,7 @@ Result<> VtuSource::read_fields(pugi::xml_node grid) {
     for (const pugi::xml_node node : data.children()) {
       const std::string name = node.attribute("Name").as_string();
       const std::string where = xml_.file + ": FieldData, array \"" + name + "\"";
-      const bool text = std::string_view(node.attribute("type").as_string()) == "String";
+      const bool text = std::string_view(node.attribute("type").as_string()) == "String" || is_own_text(node);
       pugi::xml_document copy;
       pugi::xml_node number = copy.append_copy(node);
       if (text) number.attribute("type").set_value("UInt8");
@@ -312,16 +315,7 @@ Result<> VtuSource::read_fields(pugi::xml_node grid) {
         field_.arrays.push_back(std::move(array));
         continue;
       }
-      std::vector<std::string> strings(1);
-      for (const std::byte byte : array.bytes) {
-        if (byte == std::byte{0}) {
-          strings.emplace_back();
-        } else {
-          strings.back() += static_cast<char>(byte);
-        }
-      }
-      if (strings.back().empty()) strings.pop_back();
-      field_.strings.emplace_back(name, std::move(strings));
+      field_.strings.push_back({name, split_texts(array.bytes), bool(node.attribute(vtk_own_text_mark))});
     }
   }
   return {};
@@ -361,8 +355,12 @@ Result<> VtuSource::open() {
   if (has_block_array_) field_.take_strings(std::string(vtu_block_array_name) + "_labels");
   for (Array& array : description_.arrays) field_.give_labels(array);
   for (Array& array : field_.arrays) field_.give_labels(array);
-  description_.mesh_arrays = std::move(field_.arrays);
-  description_.metadata = field_.metadata();
+  Mesh fields;
+  VtkTexts texts;
+  field_.move_to(fields, texts);
+  texts.finish(fields);
+  description_.mesh_arrays = std::move(fields.arrays);
+  description_.metadata = std::move(fields.metadata);
   return {};
 }
 

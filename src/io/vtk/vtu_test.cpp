@@ -25,10 +25,7 @@ TEST_P(VtuSamples, GiveTheSampleMesh) {
 }
 
 TEST_P(VtuSamples, EveryTruncationIsAnError) {
-  const auto source = file_source(sample_path(GetParam()));
-  ASSERT_TRUE(source);
-  const Bytes bytes = (*source)->view();
-  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string text = text_of_file(sample_path(GetParam()));
   const size_t end = text.rfind('>') + 1;
   for (size_t size = 0; size < end; size += 7) {
     EXPECT_FALSE(read_text(vtu_format(), text.substr(0, size))) << "of " << end << " bytes only " << size;
@@ -151,10 +148,7 @@ TEST(VtuWriter, TellsNamesOfBlocksToOthers) {
 TEST(VtuReader, SurvivesRandomDamage) {
   for (const char* name :
        {"ascii.vtu", "appended_lz4.vtu", "base64_zlib.vtu", "polyhedra.vtu", "appended_lzma.vtu"}) {
-    const auto source = file_source(sample_path(name));
-    ASSERT_TRUE(source);
-    const Bytes bytes = (*source)->view();
-    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string text = text_of_file(sample_path(name));
     Random random(3);
     for (int trial = 0; trial < 300; ++trial) {
       std::string damaged = text;

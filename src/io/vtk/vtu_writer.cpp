@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "io/cells.h"
+#include "io/vtk/vtk_xml_reader.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 
@@ -94,9 +95,10 @@ void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
   blocks.components = sizes.components;
   blocks.attributes = "type=\"UInt64\" Name=\"" + sizes.name +
                       "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(sizes.count()) + "\"";
-  blocks.owned = std::move(sizes.bytes);
+  blocks.owned = std::move(sizes.bytes).vector();
   xml.field().arrays.push_back(std::move(blocks));
-  xml.field().arrays.push_back(xml.strings(vtu_block_names_name, vtk_block_names(mesh)));
+  if (vtk_has_block_names(mesh))
+    xml.field().arrays.push_back(xml.own_texts(vtu_block_names_name, vtk_block_names(mesh)));
 }
 
 }  // namespace
@@ -108,6 +110,11 @@ bool vtk_needs_blocks(const Mesh& mesh) {
   if (block.type != CellType::mixed) return false;
   return std::adjacent_find(block.types.begin(), block.types.end(), std::not_equal_to<>()) ==
          block.types.end();
+}
+
+bool vtk_has_block_names(const Mesh& mesh) {
+  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
+                     [](const CellBlock& block) { return !block.name.empty(); });
 }
 
 Array vtk_block_sizes(const Mesh& mesh) {
@@ -128,10 +135,11 @@ std::vector<std::string> vtk_block_names(const Mesh& mesh) {
 
 std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
   std::vector<NamedRun> shapes;
-  if (sizes.type != Scalar::u64 || sizes.components != 2 || sizes.count() != names.size()) return shapes;
-  for (size_t b = 0; b < names.size(); ++b) {
-    const auto tuple = sizes.values<uint64_t>().subspan(2 * b, 2);
-    shapes.push_back({tuple[0], static_cast<CellType>(std::min<uint64_t>(tuple[1], 255)), names[b]});
+  if (is_float(sizes.type) || sizes.components != 2) return shapes;
+  if (!names.empty() && sizes.count() != names.size()) return shapes;
+  for (size_t b = 0; b < sizes.count(); ++b) {
+    const auto type = static_cast<CellType>(std::min<uint64_t>(integer_at(sizes, 2 * b + 1), 255));
+    shapes.push_back({integer_at(sizes, 2 * b), type, names.empty() ? "" : names[b]});
   }
   return shapes;
 }
@@ -143,6 +151,7 @@ Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const W
         sink.name() + ": .pvtu files name the pieces of a mesh, which are not written; write .vtu");
   }
   VtkXmlWriter xml(mesh, sink, options, "VTU");
+  xml.write_own_texts_as_bytes();
   xml.add_field_data();
   add_blocks(mesh, xml);
   xml.add_points();

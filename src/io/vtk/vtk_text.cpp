@@ -1,0 +1,54 @@
+#include "io/vtk/vtk_text.h"
+
+#include "base/bytes.h"
+#include "io/vtk/vtk_xml_reader.h"
+
+namespace maille {
+
+bool was_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, Domain domain,
+                  const std::string& name) {
+  const std::string line = "\n" + std::string(name_of(domain)) + " " + name + "\n";
+  for (const auto& [key, value] : metadata) {
+    if (key == vtk_text_key && ("\n" + value + "\n").find(line) != std::string::npos) return true;
+  }
+  return false;
+}
+
+std::vector<std::string> texts_of(const Array& array) {
+  std::vector<std::string> texts;
+  const size_t count = array.count() * array.components;
+  for (size_t i = 0; i < count; ++i) {
+    const uint64_t number = integer_at(array, i);
+    if (number >= array.labels.size()) return {};
+    texts.push_back(array.labels[number]);
+  }
+  return texts;
+}
+
+Array VtkTexts::numbers(const std::string& name, Domain domain, uint32_t components,
+                        const std::vector<std::string>& texts) {
+  Labels& labels = arrays_[{domain, name}];
+  Array array = make_array(name, domain, Scalar::u32, components, Role::label);
+  array.bytes.resize(texts.size() * sizeof(uint32_t));
+  for (size_t i = 0; i < texts.size(); ++i) {
+    const auto next = static_cast<uint32_t>(labels.texts.size());
+    const auto [found, is_new] = labels.numbers.emplace(texts[i], next);
+    if (is_new) labels.texts.push_back(texts[i]);
+    store(array.bytes.data() + i * sizeof(uint32_t), found->second);
+  }
+  return array;
+}
+
+void VtkTexts::finish(Mesh& mesh) {
+  for (Array& array : mesh.arrays) {
+    const auto found = arrays_.find({array.domain, array.name});
+    if (found == arrays_.end() || array.role != Role::label) continue;
+    array.labels = found->second.texts;
+    lines_ += std::string(name_of(array.domain)) + " " + array.name + "\n";
+  }
+  if (lines_.empty()) return;
+  lines_.pop_back();
+  mesh.metadata.emplace_back(vtk_text_key, std::move(lines_));
+}
+
+}  // namespace maille
