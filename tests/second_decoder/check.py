@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+"""check.py COMMAND TESTS_FOLDER DATA_FOLDER: this decoder and the command's must agree on golden, real and random files."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: the second decoder needs numpy (python3-numpy; scripts/setup installs it)")
+    sys.exit(77)
+
+import compare
+import meshes
+from container import Unread
+from decode import decode
+
+REAL = {  # options of `maille compress`
+    "tri/blobby.off": ["-1"],
+    "tri/mech-holes-shark.off": ["-5"],
+    "poly/fertility_quad.off": ["-1", "-5 --error 0.01"],
+    "poly/office_chair.obj": ["-1", "-5"],
+    "poly/viewpoint_cow_poly.obj": ["-2"],
+    "poly/Torso.vtp": ["-1"],
+    "textured/spot.obj": ["-1", "-5 --keep-order"],
+    "tri/featuretype.STL": ["-1"],
+    "mixed/AngularSector.vtk": ["-1"],
+    "tet/post.vtk": ["-1 --mode stream"],
+    "hex/can.vtu": ["-1 --mode stream"],
+    "mixed/simple-cube-multi-element-order1.e": ["-1 --mode single", "-5 --mode single"],
+}
+
+
+class Checks:
+    def __init__(self, command, folder):
+        self.command, self.folder = command, folder
+        self.done, self.wrong, self.unread = 0, [], Counter()
+
+    def file(self, name, path, *options):
+        try:
+            found = compare.differences(decode(path), compare.decompressed(self.command, path, self.folder, *options))
+        except Unread as what:
+            self.unread[str(what)] += 1
+            return
+        except Exception as error:
+            found = [repr(error)]
+        self.done += 1
+        if found:
+            self.wrong.append(name)
+            print(f"{name}: the second decoder differs: {', '.join(found)}", flush=True)
+
+    def mesh(self, name, path, options):
+        out = os.path.join(self.folder, "mesh.maille")
+        subprocess.run([self.command, "compress", "-qf", "--no-provenance", *options.split(), path, out], check=True, stderr=subprocess.DEVNULL)
+        self.file(f"{name} {options}", out)
+
+
+def golden(checks, folder):
+    for mode in ("single", "stream", "random"):
+        for name in sorted(os.listdir(os.path.join(folder, mode))):
+            if name.endswith(".maille"):
+                checks.file(f"{mode}/{name}", os.path.join(folder, mode, name))
+
+
+def real(checks, folder):
+    for name, all_options in REAL.items():
+        path = os.path.join(folder, name)
+        if not os.path.exists(path):
+            print(f"skipped: {name} is not there (scripts/data)")
+            continue
+        for options in all_options:
+            checks.mesh(name, path, options)
+
+
+def random(checks, first, count):
+    path = os.path.join(checks.folder, "random.vtu")
+    for seed in range(first, first + count):
+        rng = np.random.default_rng(seed)
+        meshes.surface(rng, path)
+        loss = ["", "", " --keep-order", " --rel-error 0.001", " --bits 10 --keep-order"][seed % 5]
+        mode = "random" if seed % 4 == 3 else "single"
+        checks.mesh(f"random {seed}", path, f"-{[1, 2, 3, 5, 6][seed % 7 % 5]} --mode {mode}{loss}")
+
+
+def volumes(checks, first, count):
+    path = os.path.join(checks.folder, "random.vtu")
+    for seed in range(first, first + count):
+        meshes.volume(np.random.default_rng(seed), path)
+        loss = ["", "", " --rel-error 0.001", " --bits 12"][seed % 4]
+        checks.mesh(f"volume {seed}", path, f"-1 --mode stream{loss}")
+
+
+def levels(checks):
+    """Coarser levels of mode random: the triangles of their charts."""
+    path, out = os.path.join(checks.folder, "levels.vtu"), os.path.join(checks.folder, "levels.maille")
+    meshes.terrain(np.random.default_rng(1), path, 60)
+    subprocess.run([checks.command, "compress", "-qf", "--mode", "random", "-2", path, out], check=True)
+    own = compare.triangles_of_level(decode(out), 1)
+    subprocess.run([checks.command, "extract", "-qf", "--level", "1", out, path], check=True)
+    checks.done += 1
+    if own != compare.triangles_of(compare.read_vtu(path)):
+        checks.wrong.append("levels")
+        print("the second decoder differs: level 1 of a file of mode random", flush=True)
+
+
+def main():
+    command, tests, data = sys.argv[1:4]
+    first, count = (int(x) for x in sys.argv[4:6]) if len(sys.argv) > 5 else (0, 150)
+    begin = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        checks = Checks(command, folder)
+        if len(sys.argv) <= 5:
+            golden(checks, os.path.join(tests, "golden"))
+            real(checks, data)
+            levels(checks)
+        random(checks, first, count)
+        volumes(checks, first, count // 3)
+    for what, n in checks.unread.items():
+        print(f"not read by it: {n} files with {what}")
+    print(f"second decoder: {checks.done} files, {len(checks.wrong)} differ; {time.process_time() - begin:.0f} s")
+    sys.exit(1 if checks.wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
