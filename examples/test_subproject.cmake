@@ -1,0 +1,25 @@
+# Configures a project that has maille's sources in it, by add_subdirectory and by FetchContent: neither may bring the
+# command or tests along, and what is linked to is called as after find_package.
+set(scratch ${BUILD}/subproject-example)
+file(REMOVE_RECURSE ${scratch})
+foreach(way add_subdirectory FetchContent)
+  if(way STREQUAL FetchContent)
+    set(take "include(FetchContent)\nFetchContent_Declare(maille SOURCE_DIR ${MAILLE})\nFetchContent_MakeAvailable(maille)")
+  else()
+    set(take "add_subdirectory(${MAILLE} maille)")
+  endif()
+  file(WRITE ${scratch}/${way}/main.cpp "int main() {}\n")
+  file(WRITE ${scratch}/${way}/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(user CXX)
+${take}
+add_executable(user main.cpp)
+target_link_libraries(user PRIVATE maille::maille maille::core maille::decoder)
+foreach(own maille_tool maille_test_support)
+  if(TARGET \${own})
+    message(FATAL_ERROR \"\${own} is made for a project that only uses the library\")
+  endif()
+endforeach()
+")
+  execute_process(COMMAND ${CMAKE_COMMAND} -S ${scratch}/${way} -B ${scratch}/${way}/build -G Ninja -DCMAKE_CXX_COMPILER=${CXX}
+    COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
