@@ -322,6 +322,9 @@ Result<int> compress_series(CompressOptions options) {
   options.mode = Mode::stream;
   if (!ends_with_pvd(list) && !is_regular(list)) options.series = list;
   options.input = series.front().path;
+  // The mesh of a file with several steps comes with its last one; that of a case says of which time it is.
+  if (!series.front().step) options.time = series.front().time;
+  if (series.front().step && is_regular(list)) options.time = series.back().time;
   // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
   AppendOptions append;
   append.common = options.common;

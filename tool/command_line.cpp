@@ -13,6 +13,7 @@
 #include "files.h"
 #include "in_parts.h"
 #include "manual.h"
+#include "memory.h"
 #include "parser.h"
 #include "purpose.h"
 #include "result.h"
@@ -110,7 +111,8 @@ Result<uint64_t> parse_size(const std::string& option, const std::string& text) 
 template <class Options>
 Result<Command> with_raw(Options options, const Raw& raw) {
   options.common.progress = progress_style(raw.progress);
-  if (!raw.memory.empty()) options.common.memory = TOOL_TRY(parse_size("--memory", raw.memory));
+  options.common.memory =
+      raw.memory.empty() ? default_memory() : TOOL_TRY(parse_size("--memory", raw.memory));
   return options;
 }
 

@@ -52,6 +52,7 @@ EncodeOptions encode_options(const CompressOptions& options, const Tolerances& t
   encode.positions = tolerances.positions.value_or(Tolerance{});
   encode.arrays = tolerances.arrays;
   encode.most_cells_per_part = cells_of_piece(options.pieces);
+  if (encode.mode == Mode::stream) encode.time = options.time;
   if (options.provenance) encode.provenance = provenance_of(options);
   return encode;
 }
@@ -163,6 +164,7 @@ Result<Compressed> compress_cells(InputStream& input, const CompressOptions& opt
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   EncodeOptions encoding = encode_options(options, tolerances, true);
   encoding.executor = executor;
+  encoding.time = input.reader.description().time;
   EncodeReport report = TOOL_TRY(compress_stream(input, *sink, encoding, options.delay, progress));
   progress.clear();
   return Compressed{std::move(report), input.bytes()};
@@ -216,6 +218,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   const bool volume = usual_mode(loaded.mesh) == Mode::stream;
   EncodeOptions encoding = encode_options(options, tolerances, volume);
   encoding.executor = threads.executor();
+  if (encoding.mode == Mode::stream && !encoding.time) encoding.time = time_of(loaded.mesh);
   if (wants_pieces(options) && encoding.mode != Mode::stream) {
     return failure(
         ErrorCode::usage,

@@ -52,9 +52,9 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
   if (!options.time) return options.step.value_or(0);
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<double> times;
-  for (size_t i = 0; i < info.steps.size(); ++i) {
-    if (info.steps[i].time == *options.time) return i + 1;
-    times.push_back(info.steps[i].time);
+  for (const FileTime& time : times_of(info)) {
+    if (time.time == *options.time) return time.step;
+    times.push_back(time.time);
   }
   constexpr size_t most_named = 10;
   const bool all = times.size() <= most_named;
@@ -136,6 +136,7 @@ Result<bool> write_parts(const DecompressOptions& options, const Source& source,
   DecodeOptions wanted;
   wanted.arrays = options.arrays;
   const auto mesh = describe(source, wanted);
+  if (!mesh && is_unreadable(mesh.error())) return tl::unexpected(mesh.error());
   if (!mesh) return false;
   if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
   const auto done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));

@@ -32,33 +32,17 @@ Result<Mesh> decode_time(const DecompressOptions& options, const Source& source,
                          .progress = {}});
 }
 
-bool same_arrays(const Mesh& a, const Mesh& b) {
-  return std::equal(
-      a.arrays.begin(), a.arrays.end(), b.arrays.begin(), b.arrays.end(), [](const Array& x, const Array& y) {
-        return x.name == y.name && x.domain == y.domain && x.type == y.type && x.bytes == y.bytes;
-      });
-}
-
-/// What the mesh itself holds is a time of its own, unless the first step says the same: that is how series
-/// are compressed.
-Result<std::vector<TimeOfFile>> times_of(const DecompressOptions& options, const Source& source,
-                                         const Mesh& mesh) {
+Result<std::vector<TimeOfFile>> times_of_file(const DecompressOptions& options, const Source& source) {
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<TimeOfFile> times;
-  const bool alone = info.steps.empty();
-  const auto is_first = [&]() -> Result<bool> {
-    return same_arrays(mesh, TOOL_TRY(decode_time(options, source, 1)));
-  };
-  const bool repeated = !alone && TOOL_TRY(is_first());
-  const auto own = time_of(mesh);
-  if (alone || (!repeated && (own || info.steps[0].time > 0))) {
-    times.push_back({0, own.value_or(0), ""});
-  } else if (!repeated) {
+  for (const FileTime& time : times_of(info)) times.push_back({time.step, time.time, ""});
+  if (times.empty()) times.push_back({0, 0, ""});
+  const bool left_out = times[0].step > 0 && !info.time && !info.arrays.empty();
+  if (left_out && !info.steps[0].repeats_mesh) {
     say_notes(input_name(options.input),
               {"the values that the mesh came with are of no known time, and left out; --step 0 writes them"},
               options.common.quiet);
   }
-  for (size_t i = 0; i < info.steps.size(); ++i) times.push_back({i + 1, info.steps[i].time, ""});
   return times;
 }
 
@@ -98,7 +82,7 @@ Result<int> decompress_series(const DecompressOptions& options) {
   const Input input = TOOL_TRY(open_maille(options.input));
   TOOL_CHECK(check_output({options.output, options.input, options.force, false, false}));
   Mesh mesh = TOOL_TRY(decode_time(options, *input.source, 0));
-  std::vector<TimeOfFile> times = TOOL_TRY(times_of(options, *input.source, mesh));
+  std::vector<TimeOfFile> times = TOOL_TRY(times_of_file(options, *input.source));
   const std::string stem = with_extension(options.output, "");
   for (size_t i = 0; i < times.size(); ++i) {
     const std::string path = fmt::format("{}_{}.vtu", stem, i);

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstring>
 #include <optional>
 
@@ -254,18 +253,8 @@ Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {
   return request.path == "-" ? stdout_sink() : file_sink(request.path);
 }
 
-namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-}  // namespace
-
 std::optional<std::string> foreign_format(const std::string& path) {
-  const std::string name = lower(path);
+  const std::string name = lower_case(path);
   for (const FormatInfo& info : formats()) {
     for (const std::string& extension : info.extensions) {
       if (ends_with(name, extension) || (info.gzip && ends_with(name, extension + ".gz"))) return info.name;
@@ -288,7 +277,7 @@ bool looks_like_case(const std::string& path) {
 Result<std::string> output_format(const std::string& path, const std::string& format,
                                   const std::string& fallback) {
   if (!format.empty()) return format;
-  if (ends_with(lower(path), ".maille")) return std::string("maille");
+  if (ends_with(lower_case(path), ".maille")) return std::string("maille");
   if (const auto known = foreign_format(path)) return *known;
   if (looks_like_case(path)) return std::string("polymesh");
   if (!fallback.empty()) return fallback;

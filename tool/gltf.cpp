@@ -8,7 +8,6 @@
 #include <maille/io.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "result.h"
 #include "summary.h"
@@ -20,13 +19,8 @@ namespace maille::tool {
 
 namespace {
 
-std::string in_lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 bool names_text(const std::string& path) {
-  return in_lower_case(path).ends_with(".gltf");
+  return lower_case(path).ends_with(".gltf");
 }
 
 Result<> check_gltf_options(const CompressOptions& options) {
@@ -82,7 +76,7 @@ Result<> tell(const GltfReport& done, const CommonOptions& common, const std::st
 }  // namespace
 
 bool names_compressed_gltf(const std::string& path) {
-  const std::string name = in_lower_case(path);
+  const std::string name = lower_case(path);
   return name.ends_with(".maille.glb") || name.ends_with(".maille.gltf");
 }
 
@@ -126,7 +120,7 @@ Result<std::vector<GltfPart>> parts_of_gltf(const Input& input) {
 }
 
 Result<std::optional<Input>> open_compressed_gltf(const std::string& path) {
-  const std::string name = in_lower_case(path);
+  const std::string name = lower_case(path);
   const bool may_be = name.ends_with(".glb") || name.ends_with(".gltf");
   if (!may_be || is_url(path)) return std::nullopt;
   Input input = TOOL_TRY(open_input(path));

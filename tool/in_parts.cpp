@@ -15,6 +15,7 @@
 #include <filesystem>
 
 #include "files.h"
+#include "memory.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -34,11 +35,11 @@ std::string scratch_folder(const std::string& output) {
   return slash == std::string::npos ? "." : output.substr(0, slash + 1);
 }
 
-bool has_volume(MeshSource& mesh) {
+Result<bool> has_volume(MeshSource& mesh) {
   CellPiece piece;
   constexpr uint64_t at_once = 1 << 14;
   for (uint64_t first = 0; first < mesh.description().cells; first += at_once) {
-    if (!mesh.read_cells(first, std::min(at_once, mesh.description().cells - first), piece)) return false;
+    TOOL_CHECK(mesh.read_cells(first, std::min(at_once, mesh.description().cells - first), piece));
     const auto solid = [](uint8_t type) { return dimension_of(static_cast<CellType>(type)) == 3; };
     if (std::any_of(piece.types.begin(), piece.types.end(), solid)) return true;
   }
@@ -50,7 +51,7 @@ bool has_volume(MeshSource& mesh) {
 WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
   WorkingSpace space;
   space.folder = scratch_folder(output);
-  const bool asked = common.memory != CommonOptions{}.memory;
+  const bool asked = common.memory != default_memory();
   if (asked) space.limit = common.memory;
   if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
   if (asked)
@@ -196,7 +197,7 @@ Result<std::optional<InputInParts>> open_whole_in_parts(const CompressOptions& o
                        input_name(options.input), (bytes >> 20) + 1);
   };
   const uint64_t memory = options.common.memory;
-  if (memory == CommonOptions{}.memory) return std::nullopt;
+  if (memory == default_memory()) return std::nullopt;
   Input input = TOOL_TRY(open_input(options.input, options.input_format));
   const uint64_t bytes = input.source->size(), besides = WorkingSpace::of_process + bytes;
   if (input.is_maille || WorkingSpace::of_process + times_in_memory * bytes <= memory) return std::nullopt;
@@ -239,7 +240,9 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   // What is wrong with a file is told by its reader, which knows more of it.
   auto mesh = open_mesh_source(**source, {options.common.memory});
   if (!mesh && mesh.error().code == ErrorCode::unsupported) return open_whole_in_parts(options, progress);
-  if (!mesh || !has_volume(**mesh)) return std::nullopt;
+  const auto solid = mesh ? has_volume(**mesh) : tl::unexpected(mesh.error());
+  if (!solid && is_unreadable(solid.error())) return tl::unexpected(solid.error());
+  if (!solid || !*solid) return std::nullopt;
   const MeshDescription& description = (*mesh)->description();
   const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
   if (bytes < std::min(small_bytes, options.common.memory)) {

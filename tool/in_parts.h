@@ -39,6 +39,11 @@ std::optional<uint64_t> cells_of_piece(const std::string& pieces);
 uint64_t bytes_of_case(const std::string& path);
 /// The files in a folder, not those in folders below.
 uint64_t bytes_of_folder(const std::string& path);
+/// A disk or a server that fails, whatever is in the file: what is tried next might succeed, and give
+/// something else.
+inline bool is_unreadable(const Error& error) {
+  return error.code == ErrorCode::cannot_read || error.code == ErrorCode::network;
+}
 /// Is it a file, which can be opened again?
 bool is_regular(const std::string& path);
 

@@ -1,6 +1,7 @@
 #include "mesh_info.h"
 
 #include <fmt/format.h>
+#include <maille/with_type.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,13 +24,7 @@ constexpr uint64_t side(uint32_t from, uint32_t to) {
 template <class Visit>
 void for_each_cell(const Mesh& mesh, Visit visit) {
   for (const CellBlock& block : mesh.blocks) {
-    const size_t fixed = nodes_of(block.type);
-    for (size_t i = 0; i < block.size(); ++i) {
-      const auto type = block.type == CellType::mixed ? static_cast<CellType>(block.types[i]) : block.type;
-      const size_t begin = block.offsets.empty() ? i * fixed : block.offsets[i];
-      const size_t end = block.offsets.empty() ? begin + fixed : block.offsets[i + 1];
-      visit(type, std::span(block.connectivity).subspan(begin, end - begin));
-    }
+    for (size_t i = 0; i < block.size(); ++i) visit(block.type_of(i), block.cell(i));
   }
 }
 
@@ -58,30 +53,9 @@ Range range_of(std::span<const T> values, size_t components, size_t component) {
 }
 
 Range range_of(const Array& array, size_t component) {
-  const size_t components = array.components;
-  switch (array.type) {
-    case Scalar::i8:
-      return range_of(array.values<int8_t>(), components, component);
-    case Scalar::u8:
-      return range_of(array.values<uint8_t>(), components, component);
-    case Scalar::i16:
-      return range_of(array.values<int16_t>(), components, component);
-    case Scalar::u16:
-      return range_of(array.values<uint16_t>(), components, component);
-    case Scalar::i32:
-      return range_of(array.values<int32_t>(), components, component);
-    case Scalar::u32:
-      return range_of(array.values<uint32_t>(), components, component);
-    case Scalar::i64:
-      return range_of(array.values<int64_t>(), components, component);
-    case Scalar::u64:
-      return range_of(array.values<uint64_t>(), components, component);
-    case Scalar::f32:
-      return range_of(array.values<float>(), components, component);
-    case Scalar::f64:
-      return range_of(array.values<double>(), components, component);
-  }
-  return {};
+  return with_type(array.type, [&](auto zero) {
+    return range_of(array.values<decltype(zero)>(), array.components, component);
+  });
 }
 
 /// More components than these are tables or texts, whose ranges say nothing.

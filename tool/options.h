@@ -62,6 +62,7 @@ struct CompressOptions {
   bool lenient =
       false;  ///< bounds are of settings for any mesh: arrays that it does not have are not mentioned
   bool force = false;
+  std::optional<double> time = {};  ///< of the first mesh of a series
   bool provenance = true;
 };
 

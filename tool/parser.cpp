@@ -93,7 +93,7 @@ void Parser::add_json(CLI::App* verb, CommonOptions& common) {
 
 void Parser::add_memory(CLI::App* verb) {
   verb->add_option("-M,--memory", raw.memory,
-                   "Largest mesh to hold in memory, such as 500M or 4G (default 64G)")
+                   "Largest mesh to hold in memory, such as 500M or 4G (default: half of the machine)")
       ->type_name("SIZE")
       ->group(speed_group);
 }

@@ -54,6 +54,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
     auto bytes = input->bytes();
     auto reader = StreamReader::open(std::move(input), reading);
     *recording = false;
+    if (!reader && is_unreadable(reader.error())) return tl::unexpected(reader.error());
     if (!reader) return std::nullopt;
     begin = {};
     keep_memory_small();
@@ -63,6 +64,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
   auto source = unmapped_source(path);
   if (!source) return std::nullopt;
   auto reader = StreamReader::open(source_stream(**source), reading);
+  if (!reader && is_unreadable(reader.error())) return tl::unexpected(reader.error());
   if (!reader) return std::nullopt;
   keep_memory_small();
   return InputStream{*std::move(source), *std::move(reader), nullptr};

@@ -3,18 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+
+#include "text.h"
 
 namespace maille::tool {
 
 namespace {
-
-std::string in_small_letters(std::string_view word) {
-  std::string text(word);
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// Words of the command line are longer than any name by mistake only; the table below grows with both
 /// lengths.
@@ -42,12 +36,12 @@ size_t distance_of(const std::string& a, const std::string& b) {
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates) {
   if (word.size() > longest_word) return "";
-  const std::string wanted = in_small_letters(word);
+  const std::string wanted = lower_case(word);
   std::string nearest;
   size_t least = std::max<size_t>(1, (wanted.size() + 2) / 3) + 1;
   for (const std::string& candidate : candidates) {
     if (candidate.size() > longest_word) continue;
-    const size_t distance = distance_of(wanted, in_small_letters(candidate));
+    const size_t distance = distance_of(wanted, lower_case(candidate));
     if (distance >= least) continue;
     least = distance;
     nearest = candidate;

@@ -270,7 +270,7 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
       info.file_bytes, human_bytes(static_cast<double>(info.file_bytes)),
       bits_each(info.file_bytes, info.points), bits_each(info.file_bytes, info.cells), word, info.points,
       word, info.cells, counted(info.corners, "corner"));
-  if (!info.types.empty()) text += types_text(info);
+  if (info.mode == Mode::stream || info.types.size() > 1) text += types_text(info);
   if (info.most_points_in_use > 0) {
     text += fmt::format("in use:  at most {} at once; decompressing to VTU takes about {} of memory\n",
                         counted(info.most_points_in_use, "point"),

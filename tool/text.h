@@ -37,6 +37,8 @@ class Stopwatch {
 
 /// "1.2 MB"; units of 1000, as disks and `ls --si` count.
 std::string human_bytes(double bytes);
+/// With small letters in the place of A to Z, whatever the locale.
+std::string lower_case(std::string_view text);
 /// "437645 points"; with the plural s unless it is one.
 std::string counted(uint64_t count, std::string_view noun);
 /// A number with no more digits than it needs, "0" for 0.

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -126,9 +125,7 @@ namespace {
 
 /// What a word means in other programs, formats and spellings; Role::none for names of a mesh's own.
 Role role_called(const std::string& name) {
-  std::string word = name;
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string word = lower_case(name);
   static const std::map<std::string, Role> roles = {
       {"normal", Role::normal},
       {"normals", Role::normal},

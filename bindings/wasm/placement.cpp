@@ -72,7 +72,7 @@ void place_floats(const std::byte* bytes, size_t vertices, const Vector3& origin
 }
 
 /// Numbers below 2^16, eight at once: clang 14 makes no vectors of a loop over them.
-void narrow(const std::vector<uint32_t>& from, uint16_t* to) {
+void narrow(std::span<const uint32_t> from, uint16_t* to) {
   size_t i = 0;
   for (; i + 8 <= from.size(); i += 8) {
     const v128_t low = wasm_v128_load(from.data() + i), high = wasm_v128_load(from.data() + i + 4);
@@ -111,7 +111,7 @@ Vector3 place(const Array& positions, std::span<const uint32_t> tuples, const st
 }
 
 void PackedChart::pack(const Mesh& mesh, const std::optional<Vector3>& given) {
-  const std::vector<uint32_t>& corners = mesh.blocks[0].connectivity;
+  const std::span<const uint32_t> corners = mesh.blocks[0].connectivity;
   const size_t points = mesh.point_count(), size = 12 * points + 2 * corners.size();
   if (size > size_) {
     bytes_.reset(new std::byte[size]);

@@ -236,7 +236,7 @@ void list_plain(Reader& reader, const std::optional<Vector3>& origin) {
   packed.pack(mesh, origin);
   reader.numbers.assign(packed.origin.x.begin(), packed.origin.x.end());
   list.push_back(numbers_of(BufferKind::drawn_positions, Scalar::f32, packed.positions, 3));
-  const std::vector<uint32_t>& corners = mesh.blocks[0].connectivity;
+  const std::span<const uint32_t> corners = mesh.blocks[0].connectivity;
   list.push_back(packed.triangles.size() == corners.size()
                      ? numbers_of(BufferKind::drawn_triangles, Scalar::u16, packed.triangles, 3)
                      : numbers_of(BufferKind::drawn_triangles, Scalar::u32, corners, 3));

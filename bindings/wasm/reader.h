@@ -155,7 +155,7 @@ Buffer numbers_of(BufferKind kind, Scalar type, const Values& values, uint32_t c
 }
 
 /// Numbers of 64 bits, as JavaScript has them.
-inline Buffer wide_numbers(Reader& reader, BufferKind kind, const std::vector<uint64_t>& values) {
+inline Buffer wide_numbers(Reader& reader, BufferKind kind, std::span<const uint64_t> values) {
   reader.wide.emplace_back(values.begin(), values.end());
   return numbers_of(kind, Scalar::f64, reader.wide.back());
 }

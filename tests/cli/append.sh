@@ -57,3 +57,10 @@ maille compress -f --json run.pvd | json 'j["steps"], j["output"], j["file_bytes
 for time in 0.4 0.5 0.6 0.7 0.8 0.9 1.0 1.1 1.2; do maille append -q run.maille flow_1.vtk --time $time; done
 try maille decompress run.maille step.vtk --time 0.52
 maille append run.maille flow_2.vtk --time 0.5
+# As a list again: a mesh's own values are a time where the steps do not say the same, and there are any.
+maille compress -q -f flow_0.vtk again.maille && maille append -q again.maille flow_0.vtk flow_1.vtk
+maille decompress -q -f again.maille again.pvd && grep -o 'timestep="[^"]*"' again.pvd
+maille compress -q -f flow_0.vtk later.maille && maille append -q later.maille flow_1.vtk
+maille decompress -q -f later.maille later.pvd && grep -o 'timestep="[^"]*"' later.pvd
+maille compress -q -f --drop p,id flow_0.vtk bare.maille && maille append -q bare.maille flow_0.vtk flow_1.vtk
+maille decompress -q -f bare.maille bare.pvd && grep -o 'timestep="[^"]*"' bare.pvd

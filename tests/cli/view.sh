@@ -24,6 +24,14 @@ get "$base/.viewer/none"
 get "$base/.viewer/../scans/"
 get "$base/a%20b.maille"
 get "$base/.viewerscript.js"
+# Pages of others may not read it, not even those whose name leads to this machine.
+python3 - "$base/a%20b.maille" <<'END'
+import sys, urllib.error, urllib.request
+answer = urllib.request.urlopen(sys.argv[1])
+print(answer.headers.get("Access-Control-Allow-Origin"), answer.headers.get("Cross-Origin-Resource-Policy"))
+try: urllib.request.urlopen(urllib.request.Request(sys.argv[1], headers={"Host": "page.example:80"}))
+except urllib.error.HTTPError as error: print(error.code, error.read().decode().strip())
+END
 kill $server
 wait $server
 cat said

@@ -29,6 +29,7 @@ struct ByteRange {
 /// What is served: files, and the viewer below viewer_path, where it was built.
 struct Site {
   std::optional<ServedFiles> files, viewer;
+  bool own_page_only = false;  ///< for nobody but the viewer
 };
 
 /// What of a file is asked for; nothing: a range that is not there.
@@ -124,8 +125,19 @@ void answer_files(const Site& site, const httplib::Request& request, httplib::Re
   }
 }
 
+/// A page elsewhere can have its own name lead to this machine (DNS rebinding), and then counts as ours; what
+/// it cannot do is ask under our name.
+bool is_own_host(const httplib::Request& request) {
+  const std::string host = request.get_header_value("Host");
+  const std::string name = host.substr(0, host.rfind(':'));
+  return name == "127.0.0.1" || name == "localhost";
+}
+
 void answer_request(const Site& site, const httplib::Request& request, httplib::Response& response) {
-  if (request.method == "OPTIONS") {
+  if (site.own_page_only && !is_own_host(request)) {
+    response.status = 403;
+    response.set_content("this is for the page that maille view has opened\n", "text/plain; charset=utf-8");
+  } else if (request.method == "OPTIONS") {
     response.status = 204;
   } else if (request.method != "GET" && request.method != "HEAD") {
     response.status = 405;
@@ -139,6 +151,29 @@ void answer_request(const Site& site, const httplib::Request& request, httplib::
   }
 }
 
+/// Pages of other servers may read what `maille serve` gives: that is what it is for. What `maille view`
+/// shows is for its own page.
+httplib::Headers headers_of(const Site& site) {
+  httplib::Headers headers = {
+      {"Accept-Ranges", "bytes"},
+      {"Cache-Control", "no-cache"},  // may be kept, but is asked for again
+      // For pages that use several threads (SharedArrayBuffer).
+      {"Cross-Origin-Opener-Policy", "same-origin"},
+      {"Cross-Origin-Embedder-Policy", "require-corp"},
+      {"Cross-Origin-Resource-Policy", site.own_page_only ? "same-origin" : "cross-origin"},
+      {"X-Content-Type-Options", "nosniff"},
+  };
+  if (site.own_page_only) return headers;
+  headers.insert({
+      {"Access-Control-Allow-Origin", "*"},
+      {"Access-Control-Allow-Methods", "GET, HEAD, OPTIONS"},
+      {"Access-Control-Allow-Headers", "Range, If-Range, If-None-Match, Cache-Control"},
+      {"Access-Control-Expose-Headers", "Accept-Ranges, Content-Length, Content-Range, ETag, Last-Modified"},
+      {"Access-Control-Max-Age", "86400"},
+  });
+  return headers;
+}
+
 void set_up(httplib::Server& server, const Site& site, bool verbose) {
   server.new_task_queue = [] { return new ConnectionThreads(most_connections); };
   server.set_tcp_nodelay(true);
@@ -147,20 +182,7 @@ void set_up(httplib::Server& server, const Site& site, bool verbose) {
     const int yes = 1;
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  server.set_default_headers({
-      {"Accept-Ranges", "bytes"},
-      {"Cache-Control", "no-cache"},  // may be kept, but is asked for again
-      {"Access-Control-Allow-Origin", "*"},
-      {"Access-Control-Allow-Methods", "GET, HEAD, OPTIONS"},
-      {"Access-Control-Allow-Headers", "Range, If-Range, If-None-Match, Cache-Control"},
-      {"Access-Control-Expose-Headers", "Accept-Ranges, Content-Length, Content-Range, ETag, Last-Modified"},
-      {"Access-Control-Max-Age", "86400"},
-      // For pages that use several threads (SharedArrayBuffer).
-      {"Cross-Origin-Opener-Policy", "same-origin"},
-      {"Cross-Origin-Embedder-Policy", "require-corp"},
-      {"Cross-Origin-Resource-Policy", "cross-origin"},
-      {"X-Content-Type-Options", "nosniff"},
-  });
+  server.set_default_headers(headers_of(site));
   server.set_pre_routing_handler([&](const httplib::Request& request, httplib::Response& response) {
     answer_request(site, request, response);
     // Else the library cuts the answer by them again, whatever it is; the request is not const where it is
@@ -271,6 +293,7 @@ Result<int> run(const ServeOptions& options) {
 
 Result<int> run(const ViewOptions& options) {
   Site site;
+  site.own_page_only = true;
   site.viewer = viewer_files();
   if (!site.viewer) return failure(ErrorCode::unsupported, viewer_is_missing);
   std::string shown = options.input;

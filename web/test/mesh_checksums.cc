@@ -10,7 +10,7 @@
 namespace {
 
 template <class T>
-void add(uLong& checksum, const std::vector<T>& values) {
+void add(uLong& checksum, const maille::Buffer<T>& values) {
   // Of no bytes at no address zlib gives the first checksum again.
   if (values.empty()) return;
   checksum = crc32_z(checksum, reinterpret_cast<const Bytef*>(values.data()), values.size() * sizeof(T));
