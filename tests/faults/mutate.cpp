@@ -1,0 +1,278 @@
+// Damages files and asks everything of them: every answer must be an error of a fitting kind or a valid mesh;
+// where the checksums are not mended, the right one; in bounded memory. mutate COUNT [FIRST], COUNT of
+// damaged files for each mode and for the readers together. The last lines are a table for
+// docs/reliability.md.
+
+#include <maille/file.h>
+#include <maille/io.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "faults/counting_memory.h"
+#include "faults/entry_points.h"
+#include "faults/mutations.h"
+#include "support/codec.h"
+#include "support/random_mesh.h"
+#include "support/random_volume.h"
+#include "support/sample_mesh.h"
+
+namespace maille::testing {
+namespace {
+
+constexpr Limits limits{uint64_t{64} << 20};
+/// What may be allocated beyond the limit.
+constexpr uint64_t slack = uint64_t{8} << 20;
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Counts {
+  uint64_t files = 0, mended = 0;
+  uint64_t intact = 0, other = 0, error = 0, over_limit = 0, wrong = 0;
+  uint64_t most_memory = 0;
+  double most_seconds = 0;
+};
+
+/// Each answer of one file, counted.
+class Run {
+ public:
+  Run(std::string name, uint64_t number) : name_(std::move(name)), number_(number) {}
+
+  void finding(Counts& counts, const std::string& what, const std::vector<std::byte>& file) const {
+    ++counts.wrong;
+    const std::string path = "found-" + std::to_string(number_);
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+    std::printf("%s, number %llu (%s): %s\n", name_.c_str(), static_cast<unsigned long long>(number_),
+                path.c_str(), what.c_str());
+    std::fflush(stdout);
+  }
+
+ private:
+  std::string name_;
+  uint64_t number_;
+};
+
+void count_answers(const std::vector<Answer>& answers, const Seed& seed, const Mutation& damaged,
+                   const Run& run, Counts& counts) {
+  for (const Answer& answer : answers) {
+    if (const std::string fault = fault_of(answer); !fault.empty()) run.finding(counts, fault, damaged.bytes);
+    if (answer.error) {
+      ++(answer.error->code == ErrorCode::memory_bound ? counts.over_limit : counts.error);
+      continue;
+    }
+    const bool same = answer.may_be_part || differences_between(seed.mesh, *answer.mesh, true).empty();
+    ++(same ? counts.intact : counts.other);
+    if (!same && !damaged.mended)
+      run.finding(counts, answer.asked + ": another mesh, and no word", damaged.bytes);
+  }
+}
+
+/// Calls work() and looks at what it took.
+template <class Work>
+void measured(Counts& counts, const Run& run, const std::vector<std::byte>& file, Work work) {
+  const uint64_t before = memory().live;
+  watch_memory();
+  const double start = processor_seconds();
+  try {
+    work();
+  } catch (const std::exception& thrown) {
+    run.finding(counts, std::string("thrown: ") + thrown.what(), file);
+  }
+  counts.most_seconds = std::max(counts.most_seconds, processor_seconds() - start);
+  const uint64_t taken = memory().most - before;
+  counts.most_memory = std::max(counts.most_memory, taken);
+  if (taken > limits.mesh_bytes + slack)
+    run.finding(counts, "takes " + std::to_string(taken >> 20) + " MiB", file);
+}
+
+void add_seed(std::vector<Seed>& seeds, const std::string& name, std::vector<std::byte> bytes) {
+  Seed seed{name, std::move(bytes), Mode::single, {}};
+  const auto source = memory_source(Bytes(seed.bytes), name);
+  const auto mode = mode_of(*source);
+  auto mesh = decode(*source);
+  if (!mode || !mesh) return;
+  seed.mode = *mode;
+  seed.mesh = *std::move(mesh);
+  seeds.push_back(std::move(seed));
+}
+
+std::vector<std::byte> content(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  const Bytes bytes = std::as_bytes(std::span(text.data(), text.size()));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// Golden files, and small random meshes at all levels.
+std::vector<Seed> maille_seeds() {
+  std::vector<Seed> seeds;
+  for (const char* folder : {"single", "stream", "random"}) {
+    const std::filesystem::path place = std::filesystem::path(MAILLE_TESTS_DIR) / "golden" / folder;
+    std::vector<std::filesystem::path> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    for (const auto& path : paths) add_seed(seeds, path.filename().string(), content(path));
+  }
+  for (uint64_t number = 0; number < 30; ++number) {
+    EncodeOptions options;
+    options.mode = static_cast<Mode>(number % 3);
+    options.effort = static_cast<int>(1 + number % 9);
+    if (number % 4 == 1) options.order = Order::keep;
+    if (number % 5 == 2) options.positions = {Tolerance::Kind::bits, 9};
+    RandomVolumeOptions volume;
+    volume.corner_arrays = false;
+    RandomMeshOptions surface;
+    surface.faces = 40;
+    const Mesh mesh =
+        options.mode == Mode::stream ? random_volume(number, volume) : random_surface(number, surface);
+    if (auto file = encode_bytes(mesh, options))
+      add_seed(seeds, "mesh " + std::to_string(number), file->bytes);
+  }
+  return seeds;
+}
+
+void damage_mode(Mode mode, const std::vector<Seed>& seeds, uint64_t count, uint64_t first, Counts& counts) {
+  std::vector<const Seed*> of_mode;
+  for (const Seed& seed : seeds) {
+    if (seed.mode == mode) of_mode.push_back(&seed);
+  }
+  for (uint64_t number = first; number < first + count; ++number) {
+    Random random(number * 4 + static_cast<uint64_t>(mode));
+    const Seed& seed = *of_mode[random.below(of_mode.size())];
+    const Mutation damaged = mutated(seed, seeds, random);
+    ++counts.files;
+    counts.mended += damaged.mended ? 1 : 0;
+    const Run run(seed.name, number);
+    std::vector<Answer> answers;
+    measured(counts, run, damaged.bytes, [&] { answers = ask_everything(damaged.bytes, limits); });
+    count_answers(answers, seed, damaged, run, counts);
+  }
+}
+
+struct ForeignFile {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+/// The sample in every format that is written, and the files of tests/formats that other programs wrote.
+/// Those that a child process reads (HDF5) have fuzzing of their own.
+std::vector<ForeignFile> foreign_files() {
+  std::vector<ForeignFile> files;
+  const auto add = [&](const std::string& name, std::vector<std::byte> bytes) {
+    if (!name.ends_with(".vtkhdf") && !bytes.empty() && bytes.size() < 100000)
+      files.push_back({name, std::move(bytes)});
+  };
+  for (const FormatInfo& format : formats()) {
+    for (const bool ascii : {false, true}) {
+      std::vector<std::byte> bytes;
+      const auto sink = memory_sink(bytes);
+      WriteOptions options;
+      options.format = format.name;
+      options.ascii = ascii;
+      RandomMeshOptions plain;
+      plain.faces = 30;
+      plain.pathologies = plain.special_values = false;
+      const Mesh mesh = random_surface(3, plain);
+      if (format.writable && write_mesh(mesh, *sink, options)) add("x" + format.extensions[0], bytes);
+      bytes.clear();
+      if (format.writable && write_mesh(sample_mesh(), *sink, options))
+        add("x" + format.extensions[0], bytes);
+    }
+  }
+  const auto place = std::filesystem::path(sample_path("x")).parent_path();
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  for (const auto& path : paths) {
+    if (std::filesystem::is_regular_file(path)) add(path.filename().string(), content(path));
+  }
+  return files;
+}
+
+void damage_foreign(uint64_t count, uint64_t first, Counts& counts) {
+  const std::vector<ForeignFile> files = foreign_files();
+  for (uint64_t number = first; number < first + count; ++number) {
+    Random random(number * 4 + 3);
+    const ForeignFile& file = files[random.below(files.size())];
+    const std::vector<std::byte> damaged =
+        mutated_text(file.bytes, files[random.below(files.size())].bytes, random);
+    ++counts.files;
+    const Run run(file.name, number);
+    measured(counts, run, damaged, [&] {
+      ReadOptions options;
+      options.limits = limits;
+      const auto read = read_mesh(*memory_source(Bytes(damaged), file.name), options);
+      if (!read) {
+        ++(read.error().code == ErrorCode::memory_bound ? counts.over_limit : counts.error);
+        if (read.error().message.empty()) run.finding(counts, "an error without a word", damaged);
+        return;
+      }
+      ++counts.other;
+      if (const auto valid = validate(read->mesh); !valid)
+        run.finding(counts, "not valid: " + valid.error().message, damaged);
+    });
+  }
+}
+
+/// What was found before: tests/corrupt.
+void ask_known(Counts& counts) {
+  for (const char* folder : {"maille", "pieces"}) {
+    const std::filesystem::path place = std::filesystem::path(MAILLE_TESTS_DIR) / "corrupt" / folder;
+    for (const auto& entry : std::filesystem::directory_iterator(place)) {
+      if (entry.path().extension() != ".maille") continue;
+      const std::vector<std::byte> file = content(entry.path());
+      const Run run(entry.path().filename().string(), counts.files++);
+      std::vector<Answer> answers;
+      measured(counts, run, file, [&] { answers = ask_everything(file, limits); });
+      for (const Answer& answer : answers) {
+        ++(answer.error ? counts.error : counts.other);
+        if (const std::string fault = fault_of(answer); !fault.empty()) run.finding(counts, fault, file);
+      }
+    }
+  }
+}
+
+int run(uint64_t count, uint64_t first) {
+  const std::vector<Seed> seeds = maille_seeds();
+  std::map<std::string, Counts> all;
+  ask_known(all["found before"]);
+  damage_mode(Mode::single, seeds, count, first, all["single"]);
+  damage_mode(Mode::stream, seeds, count, first, all["stream"]);
+  damage_mode(Mode::random, seeds, count, first, all["random"]);
+  damage_foreign(count, first, all["readers"]);
+  uint64_t wrong = 0;
+  std::printf(
+      "| | files | checksums mended | answers: the same or a part | another mesh | error | over the limit | "
+      "findings | most memory, MiB | longest, s |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const auto& [name, counts] : all) {
+    std::printf("| %s | %llu | %llu | %llu | %llu | %llu | %llu | %llu | %.1f | %.3f |\n", name.c_str(),
+                static_cast<unsigned long long>(counts.files), static_cast<unsigned long long>(counts.mended),
+                static_cast<unsigned long long>(counts.intact), static_cast<unsigned long long>(counts.other),
+                static_cast<unsigned long long>(counts.error),
+                static_cast<unsigned long long>(counts.over_limit),
+                static_cast<unsigned long long>(counts.wrong),
+                static_cast<double>(counts.most_memory) / 1048576, counts.most_seconds);
+    wrong += counts.wrong;
+  }
+  return wrong == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace maille::testing
+
+int main(int count, char** arguments) {
+  const uint64_t files = count > 1 ? std::strtoull(arguments[1], nullptr, 10) : 1000;
+  const uint64_t first = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 0;
+  return maille::testing::run(files, first);
+}
