@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <maille/decode.h>
+#include <maille/file.h>
 #include <maille/io.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,9 +18,6 @@
 namespace maille::tool {
 
 namespace {
-
-// docs/format.md, "magic".
-constexpr std::array<unsigned char, 8> magic = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -114,7 +112,7 @@ Input make_input(std::unique_ptr<Source> source, const std::string& path, const 
   if (is_url(path)) input.remote = dynamic_cast<const HttpSource*>(input.source.get());
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
   const bool looks_like_it =
-      starts_with(*input.source, magic) || (ends_with(path, ".maille") && !is_folder(path));
+      is_maille(*input.source) || (ends_with(path, ".maille") && !is_folder(path));
   input.is_maille = format == "maille" || (format.empty() && looks_like_it);
   return input;
 }

@@ -9,8 +9,6 @@
 #include <maille/http.h>
 #include <maille/io.h>
 #include <maille/stream.h>
-#include <array>
-#include <cstring>
 
 namespace maille::c {
 namespace {
@@ -21,30 +19,9 @@ bool ends_with(const std::string& path, std::string_view end) {
   return path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
 }
 
-/// The signature that every .maille file begins with, docs/format.md.
-bool is_maille(const Source& source) {
-  static constexpr unsigned char signature[] = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
-  std::array<std::byte, sizeof signature> first{};
-  if (source.size() < first.size() || !source.read_at(0, first)) return false;
-  return std::memcmp(first.data(), signature, sizeof signature) == 0;
-}
-
 Result<> write_foreign(const Mesh& mesh, const std::string& path, Notes notes, void* user) {
-  const auto format = format_of(path);
-  if (!format) return tl::unexpected(format.error());
-  std::unique_ptr<Sink> sink;
-  if (*format == "polymesh") {
-    auto folder = polymesh_sink(path);
-    if (!folder) return tl::unexpected(folder.error());
-    sink = std::move(*folder);
-  } else {
-    auto file = file_sink(path);
-    if (!file) return tl::unexpected(file.error());
-    sink = std::move(*file);
-  }
-  const auto written = write_mesh(mesh, *sink, {.format = *format});
+  const auto written = write_mesh(mesh, path);
   if (!written) return tl::unexpected(written.error());
-  if (auto committed = sink->commit(); !committed) return committed;
   for (const std::string& note : *written) {
     if (notes) notes(user, note.c_str());
   }

@@ -85,6 +85,8 @@ struct FileInfo {
 
 /// Of which mode a file is, by its first bytes. Errors: cannot_read, unsupported, corrupt.
 [[nodiscard]] Result<Mode> mode_of(const Source& source);
+/// Whether the source begins as .maille files do. False also where it cannot be read.
+[[nodiscard]] bool is_maille(const Source& source);
 
 /// Reads header, index and description; decodes no values. Errors as decode().
 [[nodiscard]] Result<FileInfo> inspect(const Source& source);

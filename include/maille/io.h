@@ -56,5 +56,9 @@ struct WriteOptions {
 /// malformed_input (the mesh); unsupported; write_failed.
 [[nodiscard]] Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink,
                                                           const WriteOptions& options);
+/// The same into a file, or a folder of the format "polymesh", which appears whole or not at all. Also
+/// cannot_read and write_failed, with the system's reason.
+[[nodiscard]] Result<std::vector<std::string>> write_mesh(const Mesh& mesh, const std::string& path,
+                                                          const WriteOptions& options = {});
 
 }  // namespace maille

@@ -1,5 +1,7 @@
 // encode(), decode() and inspect(): each mode has its own.
+#include <array>
 #include <atomic>
+#include <cstring>
 #include <memory>
 
 #include "base/result.h"
@@ -79,6 +81,12 @@ Mode usual_mode(const Mesh& mesh) {
   const bool corners = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
                                    [](const Array& array) { return array.domain == Domain::corner; });
   return solids && !corners ? Mode::stream : Mode::single;
+}
+
+bool is_maille(const Source& source) {
+  std::array<std::byte, file_magic.size()> first{};
+  if (source.size() < first.size() || !source.read_at(0, first)) return false;
+  return std::memcmp(first.data(), file_magic.data(), first.size()) == 0;
 }
 
 Result<Mode> mode_of(const Source& source) {

@@ -1,3 +1,4 @@
+#include <maille/folder.h>
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -209,6 +210,20 @@ Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const 
   const std::unique_ptr<Sink> packing = gzip_sink(sink);
   auto notes = MAILLE_TRY(format->write(mesh, *packing, chosen));
   MAILLE_CHECK(packing->commit());
+  return notes;
+}
+
+Result<std::vector<std::string>> write_mesh(const Mesh& mesh, const std::string& path,
+                                            const WriteOptions& options) {
+  WriteOptions chosen = options;
+  if (chosen.format.empty()) chosen.format = MAILLE_TRY(format_of(path));
+  std::unique_ptr<Sink> sink;
+  if (lower(chosen.format) == "polymesh")
+    sink = MAILLE_TRY(polymesh_sink(path));
+  else
+    sink = MAILLE_TRY(file_sink(path));
+  auto notes = MAILLE_TRY(write_mesh(mesh, *sink, chosen));
+  MAILLE_CHECK(sink->commit());
   return notes;
 }
 

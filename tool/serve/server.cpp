@@ -265,13 +265,8 @@ bool is_address(const std::string& input) {
 }
 
 /// What a browser would tell only later.
-Result<> check_magic(const ServedFiles& files, const std::string& name) {
-  constexpr unsigned char magic[] = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
-  char front[sizeof magic] = {};
-  const auto file = files.file("/" + files.only());
-  if (!file) return failure(ErrorCode::cannot_read, fmt::format("cannot read {}", name));
-  if (file->read(0, front, sizeof front) == sizeof front && std::memcmp(front, magic, sizeof magic) == 0)
-    return {};
+Result<> check_magic(const std::string& name) {
+  if (is_maille(*TOOL_TRY(file_source(name)))) return {};
   return failure(ErrorCode::corrupt,
                  fmt::format("{}: is no .maille file; make one of a mesh: maille compress MESH", name));
 }
@@ -301,7 +296,7 @@ Result<int> run(const ViewOptions& options) {
     site.files = TOOL_TRY(ServedFiles::open(options.input));
     if (site.files->only().empty())
       return failure(ErrorCode::usage, fmt::format("{}: is a folder; see 'maille serve'", options.input));
-    TOOL_CHECK(check_magic(*site.files, options.input));
+    TOOL_CHECK(check_magic(options.input));
     shown = "/" + site.files->only();
   }
   ServeOptions server;

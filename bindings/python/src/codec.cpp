@@ -10,7 +10,6 @@
 #include <maille/stream.h>
 #include <pybind11/stl.h>
 
-#include <cstring>
 
 #include "mesh.h"
 #include "sources.h"
@@ -158,29 +157,13 @@ std::string format_to_write(const std::string& path) {
 std::vector<std::string> write_foreign(const SharedMesh& self, const std::string& path,
                                        const std::string& format, bool ascii) {
   return run(py::none(), [&](const Progress&) -> Result<std::vector<std::string>> {
-    std::unique_ptr<Sink> sink;
-    if (format == "polymesh") {
-      auto folder = polymesh_sink(path);
-      if (!folder) return tl::unexpected(folder.error());
-      sink = std::move(*folder);
-    } else {
-      auto file = file_sink(path);
-      if (!file) return tl::unexpected(file.error());
-      sink = std::move(*file);
-    }
-    auto notes = write_mesh(*self.mesh, *sink, {.format = format, .ascii = ascii});
-    if (!notes) return notes;
-    if (auto done = sink->commit(); !done) return tl::unexpected(done.error());
-    return notes;
+    return write_mesh(*self.mesh, path, {.format = format, .ascii = ascii});
   });
 }
 
-bool is_maille(const Input& input) {
-  constexpr unsigned char magic[8] = {0x89, 'M', 'A', 'I', 0x0d, 0x0a, 0x1a, 0x0a};
-  std::byte begin[8] = {};
-  if (input.source().size() < sizeof begin) return false;
-  run(input, py::none(), [&](const Progress&) { return input.source().read_at(0, begin); });
-  return std::memcmp(begin, magic, sizeof begin) == 0;
+bool input_is_maille(const Input& input) {
+  return run(input, py::none(),
+             [&](const Progress&) -> Result<bool> { return is_maille(input.source()); });
 }
 
 py::dict dict_of(const ArrayInfo& array) {
@@ -281,7 +264,7 @@ void bind_codec(py::module_& module) {
   module.def("format_to_write", &format_to_write, py::arg("path"));
   module.def("write_foreign", &write_foreign, py::arg("mesh"), py::arg("path"), py::arg("format"),
              py::arg("ascii"));
-  module.def("is_maille", &is_maille, py::arg("input"));
+  module.def("is_maille", &input_is_maille, py::arg("input"));
   module.def("inspect", &inspect_input, py::arg("input"));
   module.def("verify", &verify_input, py::arg("input"));
   module.def("append", &append_to_file, py::arg("path"), py::arg("time"), py::arg("mesh"),
