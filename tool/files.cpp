@@ -111,8 +111,7 @@ Input make_input(std::unique_ptr<Source> source, const std::string& path, const 
   Input input{path, format, std::move(source), false, nullptr};
   if (is_url(path)) input.remote = dynamic_cast<const HttpSource*>(input.source.get());
   // A file that lost its first bytes is still to be called damaged, not of unknown format.
-  const bool looks_like_it =
-      is_maille(*input.source) || (ends_with(path, ".maille") && !is_folder(path));
+  const bool looks_like_it = is_maille(*input.source) || (ends_with(path, ".maille") && !is_folder(path));
   input.is_maille = format == "maille" || (format.empty() && looks_like_it);
   return input;
 }

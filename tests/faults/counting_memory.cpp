@@ -34,9 +34,7 @@ void* allocate(size_t size, size_t alignment) {
   may_fail();
   return counted(std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment));
 }
-void* allocate_or_null(size_t size) noexcept try {
-  return allocate(size);
-} catch (const std::bad_alloc&) {
+void* allocate_or_null(size_t size) noexcept try { return allocate(size); } catch (const std::bad_alloc&) {
   return nullptr;
 }
 void release(void* block) {
@@ -65,8 +63,9 @@ void fail_allocation(uint64_t number, bool and_all_others) {
 
 }  // namespace maille::testing
 
-// All forms are replaced. The standard library's own forms for arrays and for nothrow call the plain ones, but those
-// of AddressSanitizer's runtime do not: memory taken there and given back here would stop the program.
+// All forms are replaced. The standard library's own forms for arrays and for nothrow call the plain ones,
+// but those of AddressSanitizer's runtime do not: memory taken there and given back here would stop the
+// program.
 void* operator new(size_t size) {
   return maille::testing::allocate(size);
 }

@@ -10,7 +10,6 @@
 #include <maille/stream.h>
 #include <pybind11/stl.h>
 
-
 #include "mesh.h"
 #include "sources.h"
 
@@ -162,8 +161,7 @@ std::vector<std::string> write_foreign(const SharedMesh& self, const std::string
 }
 
 bool input_is_maille(const Input& input) {
-  return run(input, py::none(),
-             [&](const Progress&) -> Result<bool> { return is_maille(input.source()); });
+  return run(input, py::none(), [&](const Progress&) -> Result<bool> { return is_maille(input.source()); });
 }
 
 py::dict dict_of(const ArrayInfo& array) {
