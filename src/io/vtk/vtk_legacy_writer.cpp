@@ -91,9 +91,7 @@ void VtkWriter::put_strings(const std::string& name, const std::vector<std::stri
 }
 
 bool VtkWriter::is_text(const Array& array) const {
-  return array.role == Role::label && array.domain != Domain::corner &&
-         was_vtk_text(mesh_.metadata, array.domain, array.name) &&
-         texts_of(array).size() == array.count() * array.components;
+  return array.domain != Domain::corner && is_vtk_text(mesh_.metadata, array);
 }
 
 std::vector<std::string> VtkWriter::roles() const {

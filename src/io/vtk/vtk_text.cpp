@@ -14,6 +14,15 @@ bool was_vtk_text(const std::vector<std::pair<std::string, std::string>>& metada
   return false;
 }
 
+bool is_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, const Array& array) {
+  if (array.role != Role::label || !was_vtk_text(metadata, array.domain, array.name)) return false;
+  const size_t count = array.count() * array.components;
+  for (size_t i = 0; i < count; ++i) {
+    if (integer_at(array, i) >= array.labels.size()) return false;
+  }
+  return true;
+}
+
 std::vector<std::string> texts_of(const Array& array) {
   std::vector<std::string> texts;
   const size_t count = array.count() * array.components;

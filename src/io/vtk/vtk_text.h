@@ -22,6 +22,9 @@ inline constexpr char vtk_text_key[] = "vtk.text";
 bool was_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, Domain domain,
                   const std::string& name);
 
+/// Whether writers of VTK's formats make text of the array again: it was text, and each number has its label.
+bool is_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, const Array& array);
+
 /// The texts of an array that was text, `components` for each tuple; nothing where a number has no label.
 std::vector<std::string> texts_of(const Array& array);
 

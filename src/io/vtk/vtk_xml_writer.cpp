@@ -101,11 +101,6 @@ VtkXmlData VtkXmlWriter::own_texts(const std::string& name, std::span<const std:
   return data;
 }
 
-bool VtkXmlWriter::is_text(const Array& array) const {
-  return array.role == Role::label && was_vtk_text(mesh_.metadata, array.domain, array.name) &&
-         texts_of(array).size() == array.count() * array.components;
-}
-
 VtkXmlData VtkXmlWriter::describe_texts(const Array& array) const {
   if (array.domain != Domain::cell || cell_order_ == nullptr)
     return strings(array.name, texts_of(array), array.components);
@@ -179,7 +174,7 @@ void VtkXmlWriter::add_field_data() {
   }
   bool corners = false;
   for (const Array& array : mesh_.arrays) {
-    const bool text = is_text(array);
+    const bool text = is_vtk_text(mesh_.metadata, array);
     if (array.role == Role::label && !text)
       section.arrays.push_back(own_texts(array.name + "_labels", array.labels));
     if (array.domain != Domain::mesh && array.domain != Domain::corner) continue;
@@ -213,7 +208,8 @@ void VtkXmlWriter::add_arrays(Domain domain, const char* element) {
       std::string("<") + element + active_attributes(domain) + ">", std::string("</") + element + ">", {}};
   for (const Array& array : mesh_.arrays) {
     if (array.domain != domain) continue;
-    section.arrays.push_back(is_text(array) ? describe_texts(array) : describe(array, role_mark(array)));
+    section.arrays.push_back(is_vtk_text(mesh_.metadata, array) ? describe_texts(array)
+                                                                : describe(array, role_mark(array)));
   }
   piece_.push_back(std::move(section));
 }

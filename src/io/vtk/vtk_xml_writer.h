@@ -72,7 +72,6 @@ class VtkXmlWriter {
                      const char* type = "String") const;
   VtkXmlData describe(const Array& array, const std::string& more) const;
   VtkXmlData describe_texts(const Array& array) const;
-  bool is_text(const Array& array) const;
   std::vector<std::byte> permuted(const Array& array, const std::vector<uint64_t>& order) const;
   std::string active_attributes(Domain domain) const;
   std::string role_mark(const Array& array) const;

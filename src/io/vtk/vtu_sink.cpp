@@ -135,9 +135,7 @@ void VtuSink::add_fields() {
   xml_ += "<FieldData>\n";
   add_blocks();
   const auto is_text = [&](const Array& array) {
-    return array.domain == Domain::mesh && array.role == Role::label &&
-           was_vtk_text(description_.metadata, array.domain, array.name) && array.components == 1 &&
-           texts_of(array).size() == array.count();
+    return array.domain == Domain::mesh && array.components == 1 && is_vtk_text(description_.metadata, array);
   };
   for (const Array& array : description_.mesh_arrays) {
     if (is_text(array)) {
