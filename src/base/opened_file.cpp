@@ -12,6 +12,7 @@
 #endif
 
 #include "base/result.h"
+#include "base/source_range.h"
 
 namespace maille {
 namespace {
@@ -23,12 +24,7 @@ class FileSource final : public Source {
 
   uint64_t size() const override { return size_; }
   Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
-    if (offset > size_ || out.size() > size_ - offset) {
-      return failure(ErrorCode::cannot_read, path_ + ": bytes " + std::to_string(offset) + ".." +
-                                                 std::to_string(offset + out.size()) +
-                                                 " were asked for, but it ends at byte " +
-                                                 std::to_string(size_));
-    }
+    MAILLE_CHECK(check_range(*this, offset, out.size()));
     while (!out.empty()) {
       const ssize_t count = ::pread(file_.get(), out.data(), out.size(), static_cast<off_t>(offset));
       if (count < 0 && errno == EINTR) continue;
@@ -105,8 +101,7 @@ Result<uint64_t> plain_size(int file, const std::string& path) {
   return S_ISREG(info.st_mode) ? static_cast<uint64_t>(info.st_size) : 0;
 }
 
-Result<std::unique_ptr<Source>> plain_source(Descriptor file, const std::string& path) {
-  const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
+std::unique_ptr<Source> plain_source(Descriptor file, uint64_t size, const std::string& path) {
   return std::make_unique<FileSource>(std::move(file), size, path);
 }
 
@@ -137,7 +132,8 @@ Result<Descriptor> open_beneath(const std::string& folder, const std::string& na
 Result<std::unique_ptr<Source>> file_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
-  if (MAILLE_TRY(plain_size(file.get(), path)) != 0) return plain_source(std::move(file), path);
+  const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
+  if (size != 0) return plain_source(std::move(file), size, path);
   return memory_source(MAILLE_TRY(read_to_end(file.get(), path)), path);
 }
 

@@ -10,8 +10,8 @@ namespace maille {
 /// Bytes of the regular file that is open; 0 for what is none, and for files below /proc, which claim no
 /// bytes.
 Result<uint64_t> plain_size(int file, const std::string& path);
-/// Such a file, which is not empty, as a source.
-Result<std::unique_ptr<Source>> plain_source(Descriptor file, const std::string& path);
+/// Such a file as a source; `size`: plain_size().
+std::unique_ptr<Source> plain_source(Descriptor file, uint64_t size, const std::string& path);
 /// All that a pipe or a device gives.
 Result<std::vector<std::byte>> read_to_end(int file, const std::string& name);
 

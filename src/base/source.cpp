@@ -4,16 +4,10 @@
 #include <cstdint>
 
 #include "base/result.h"
+#include "base/source_range.h"
 
 namespace maille {
 namespace {
-
-Result<> check_range(const Source& source, uint64_t offset, uint64_t size) {
-  if (offset <= source.size() && size <= source.size() - offset) return {};
-  return failure(ErrorCode::cannot_read,
-                 source.name() + ": bytes " + std::to_string(offset) + ".." + std::to_string(offset + size) +
-                     " were asked for, but it ends at byte " + std::to_string(source.size()));
-}
 
 Result<> copy_part(const Source& source, Bytes bytes, uint64_t offset, std::span<std::byte> out) {
   MAILLE_CHECK(check_range(source, offset, out.size()));

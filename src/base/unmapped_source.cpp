@@ -32,8 +32,9 @@ class SpooledSource final : public Source {
 Result<std::unique_ptr<Source>> unmapped_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
-  if (MAILLE_TRY(plain_size(file.get(), path)) == 0) return spooled_source(file.get(), path);
-  return plain_source(std::move(file), path);
+  const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
+  if (size == 0) return spooled_source(file.get(), path);
+  return plain_source(std::move(file), size, path);
 }
 
 Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,

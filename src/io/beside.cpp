@@ -1,12 +1,24 @@
 #include "io/beside.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "base/opened_file.h"
-#include "io/reading.h"
 
 namespace maille {
 namespace {
+
+/// In the same folder or below. Error: malformed_input.
+Result<std::string> path_of_named(const std::string& file, const std::string& named) {
+  const std::filesystem::path path(named);
+  const bool leads_out = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
+  const bool no_file = named.empty() || named == "-" || named.find("://") != std::string::npos;
+  if (leads_out || no_file) {
+    return failure(ErrorCode::malformed_input, file + ": it names the file \"" + named +
+                                                   "\"; only files in the same folder or below are opened");
+  }
+  return (std::filesystem::path(file).parent_path() / path).string();
+}
 
 struct BesideFile {
   Descriptor file;
@@ -23,7 +35,8 @@ Result<BesideFile> open_named(const std::string& file, const std::string& named)
 
 Result<std::unique_ptr<Source>> open_beside(const std::string& file, const std::string& named) {
   BesideFile beside = MAILLE_TRY(open_named(file, named));
-  return plain_source(std::move(beside.file), beside.path);
+  const uint64_t size = MAILLE_TRY(plain_size(beside.file.get(), beside.path));
+  return plain_source(std::move(beside.file), size, beside.path);
 }
 
 Result<std::string> path_beside(const std::string& file, const std::string& named) {

@@ -1,7 +1,6 @@
 #include "io/reading.h"
 
 #include <algorithm>
-#include <filesystem>
 
 namespace maille {
 
@@ -51,17 +50,6 @@ tl::unexpected<Error> malformed_line(const std::string& file, uint64_t line, con
 
 tl::unexpected<Error> malformed_byte(const std::string& file, uint64_t byte, const std::string& what) {
   return failure(ErrorCode::malformed_input, file + ": byte " + std::to_string(byte) + ": " + what);
-}
-
-Result<std::string> path_of_named(const std::string& file, const std::string& named) {
-  const std::filesystem::path path(named);
-  const bool leads_out = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
-  const bool no_file = named.empty() || named == "-" || named.find("://") != std::string::npos;
-  if (leads_out || no_file) {
-    return failure(ErrorCode::malformed_input, file + ": it names the file \"" + named +
-                                                   "\"; only files in the same folder or below are opened");
-  }
-  return (std::filesystem::path(file).parent_path() / path).string();
 }
 
 std::string counted(uint64_t count, const std::string& singular, const std::string& plural) {

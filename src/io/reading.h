@@ -67,10 +67,6 @@ tl::unexpected<Error> malformed_line(const std::string& file, uint64_t line, con
 /// malformed_input: "file.ply: byte 1234: what".
 tl::unexpected<Error> malformed_byte(const std::string& file, uint64_t byte, const std::string& what);
 
-/// The path of another file that `file` names: in the same folder or below. Error: malformed_input, for names
-/// that lead elsewhere (absolute, by "..", an address, "-").
-Result<std::string> path_of_named(const std::string& file, const std::string& named);
-
 /// "1 face", "2 faces".
 std::string counted(uint64_t count, const std::string& singular, const std::string& plural);
 inline std::string counted(uint64_t count, const std::string& singular) {

@@ -25,8 +25,8 @@ std::string name_in(const std::string& folder, const std::string& name) {
 Result<FoamReader> FoamReader::open(const std::string& folder, const std::string& name,
                                     const Limits& limits) {
   FoamReader file;
-  const std::string path = folder + "/" + name_in(folder, name);
-  file.source_ = MAILLE_TRY(open_beside(folder + "/", name_in(folder, name)));
+  const std::string found = name_in(folder, name), path = folder + "/" + found;
+  file.source_ = MAILLE_TRY(open_beside(folder + "/", found));
   file.bytes_ = MAILLE_TRY(InputBytes::load(*file.source_));
   std::string_view text = file.bytes_.text();
   if (is_gzip(file.bytes_.bytes())) {
@@ -43,8 +43,9 @@ Result<FoamReader> FoamReader::open(const std::string& folder, const std::string
 
 Result<FoamReader> FoamReader::open_in_parts(const std::string& folder, const std::string& name) {
   FoamReader file;
-  file.name_ = folder + "/" + name_in(folder, name);
-  file.source_ = MAILLE_TRY(open_beside(folder + "/", name_in(folder, name)));
+  const std::string found = name_in(folder, name);
+  file.name_ = folder + "/" + found;
+  file.source_ = MAILLE_TRY(open_beside(folder + "/", found));
   file.size_ = file.source_->size();
   file.windowed_ = true;
   file.jump(0);
