@@ -27,6 +27,7 @@ struct Step {
   std::string path;
   std::optional<double> time;
   std::optional<uint64_t> number = {};  ///< in a file that has several
+  bool mesh_may_change = true;
 };
 
 /// The files named, those that .pvd files list among them, and the steps of files that have several.
@@ -38,7 +39,7 @@ Result<std::vector<Step>> all_steps(const AppendOptions& options) {
       continue;
     }
     for (const SeriesEntry& entry : TOOL_TRY(read_series(path)))
-      steps.push_back({entry.path, entry.time, entry.step});
+      steps.push_back({entry.path, entry.time, entry.step, !entry.step || entry.mesh_may_change});
   }
   for (size_t i = 0; i < steps.size() && options.time; ++i)
     steps[i].time = *options.time + static_cast<double>(i);
@@ -207,7 +208,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
     const FileInfo info = TOOL_TRY(inspect_stream(options.file, *file.source));
     const bool same_counts =
         info.points == loaded.mesh.point_count() && info.cells == loaded.mesh.cell_count();
-    if (!step.number && same_counts) {
+    if (step.mesh_may_change && same_counts) {
       const StreamReadOptions reading{.limits = {options.common.memory}, .executor = threads.executor()};
       TOOL_CHECK(
           check_same_mesh(options.file, *file.source, info, input_name(step.path), loaded.mesh, reading));

@@ -34,5 +34,6 @@ const Format& exodus_format();
 const Format& vtkhdf_format();
 const Format& b3dm_format();
 const Format& mz3_format();
+const Format& ensight_format();
 
 }  // namespace maille

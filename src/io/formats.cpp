@@ -17,7 +17,8 @@ std::vector<const Format*> all_formats() {
   return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
           &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
           &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(), &vtkhdf_format(),
-          &b3dm_format(), &mz3_format(),        &off_format(),      &stl_format(),    &obj_format()};
+          &b3dm_format(), &mz3_format(),        &ensight_format(),  &off_format(),    &stl_format(),
+          &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -101,9 +102,9 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
     if (const Format* format = format_named(lower(asked))) return format;
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
-  if (const Format* format = format_by_extension(source.name())) return format;
-  // The only format that is a folder.
+  // The only format that is a folder, which may have any name.
   if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
+  if (const Format* format = format_by_extension(source.name())) return format;
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (first.empty()) return failure(ErrorCode::malformed_input, source.name() + ": it is empty");
   if (const Format* format = format_by_content(first)) return format;
@@ -141,8 +142,8 @@ const std::vector<FormatInfo>& formats() {
 }
 
 Result<std::string> format_of(const std::string& path) {
-  if (const Format* format = format_by_extension(path)) return format->info.name;
   if (std::filesystem::is_directory(path)) return polymesh_format().info.name;
+  if (const Format* format = format_by_extension(path)) return format->info.name;
   std::vector<std::byte> first;
   if (const auto source = file_source(path)) first = first_bytes_of(**source).value_or(first);
   if (const Format* format = format_by_content(first)) return format->info.name;

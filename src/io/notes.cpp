@@ -52,7 +52,7 @@ void note_metadata(const std::string& key, std::vector<std::string>& notes) {
   const size_t dot = key.find('.');
   const std::string format = key.substr(0, dot);
   for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
-                          "exodus", "mz3", "b3dm"}) {
+                          "exodus", "mz3", "b3dm", "ensight"}) {
     if (dot != std::string::npos && format == own) return;
   }
   note_once("metadata \"" + key + "\" left out", notes);

@@ -11,6 +11,7 @@
 
 #include "base/result.h"
 #include "io/beside.h"
+#include "io/ensight/ensight.h"
 #include "io/exodus/exodus.h"
 #include "io/foam/foam_case.h"
 #include "io/numbers.h"
@@ -33,6 +34,18 @@ bool is_vtkhdf(const std::string& path) {
   return path.ends_with(".vtkhdf") || path.ends_with(".hdf");
 }
 
+bool is_ensight(const std::string& path) {
+  std::error_code error;
+  // A folder of that name is a case of OpenFOAM.
+  if (std::filesystem::is_directory(path, error)) return false;
+  return path.ends_with(".case") || path.ends_with(".encas");
+}
+
+/// A file that holds its steps itself.
+bool has_own_steps(const std::string& path) {
+  return is_exodus(path) || is_vtkhdf(path) || is_ensight(path);
+}
+
 bool is_list(const std::string& path) {
   return path.ends_with(".pvd");
 }
@@ -51,8 +64,10 @@ Result<double> time_of(const pugi::xml_node& entry, const std::string& list) {
 
 Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const Source& source) {
   std::vector<SeriesEntry> steps;
-  const auto times = is_exodus(path) ? exodus_times(source) : vtkhdf_times(source);
-  for (const double time : MAILLE_TRY(times)) steps.push_back({path, time, steps.size()});
+  const auto times = is_exodus(path)    ? exodus_times(source)
+                     : is_ensight(path) ? ensight_times(source)
+                                        : vtkhdf_times(source);
+  for (const double time : MAILLE_TRY(times)) steps.push_back({path, time, steps.size(), !is_exodus(path)});
   return steps;
 }
 
@@ -90,19 +105,19 @@ Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const So
 }  // namespace
 
 bool may_be_series(const std::string& path) {
-  return is_list(path) || is_exodus(path) || is_vtkhdf(path) || !times_of_case(path).empty();
+  return is_list(path) || has_own_steps(path) || !times_of_case(path).empty();
 }
 
 Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options) {
-  const bool has_steps = is_exodus(entry.path) || is_vtkhdf(entry.path);
-  if (!has_steps || !entry.step) return read_mesh(entry.path, options);
+  if (!has_own_steps(entry.path) || !entry.step) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
+  if (is_ensight(entry.path)) return read_ensight_step(*source, options, *entry.step);
   return is_exodus(entry.path) ? read_exodus_step(*source, options, *entry.step)
                                : read_vtkhdf_step(*source, options, *entry.step);
 }
 
 Result<std::vector<SeriesEntry>> read_series(const std::string& path) {
-  if (!is_list(path) && !is_exodus(path) && !is_vtkhdf(path)) return times_of_case(path);
+  if (!is_list(path) && !has_own_steps(path)) return times_of_case(path);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return is_list(path) ? files_of_list(path, *source) : steps_of_file(path, *source);
 }
