@@ -294,7 +294,7 @@ class Connectivity:
     def open_face_with(self, there, size, around):
         if around is None:
             return None
-        for cell in around.cells[:1024]:
+        for cell in around.cells[:64]:
             for f, face in enumerate(cell.faces()):
                 if cell.open >> f & 1 and len(face) == size:
                     points = cell.points(f)
@@ -635,7 +635,7 @@ class Connectivity:
                 i += 1
 
     def open_face_of(self, points):
-        for cell in points[0].cells[:1024]:
+        for cell in points[0].cells[:64]:
             for f, face in enumerate(cell.faces()):
                 if cell.open >> f & 1 and len(face) == len(points) and {id(p) for p in cell.points(f)} == {id(p) for p in points}:
                     return cell, f
@@ -650,9 +650,9 @@ class Connectivity:
                 continue
             ends = known[u], known[v]
             around, other = ends if ends[0].valence <= ends[1].valence else ends[::-1]
-            cells = c(sum(any(p is other for p in cell.corners) for cell in around.cells[:1024]), 15)
+            cells = c(sum(any(p is other for p in cell.corners) for cell in around.cells[:64]), 15)
             found = []
-            for cell in around.cells[:1024]:
+            for cell in around.cells[:64]:
                 if cell is anchor or DIMENSION[cell.kind] != 3 or not cell.open:
                     continue
                 for f, face in enumerate(cell.faces()):

@@ -31,7 +31,7 @@ struct FaceRef {
 /// its last point does.
 class Hull {
  public:
-  static constexpr unsigned most_around = 1024;
+  static constexpr unsigned most_around = 64;  ///< as elsewhere around a point; docs/history.md has 1,024
 
   /// The rest of a point is one word, as a cell changes all of it at each of its corners: from the lowest bit
   /// on head, valence, alive, and the open faces, whose carry is lost.
