@@ -12,7 +12,16 @@ namespace {
 /// whole.
 class AppendSink final : public Sink {
  public:
-  AppendSink(Descriptor file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+  AppendSink(Descriptor file, off_t end, std::string name)
+      : file_(std::move(file)), end_(end), name_(std::move(name)) {}
+  AppendSink(const AppendSink&) = delete;
+  AppendSink& operator=(const AppendSink&) = delete;
+  /// What was written of a tail that failed is cut off again, or `verify` would find the file damaged. Where
+  /// that fails, too, the next one who appends does it.
+  ~AppendSink() override {
+    if (!committed_) [[maybe_unused]]
+      const int ignored = ::ftruncate(file_.get(), end_);
+  }
 
   Result<> write(Bytes bytes) override {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
@@ -21,6 +30,7 @@ class AppendSink final : public Sink {
   Result<> commit() override {
     MAILLE_CHECK(flush());
     if (::fsync(file_.get()) != 0) return cannot_write(name_);
+    committed_ = true;
     return {};
   }
   std::string name() const override { return name_; }
@@ -42,7 +52,9 @@ class AppendSink final : public Sink {
   }
 
   Descriptor file_;
+  off_t end_;
   std::string name_;
+  bool committed_ = false;
   std::vector<std::byte> buffer_;
 };
 
@@ -57,7 +69,7 @@ Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size
   const auto end = static_cast<off_t>(size);
   if (::ftruncate(file.get(), end) != 0 || ::lseek(file.get(), end, SEEK_SET) != end)
     return cannot_write(path);
-  return std::make_unique<AppendSink>(std::move(file), path);
+  return std::make_unique<AppendSink>(std::move(file), end, path);
 }
 
 }  // namespace maille

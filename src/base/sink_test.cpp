@@ -234,6 +234,25 @@ TEST_F(FileSink, ReportsABrokenPipe) {
   EXPECT_EQ(status, 0);
 }
 
+// Else a file of mode stream whose step could not be written whole would be found damaged.
+TEST_F(FileSink, ThatAppendsCutsOffWhatWasNotCommitted) {
+  const std::string file = path("appended");
+  std::ofstream(file) << "whole";
+  const std::string tail(200000, 'x');  // more than the sink keeps
+  {
+    const auto sink = append_sink(file, 5);
+    ASSERT_TRUE(sink.has_value() && (*sink)->write(bytes_of(tail)).has_value());
+    EXPECT_GT(fs::file_size(file), 5u);
+  }
+  EXPECT_EQ(fs::file_size(file), 5u);
+  {
+    const auto sink = append_sink(file, 5);
+    ASSERT_TRUE(sink.has_value() && (*sink)->write(bytes_of(tail)).has_value() &&
+                (*sink)->commit().has_value());
+  }
+  EXPECT_EQ(fs::file_size(file), 5u + tail.size());
+}
+
 TEST_F(FileSink, SurvivesInterruptedWrites) {
   // A slow pipe and a timer whose handler does not restart calls: writes come back short or with EINTR.
   ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
