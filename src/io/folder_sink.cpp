@@ -1,9 +1,11 @@
 #include "io/folder_sink.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <list>
@@ -52,6 +54,32 @@ struct PartFile {
   UnfinishedRegistration registration;
 };
 
+/// Is it ".NAME.PID-COUNT.part" (temporary_name()) of this name? Not ".old" behind it: that is somebody's
+/// mesh.
+bool is_temporary_of(const std::string& name, const std::string& entry) {
+  const std::string before = "." + name + ".", after = ".part";
+  if (entry.size() <= before.size() + after.size() || !entry.starts_with(before) || !entry.ends_with(after))
+    return false;
+  const std::string middle = entry.substr(before.size(), entry.size() - before.size() - after.size());
+  return middle.find_first_not_of("0123456789abcdefx-") == std::string::npos;
+}
+
+/// Removes what killed processes left of a folder of this name. Who writes one holds a lock on it, which ends
+/// with the process however it ends. The minute is for one that is made, but not locked yet.
+void remove_left_over(const std::string& within, const std::string& name) {
+  std::error_code error;
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(within, error)) {
+    if (is_temporary_of(name, entry.path().filename().string())) left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) {
+    const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+    if (!folder.valid() || ::flock(folder.get(), LOCK_EX | LOCK_NB) != 0) continue;
+    const auto age = fs::file_time_type::clock::now() - fs::last_write_time(path, error);
+    if (!error && age > std::chrono::minutes(1)) fs::remove_all(path, error);
+  }
+}
+
 class WholeFolder final : public FolderSink {
  public:
   WholeFolder(std::string path, std::vector<std::string> replaced, std::string name)
@@ -69,10 +97,13 @@ class WholeFolder final : public FolderSink {
   Result<> open() {
     const PathParts place = split_path(path_);
     MAILLE_CHECK(make_parents(place.folder));
+    remove_left_over(place.folder, place.name);
     temporary_ = place.folder + "/" + temporary_name(place.name);
     made_.push_back(MAILLE_TRY(MadeFolder::make(temporary_)));
     folder_ = Descriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    return folder_.valid() ? Result<>() : Result<>(cannot_write("folder " + temporary_));
+    if (!folder_.valid()) return cannot_write("folder " + temporary_);
+    ::flock(folder_.get(), LOCK_EX | LOCK_NB);  // best effort: some file systems have no locks
+    return {};
   }
 
   Result<> begin_file(const std::string& name) override {
