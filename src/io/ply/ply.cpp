@@ -53,6 +53,10 @@ class HeaderParser {
         MAILLE_CHECK(parse_property());
       } else if (keyword == "end_header") {
         done = true;
+      } else if (!keyword.empty() && has_format && header_.elements.empty() && !scanner_.at_end()) {
+        // Some programs leave out "comment". From the first element on, such a line could be a property.
+        const std::string text = keyword + " " + std::string(scanner_.rest_of_line());
+        if (comment_room.take(text)) header_.comments.emplace_back("comment", text);
       } else if (!keyword.empty() || scanner_.at_end()) {
         return bad(scanner_.at_end()
                        ? "the file ends before \"end_header\""

@@ -209,6 +209,17 @@ TEST(PlyReader, KeepsCommentsInOrder) {
   EXPECT_EQ(mesh.metadata[2], (std::pair<std::string, std::string>("comment", "")));
 }
 
+// Files of assimp's test models have such lines. Behind an element they might be misspelt properties.
+TEST(PlyReader, TakesLinesWithoutKeywordBeforeTheFirstElementAsComments) {
+  const std::string head = "ply\nformat ascii 1.0\n";
+  const std::string tail =
+      "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
+  const Mesh mesh = read_ply(head + "made by hand\n" + tail).mesh;
+  EXPECT_EQ(mesh.point_count(), 1u);
+  ASSERT_EQ(mesh.metadata.size(), 1u);
+  EXPECT_EQ(mesh.metadata[0].second, "made by hand");
+}
+
 TEST(PlyReader, SharesArraysOfFacesAndEdges) {
   const Mesh mesh = read_ply(everything).mesh;
   EXPECT_EQ(values_of<int16_t>(mesh, "quality", Domain::cell), (std::vector<int16_t>{-5, -6, -7, 77}));
