@@ -36,7 +36,8 @@ struct MixedCoding {
   std::array<Dictionary, 3> dictionaries;
 };
 
-/// Position of a double among half octaves: floor(2 log2(x)), about, from -126 to 126.
+/// Position of a double among half octaves: floor(2 log2(x)), from -126 to 126. The mantissa is compared with
+/// that of sqrt(2), so nothing is computed that machines could round differently.
 [[gnu::always_inline]] inline int half_octave(double x) {
   if (!(x > 1e-18)) return -126;
   if (x > 1e18) return 126;
@@ -125,7 +126,7 @@ class MixedPositionCoder {
   static constexpr unsigned image_kind = 9;  ///< of repeats
   /// Above this probability codes are asked first whether they are the centre itself.
   static constexpr uint16_t often_exact = 40000;
-  static constexpr unsigned scale_bins = 48;
+  static constexpr unsigned scale_bins = 48;  ///< half octaves of the deviation, from 2^-3 to 2^20 units
   static constexpr unsigned scale_kinds = 16;
   static constexpr unsigned few_contexts = 48 * 16;
   static constexpr unsigned nodes = 132;
@@ -220,7 +221,9 @@ class MixedPositionCoder {
 
   size_t at(uint32_t point, unsigned axis) const { return size_t{point} * 3 + axis; }
 
-  /// Mean and variance of this axis given the axes coded before it.
+  /// Mean and variance of this axis given the axes coded before it: the formula of conditional normal
+  /// distributions, with the 1 x 1 and 2 x 2 cases written out. If the axes before are almost dependent, the
+  /// determinant is rounding error and they are not used.
   void condition(const std::array<Vector3, 3>& s) {
     const auto& axes = prediction_->axes;
     double variance = s[axis_][axis_];
@@ -386,7 +389,8 @@ class MixedPositionCoder {
     if constexpr (with_repeats) learn_repeats(low, centre);
   }
 
-  /// The class of distance that is most likely, so that few decisions find the true one.
+  /// The class of distance that is most likely, so that few decisions find the true one. A wrong guess costs
+  /// time and a little of what models learn: the decisions name the class whatever comes first.
   unsigned expected_class(Wide centre, bool up, unsigned most_class) const {
     const double off = mean_[experts - 1] - value(centre, axis_);
     double distance = (up ? off : -off) + scale_;
