@@ -96,7 +96,9 @@ class TextCollector {
   uint64_t taken_ = 0;
 };
 
-std::vector<FoamTime> times_in(const fs::path& folder) {
+}  // namespace
+
+std::vector<FoamTime> foam_times_in(const std::string& folder) {
   std::vector<FoamTime> times;
   for (const fs::path& entry : sorted_entries(folder)) {
     const auto value = foam_time_of(entry.filename().string());
@@ -106,8 +108,6 @@ std::vector<FoamTime> times_in(const fs::path& folder) {
                    [](const FoamTime& a, const FoamTime& b) { return a.value < b.value; });
   return times;
 }
-
-}  // namespace
 
 std::optional<double> foam_time_of(const std::string& name) {
   const char* const end = name.data() + name.size();
@@ -126,7 +126,7 @@ FoamCasePath foam_case_of(const std::string& path) {
   FoamCasePath found;
   if (is_folder(folder / "constant" / "polyMesh")) {
     found.folder = folder.string();
-    found.times = times_in(folder);
+    found.times = foam_times_in(found.folder);
     return found;
   }
   const std::string name = folder.filename().string();
@@ -134,7 +134,7 @@ FoamCasePath foam_case_of(const std::string& path) {
   const fs::path around = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
   if (!value || !is_folder(around / "constant" / "polyMesh")) return found;
   found.folder = around.string();
-  found.times = times_in(around);
+  found.times = foam_times_in(found.folder);
   found.time = FoamTime{name, *value};
   return found;
 }

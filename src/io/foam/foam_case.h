@@ -14,6 +14,7 @@ namespace maille {
 struct FoamTime {
   std::string name;
   double value = 0;
+  bool divided = false;  ///< in the folders of processors
 };
 
 /// What a path says of a case of OpenFOAM.
@@ -24,6 +25,8 @@ struct FoamCasePath {
 };
 /// Of a case, a ".foam" file in it, the folder of a time in it or a file in that.
 FoamCasePath foam_case_of(const std::string& path);
+/// The folders of a case that are times, with files in them, by value.
+std::vector<FoamTime> foam_times_in(const std::string& folder);
 /// The number a folder's name is, if it is one.
 std::optional<double> foam_time_of(const std::string& name);
 

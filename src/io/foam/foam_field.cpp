@@ -64,7 +64,7 @@ class FieldScanner {
   Result<> skip_to(std::string_view end, size_t from, const char* what);
   Result<> keyword(std::string& key);
   std::string_view word();
-  Result<> take_entry(const std::string& key);
+  Result<> take_entry(const std::string& key, size_t key_begin);
   Result<> take_tokens(const std::string& key);
   Result<> take_token(const std::string& key, std::string_view& last);
   Result<> take_uniform(const std::string& key);
@@ -230,7 +230,12 @@ Result<> FieldScanner::take_list(const std::string& key, std::string_view type, 
     MAILLE_CHECK(skip());
     values.repeated = here() == '{';
     // Nothing follows the length of an empty list in binary.
-    if (here() != '(' && here() != '{') return {};
+    values.end = at_;
+    if (here() != '(' && here() != '{') {
+      if (values.count == 0 && nonuniform && place(values, key))
+        field_.empty_lists.push_back(std::move(values));
+      return {};
+    }
     values.values = ++at_;
     MAILLE_CHECK(take_list_values(values));
   }
@@ -238,7 +243,9 @@ Result<> FieldScanner::take_list(const std::string& key, std::string_view type, 
   const bool has_place = place(values, key);
   if (values.marked && !nonuniform) return field_.bad(values.begin, "a mark where no list belongs");
   if (!has_place) values.patch.clear();
-  if (nonuniform && (values.count > 0 || values.marked)) field_.values.push_back(std::move(values));
+  const bool empty = values.count == 0 && !values.marked;
+  if (nonuniform && !empty) field_.values.push_back(std::move(values));
+  if (nonuniform && empty && has_place) field_.empty_lists.push_back(std::move(values));
   return {};
 }
 
@@ -293,12 +300,13 @@ Result<> FieldScanner::take_tokens(const std::string& key) {
   return {};
 }
 
-Result<> FieldScanner::take_entry(const std::string& key) {
+Result<> FieldScanner::take_entry(const std::string& key, size_t key_begin) {
   MAILLE_CHECK(skip());
   if (here() != '{') return take_tokens(key);
   if (path_.size() == most_depth) return field_.bad(at_, "too many dictionaries in dictionaries");
   ++at_;
   path_.push_back(key);
+  if (path_.size() == 2 && path_[0] == "boundaryField") field_.patches.push_back({key, key_begin, 0});
   return {};
 }
 
@@ -310,8 +318,10 @@ Result<FoamField> FieldScanner::scan() {
     if (here() == '}') {
       if (path_.empty()) return field_.bad(at_, "a } without its {");
       const bool of_header = path_.size() == 1 && path_[0] == "FoamFile";
-      path_.pop_back();
       ++at_;
+      if (path_.size() == 2 && path_[0] == "boundaryField" && !field_.patches.empty())
+        field_.patches.back().end = at_;
+      path_.pop_back();
       // Nothing is known of what is behind it.
       if (of_header && !foam_field_kind(field_.type)) return std::move(field_);
       continue;
@@ -322,6 +332,7 @@ Result<FoamField> FieldScanner::scan() {
       if (path_.size() > most_depth) return field_.bad(at_, "too many dictionaries in dictionaries");
       continue;
     }
+    const size_t key_begin = at_;
     MAILLE_CHECK(keyword(key));
     if (key.starts_with("#include")) {
       at_ = std::min(text_.find('\n', at_), text_.size());
@@ -329,7 +340,7 @@ Result<FoamField> FieldScanner::scan() {
     }
     if (key.starts_with("#")) note_directive(key);
     if (key.starts_with("code")) note_directive(key);
-    MAILLE_CHECK(take_entry(key));
+    MAILLE_CHECK(take_entry(key, key_begin));
   }
   if (!path_.empty()) return field_.bad(text_.size(), "the file ends within " + path_.back().substr(0, 40));
   return std::move(field_);

@@ -45,6 +45,12 @@ struct FoamValues {
   bool is_internal() const { return entry.empty(); }
 };
 
+/// An entry of boundaryField, which is mostly a patch of the mesh.
+struct FoamPatchText {
+  std::string patch;
+  size_t begin = 0, end = 0;  ///< in the text, from the name to behind the closing brace
+};
+
 /// The text of a field, taken apart as far as lists ask for it.
 struct FoamField {
   std::string name;  ///< of the file, for messages
@@ -54,6 +60,8 @@ struct FoamField {
   std::string location;  ///< the header's, without quotes
   bool binary = false, single = false, wide_labels = false;
   std::vector<FoamValues> values;
+  std::vector<FoamValues> empty_lists;  ///< of patches, without values
+  std::vector<FoamPatchText> patches;
   /// Entries that are not plain text to OpenFOAM: directives and code, which it runs. The first one.
   std::string directive;
   /// Places in the text that change when a field is written elsewhere: of the header's location and format.

@@ -261,8 +261,17 @@ Result<> FoamFieldReader::read_file(const std::string& folder, const std::string
                                     const std::string& time) {
   const FieldFile file = MAILLE_TRY(open_field(folder, name, limits_));
   const std::string plain = name.ends_with(".gz") ? name.substr(0, name.size() - 3) : name;
-  const std::string_view text = file.text();
+  std::string_view text = file.text();
   const bool is_foam = text.substr(0, 4096).find("FoamFile") != std::string_view::npos;
+  FoamFieldJoiner::Joined joined;
+  if (is_foam && joiner_ != nullptr) {
+    joined = MAILLE_TRY(joiner_->join(time, plain));
+    text = joined.text;
+  }
+  if (!joined.left_out.empty()) {
+    notes_.push_back(time + "/" + plain + ": left out; " + joined.left_out);
+    return {};
+  }
   const auto field = is_foam ? scan_foam_field(text, file.path) : Result<FoamField>(FoamField());
   const auto kind = field ? foam_field_kind(field->type) : std::nullopt;
   // A template that is copied to the field's place has the field's name in it.
@@ -280,7 +289,8 @@ Result<> FoamFieldReader::read_file(const std::string& folder, const std::string
 }
 
 Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& time) {
-  const std::string folder = case_folder + "/" + time.name;
+  const std::string folder =
+      joiner_ != nullptr ? joiner_->first_folder(time.name) : case_folder + "/" + time.name;
   mesh_.metadata.emplace_back(foam_time_key, time.name);
   std::vector<std::string> names;
   std::error_code error;
@@ -293,6 +303,11 @@ Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& t
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const fs::path path = fs::path(folder) / name;
+    // decomposePar links the folder uniform of the whole case.
+    if (fs::is_symlink(path, error) && !fs::exists(path, error)) {
+      notes_.push_back(time.name + "/" + name + ": left out; it is a link that leads nowhere");
+      continue;
+    }
     if (!fs::is_directory(path, error)) {
       const bool twice = name.ends_with(".gz") &&
                          std::binary_search(names.begin(), names.end(), name.substr(0, name.size() - 3));

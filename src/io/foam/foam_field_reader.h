@@ -10,6 +10,7 @@
 #include "io/budget.h"
 #include "io/foam/foam_case.h"
 #include "io/foam/foam_field.h"
+#include "io/foam/foam_field_joiner.h"
 #include "io/foam/foam_places.h"
 
 namespace maille {
@@ -20,6 +21,9 @@ class FoamFieldReader {
   FoamFieldReader(const FoamPlaces& places, const Limits& limits, Budget& budget, Mesh& mesh,
                   std::vector<std::string>& notes)
       : places_(places), limits_(limits), budget_(budget), mesh_(mesh), notes_(notes) {}
+
+  /// Of a case that was divided: fields are those of the processors. It must outlive the reader.
+  void set_joiner(const FoamFieldJoiner& joiner) { joiner_ = &joiner; }
 
   /// Of a folder in the case. Errors: cannot_read, malformed_input with file and line, memory_bound,
   /// unsupported (a mesh of its own).
@@ -47,6 +51,7 @@ class FoamFieldReader {
   Budget& budget_;
   Mesh& mesh_;
   std::vector<std::string>& notes_;
+  const FoamFieldJoiner* joiner_ = nullptr;
   std::optional<std::string> banner_;
   std::string internal_digits_;
 };

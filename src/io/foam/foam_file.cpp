@@ -22,8 +22,8 @@ std::string name_in(const std::string& folder, const std::string& name) {
 
 }  // namespace
 
-Result<FoamReader> FoamReader::open(const std::string& folder, const std::string& name,
-                                    const Limits& limits) {
+Result<FoamReader> FoamReader::open(const std::string& folder, const std::string& name, const Limits& limits,
+                                    std::optional<uint64_t> block) {
   FoamReader file;
   const std::string found = name_in(folder, name), path = folder + "/" + found;
   file.source_ = MAILLE_TRY(open_beside(folder + "/", found));
@@ -38,7 +38,38 @@ Result<FoamReader> FoamReader::open(const std::string& folder, const std::string
   file.begin_ = file.at_ = text.data();
   file.end_ = text.data() + text.size();
   MAILLE_CHECK(file.read_header());
+  if (block) MAILLE_CHECK(file.enter_block(*block));
   return file;
+}
+
+/// Lists of bytes, one for each processor. Only the first one begins with the header of the file that each
+/// of them is.
+Result<> FoamReader::enter_block(uint64_t block) {
+  if (class_ != "decomposedBlockData")
+    return malformed("there should be a block of bytes for each processor");
+  std::string_view header, bytes;
+  for (uint64_t i = 0; i <= block; ++i) {
+    int64_t count = 0;
+    if (at_end())
+      return malformed("there is no block " + std::to_string(block) + ", but only " + std::to_string(i));
+    if (!label(count) || count < 0 || !take('(') || count >= end_ - at_)
+      return malformed("there should be the bytes of block " + std::to_string(i));
+    bytes = {at_, static_cast<size_t>(count)};
+    at_ += count;
+    if (!take(')')) return malformed("a block is longer or shorter than it says");
+    if (i == 0) header = bytes.substr(0, bytes.find('}') + 1);
+  }
+  std::vector<std::byte> text;
+  for (const std::string_view part : {block == 0 ? std::string_view() : header, bytes}) {
+    const auto all = std::as_bytes(std::span(part));
+    text.insert(text.end(), all.begin(), all.end());
+  }
+  unpacked_ = std::move(text);
+  name_ += " (block " + std::to_string(block) + ")";
+  size_ = unpacked_.size();
+  begin_ = at_ = reinterpret_cast<const char*>(unpacked_.data());
+  end_ = begin_ + unpacked_.size();
+  return read_header();
 }
 
 Result<FoamReader> FoamReader::open_in_parts(const std::string& folder, const std::string& name) {

@@ -19,12 +19,16 @@ namespace maille {
 /// One file of OpenFOAM: its header, and the lists behind it; text or binary. In memory, or through a window.
 class FoamReader {
  public:
-  /// Mapped into memory, unpacked if it is packed with gzip.
-  static Result<FoamReader> open(const std::string& folder, const std::string& name, const Limits& limits);
+  /// Mapped into memory, unpacked if it is packed with gzip. `block`: of a file of several processors
+  /// (OpenFOAM's file handler "collated"), what this one of them wrote.
+  static Result<FoamReader> open(const std::string& folder, const std::string& name, const Limits& limits,
+                                 std::optional<uint64_t> block = {});
   /// Through a window of 64 KiB. Error: unsupported for a packed file.
   static Result<FoamReader> open_in_parts(const std::string& folder, const std::string& name);
 
   uint64_t size() const { return size_; }
+  /// All of it, where it is in memory.
+  std::string_view text() const { return {begin_, static_cast<size_t>(end_ - begin_)}; }
   bool binary() const { return binary_; }
   bool is_single() const { return binary_ && !wide_scalar_; }
   unsigned label_bytes() const { return wide_label_ ? 8 : 4; }
@@ -95,6 +99,7 @@ class FoamReader {
     return true;
   }
   Result<> read_header();
+  Result<> enter_block(uint64_t block);
 
   std::unique_ptr<Source> source_;
   InputBytes bytes_;

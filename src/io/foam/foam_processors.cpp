@@ -1,7 +1,6 @@
 #include "io/foam/foam_processors.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <set>
@@ -16,12 +15,16 @@ const std::array<const FoamZoneKind*, 3>& zone_kinds() {
   return kinds;
 }
 
-/// Faces between processors, and those of cyclic patches that processors have of both sides of.
+tl::unexpected<Error> malformed(const std::string& what) {
+  return failure(ErrorCode::malformed_input, what);
+}
+
+}  // namespace
+
 bool is_between_processors(const FoamPatch& patch) {
   return patch.type == "processor" || patch.type == "processorCyclic";
 }
 
-/// "referPatch left;": the cyclic patch that the faces are of; empty where there is none.
 std::string referred_patch(const FoamPatch& patch) {
   constexpr std::string_view key = "referPatch";
   size_t at = patch.entries.find(key);
@@ -31,55 +34,138 @@ std::string referred_patch(const FoamPatch& patch) {
   return at == std::string::npos ? std::string() : patch.entries.substr(at, end - at);
 }
 
-tl::unexpected<Error> malformed(const std::string& what) {
-  return failure(ErrorCode::malformed_input, what);
+namespace {
+
+/// Decompositions have some ten thousands; each takes some bytes before its files are looked at.
+constexpr uint64_t most_processors = uint64_t{1} << 20;
+
+/// The numbers in "processors4_2-3", or "processors4", which has 0 to 3.
+struct Collated {
+  uint64_t of = 0, first = 0, last = 0;
+  std::string name;
+};
+
+bool take_number(std::string_view& text, uint64_t& number) {
+  const auto [behind, bad] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (bad != std::errc()) return false;
+  text.remove_prefix(static_cast<size_t>(behind - text.data()));
+  return true;
+}
+
+bool take_sign(std::string_view& text, char sign) {
+  if (!text.starts_with(sign)) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+std::optional<Collated> collated_of(const std::string& name) {
+  Collated found;
+  found.name = name;
+  std::string_view text = name;
+  text.remove_prefix(std::string_view("processors").size());
+  if (!take_number(text, found.of) || found.of == 0) return {};
+  found.last = found.of - 1;
+  if (!text.empty() && !(take_sign(text, '_') && take_number(text, found.first) && take_sign(text, '-') &&
+                         take_number(text, found.last)))
+    return {};
+  return text.empty() ? std::optional(found) : std::nullopt;
+}
+
+Result<std::vector<FoamPart>> parts_of(std::vector<Collated>& collated, const std::string& case_folder) {
+  std::sort(collated.begin(), collated.end(), [](const Collated& a, const Collated& b) {
+    return std::tie(a.of, a.first, a.last) < std::tie(b.of, b.first, b.last);
+  });
+  std::vector<FoamPart> parts;
+  const auto bad = [&](const std::string& what) { return malformed(case_folder + ": " + what); };
+  for (const Collated& some : collated) {
+    if (some.of != collated[0].of)
+      return bad(collated[0].name + " and " + some.name + " are of different numbers of processors");
+    if (some.of > most_processors) return bad(some.name + " says more processors than there may be");
+    if (some.first != parts.size() || some.last < some.first || some.last >= some.of)
+      return bad("processor " + std::to_string(parts.size()) + " is not in " + some.name + ", or twice");
+    for (uint64_t i = some.first; i <= some.last; ++i)
+      parts.push_back({case_folder + "/" + some.name, i - some.first});
+  }
+  if (!collated.empty() && parts.size() != collated[0].of)
+    return bad("processor " + std::to_string(parts.size()) + " of " + std::to_string(collated[0].of) +
+               " is in no folder");
+  return parts;
 }
 
 }  // namespace
 
-Result<std::vector<std::string>> foam_processors_of(const std::string& case_folder) {
+Result<std::vector<FoamPart>> foam_processors_of(const std::string& case_folder) {
   namespace fs = std::filesystem;
   std::error_code error;
   std::set<uint64_t> numbers;
-  constexpr std::string_view prefix = "processor";
+  std::vector<Collated> collated;
   for (fs::directory_iterator entry(case_folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
+    std::error_code unknown;
+    if (!name.starts_with("processor") || !entry->is_directory(unknown)) continue;
+    if (name.starts_with("processors")) {
+      if (const auto some = collated_of(name)) collated.push_back(*some);
+      continue;
+    }
+    std::string_view rest = std::string_view(name).substr(std::string_view("processor").size());
     uint64_t number = 0;
-    if (!name.starts_with(prefix) || name.size() == prefix.size()) continue;
-    const auto [behind, bad] =
-        std::from_chars(name.data() + prefix.size(), name.data() + name.size(), number);
-    if (bad == std::errc() && behind == name.data() + name.size()) numbers.insert(number);
+    if (take_number(rest, number) && rest.empty()) numbers.insert(number);
   }
-  std::vector<std::string> folders;
+  if (numbers.empty()) return parts_of(collated, case_folder);
+  std::vector<FoamPart> parts;
   for (const uint64_t number : numbers) {
-    if (number != folders.size())
-      return malformed(case_folder + ": processor" + std::to_string(folders.size()) +
+    if (number != parts.size())
+      return malformed(case_folder + ": processor" + std::to_string(parts.size()) +
                        " is missing, but there is processor" + std::to_string(*numbers.rbegin()));
-    folders.push_back(case_folder + "/processor" + std::to_string(number) + "/constant/polyMesh");
+    parts.push_back({case_folder + "/processor" + std::to_string(number)});
   }
-  return folders;
+  return parts;
 }
 
-std::string collated_processors_of(const std::string& case_folder) {
-  namespace fs = std::filesystem;
-  constexpr std::string_view prefix = "processors";
+std::string foam_case_folder(const std::string& path) {
+  const std::string folder = foam_case_of(path).folder;
+  return folder.empty() ? foam_folder_of(path) : folder;
+}
+
+namespace {
+
+/// decomposePar writes them; a mesher that runs in parallel makes meshes without.
+bool has_numbers(const FoamPart& part) {
   std::error_code error;
-  std::string first;
-  for (fs::directory_iterator entry(case_folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    const bool is = name.starts_with(prefix) && name.size() > prefix.size() &&
-                    std::isdigit(static_cast<unsigned char>(name[prefix.size()])) != 0 &&
-                    entry->is_directory(error);
-    if (is && (first.empty() || name < first)) first = name;
-  }
-  return first;
+  const std::string numbers = part.mesh() + "/pointProcAddressing";
+  return std::filesystem::exists(numbers, error) || std::filesystem::exists(numbers + ".gz", error);
 }
 
-Result<std::vector<int64_t>> FoamProcessors::read_list(const std::string& folder, const char* name,
+}  // namespace
+
+bool has_other_processors(const std::string& case_folder) {
+  const auto parts = foam_processors_of(case_folder);
+  return parts && !parts->empty() && !has_numbers(parts->front()) &&
+         !foam_times_in(parts->front().folder).empty();
+}
+
+std::vector<FoamTime> foam_times_of(const std::string& path) {
+  const FoamCasePath place = foam_case_of(path);
+  if (place.time) return {};
+  std::vector<FoamTime> times = place.times;
+  const auto parts = foam_processors_of(foam_case_folder(path));
+  if (!parts || parts->empty()) return times;
+  if (!place.folder.empty() && !has_numbers(parts->front())) return times;
+  for (FoamTime& time : foam_times_in(parts->front().folder)) {
+    const bool known = std::any_of(place.times.begin(), place.times.end(),
+                                   [&](const FoamTime& own) { return own.value == time.value; });
+    time.divided = true;
+    if (!known) times.push_back(std::move(time));
+  }
+  std::stable_sort(times.begin(), times.end(),
+                   [](const FoamTime& a, const FoamTime& b) { return a.value < b.value; });
+  return times;
+}
+
+Result<std::vector<int64_t>> FoamProcessors::read_list(const FoamPart& place, const char* name,
                                                        uint64_t count, Budget& budget) const {
-  Result<FoamReader> file = FoamReader::open(folder, name, limits_);
+  Result<FoamReader> file = FoamReader::open(place.mesh(), name, limits_, place.block);
   if (!file)
     return failure(file.error().code, file.error().message +
                                           "; decomposePar writes it, and without it the processors' meshes "
@@ -92,12 +178,13 @@ Result<std::vector<int64_t>> FoamProcessors::read_list(const std::string& folder
   return labels;
 }
 
-Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const std::string& folder, const FoamLists& part,
+Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const FoamPart& place, const FoamLists& part,
                                                              Budget& budget) const {
   Numbers numbers;
+  const std::string folder = place.mesh();
   const auto read = [&](const char* name, uint64_t count, std::vector<uint64_t>& out) -> Result<> {
     // Each processor has some: together not more than a budget allows.
-    for (const int64_t label : MAILLE_TRY(read_list(folder, name, count, budget))) {
+    for (const int64_t label : MAILLE_TRY(read_list(place, name, count, budget))) {
       if (label < 0 || label > INT32_MAX)
         return malformed(folder + "/" + name + ": " + std::to_string(label) + " is no number in a mesh");
       out.push_back(static_cast<uint64_t>(label));
@@ -107,7 +194,7 @@ Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const std::string& 
   MAILLE_CHECK(read("pointProcAddressing", part.points.count(), numbers.points));
   MAILLE_CHECK(read("cellProcAddressing", part.cells, numbers.cells));
   // The number plus one, negative where the face is turned.
-  for (const int64_t label : MAILLE_TRY(read_list(folder, "faceProcAddressing", part.ends.size(), budget))) {
+  for (const int64_t label : MAILLE_TRY(read_list(place, "faceProcAddressing", part.ends.size(), budget))) {
     if (label == 0 || label > INT32_MAX || label < -INT32_MAX)
       return malformed(folder + "/faceProcAddressing: " + std::to_string(label) + " is no face and side");
     numbers.faces.push_back(static_cast<uint64_t>(label < 0 ? -label : label) - 1);
@@ -181,14 +268,14 @@ void FoamProcessors::add_patches(const FoamLists& part, const Numbers& numbers) 
   }
 }
 
-Result<> FoamProcessors::add_zones(const std::string& folder, const FoamZoneKind& kind, size_t place,
+Result<> FoamProcessors::add_zones(const FoamPart& place, const FoamZoneKind& kind, size_t which,
                                    std::span<const uint64_t> numbers, const std::vector<bool>& turned,
                                    Budget& budget) {
-  if (!has_foam_zones(folder, kind)) return {};
-  FoamReader file = MAILLE_TRY(FoamReader::open(folder, kind.file, limits_));
+  if (!has_foam_zones(place.mesh(), kind)) return {};
+  FoamReader file = MAILLE_TRY(FoamReader::open(place.mesh(), kind.file, limits_, place.block));
   FoamZones zones(kind, nobody, "");
   MAILLE_CHECK(zones.read(file, numbers.size(), budget));
-  ZoneElements& all = zones_[place];
+  ZoneElements& all = zones_[which];
   std::vector<uint64_t> zone_of;
   for (const std::string& name : zones.names()) {
     const auto at = std::find(all.names.begin(), all.names.end(), name);
@@ -205,9 +292,10 @@ Result<> FoamProcessors::add_zones(const std::string& folder, const FoamZoneKind
   return {};
 }
 
-Result<> FoamProcessors::add(const std::string& folder, const FoamLists& part, Budget& budget) {
+Result<> FoamProcessors::add(const FoamPart& place, const FoamLists& part, Budget& budget) {
+  const std::string folder = place.mesh();
   if (first_folder_.empty()) first_folder_ = folder;
-  const Numbers numbers = MAILLE_TRY(read_numbers(folder, part, budget));
+  Numbers numbers = MAILLE_TRY(read_numbers(place, part, budget));
   MAILLE_CHECK(add_points(folder, part, numbers, budget));
   for (const uint64_t cell : numbers.cells) {
     if (cell >= has_cell_.size()) MAILLE_CHECK(budget.take(cell + 1 - has_cell_.size(), 1));
@@ -222,8 +310,9 @@ Result<> FoamProcessors::add(const std::string& folder, const FoamLists& part, B
   const std::array<std::span<const uint64_t>, 3> elements = {numbers.cells, numbers.faces, numbers.points};
   for (size_t i = 0; i < zones_.size(); ++i) {
     const std::vector<bool> none;
-    MAILLE_CHECK(add_zones(folder, *zone_kinds()[i], i, elements[i], i == 1 ? numbers.turned : none, budget));
+    MAILLE_CHECK(add_zones(place, *zone_kinds()[i], i, elements[i], i == 1 ? numbers.turned : none, budget));
   }
+  parts_.push_back({place, std::move(numbers), part.patches, part.neighbour.size()});
   return {};
 }
 

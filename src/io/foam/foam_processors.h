@@ -4,18 +4,37 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/budget.h"
+#include "io/foam/foam_case.h"
 #include "io/foam/polymesh.h"
 #include "io/foam/polymesh_zones.h"
 
 namespace maille {
 
 // Cases that decomposePar divided: processor0, processor1, ... have a mesh each, and beside it the numbers
-// that its points, faces and cells have in the whole one.
+// that its points, faces and cells have in the whole one. Files of several processors may be one (OpenFOAM's
+// file handler "collated"), in a folder processors4, or processors4_0-1 and processors4_2-3.
+
+/// Where the files of a processor are.
+struct FoamPart {
+  std::string folder;                  ///< "case/processor1"
+  std::optional<uint64_t> block = {};  ///< of each file in it, where that is of several processors
+
+  std::string mesh() const { return folder + "/constant/polyMesh"; }
+};
+
+/// The times of a case: its own, and those that only its processors have, as far as they can be put together;
+/// by value. None where the path says which one is meant.
+std::vector<FoamTime> foam_times_of(const std::string& path);
+/// Whether processors have fields, but of meshes that are no parts of the case's, as far as files tell.
+bool has_other_processors(const std::string& case_folder);
+/// The folder of the case that a path names, or of a file in it.
+std::string foam_case_folder(const std::string& path);
 
 /// What a folder "polyMesh" holds besides zones.
 struct FoamLists {
@@ -27,19 +46,16 @@ struct FoamLists {
   std::vector<FoamPatch> patches;
 };
 
-/// The folders "polyMesh" of the processors of a case that has no mesh itself, by number; none where there
-/// are none. Error: malformed_input, if one of them is missing.
-Result<std::vector<std::string>> foam_processors_of(const std::string& case_folder);
-/// The name of a folder with the files of several processors in one (OpenFOAM's file handler "collated"),
-/// which are not read: "processors2"; empty where there is none.
-std::string collated_processors_of(const std::string& case_folder);
+/// The processors of a case, by number; none where there are none. Error: malformed_input, if one of them is
+/// missing.
+Result<std::vector<FoamPart>> foam_processors_of(const std::string& case_folder);
 
 /// Puts the meshes of processors together to the one that was divided, in its order.
 class FoamProcessors {
  public:
   explicit FoamProcessors(const Limits& limits) : limits_(limits) {}
   /// The next one. Errors: malformed_input, cannot_read.
-  Result<> add(const std::string& folder, const FoamLists& part, Budget& budget);
+  Result<> add(const FoamPart& place, const FoamLists& part, Budget& budget);
   /// Error: malformed_input, for what no processor has.
   Result<FoamLists> finish();
 
@@ -50,22 +66,31 @@ class FoamProcessors {
   };
   ZoneElements zones(const FoamZoneKind& kind);
 
- private:
   /// In the whole mesh, by element of a part.
   struct Numbers {
     std::vector<uint64_t> points, cells;
     std::vector<uint64_t> faces;
     std::vector<bool> turned;  ///< faces that the whole mesh has the other way round
   };
-  Result<Numbers> read_numbers(const std::string& folder, const FoamLists& part, Budget& budget) const;
-  Result<std::vector<int64_t>> read_list(const std::string& folder, const char* name, uint64_t count,
+  /// What the fields of a part need.
+  struct Part {
+    FoamPart place;
+    Numbers numbers;
+    std::vector<FoamPatch> patches;
+    uint64_t inner_faces = 0;
+  };
+  const std::vector<Part>& parts() const { return parts_; }
+
+ private:
+  Result<Numbers> read_numbers(const FoamPart& place, const FoamLists& part, Budget& budget) const;
+  Result<std::vector<int64_t>> read_list(const FoamPart& place, const char* name, uint64_t count,
                                          Budget& budget) const;
   Result<> add_points(const std::string& folder, const FoamLists& part, const Numbers& numbers,
                       Budget& budget);
   Result<> add_faces(const std::string& folder, const FoamLists& part, const Numbers& numbers,
                      Budget& budget);
   void add_patches(const FoamLists& part, const Numbers& numbers);
-  Result<> add_zones(const std::string& folder, const FoamZoneKind& kind, size_t place,
+  Result<> add_zones(const FoamPart& place, const FoamZoneKind& kind, size_t which,
                      std::span<const uint64_t> numbers, const std::vector<bool>& turned, Budget& budget);
   Result<> check_patches();
 
@@ -83,11 +108,18 @@ class FoamProcessors {
   const Limits& limits_;
   std::string first_folder_;
   Array points_;
+  std::vector<Part> parts_;
   std::vector<bool> has_point_;
   std::vector<bool> has_cell_;
   std::vector<Face> faces_;
   std::vector<Patch> patches_;
   std::array<ZoneElements, 3> zones_;
 };
+
+/// Whether a patch has faces between processors, and whole faces of a cyclic one of which processors have a
+/// side each.
+bool is_between_processors(const FoamPatch& patch);
+/// "referPatch left;": the cyclic patch that the faces are of; empty where there is none.
+std::string referred_patch(const FoamPatch& patch);
 
 }  // namespace maille

@@ -1,6 +1,7 @@
 #include "io/foam/foam_processors.h"
 
 #include <gmock/gmock.h>
+#include <maille/series.h>
 
 #include <filesystem>
 #include <fstream>
@@ -32,6 +33,54 @@ class FoamProcessorFolders : public ::testing::Test {
     return result ? "" : result.error().message;
   }
 
+  /// Of time 0.01, beside the meshes.
+  void add_fields() {
+    for (const std::string processor : {"processor0", "processor1", "processor2"}) {
+      fs::copy(sample_path("foam_divided_fields/" + processor), divided() + "/" + processor,
+               fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    }
+  }
+  /// With the fields of a time.
+  std::string whole_case(const std::string& time) {
+    std::string folder = folder_.path("whole");
+    fs::create_directories(folder + "/constant");
+    fs::copy(sample_path("polymesh_whole"), folder + "/constant/polyMesh", fs::copy_options::recursive);
+    if (!time.empty())
+      fs::copy(sample_path("foam_divided_fields/whole"), folder, fs::copy_options::recursive);
+    return folder;
+  }
+  static std::string bytes_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// As OpenFOAM's file handler "collated" writes it; three processors, the last folder has one.
+  void collate(const std::string& folder, const std::vector<std::string>& groups) {
+    for (int processor = 0; processor < 3; ++processor) {
+      const bool second = groups.size() > 1 && processor == 2;
+      const fs::path from = divided() + "/processor" + std::to_string(processor);
+      for (const auto& entry : fs::recursive_directory_iterator(from)) {
+        if (!entry.is_regular_file()) continue;
+        const fs::path to = fs::path(folder) / groups[second ? 1 : 0] / fs::relative(entry.path(), from);
+        fs::create_directories(to.parent_path());
+        const bool first = processor == 0 || second;
+        std::string bytes = bytes_of(entry.path());
+        if (!first) bytes = bytes.substr(bytes.find('}') + 1);
+        std::ofstream out(to, first ? std::ios::trunc : std::ios::app);
+        if (first) out << "FoamFile { version 2.0; format binary; class decomposedBlockData; object x; }\n";
+        out << "\n// Processor" << processor << "\n" << bytes.size() << "\n(" << bytes << ")\n";
+      }
+    }
+  }
+  /// The text of a field without blanks.
+  static std::string text_of(const Mesh& mesh, const std::string& field) {
+    std::string text;
+    for (const auto& [key, value] : mesh.metadata) {
+      if (key == "openfoam.field." + field) text = value;
+    }
+    std::erase_if(text, [](char c) { return c == ' ' || c == '\n'; });
+    return text;
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -49,28 +98,94 @@ TEST_F(FoamProcessorFolders, AreMeshesOfTheirOwnWhenNamed) {
   EXPECT_GT(part->mesh.cell_count(), 0u);
 }
 
-TEST_F(FoamProcessorFolders, CollatedFilesAreNamedWithWhatMakesAMeshOfThem) {
-  const std::string folder = folder_.path("collated");
-  fs::create_directories(folder + "/processors4_0-1/constant/polyMesh");
-  fs::create_directories(folder + "/processors4_2-3/constant/polyMesh");
-  const auto result = read_mesh(folder);
-  ASSERT_FALSE(result);
-  EXPECT_THAT(result.error().message, HasSubstr("(processors4_0-1), which are not read; reconstructParMesh"));
+TEST_F(FoamProcessorFolders, FieldsComeTogetherAsTheyWereBeforeTheCaseWasDivided) {
+  add_fields();
+  const auto whole = read_mesh(whole_case("0.01"));
+  ASSERT_TRUE(whole) << whole.error().message;
+  const auto joined = read_mesh(divided());
+  ASSERT_TRUE(joined) << joined.error().message;
+  EXPECT_TRUE(joined->notes.empty()) << joined->notes[0];
+  for (const char* const name : {"U", "phi", "pd"}) {
+    const Domain domain = name == std::string("pd") ? Domain::point : Domain::cell;
+    ASSERT_NE(joined->mesh.find(name, domain), nullptr) << name;
+    expect_same_array(*joined->mesh.find(name, domain), *whole->mesh.find(name, domain));
+  }
+  EXPECT_EQ(text_of(joined->mesh, "phi"), text_of(whole->mesh, "phi"));
+  EXPECT_EQ(text_of(joined->mesh, "U"), text_of(whole->mesh, "U"));
 }
 
-TEST_F(FoamProcessorFolders, FieldsThatOnlyProcessorsHaveAreNotLeftOutSilently) {
-  const std::string folder = folder_.path("whole");
-  fs::create_directories(folder + "/constant");
-  fs::copy(sample_path("polymesh_whole"), folder + "/constant/polyMesh", fs::copy_options::recursive);
-  for (const char* const processors : {"processor0", "processors2"}) {
-    fs::create_directories(folder + "/" + processors + "/constant/polyMesh");
-    fs::create_directories(folder + "/" + processors + "/0.5");
-    std::ofstream(folder + "/" + processors + "/0.5/p") << "FoamFile {}";
-    const auto result = read_mesh(folder);
-    ASSERT_TRUE(result) << result.error().message;
-    EXPECT_THAT(result->notes, ::testing::Contains(HasSubstr("reconstructPar"))) << processors;
-    fs::remove_all(folder + "/" + processors);
+TEST_F(FoamProcessorFolders, CollatedFilesGiveTheSameMeshAndFields) {
+  add_fields();
+  const auto apart = read_mesh(divided());
+  ASSERT_TRUE(apart) << apart.error().message;
+  for (const auto& groups :
+       {std::vector<std::string>{"processors3"}, {"processors3_0-1", "processors3_2-2"}}) {
+    const std::string folder = folder_.path(groups[0]);
+    collate(folder, groups);
+    const auto together = read_mesh(folder);
+    ASSERT_TRUE(together) << together.error().message;
+    expect_same_mesh(together->mesh, apart->mesh);
   }
+}
+
+TEST_F(FoamProcessorFolders, CollatedFoldersThatDoNotFitAreRefused) {
+  const std::string folder = folder_.path("case2");
+  const auto error_of = [&] {
+    const auto result = read_mesh(folder);
+    return result ? "" : result.error().message;
+  };
+  fs::create_directories(folder + "/processors4_2-3");
+  EXPECT_EQ(error_of(), folder + ": processor 0 is not in processors4_2-3, or twice");
+  fs::create_directories(folder + "/processors4_0-1");
+  fs::create_directories(folder + "/processors2");
+  EXPECT_THAT(error_of(), HasSubstr("are of different numbers of processors"));
+  fs::remove_all(folder + "/processors2");
+  fs::remove_all(folder + "/processors4_2-3");
+  EXPECT_THAT(error_of(), HasSubstr("processor 2 of 4 is in no folder"));
+  fs::remove_all(folder + "/processors4_0-1");
+  fs::create_directories(folder + "/processors99999999999");
+  EXPECT_THAT(error_of(), HasSubstr("more processors than there may be"));
+}
+
+TEST_F(FoamProcessorFolders, TimesThatOnlyProcessorsHaveAreStepsOfTheCase) {
+  add_fields();
+  const std::string folder = whole_case("");
+  fs::create_directories(folder + "/0");
+  fs::copy(sample_path("foam_divided_fields/whole/0.01/U"), folder + "/0/U");
+  for (const std::string processor : {"processor0", "processor1", "processor2"})
+    fs::copy(divided() + "/" + processor, folder + "/" + processor, fs::copy_options::recursive);
+  const auto series = read_series(folder);
+  ASSERT_TRUE(series) << series.error().message;
+  ASSERT_EQ(series->size(), 2u);
+  const auto first = read_series_entry((*series)[0]), second = read_series_entry((*series)[1]);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->mesh.find("phi", Domain::cell), nullptr);
+  EXPECT_NE(second->mesh.find("phi", Domain::cell), nullptr);
+  EXPECT_TRUE(first->mesh.points.bytes == second->mesh.points.bytes);
+}
+
+TEST_F(FoamProcessorFolders, FieldsOfOtherMeshesAreNotLeftOutSilently) {
+  add_fields();
+  const std::string folder = whole_case("");
+  fs::copy(divided() + "/processor0", folder + "/processor0", fs::copy_options::recursive);
+  fs::remove(folder + "/processor0/constant/polyMesh/pointProcAddressing");
+  const auto result = read_mesh(folder);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(result->notes, ::testing::Contains(HasSubstr("pointProcAddressing")));
+}
+
+TEST_F(FoamProcessorFolders, AFieldThatAProcessorLacksIsNamed) {
+  add_fields();
+  fs::remove(divided() + "/processor1/0.01/phi");
+  EXPECT_THAT(error(), HasSubstr("processor1/0.01/phi"));
+}
+
+TEST_F(FoamProcessorFolders, AListOfAnotherLengthIsNamed) {
+  add_fields();
+  fs::copy_file(divided() + "/processor0/0.01/U", divided() + "/processor1/0.01/U",
+                fs::copy_options::overwrite_existing);
+  EXPECT_THAT(error(), HasSubstr("processor1/0.01/U"));
+  EXPECT_THAT(error(), HasSubstr("elements"));
 }
 
 TEST_F(FoamProcessorFolders, AProcessorThatIsMissingIsNamed) {
@@ -114,8 +229,11 @@ TEST_F(FoamProcessorFolders, NumbersBeyondAnyMeshTakeNoMemory) {
 }
 
 TEST_F(FoamProcessorFolders, SurviveRandomDamage) {
+  add_fields();
+  const std::string collated = folder_.path("collated");
+  collate(collated, {"processors3"});
   std::vector<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(divided())) {
+  for (const auto& entry : fs::recursive_directory_iterator(folder_.path(""))) {
     if (entry.is_regular_file()) files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
@@ -127,8 +245,8 @@ TEST_F(FoamProcessorFolders, SurviveRandomDamage) {
     std::string damaged = whole;
     for (uint64_t i = random.between(1, 3); i > 0; --i)
       damaged[random.below(damaged.size())] = "0123456789-() ;{}"[random.below(17)];
-    std::ofstream(path) << damaged;
-    const auto result = read_mesh(divided());
+    std::ofstream(path, std::ios::binary) << damaged;
+    const auto result = read_mesh(path.starts_with(collated) ? collated : divided());
     EXPECT_TRUE(!result || validate(result->mesh)) << seed;
     std::ofstream(path) << whole;
   }

@@ -22,13 +22,17 @@ class PolyMeshReader {
         options_(options),
         budget_(folder_, folder_bytes(), options.limits),
         joined_(options.limits) {}
-  /// The mesh that was divided among processors, whose folders these are.
-  PolyMeshReader(std::string folder, std::vector<std::string> processors, const ReadOptions& options)
+  /// The mesh that was divided among these processors.
+  PolyMeshReader(std::string folder, std::vector<FoamPart> processors, const ReadOptions& options)
       : folder_(std::move(folder)),
         processors_(std::move(processors)),
         options_(options),
         budget_(folder_, bytes_of_processors(), options.limits),
         joined_(options.limits) {}
+  /// That of one processor.
+  PolyMeshReader(const FoamPart& part, const ReadOptions& options) : PolyMeshReader(part.mesh(), options) {
+    block_ = part.block;
+  }
 
   Result<ReadResult> read();
   /// The same with the fields of a time.
@@ -37,7 +41,9 @@ class PolyMeshReader {
  private:
   uint64_t bytes_of_processors() const {
     uint64_t bytes = 0;
-    for (const std::string& processor : processors_) bytes += folder_bytes(processor);
+    for (const FoamPart& processor : processors_) {
+      if (processor.block.value_or(0) == 0) bytes += folder_bytes(processor.mesh());
+    }
     return bytes;
   }
   uint64_t folder_bytes() const { return folder_bytes(folder_); }
@@ -53,7 +59,9 @@ class PolyMeshReader {
     }
     return bytes;
   }
-  Result<FoamReader> open(const char* name) { return FoamReader::open(folder_, name, options_.limits); }
+  Result<FoamReader> open(const char* name) {
+    return FoamReader::open(folder_, name, options_.limits, block_);
+  }
   Result<> read_lists();
   Result<> read_processors();
   Result<> read_points();
@@ -74,7 +82,8 @@ class PolyMeshReader {
   }
 
   std::string folder_;
-  std::vector<std::string> processors_;
+  std::vector<FoamPart> processors_;
+  std::optional<uint64_t> block_;
   const ReadOptions& options_;
   Budget budget_;
   FoamProcessors joined_;
@@ -298,13 +307,13 @@ Result<> PolyMeshReader::read_lists() {
 }
 
 Result<> PolyMeshReader::read_processors() {
-  for (const std::string& folder : processors_) {
-    PolyMeshReader part(folder, options_);
+  for (const FoamPart& processor : processors_) {
+    PolyMeshReader part(processor, options_);
     MAILLE_CHECK(part.read_lists());
     const FoamLists lists = {std::move(part.mesh_.points), std::move(part.corners_),   std::move(part.ends_),
                              std::move(part.owner_),       std::move(part.neighbour_), part.cells_,
                              std::move(part.patches_)};
-    MAILLE_CHECK(joined_.add(folder, lists, budget_));
+    MAILLE_CHECK(joined_.add(processor, lists, budget_));
   }
   FoamLists all = MAILLE_TRY(joined_.finish());
   mesh_.points = std::move(all.points);
@@ -353,22 +362,32 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
     for (FoamText& text : read_foam_texts(case_folder, inside, result.notes))
       result.mesh.metadata.emplace_back(foam_case_prefix + text.path, std::move(text.text));
   }
+  const FoamFieldJoiner joiner(joined_.parts(), {places_.points, cells_, neighbour_.size(), patches_},
+                               options_.limits);
+  if (!processors_.empty()) fields.set_joiner(joiner);
   MAILLE_CHECK(fields.read(case_folder, time));
   return result;
 }
 
-void note_fields_of_processors(const std::string& case_folder, std::vector<std::string>& notes) {
-  const std::string collated = collated_processors_of(case_folder);
-  for (const std::string& name : {std::string("processor0"), collated}) {
-    // Of what is no folder foam_case_of() takes the folder around it, which is the case itself.
-    const std::string processor = case_folder + "/" + name;
-    std::error_code error;
-    if (name.empty() || !std::filesystem::is_directory(processor, error)) continue;
-    if (foam_case_of(processor).times.empty()) continue;
-    notes.emplace_back(
-        "fields in the folders of processors left out; reconstructPar makes a case with its fields of them");
-    return;
+/// The mesh of a case, with the fields of a time if one is said.
+Result<ReadResult> read_case(const std::string& case_folder, const std::optional<FoamTime>& time,
+                             const ReadOptions& options) {
+  const std::string folder = foam_folder_of(case_folder);
+  std::error_code error;
+  const bool whole = std::filesystem::exists(folder + "/points", error) ||
+                     std::filesystem::exists(folder + "/points.gz", error);
+  if (whole && !(time && time->divided)) {
+    PolyMeshReader reader(folder, options);
+    return time ? reader.read_with_fields(case_folder, *time) : reader.read();
   }
+  std::vector<FoamPart> processors = MAILLE_TRY(foam_processors_of(case_folder));
+  if (processors.empty()) {
+    return failure(
+        ErrorCode::cannot_read,
+        "cannot read " + case_folder + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
+  }
+  PolyMeshReader reader(case_folder, std::move(processors), options);
+  return time ? reader.read_with_fields(case_folder, *time) : reader.read();
 }
 
 Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
@@ -377,40 +396,23 @@ Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& option
     return failure(ErrorCode::malformed_input,
                    source.name() + ": a polyMesh is a folder of files; name the folder or a file in it");
   }
-  const std::string folder = foam_folder_of(source.name());
-  if (!std::filesystem::exists(folder + "/points") && !std::filesystem::exists(folder + "/points.gz")) {
-    std::vector<std::string> processors = MAILLE_TRY(foam_processors_of(folder));
-    if (!processors.empty()) {
-      ReadResult result = MAILLE_TRY(PolyMeshReader(folder, processors, options).read());
-      note_fields_of_processors(folder, result.notes);
-      return result;
-    }
-    const std::string collated = collated_processors_of(folder);
-    if (!collated.empty()) {
-      return failure(ErrorCode::cannot_read,
-                     "cannot read " + source.name() + ": its mesh is in collated files of processors (" +
-                         collated +
-                         "), which are not read; reconstructParMesh -constant makes one mesh of them, and "
-                         "reconstructPar its fields");
-    }
-    return failure(
-        ErrorCode::cannot_read,
-        "cannot read " + source.name() + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
-  }
   const FoamCasePath place = foam_case_of(source.name());
-  PolyMeshReader reader(folder, options);
-  if (!place.time && place.times.empty()) {
-    ReadResult result = MAILLE_TRY(reader.read());
-    if (!place.folder.empty()) note_fields_of_processors(place.folder, result.notes);
-    return result;
-  }
+  const std::string folder = foam_case_folder(source.name());
+  if (place.time) return read_case(folder, place.time, options);
+  const std::vector<FoamTime> times = foam_times_of(source.name());
   ReadResult result =
-      MAILLE_TRY(reader.read_with_fields(place.folder, place.time.value_or(place.times.front())));
-  note_fields_of_processors(place.folder, result.notes);
-  if (!place.time && place.times.size() > 1) {
-    result.notes.push_back("the fields are those of time " + place.times[0].name + ", the first of " +
-                           std::to_string(place.times.size()) + "; " + place.folder + "/" +
-                           place.times[1].name + " names another");
+      MAILLE_TRY(read_case(folder, times.empty() ? std::nullopt : std::optional(times.front()), options));
+  if (!place.folder.empty() && has_other_processors(folder)) {
+    result.notes.emplace_back(
+        "fields in the folders of processors left out: pointProcAddressing, which decomposePar writes, is "
+        "not "
+        "there, so that they may be of another mesh");
+  }
+  if (times.size() > 1) {
+    result.notes.push_back("the fields are those of time " + times[0].name + ", the first of " +
+                           std::to_string(times.size()) +
+                           (times[1].divided ? "; compress takes them all"
+                                             : "; " + folder + "/" + times[1].name + " names another"));
   }
   return result;
 }
@@ -422,6 +424,13 @@ bool recognise_polymesh(Bytes first_bytes) {
 }
 
 }  // namespace
+
+Result<ReadResult> read_foam_step(const std::string& case_folder, const ReadOptions& options, uint64_t step) {
+  const std::vector<FoamTime> times = foam_times_of(case_folder);
+  if (step >= times.size())
+    return failure(ErrorCode::usage, case_folder + ": has " + std::to_string(times.size()) + " times only");
+  return read_case(foam_case_folder(case_folder), times[step], options);
+}
 
 const Format& polymesh_format() {
   static const Format format{{"polymesh", {".foam"}, "OpenFOAM's polyMesh, a folder", true},

@@ -71,6 +71,9 @@ Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, co
 Result<std::vector<std::string>> write_polymesh(MeshSource& mesh, FolderSink& sink, bool ascii,
                                                 uint64_t memory, const std::string& folder);
 
+/// A case with the fields of one of its times (foam_times_of()).
+Result<ReadResult> read_foam_step(const std::string& case_folder, const ReadOptions& options, uint64_t step);
+
 /// The folder with the mesh, of a file in it, of a case's ".foam" file, or of the case.
 std::string foam_folder_of(const std::string& name);
 

@@ -8,7 +8,7 @@
 #include "io/budget.h"
 #include "io/cell_file.h"
 #include "io/cell_store.h"
-#include "io/foam/foam_case.h"
+#include "io/foam/foam_processors.h"
 #include "io/foam/polymesh.h"
 #include "io/foam/polymesh_zones.h"
 #include "io/list_sorter.h"
@@ -441,8 +441,7 @@ Result<> PolyMeshSource::read_points(uint64_t first, uint64_t count, std::span<s
 
 Result<std::unique_ptr<MeshSource>> open_polymesh_source(const std::string& path,
                                                          const PartsOptions& options) {
-  const FoamCasePath place = foam_case_of(path);
-  if (place.time || !place.times.empty())
+  if (foam_case_of(path).time || !foam_times_of(path).empty())
     return failure(ErrorCode::unsupported,
                    path +
                        ": a case with fields is read whole; its mesh, constant/polyMesh, "

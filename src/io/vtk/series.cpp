@@ -13,7 +13,7 @@
 #include "io/beside.h"
 #include "io/ensight/ensight.h"
 #include "io/exodus/exodus.h"
-#include "io/foam/foam_case.h"
+#include "io/foam/foam_processors.h"
 #include "io/numbers.h"
 #include "io/reading.h"
 #include "io/text_scanner.h"
@@ -75,11 +75,17 @@ Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const So
 std::vector<SeriesEntry> times_of_case(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_directory(path, error) && !path.ends_with(".foam")) return {};
-  const FoamCasePath place = foam_case_of(path);
+  const std::string folder = foam_case_folder(path);
   std::vector<SeriesEntry> times;
-  for (const FoamTime& time : place.time ? std::vector<FoamTime>() : place.times)
-    times.push_back({place.folder + "/" + time.name, time.value, times.size()});
+  for (const FoamTime& time : foam_times_of(path))
+    times.push_back({time.divided ? folder : folder + "/" + time.name, time.value, times.size()});
   return times;
+}
+
+/// A case, which is no folder of a time, is named for steps in folders of processors.
+bool is_case(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error) && !foam_case_of(path).time;
 }
 
 Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const Source& source) {
@@ -109,6 +115,7 @@ bool may_be_series(const std::string& path) {
 }
 
 Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions& options) {
+  if (entry.step && is_case(entry.path)) return read_foam_step(entry.path, options, *entry.step);
   if (!has_own_steps(entry.path) || !entry.step) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
   if (is_ensight(entry.path)) return read_ensight_step(*source, options, *entry.step);
