@@ -43,6 +43,7 @@ struct Options {
   bool as_is = false, any_order = false, quiet = false;
   double error = 0;
   uint64_t step = 0;
+  double time = 0;
 };
 
 /// What a rank has read.
@@ -120,21 +121,43 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::ve
   return own;
 }
 
-Result<OwnPart> read_inputs(const Options& options, Ranks& ranks) {
-  const std::vector<std::string> inputs(options.files.begin(), options.files.end() - 1);
+Result<OwnPart> read_inputs(const std::vector<std::string>& inputs, Ranks& ranks) {
   if (inputs.size() > 1) return read_shares(inputs, inputs, ranks);
   Result<std::vector<std::string>> parts = parts_of_mesh(inputs[0]);
   if (!parts) return tl::unexpected(parts.error());
   return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, inputs, ranks);
 }
 
-Result<> compress(const Options& options, MPI_Comm communicator) {
-  const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
-  Result<OwnPart> own = read_inputs(options, *ranks);
-  if (auto all = agree(*ranks, own ? Result<>() : Result<>(tl::unexpected(own.error()))); !all) return all;
+/// The same error in all ranks.
+Result<OwnPart> read_all(const std::vector<std::string>& inputs, const Options& options, Ranks& ranks) {
+  Result<OwnPart> own = read_inputs(inputs, ranks);
+  if (auto all = agree(ranks, own ? Result<>() : Result<>(tl::unexpected(own.error()))); !all)
+    return tl::unexpected(all.error());
   for (const std::string& note : own->notes) {
     if (!options.quiet) std::fprintf(stderr, "maille-mpi: %s\n", note.c_str());
   }
+  return own;
+}
+
+Result<> append(const Options& options, MPI_Comm communicator) {
+  const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
+  Result<OwnPart> own = read_all({options.files.begin() + 1, options.files.end()}, options, *ranks);
+  if (!own) return tl::unexpected(own.error());
+  const RankPart part{&own->mesh, own->points, own->cells};
+  const auto report = mpi::append_step(communicator, options.files.front(), options.time, part);
+  if (!report) return tl::unexpected(report.error());
+  if (ranks->rank() == 0 && !options.quiet) {
+    std::printf("%s: step %llu at time %g; %llu bytes, by %u ranks\n", options.files.front().c_str(),
+                static_cast<unsigned long long>(report->number), options.time,
+                static_cast<unsigned long long>(report->file_bytes), ranks->size());
+  }
+  return {};
+}
+
+Result<> compress(const Options& options, MPI_Comm communicator) {
+  const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
+  Result<OwnPart> own = read_all({options.files.begin(), options.files.end() - 1}, options, *ranks);
+  if (!own) return tl::unexpected(own.error());
   EncodeOptions encoding;
   encoding.mode = Mode::stream;
   encoding.effort = options.effort;
@@ -213,6 +236,12 @@ int run(int argc, char** argv) {
   compressing.add_flag("--as-is", options.as_is, "the part of each rank is a piece");
   compressing.add_flag("--any-order", options.any_order, "the order of points and cells may change");
   compressing.add_flag("-q,--quiet", options.quiet, "errors only");
+  CLI::App& appending = *app.add_subcommand(
+      "append",
+      "A step of time behind a file in pieces: the parts of the mesh with the values of that time.");
+  appending.add_option("files", options.files, "FILE INPUT...")->required()->expected(2, 1 << 20);
+  appending.add_option("--time", options.time, "the time of the step")->required();
+  appending.add_flag("-q,--quiet", options.quiet, "errors only");
   CLI::App& decompressing = *app.add_subcommand(
       "decompress",
       "A .pvtu, and a .vtu beside it for each rank: its share of the pieces, with the numbers of points and "
@@ -234,6 +263,7 @@ int run(int argc, char** argv) {
     return decompress_shares(options.files[0], options.files[1], options.step, *mpi::ranks(MPI_COMM_WORLD));
   };
   const Result<> done = compressing.parsed()     ? compress(options, MPI_COMM_WORLD)
+                        : appending.parsed()     ? append(options, MPI_COMM_WORLD)
                         : decompressing.parsed() ? decompress()
                                                  : verify(options, MPI_COMM_WORLD);
   if (done) return 0;

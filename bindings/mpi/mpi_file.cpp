@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
@@ -30,37 +31,18 @@ std::string text_of(int error) {
   return std::string(text, static_cast<size_t>(length));
 }
 
-class MpiFile final : public RanksFile {
+/// What writing a new file and going on with one have in common.
+class SharedFile : public RanksFile {
  public:
-  MpiFile(MPI_Comm communicator, std::string path) : communicator_(communicator), path_(std::move(path)) {
+  SharedFile(MPI_Comm communicator, std::string path) : communicator_(communicator), path_(std::move(path)) {
     MPI_Comm_rank(communicator, &rank_);
-    // One name in all ranks.
-    int process = static_cast<int>(::getpid());
-    MPI_Bcast(&process, 1, MPI_INT, 0, communicator);
-    const size_t name = path_.find_last_of('/') + 1;  // 0 where there is no folder
-    temporary_ = path_;
-    temporary_.insert(name, 1, '.');
-    temporary_ += '.';
-    temporary_ += std::to_string(process);
-  }
-  ~MpiFile() override { forget(); }
-  MpiFile(const MpiFile&) = delete;
-  MpiFile& operator=(const MpiFile&) = delete;
-
-  /// Whether there can be a file of this name.
-  Result<> check() {
-    int reason = 0;
-    if (rank_ == 0 && ::access(folder_of(path_).c_str(), W_OK) != 0) reason = errno;
-    MPI_Bcast(&reason, 1, MPI_INT, 0, communicator_);
-    if (reason == 0) return {};
-    return failure(ErrorCode::write_failed, "cannot write " + path_ + ": " + std::strerror(reason));
   }
 
-  Result<> write(std::span<const Part> parts, uint64_t size) override {
+ protected:
+  Result<> write_all(const std::string& name, int mode, std::span<const Part> parts, uint64_t size) {
     MPI_File file = MPI_FILE_NULL;
-    remember();
-    const int opened = MPI_File_open(communicator_, temporary_.c_str(),
-                                     MPI_MODE_CREATE | MPI_MODE_EXCL | MPI_MODE_WRONLY, MPI_INFO_NULL, &file);
+    const int opened =
+        MPI_File_open(communicator_, name.c_str(), mode | MPI_MODE_WRONLY, MPI_INFO_NULL, &file);
     // It failed in some ranks, perhaps not in all; then nobody may call what needs all.
     if (auto all = agree(opened); !all) return all;
     int failed = MPI_File_set_size(file, static_cast<MPI_Offset>(size));
@@ -71,22 +53,18 @@ class MpiFile final : public RanksFile {
     const int closed = MPI_File_close(&file);
     return agree(failed == MPI_SUCCESS ? closed : failed);
   }
-
-  Result<> commit() override {
-    int reason = 0;
-    if (rank_ == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) reason = errno;
-    if (rank_ == 0 && reason == 0) {
-      is_unfinished = 0;
-      const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY);
-      if (folder >= 0) {
-        ::fsync(folder);
-        ::close(folder);
-      }
-    }
+  /// What the first rank found: a reason of the system, or 0.
+  Result<> agree_with_first(int reason) const {
     MPI_Bcast(&reason, 1, MPI_INT, 0, communicator_);
     if (reason == 0) return {};
-    return failure(ErrorCode::write_failed, "cannot write " + path_ + ": " + std::strerror(reason));
+    return failure(ErrorCode::write_failed,
+                   "cannot write " + path_ + ": " +
+                       (reason == EWOULDBLOCK ? "somebody else is appending to it" : std::strerror(reason)));
   }
+
+  MPI_Comm communicator_;
+  std::string path_;
+  int rank_ = 0;
 
  private:
   /// In rounds that all take part in, those who have nothing more to write, too.
@@ -120,11 +98,56 @@ class MpiFile final : public RanksFile {
     std::array<char, MPI_MAX_ERROR_STRING> text{};
     if (rank_ == first) text_of(mine).copy(text.data(), text.size() - 1);
     MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, first, communicator_);
-    forget();
     return failure(ErrorCode::write_failed,
                    "rank " + std::to_string(first) + ": cannot write " + path_ + ": " + text.data());
   }
+};
 
+class MpiFile final : public SharedFile {
+ public:
+  MpiFile(MPI_Comm communicator, std::string path) : SharedFile(communicator, std::move(path)) {
+    // One name in all ranks.
+    int process = static_cast<int>(::getpid());
+    MPI_Bcast(&process, 1, MPI_INT, 0, communicator);
+    const size_t name = path_.find_last_of('/') + 1;  // 0 where there is no folder
+    temporary_ = path_;
+    temporary_.insert(name, 1, '.');
+    temporary_ += '.';
+    temporary_ += std::to_string(process);
+  }
+  ~MpiFile() override { forget(); }
+  MpiFile(const MpiFile&) = delete;
+  MpiFile& operator=(const MpiFile&) = delete;
+
+  /// Whether there can be a file of this name.
+  Result<> check() {
+    int reason = 0;
+    if (rank_ == 0 && ::access(folder_of(path_).c_str(), W_OK) != 0) reason = errno;
+    return agree_with_first(reason);
+  }
+
+  Result<> write(std::span<const Part> parts, uint64_t size) override {
+    remember();
+    Result<> done = write_all(temporary_, MPI_MODE_CREATE | MPI_MODE_EXCL, parts, size);
+    if (!done) forget();
+    return done;
+  }
+
+  Result<> commit() override {
+    int reason = 0;
+    if (rank_ == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) reason = errno;
+    if (rank_ == 0 && reason == 0) {
+      is_unfinished = 0;
+      const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY);
+      if (folder >= 0) {
+        ::fsync(folder);
+        ::close(folder);
+      }
+    }
+    return agree_with_first(reason);
+  }
+
+ private:
   void remember() const {
     if (rank_ != 0 || temporary_.size() >= sizeof unfinished) return;
     std::copy_n(temporary_.c_str(), temporary_.size() + 1, unfinished);
@@ -132,9 +155,35 @@ class MpiFile final : public RanksFile {
   }
   static void forget() { remove_unfinished_file(); }
 
-  MPI_Comm communicator_;
-  std::string path_, temporary_;
-  int rank_ = 0;
+  std::string temporary_;
+};
+
+/// The first rank holds the lock that append_sink() takes.
+class AppendedFile final : public SharedFile {
+ public:
+  using SharedFile::SharedFile;
+  ~AppendedFile() override {
+    if (lock_ >= 0) ::close(lock_);
+  }
+  AppendedFile(const AppendedFile&) = delete;
+  AppendedFile& operator=(const AppendedFile&) = delete;
+
+  Result<> lock() {
+    int reason = 0;
+    if (rank_ == 0) {
+      lock_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
+      if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) reason = errno;
+    }
+    return agree_with_first(reason);
+  }
+  Result<> write(std::span<const Part> parts, uint64_t size) override {
+    return write_all(path_, 0, parts, size);
+  }
+  /// All of it is durable already.
+  Result<> commit() override { return {}; }
+
+ private:
+  int lock_ = -1;
 };
 
 }  // namespace
@@ -142,6 +191,12 @@ class MpiFile final : public RanksFile {
 Result<std::unique_ptr<RanksFile>> file(MPI_Comm communicator, const std::string& path) {
   auto opened = std::make_unique<MpiFile>(communicator, path);
   if (auto ok = opened->check(); !ok) return tl::unexpected(ok.error());
+  return opened;
+}
+
+Result<std::unique_ptr<RanksFile>> file_to_append(MPI_Comm communicator, const std::string& path) {
+  auto opened = std::make_unique<AppendedFile>(communicator, path);
+  if (auto ok = opened->lock(); !ok) return tl::unexpected(ok.error());
   return opened;
 }
 

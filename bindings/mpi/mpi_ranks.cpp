@@ -107,4 +107,18 @@ Result<EncodeReport> encode(MPI_Comm communicator, const RankPart& part, const s
   return maille::encode(part, *all, **opened, options, how);
 }
 
+Result<StepReport> append_step(MPI_Comm communicator, const std::string& path, double time,
+                               const RankPart& part, const EncodeOptions& options, const RanksOptions& how) {
+  const std::unique_ptr<Ranks> all = ranks(communicator);
+  Result<std::unique_ptr<RanksFile>> opened = file_to_append(communicator, path);
+  if (!opened) return tl::unexpected(opened.error());
+  // Behind the lock, so that nobody's step is missed. It must be open in all ranks before any goes on.
+  const Result<std::unique_ptr<Source>> before = file_source(path);
+  std::vector<uint64_t> failing = {before ? 0u : 1u};
+  all->largest(failing);
+  if (!before) return tl::unexpected(before.error());
+  if (failing[0] != 0) return failure(ErrorCode::cannot_read, path + ": another rank cannot read it");
+  return maille::append_step(**before, time, part, *all, **opened, options, how);
+}
+
 }  // namespace maille::mpi

@@ -3,6 +3,7 @@
 #include <maille/encode.h>
 #include <maille/mesh.h>
 #include <maille/source.h>
+#include <maille/stream.h>
 
 #include <cstdint>
 #include <span>
@@ -37,7 +38,8 @@ class RanksFile {
     uint64_t offset = 0;
     Bytes bytes;
   };
-  /// Writes the parts of all ranks of a file of `size` bytes. Called once.
+  /// Writes the parts of all ranks of a file of `size` bytes, durably. Called once for a new file. For a step
+  /// that is appended it is called twice: what stands in the file stays, and the end comes last.
   [[nodiscard]] virtual Result<> write(std::span<const Part> parts, uint64_t size) = 0;
   /// Makes the file durable and gives it its name; without it there is none.
   [[nodiscard]] virtual Result<> commit() = 0;
@@ -78,5 +80,16 @@ struct RanksOptions {
 /// bytes for each time that a piece has a point in common with others.
 [[nodiscard]] Result<EncodeReport> encode(const RankPart& part, Ranks& ranks, RanksFile& file,
                                           const EncodeOptions& options = {}, const RanksOptions& how = {});
+
+/// Appends a step of time to a file in pieces that keeps the order: each rank codes its share of the pieces,
+/// and all write at once. The bytes are those of append_step() for the whole mesh, for any number of ranks
+/// (but for arrays beyond `sample_bytes`, as above). The part is that of encode(), with the arrays of this
+/// time; the numbers of points and cells must be those that the file was written with, or rise in the same
+/// order. `before` is the file so far, read by all ranks; `file` writes to it. Of `options`, bounds of arrays
+/// and the executor count. All ranks get the report, or the same error. Errors: as append_step() and
+/// encode().
+[[nodiscard]] Result<StepReport> append_step(const Source& before, double time, const RankPart& part,
+                                             Ranks& ranks, RanksFile& file, const EncodeOptions& options = {},
+                                             const RanksOptions& how = {});
 
 }  // namespace maille

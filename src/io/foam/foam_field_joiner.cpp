@@ -43,9 +43,8 @@ std::string edited(std::string_view text, size_t begin, size_t end, const std::v
 /// The last one counts.
 const FoamValues* find_values(const std::vector<FoamValues>& values, const std::string& patch,
                               const std::string& entry) {
-  const auto at = std::find_if(values.rbegin(), values.rend(), [&](const FoamValues& v) {
-    return v.patch == patch && v.entry == entry;
-  });
+  const auto at = std::find_if(values.rbegin(), values.rend(),
+                               [&](const FoamValues& v) { return v.patch == patch && v.entry == entry; });
   return at == values.rend() ? nullptr : &*at;
 }
 
@@ -89,8 +88,8 @@ void append_numbers(std::span<const std::byte> value, std::string& out) {
   if (count > 1) out += '(';
   for (size_t i = 0; i < count; ++i) {
     std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(),
-                                   load<T>(value.data() + i * sizeof(T)));
+    const auto end =
+        std::to_chars(digits.data(), digits.data() + digits.size(), load<T>(value.data() + i * sizeof(T)));
     if (i > 0) out += ' ';
     out.append(digits.data(), end.ptr);
   }
@@ -199,8 +198,7 @@ Result<std::vector<Piece>> Join::collect_patch(const FoamPatch& whole, const std
   return pieces;
 }
 
-Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t count,
-                                  const std::string& type) {
+Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t count, const std::string& type) {
   const FoamField& base = fields_[0];
   const uint32_t components = foam_components(type);
   if (components == 0 || type == "label" || type == "bool") {
@@ -214,8 +212,8 @@ Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t cou
     FoamValues values = *piece.values;
     if (!values.uniform && (values.count != piece.to.size() || values.type != type)) {
       return piece.field->bad(values.begin, "a list of " + std::to_string(values.count) +
-                                                " values, but there are " +
-                                                std::to_string(piece.to.size()) + " elements");
+                                                " values, but there are " + std::to_string(piece.to.size()) +
+                                                " elements");
     }
     values.type = type;
     FoamValueReader reader(*piece.field, values);
@@ -227,7 +225,8 @@ Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t cou
     }
     MAILLE_CHECK(reader.end());
   }
-  if (std::find(has.begin(), has.end(), false) != has.end()) leave_out("processors do not have all its values");
+  if (std::find(has.begin(), has.end(), false) != has.end())
+    leave_out("processors do not have all its values");
   std::string text = " " + std::to_string(count) + "(";
   for (uint64_t i = 0; i < count && !base.binary; ++i) {
     const auto value = std::span(std::as_const(all)).subspan(i * size, size);
@@ -242,8 +241,8 @@ Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t cou
 Result<> Join::replace(const FoamValues& chosen, const std::vector<Piece>& pieces, uint64_t count,
                        std::vector<Edit>& edits) {
   const bool same = chosen.uniform && std::all_of(pieces.begin(), pieces.end(), [&](const Piece& piece) {
-    return piece.values->uniform && piece.text() == pieces[0].text();
-  });
+                      return piece.values->uniform && piece.text() == pieces[0].text();
+                    });
   if (same) return {};
   const std::string type = type_of(pieces);
   std::string list = MAILLE_TRY(list_of(pieces, count, type));
@@ -278,7 +277,8 @@ Result<std::string> Join::patch_text(const FoamField& base, size_t base_part, co
             [](const FoamValues& a, const FoamValues& b) { return a.begin < b.begin; });
   std::vector<Edit> edits;
   for (const FoamValues& values : entries) {
-    const auto pieces = whole == nullptr ? std::vector<Piece>() : MAILLE_TRY(collect_patch(*whole, values.entry));
+    const auto pieces =
+        whole == nullptr ? std::vector<Piece>() : MAILLE_TRY(collect_patch(*whole, values.entry));
     const bool lists = !values.uniform && values.count > 0;
     const bool on_points = kind_.place == FoamFieldKind::Place::points;
     if (lists && (on_points || pieces.empty()))
@@ -297,7 +297,8 @@ Result<FoamFieldJoiner::Joined> Join::join() {
   }
   // The text of the first processor with values inside; of a field of no values, of the first one.
   size_t base_part = 0;
-  while (base_part + 1 < fields_.size() && find_values(fields_[base_part].values, "", "") == nullptr) ++base_part;
+  while (base_part + 1 < fields_.size() && find_values(fields_[base_part].values, "", "") == nullptr)
+    ++base_part;
   const FoamField& base = fields_[base_part];
   const FoamValues* const inside = find_values(base.values, "", "");
   if (inside == nullptr) leave_out("there is no internalField with values");

@@ -42,48 +42,29 @@ class PiecesStepWriter {
     // All side by side have their streams and their values in memory.
     constexpr size_t at_once = 4;
     Executor& executor = options_.executor ? *options_.executor : serial_executor();
-    MAILLE_CHECK((in_rounds<Piece, Coded>(
+    MAILLE_CHECK((in_rounds<StepOfPiece, CodedStepOfPiece>(
         executor, reader_.pieces().size(), at_once,
         [&](size_t piece) { return load(static_cast<uint32_t>(piece)); },
-        [&](size_t, const Piece& piece) { return code(piece); },
-        [&](size_t piece, const Coded& coded) { return take(static_cast<uint32_t>(piece), coded); })));
-    for (size_t first = 0; first < fields_.size(); first += pieces_per_page) {
-      const auto count = static_cast<ptrdiff_t>(std::min<size_t>(pieces_per_page, fields_.size() - first));
-      const auto from = fields_.begin() + static_cast<ptrdiff_t>(first);
-      const StreamKey key = {"SIDX", static_cast<uint32_t>(number_),
-                             static_cast<uint32_t>(first / pieces_per_page)};
-      MAILLE_CHECK(writer_.write_stream(key, encode_step_index({from, from + count})));
-    }
-    const StreamKey key{"STEP", static_cast<uint32_t>(number_), 0};
-    MAILLE_CHECK(writer_.write_stream(key, MAILLE_TRY(encode_step(step_))));
+        [&](size_t, const StepOfPiece& piece) { return code_step_of_piece(piece, step_, options_); },
+        [&](size_t piece, const CodedStepOfPiece& coded) {
+          return take(static_cast<uint32_t>(piece), coded);
+        })));
+    MAILLE_CHECK(write_step_end(writer_, number_, fields_, step_));
     report_.errors = step_.errors;
     report_.file_bytes = MAILLE_TRY(writer_.finish());
     return report_;
   }
 
  private:
-  struct Piece {
-    std::vector<std::byte> stream;  ///< with the steps before, of the group
-    std::vector<Array> arrays;
-  };
-  struct Coded {
-    std::vector<std::byte> bytes;
-    StepReport report;
-    std::vector<PieceField> fields;
-  };
-
-  Result<Piece> load(uint32_t number) {
-    Piece piece;
+  Result<StepOfPiece> load(uint32_t number) {
+    StepOfPiece piece;
     const PieceNumbers numbers = MAILLE_TRY(reader_.read_numbers(number));
     piece.stream = MAILLE_TRY(reader_.read_stream(number, number_));
+    piece.arrays = arrays_of_piece(step_.arrays, numbers);
     for (size_t i = 0; i < step_.arrays.size(); ++i) {
-      const StreamArray& described = step_.arrays[i];
-      Array& array = piece.arrays.emplace_back(
-          make_array(described.name, described.domain, described.type, described.components, described.role));
-      const auto& elements = described.domain == Domain::point ? numbers.points : numbers.cells;
-      array.resize(elements.size());
+      Array& array = piece.arrays[i];
       std::byte* out = array.bytes.data();
-      for (const uint32_t element : elements) {
+      for (const uint32_t element : array.domain == Domain::point ? numbers.points : numbers.cells) {
         MAILLE_CHECK(values_.read(i, element, out));
         out += array.tuple_size();
       }
@@ -91,30 +72,8 @@ class PiecesStepWriter {
     return piece;
   }
 
-  Result<Coded> code(const Piece& piece) const {
-    Coded coded;
-    std::vector<Array> arrays = piece.arrays;
-    StepHeader step = step_;
-    step.codings.assign(step.arrays.size(), {});
-    step.metadata.reset();
-    for (size_t i = 0; i < arrays.size(); ++i) {
-      const bool by_size = !step.maps[i].empty() && step.maps[i][0].kind == NumberMap::Kind::logarithm;
-      coded.fields.push_back(describe_field(arrays[i], {step.bounds[i], by_size}));
-      // Numbers of the mesh, which the piece has zeros for, too.
-      if (step_.codings[i].method == StepCoding::as_mesh)
-        std::fill(arrays[i].bytes.begin(), arrays[i].bytes.end(), std::byte{0});
-    }
-    StepOptions options = options_;
-    options.executor = nullptr;
-    PieceValues values(arrays);
-    const auto source = memory_source(Bytes(piece.stream));
-    coded.bytes = MAILLE_TRY(step_behind(*source, std::move(step), values, options, coded.report));
-    return coded;
-  }
-
-  Result<> take(uint32_t number, const Coded& coded) {
-    const StreamKey key = {"SVAL", static_cast<uint32_t>(number_), number};
-    MAILLE_CHECK(writer_.write_stream(key, inverted(coded.bytes)));
+  Result<> take(uint32_t number, const CodedStepOfPiece& coded) {
+    MAILLE_CHECK(writer_.write_stream(key_of_step(number_, number), coded.bytes));
     for (size_t i = 0; i < step_.arrays.size(); ++i) {
       report_.array_bytes[i] += coded.report.array_bytes[i];
       step_.errors[i] = std::max(step_.errors[i], coded.report.errors[i]);
@@ -134,6 +93,49 @@ class PiecesStepWriter {
 };
 
 }  // namespace
+
+std::vector<Array> arrays_of_piece(const std::vector<StreamArray>& described, const PieceNumbers& numbers) {
+  std::vector<Array> arrays;
+  for (const StreamArray& one : described) {
+    Array& array = arrays.emplace_back(make_array(one.name, one.domain, one.type, one.components, one.role));
+    array.resize(one.domain == Domain::point ? numbers.points.size() : numbers.cells.size());
+  }
+  return arrays;
+}
+
+Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader step,
+                                            const StepOptions& options) {
+  CodedStepOfPiece coded;
+  std::vector<Array> arrays = piece.arrays;
+  for (size_t i = 0; i < arrays.size(); ++i) {
+    const bool by_size = !step.maps[i].empty() && step.maps[i][0].kind == NumberMap::Kind::logarithm;
+    coded.fields.push_back(describe_field(arrays[i], {step.bounds[i], by_size}));
+    // Numbers of the mesh, which the piece has zeros for, too.
+    if (step.codings[i].method == StepCoding::as_mesh)
+      std::fill(arrays[i].bytes.begin(), arrays[i].bytes.end(), std::byte{0});
+  }
+  step.codings.assign(step.arrays.size(), {});
+  step.metadata.reset();
+  StepOptions own = options;
+  own.executor = nullptr;
+  PieceValues values(arrays);
+  const auto source = memory_source(Bytes(piece.stream));
+  coded.bytes = inverted(MAILLE_TRY(step_behind(*source, std::move(step), values, own, coded.report)));
+  return coded;
+}
+
+Result<> write_step_end(FileWriter& writer, uint64_t number,
+                        const std::vector<std::vector<PieceField>>& fields, const StepHeader& step) {
+  for (size_t first = 0; first < fields.size(); first += pieces_per_page) {
+    const auto count = static_cast<ptrdiff_t>(std::min<size_t>(pieces_per_page, fields.size() - first));
+    const auto from = fields.begin() + static_cast<ptrdiff_t>(first);
+    const StreamKey key = {"SIDX", static_cast<uint32_t>(number),
+                           static_cast<uint32_t>(first / pieces_per_page)};
+    MAILLE_CHECK(writer.write_stream(key, encode_step_index({from, from + count})));
+  }
+  const StreamKey key{"STEP", static_cast<uint32_t>(number), 0};
+  return writer.write_stream(key, MAILLE_TRY(encode_step(step)));
+}
 
 Result<StepReport> append_to_pieces(const std::string& path, const Source& source, const FileReader& file,
                                     StepHeader step, StepSource& values, const StepOptions& options) {

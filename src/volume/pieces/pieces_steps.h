@@ -3,6 +3,8 @@
 #include <maille/stream.h>
 
 #include "container/file_reader.h"
+#include "container/file_writer.h"
+#include "volume/pieces/piece_layout.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
@@ -15,6 +17,27 @@ inline constexpr uint64_t steps_of_group = 16;
 inline uint64_t first_of_group(uint64_t step) {
   return (step - 1) / steps_of_group * steps_of_group + 1;
 }
+
+/// What a step has of a piece.
+struct StepOfPiece {
+  std::vector<std::byte> stream;  ///< with the steps before, of the group
+  std::vector<Array> arrays;      ///< by the numbers of the piece
+};
+struct CodedStepOfPiece {
+  std::vector<std::byte> bytes;  ///< SVAL
+  StepReport report;
+  std::vector<PieceField> fields;
+};
+/// Empty arrays of a step, to be filled with the values of a piece.
+std::vector<Array> arrays_of_piece(const std::vector<StreamArray>& described, const PieceNumbers& numbers);
+Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader step,
+                                            const StepOptions& options);
+inline StreamKey key_of_step(uint64_t step, uint32_t piece) {
+  return {"SVAL", static_cast<uint32_t>(step), piece};
+}
+/// Behind the values of all pieces: what the index says of them, then the step.
+Result<> write_step_end(FileWriter& writer, uint64_t number,
+                        const std::vector<std::vector<PieceField>>& fields, const StepHeader& step);
 
 /// Appends a step, whose values are those of the mesh in the order of the input. The file is open, and keeps
 /// the order. Errors: as append_step().

@@ -1,9 +1,11 @@
 #include <maille/ranks.h>
 
 #include <barrier>
+#include <fstream>
 #include <functional>
 #include <thread>
 
+#include "support/temporary_folder.h"
 #include "volume/pieces/sub_mesh.h"
 #include "volume/testing.h"
 
@@ -277,6 +279,90 @@ TEST(Ranks, WithoutAnyCellsWriteAFileOfNone) {
   const Mesh mesh;
   expect_serial_bytes(
       mesh, 3, [](uint32_t) { return 0u; }, streamed(Order::keep), 100);
+}
+
+/// A file that goes on.
+Written append(const std::vector<std::byte>& before, double time, const std::vector<Part>& parts) {
+  const auto ranks = static_cast<unsigned>(parts.size());
+  World world(ranks);
+  Written written;
+  written.reports.resize(ranks);
+  written.bytes = before;
+  std::vector<std::thread> threads;
+  for (unsigned r = 0; r < ranks; ++r) {
+    threads.emplace_back([&, r] {
+      World::Rank rank(world, r);
+      MemoryFile file(rank);
+      file.bytes = before;
+      const auto source = memory_source(Bytes(before));
+      const RankPart part{&parts[r].mesh, parts[r].points, parts[r].cells};
+      const auto report = append_step(*source, time, part, rank, file);
+      if (!report) written.reports[r] = tl::unexpected(report.error());
+      if (r != 0) return;
+      written.committed = file.committed;
+      if (file.committed) written.bytes = std::move(file.bytes);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  return written;
+}
+
+/// With numbers that rise, and others at each time.
+Mesh at_time(unsigned time) {
+  Mesh mesh = grid(14, 11, 9);
+  Array ids = make_array("ids", Domain::cell, Scalar::i64, 1);
+  ids.resize(mesh.cell_count());
+  std::iota(ids.values<int64_t>().begin(), ids.values<int64_t>().end(), 1);
+  mesh.arrays.push_back(ids);
+  add_arrays(mesh, 3 + time / 3);  // the same ones again, too
+  mesh.metadata = {{"time", std::to_string(time)}};
+  return mesh;
+}
+
+TEST(Ranks, AppendTheStepsThatOneProcessAppends) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("steps.maille");
+  std::vector<std::byte> alone = serial(at_time(0), streamed(Order::keep), 100);
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(alone.data()), static_cast<std::streamsize>(alone.size()));
+  for (unsigned time = 1; time <= 18; ++time) {  // beyond a group of steps
+    const Mesh now = at_time(time);
+    const auto serially = append_step(path, time, now);
+    ASSERT_TRUE(serially) << serially.error().message;
+    std::ifstream in(path, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+    const std::vector<std::byte> expected(bytes, bytes + text.size());
+    for (const unsigned ranks : {1u, 3u, 8u}) {
+      if (time != 1 && time < 16) continue;  // a step before, and those around the end of a group
+      const Written written =
+          append(alone, time, divided(now, ranks, [&](uint32_t cell) { return cell * 7 % ranks; }));
+      for (const auto& report : written.reports) ASSERT_TRUE(report) << report.error().message;
+      EXPECT_TRUE(written.committed);
+      ASSERT_EQ(written.bytes.size(), expected.size()) << time << ": " << ranks << " ranks";
+      EXPECT_TRUE(written.bytes == expected) << time << ": " << ranks << " ranks";
+    }
+    alone = expected;
+  }
+}
+
+TEST(Ranks, AppendNothingToAFileOfAnotherMeshOrInAnyOrder) {
+  Mesh mesh = grid(6, 5, 4);
+  add_arrays(mesh, 3);
+  const auto refused = [&](const std::vector<std::byte>& before, const Mesh& step) {
+    const Written written = append(before, 1, divided(step, 3, [](uint32_t cell) { return cell / 50; }));
+    EXPECT_FALSE(written.committed);
+    for (const auto& report : written.reports) {
+      if (report || report.error().message != written.reports[0].error().message)
+        return std::string("differs");
+    }
+    return written.reports[0].error().message;
+  };
+  EXPECT_NE(refused(serial(grid(6, 5, 5), streamed(Order::keep), 40), mesh).find("the step has"),
+            std::string::npos);
+  EXPECT_NE(refused(serial(mesh, streamed(Order::canonical), 40), mesh).find("in any order"),
+            std::string::npos);
+  EXPECT_NE(refused(encoded(mesh, streamed(Order::keep)), mesh).find("not in pieces"), std::string::npos);
 }
 
 /// All ranks must get the same sentence, and there must be no file.

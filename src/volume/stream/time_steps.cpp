@@ -437,17 +437,6 @@ Result<> find_same_numbers(const StreamHeader& mesh, const StreamTail& tail, Ste
   return {};
 }
 
-Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
-                      StepHeader& step) {
-  if (!options.metadata || *options.metadata == mesh.description.metadata) return {};
-  const uint64_t number = count_steps(file) + 1;
-  const bool by_itself = number % key_steps == 0;
-  const auto before = by_itself ? mesh.description.metadata : metadata_of_step(file, mesh, number - 1);
-  if (!before && before.error().code != ErrorCode::corrupt) return tl::unexpected(before.error());
-  step.metadata = entries_of(*options.metadata, before.value_or(Metadata()));
-  return {};
-}
-
 /// `open_sink`: of what stands behind the file.
 template <class OpenSink>
 Result<StepReport> write_step(const Source& source, const FileReader& file, const StreamHeader& mesh,
@@ -478,22 +467,11 @@ Result<StepReport> write_in_order(const Source& source, const FileReader& file, 
 /// `counts`: of what the values are of, if known.
 Result<StepReport> append(const std::string& path, StepHeader step, StepSource& values,
                           const StepOptions& options, const std::optional<Counts>& counts) {
-  if (!std::isfinite(step.time))
-    return failure(ErrorCode::usage, path + ": the time of a step has to be a finite number");
-  MAILLE_CHECK(check_arrays(step.arrays));
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
-  const FileReader file = MAILLE_TRY(FileReader::open(*source, stream_chunk_types));
-  MAILLE_CHECK(file.check_complete());
-  if (file.header().mode != Mode::stream)
-    return failure(ErrorCode::usage, path + ": steps can be appended to files of mode \"stream\" only");
-  const StreamHeader mesh = MAILLE_TRY(header_of(file));
-  if (mesh.description.any_order && !mesh.description.order_apart) {
-    return failure(ErrorCode::usage,
-                   path +
-                       ": was compressed in any order, so values of later steps do not know their points; "
-                       "compress it without --any-order");
-  }
-  const StreamTail tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
+  const StepTarget target = MAILLE_TRY(open_for_step(*source, step));
+  const StreamHeader& mesh = target.mesh;
+  const StreamTail& tail = target.tail;
+  const FileReader& file = *target.file;
   if (counts && (counts->points != tail.points || counts->cells != tail.cells)) {
     return failure(ErrorCode::usage, path + ": has " + std::to_string(tail.points) + " points and " +
                                          std::to_string(tail.cells) + " cells, the step has " +
@@ -527,6 +505,39 @@ class MeshValues final : public StepSource {
 };
 
 }  // namespace
+
+Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
+  const auto refused = [&](const std::string& what) {
+    return failure(ErrorCode::usage, source.name() + ": " + what);
+  };
+  if (!std::isfinite(step.time)) return refused("the time of a step has to be a finite number");
+  MAILLE_CHECK(check_arrays(step.arrays));
+  StepTarget target;
+  target.file = std::make_unique<FileReader>(MAILLE_TRY(FileReader::open(source, stream_chunk_types)));
+  const FileReader& file = *target.file;
+  MAILLE_CHECK(file.check_complete());
+  if (file.header().mode != Mode::stream)
+    return refused("steps can be appended to files of mode \"stream\" only");
+  target.mesh = MAILLE_TRY(header_of(file));
+  if (target.mesh.description.any_order && !target.mesh.description.order_apart) {
+    return refused(
+        "was compressed in any order, so values of later steps do not know their points; compress it "
+        "without --any-order");
+  }
+  target.tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
+  return target;
+}
+
+Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
+                      StepHeader& step) {
+  if (!options.metadata || *options.metadata == mesh.description.metadata) return {};
+  const uint64_t number = count_steps(file) + 1;
+  const bool by_itself = number % key_steps == 0;
+  const auto before = by_itself ? mesh.description.metadata : metadata_of_step(file, mesh, number - 1);
+  if (!before && before.error().code != ErrorCode::corrupt) return tl::unexpected(before.error());
+  step.metadata = entries_of(*options.metadata, before.value_or(Metadata()));
+  return {};
+}
 
 Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
                                            const StepOptions& options, StepReport& report) {

@@ -2,6 +2,8 @@
 
 #include <maille/stream.h>
 
+#include <memory>
+
 #include "container/file_reader.h"
 #include "volume/stream/stream_layout.h"
 
@@ -23,6 +25,18 @@ Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::ve
 
 /// The same as list_steps() has them, of what is there of the file.
 Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh);
+
+/// A step of time that is to be appended to a file.
+struct StepTarget {
+  std::unique_ptr<FileReader> file;
+  StreamHeader mesh;
+  StreamTail tail;
+};
+/// Error: usage, where the file takes no steps, or not these arrays at this time.
+Result<StepTarget> open_for_step(const Source& source, const StepHeader& step);
+/// What changes of the metadata. Error: corrupt.
+Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
+                      StepHeader& step);
 
 /// The bytes of one more step behind a stream that keeps its order, for which `values` are by number of its
 /// points and cells. Errors: as append_step().
