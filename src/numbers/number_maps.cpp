@@ -27,11 +27,15 @@ bool is_lossy(NumberMap::Kind kind) {
 constexpr unsigned table_flag = 128;
 constexpr unsigned factor_flag = 64;
 
-/// Gaps between the numbers of a table: their lengths from the length before, two more bits, the rest raw.
-class GapModel {
+/// The numbers of a table by how far they are from zero, as many lie on both of its sides where a shape is
+/// its own mirror image. Gaps between them: their lengths from the length before, two more bits, the rest
+/// raw.
+class TableModel {
  public:
+  static constexpr unsigned below = 1, above = 2;  ///< zero: sides of a distance
+
   template <class Coder>
-  uint64_t code(Coder& coder, uint64_t gap) {
+  uint64_t code_gap(Coder& coder, uint64_t gap) {
     const unsigned length = code_length(coder, bit_length(gap));
     before_ = length;
     uint64_t value = length > 0 ? 1 : 0;
@@ -51,6 +55,17 @@ class GapModel {
     return value;
   }
 
+  /// On which sides the next distance has a number.
+  template <class Coder>
+  unsigned code_sides(Coder& coder, unsigned sides) {
+    if (both_[sides_].code(coder, sides == (below | above))) {
+      sides_ = below | above;
+    } else {
+      sides_ = above_[sides_].code(coder, sides == above) ? above : below;
+    }
+    return sides_;
+  }
+
  private:
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
@@ -62,8 +77,15 @@ class GapModel {
 
   std::array<std::array<BitModel, 128>, 65> length_;
   std::array<std::array<BitModel, 4>, 65> top_;
-  unsigned before_ = 0;
+  std::array<BitModel, 4> both_, above_;  ///< by the sides before
+  unsigned before_ = 0, sides_ = 0;
 };
+
+/// The code as far from zero on its other side.
+int64_t mirrored(const NumberMap& map, int64_t code) {
+  const bool two_zeros = map.kind == NumberMap::Kind::ordered || has_digits(map.kind);
+  return two_zeros ? -1 - code : -code;
+}
 
 /// The code of a table's number in the map without its table.
 std::vector<int64_t> codes_of_table(const NumberMap& map) {
@@ -78,39 +100,61 @@ std::vector<int64_t> codes_of_table(const NumberMap& map) {
 void write_table(ByteWriter& out, const NumberMap& map) {
   const std::vector<int64_t> codes = codes_of_table(map);
   out.put_count(codes.size());
-  out.put(codes[0]);
   RansEncoder encoder(1);
-  const auto model = std::make_unique<GapModel>();
-  for (size_t i = 1; i < codes.size(); ++i) {
-    model->code(encoder, static_cast<uint64_t>(codes[i]) - static_cast<uint64_t>(codes[i - 1]) - 1);
+  const auto model = std::make_unique<TableModel>();
+  // From zero on in both directions.
+  auto above = std::lower_bound(codes.begin(), codes.end(), int64_t{0}), below = above;
+  for (uint64_t next = 0; above != codes.end() || below != codes.begin();) {
+    const uint64_t up = above != codes.end() ? static_cast<uint64_t>(*above) : ~uint64_t{0};
+    const uint64_t down =
+        below != codes.begin() ? static_cast<uint64_t>(mirrored(map, below[-1])) : ~uint64_t{0};
+    const uint64_t distance = std::min(up, down);
+    model->code_gap(encoder, distance - next);
+    model->code_sides(encoder,
+                      (up == distance ? TableModel::above : 0) | (down == distance ? TableModel::below : 0));
+    if (up == distance) ++above;
+    if (down == distance) --below;
+    next = distance + 1;
   }
   const std::vector<std::byte> gaps = encoder.finish();
   out.put_count(gaps.size());
   out.put_bytes(gaps);
 }
 
+/// The codes of a table, ascending; empty if they are damaged.
+std::vector<int64_t> read_codes(const NumberMap& map, uint64_t count, Bytes gaps) {
+  constexpr auto farthest = static_cast<uint64_t>(std::numeric_limits<int64_t>::max());
+  RansDecoder decoder(gaps, 1);
+  const auto model = std::make_unique<TableModel>();
+  std::vector<int64_t> above, below;
+  for (uint64_t next = 0; above.size() + below.size() < count;) {
+    const uint64_t gap = model->code_gap(decoder, uint64_t{0});
+    const unsigned sides = model->code_sides(decoder, 0);
+    if (decoder.exhausted() || next > farthest || gap > farthest - next) return {};
+    const auto code = static_cast<int64_t>(next + gap);
+    if ((sides & TableModel::above) != 0) above.push_back(code);
+    if ((sides & TableModel::below) != 0) below.push_back(mirrored(map, code));
+    next += gap + 1;
+  }
+  if (above.size() + below.size() != count) return {};
+  std::reverse(below.begin(), below.end());
+  below.insert(below.end(), above.begin(), above.end());
+  return below;
+}
+
 Result<> read_table(ByteReader& in, Scalar type, uint64_t most, NumberMap& map) {
   const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has a damaged table of numbers"); };
   const uint64_t count = in.get_count();
-  auto code = in.get<int64_t>();
   const Bytes gaps = in.get_bytes(in.get_count());
   if (!in.ok() || count == 0 || count > most || count / 16384 > gaps.size() + 16) return corrupt();
-  RansDecoder decoder(gaps, 1);
-  const auto model = std::make_unique<GapModel>();
+  const std::vector<int64_t> codes = read_codes(map, count, gaps);
+  if (codes.empty()) return corrupt();
   std::vector<double> table;
-  for (uint64_t i = 0; i < count; ++i) {
-    if (i > 0) {
-      const uint64_t gap = model->code(decoder, uint64_t{0});
-      if (decoder.exhausted()) return corrupt();
-      if (gap >= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()) - static_cast<uint64_t>(code))
-        return corrupt();
-      // The sum is in range, but a gap across zero need not be.
-      code = static_cast<int64_t>(static_cast<uint64_t>(code) + gap + 1);
-    }
+  for (const int64_t code : codes) {
     std::byte number[8];
     map.store_number(type, code, number);
     const double value = number_as_double(type, number);
-    if (!std::isfinite(value) || (i > 0 && value < table.back())) return corrupt();
+    if (!std::isfinite(value) || (!table.empty() && value < table.back())) return corrupt();
     table.push_back(value);
   }
   map.table = std::move(table);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -95,6 +96,24 @@ TEST(NumberTable, KeepsToWhatIsCoded) {
   const NumberMap map = with_tables(array, {choose_lossless_map(array, 0)}, source)[0];
   EXPECT_LE(map.table.size(), 200u);
   EXPECT_FALSE(map.table.empty());
+}
+
+TEST(NumberTable, TellsNumbersOfBothSignsOnce) {
+  for (const auto kind : {Kind::ordered, Kind::binary}) {
+    std::vector<double> one_side;
+    Random random(8);
+    for (int i = 1; i <= 2000; ++i) one_side.push_back(i * 1000 + random.below(1000));
+    NumberMap map{.kind = kind, .table = one_side};
+    const size_t half = written(map).size();
+    for (const double number : one_side) map.table.push_back(-number);
+    map.table.push_back(0);
+    std::sort(map.table.begin(), map.table.end());
+    const auto bytes = written(map);
+    EXPECT_LT(bytes.size(), half + half / 8);
+    const auto back = read(bytes, Scalar::f64);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->table, map.table);
+  }
 }
 
 TEST(NumberTable, OfAStreamIsRefusedIfItIsLong) {

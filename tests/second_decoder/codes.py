@@ -86,11 +86,12 @@ class Map:
         self.origin, self.step = fields.f64(), fields.f64()
 
     def _table(self, fields):
-        n, first = fields.count(), fields.number("q")
+        n = fields.count()
         require(n >= 1, "a table of no numbers")
         sequence, length, top = CodedSequence(fields.section()), bits(), bits()
-        codes, before = [first], 0
-        for _ in range(n - 1):
+        both, above = bits(), bits()
+        codes, before, sides, distance = [], 0, 0, -1
+        while len(codes) < n:
             prefix = sequence.tree(length, 7, before)
             l = min(prefix - 128, 64)
             gap, left = int(l > 0), l - 1
@@ -103,10 +104,14 @@ class Map:
                     gap = gap << r | sequence.raw(r)
                     left -= r
             before = l
-            codes.append(codes[-1] + gap + 1)
+            distance += gap + 1
+            sides = 3 if sequence.bit(both[sides]) else 1 + sequence.bit(above[sides])
+            codes += [-1 - distance if self.kind in (1, 5, 6) else -distance] if sides & 1 else []
+            codes += [distance] if sides & 2 else []
         sequence.end()
-        require(abs(codes[-1]) < 2**63, "a table's codes of more than 63 bits")
-        return codes
+        require(len(codes) == n, "a table of another size")
+        require(distance < 2**63, "a table's codes of more than 63 bits")
+        return sorted(codes)
 
     # --- codes to numbers
 
