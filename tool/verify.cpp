@@ -10,115 +10,16 @@
 #include "files.h"
 #include "gltf.h"
 #include "in_parts.h"
-#include "original_order.h"
 #include "recode.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
 #include "verbs.h"
+#include "verdict.h"
 
 namespace maille::tool {
 
 namespace {
-
-/// One array held against the original.
-struct ArrayVerdict {
-  ArrayInfo info;
-  ArrayDifference difference;
-  bool good = true;  ///< within the bound, or bit for bit
-};
-
-/// The answer of verify.
-struct Verdict {
-  std::vector<std::string> damage;
-  uint64_t points = 0;
-  uint64_t cells = 0;
-  uint64_t steps = 0;  ///< of time that were compared
-  const char* word = "face";
-  bool compared = false;
-  bool same = true;
-  std::vector<std::string> differences;
-  std::vector<ArrayVerdict> arrays;
-
-  int exit_code() const {
-    return static_cast<int>(!damage.empty() ? ErrorCode::corrupt : same ? ErrorCode{} : ErrorCode::differs);
-  }
-};
-
-/// In the measure that the bound is of.
-double error_of(const ArrayInfo& info, const ArrayDifference& difference) {
-  return info.asked.kind == Tolerance::Kind::pointwise ? difference.maximum_relative : difference.maximum;
-}
-
-ArrayVerdict verdict_of(const ArrayInfo& info, const ArrayDifference& difference) {
-  bool good = info.lossless ? difference.unequal == 0 : error_of(info, difference) <= info.bound;
-  if (info.asked.kind == Tolerance::Kind::norm && difference.maximum_norm > info.asked.value) good = false;
-  return {info, difference, good};
-}
-
-// The file's positions and arrays; `differences` as differences_by_order() lists them, empty: none differs.
-std::vector<ArrayVerdict> verdicts(const FileInfo& info, const std::vector<ArrayDifference>& differences) {
-  std::vector<ArrayInfo> arrays = {info.positions};
-  arrays.insert(arrays.end(), info.arrays.begin(), info.arrays.end());
-  std::vector<ArrayVerdict> result;
-  for (const ArrayInfo& array : arrays) {
-    const auto found = std::find_if(differences.begin(), differences.end(), [&](const ArrayDifference& d) {
-      return d.name == array.name && d.domain == array.domain;
-    });
-    const ArrayDifference none{.name = array.name, .domain = array.domain};
-    result.push_back(verdict_of(array, found == differences.end() ? none : *found));
-  }
-  return result;
-}
-
-void differs(Verdict& verdict, std::vector<std::string> differences) {
-  verdict.same = false;
-  verdict.differences = std::move(differences);
-}
-
-Result<> hold_lossy_against(const Mesh& original, const Mesh& decoded, const FileInfo& info,
-                            const CommonOptions& common, Verdict& verdict) {
-  if (original.point_count() != decoded.point_count() || original.cell_count() != decoded.cell_count()) {
-    differs(verdict, compare(original, decoded, {.compare_arrays = false}).differences);
-    return {};
-  }
-  const std::optional<Mesh> ordered = TOOL_TRY(in_original_order(original, decoded, info, common));
-  if (!ordered) {
-    differs(
-        verdict,
-        {"the file is not what this original and its settings give; either it was made from another mesh, "
-         "or compress with --keep-order to have it compared element by element"});
-    return {};
-  }
-  const Comparison rest =
-      compare(with_lossy_values(original, *ordered, info), *ordered, {.same_order = true});
-  if (!rest.equal) {
-    differs(verdict, rest.differences);
-    return {};
-  }
-  verdict.arrays = verdicts(info, TOOL_TRY(differences_by_order(original, *ordered)));
-  for (const ArrayVerdict& array : verdict.arrays) {
-    if (array.good) continue;
-    verdict.same = false;
-    verdict.differences.push_back(fmt::format("{}: error {} is above the bound {}", array.info.name,
-                                              number(error_of(array.info, array.difference)),
-                                              number(array.info.bound)));
-  }
-  return {};
-}
-
-Result<> hold_against(const Mesh& original, const Mesh& decoded, const FileInfo& info,
-                      const CommonOptions& common, Verdict& verdict) {
-  verdict.compared = true;
-  if (!all_lossless(info)) return hold_lossy_against(original, decoded, info, common, verdict);
-  Comparison comparison = compare(original, decoded, {.same_order = info.order == Order::keep});
-  if (comparison.equal) {
-    verdict.arrays = verdicts(info, {});
-  } else {
-    differs(verdict, std::move(comparison.differences));
-  }
-  return {};
-}
 
 /// What the file promises for the arrays of a step. Bounds relative to a range were made from that step's
 /// own, which the file's description does not have: their largest errors are not judged.
@@ -187,28 +88,10 @@ std::string text_of(const Verdict& verdict, const VerifyOptions& options) {
                                : "different (A is the original, B the file)");
   for (const std::string& difference : verdict.differences) text += fmt::format("  {}\n", difference);
   if (verdict.arrays.empty()) return text;
-  Table table({"array", "domain", "bound", "max error", "rms error", "unequal"}, 2);
-  for (const ArrayVerdict& array : verdict.arrays) {
-    table.row({array.info.name, maille::name_of(array.info.domain),
-               array.info.lossless ? "lossless" : number(array.info.bound),
-               number(error_of(array.info, array.difference)), number(array.difference.root_mean_square),
-               fmt::format("{}", array.difference.unequal)});
-  }
-  return text + table.str();
+  return text + table_of(verdict.arrays);
 }
 
 Json json_of(const Verdict& verdict, const VerifyOptions& options) {
-  Json arrays = Json::array();
-  for (const ArrayVerdict& array : verdict.arrays) {
-    arrays.push_back({{"name", array.info.name},
-                      {"domain", maille::name_of(array.info.domain)},
-                      {"lossless", array.info.lossless},
-                      {"bound", array.info.bound},
-                      {"maximum_error", array.difference.maximum},
-                      {"rms_error", array.difference.root_mean_square},
-                      {"unequal", array.difference.unequal},
-                      {"good", array.good}});
-  }
   Json json = {{"file", input_name(options.input)},
                {"damage", verdict.damage},
                {"points", verdict.points},
@@ -217,7 +100,7 @@ Json json_of(const Verdict& verdict, const VerifyOptions& options) {
     json["against"] = input_name(options.original);
     json["same"] = verdict.same;
     json["differences"] = verdict.differences;
-    json["arrays"] = arrays;
+    json["arrays"] = json_of(verdict.arrays);
   }
   return json;
 }

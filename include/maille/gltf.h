@@ -5,6 +5,7 @@
 #include <maille/source.h>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,10 +63,25 @@ struct GltfPart {
   uint64_t buffer_view = 0;
   std::vector<std::string> primitives;  ///< "engine/0": name or number of the mesh, number of the primitive
   std::vector<std::byte> bytes;         ///< the file
+  /// A mesh of the asset, its primitive, and the block of the file that has its triangles.
+  struct Place {
+    uint64_t mesh = 0, primitive = 0, block = 0;
+  };
+  std::vector<Place> places;  ///< of `primitives`
 };
 /// The .maille files of a glTF file, in the order of their buffer views; empty where it does not use the
 /// extension, or is no glTF file.
 [[nodiscard]] Result<std::vector<GltfPart>> gltf_parts(const Source& source);
+
+/// The meshes that compress_gltf() would give to encode() for these files of a compressed asset, made from
+/// the asset it was before, to compare values with. Errors: as of compress_gltf(); differs, where the
+/// original has no such primitives.
+[[nodiscard]] Result<std::vector<Mesh>> gltf_originals(const Source& original,
+                                                       std::span<const GltfPart> parts,
+                                                       const Limits& limits = {});
+/// Rounds the weights of such a mesh to those of the file, if some number of bits makes them the same;
+/// returns that number, 0 where nothing was rounded.
+int round_gltf_weights_as(Mesh& original, const Mesh& decoded);
 
 /// A mesh that was read from glTF, as its scene shows it: the transforms of nodes (in its metadata, see
 /// io/gltf/gltf.h) applied to positions, normals and tangents, a mesh that several nodes use once for each.

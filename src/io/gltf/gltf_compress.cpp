@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/gltf/gltf_weights.h"
 #include "io/reading.h"
 
 namespace maille {
@@ -18,34 +19,6 @@ bool goes_by_box(const Tolerance& tolerance) {
   return tolerance.kind == Tolerance::Kind::bits || tolerance.kind == Tolerance::Kind::relative;
 }
 
-bool is_weights(const std::string& name) {
-  return name == "weights" || name.starts_with("weights_");
-}
-
-/// Weights in multiples of `step`, a power of two: those of a vertex that add up to 1 do so exactly, as the
-/// remainder goes to the largest fractions. Others go to the nearest multiple each.
-void round_weights(std::vector<float>& weights, double step) {
-  std::vector<std::pair<double, size_t>> fractions;
-  double rest = 1;
-  for (size_t i = 0; i < weights.size(); ++i) {
-    const double weight = static_cast<double>(weights[i]), below = std::floor(weight / step) * step;
-    fractions.emplace_back(below - weight, i);
-    rest -= below;
-  }
-  const double steps = rest / step;
-  if (!(steps >= 0 && steps <= static_cast<double>(weights.size()))) {
-    for (float& weight : weights)
-      if (std::isfinite(weight))
-        weight = static_cast<float>(std::round(static_cast<double>(weight) / step) * step);
-    return;
-  }
-  std::sort(fractions.begin(), fractions.end());
-  for (size_t k = 0; k < fractions.size(); ++k) {
-    const double below = std::floor(static_cast<double>(weights[fractions[k].second]) / step) * step;
-    weights[fractions[k].second] = static_cast<float>(below + (static_cast<double>(k) < steps ? step : 0));
-  }
-}
-
 }  // namespace
 
 /// Vertices of one kind may be in one file.
@@ -55,11 +28,16 @@ std::string GltfCompressor::kind_of(size_t v) const {
   // Where all points of a file are vertices, whether used or not, they are those of one list.
   if (!vertices.all_used()) kind += "alone " + std::to_string(v) + " ";
   if (goes_by_box(options_.encoding.positions)) kind += "mesh " + std::to_string(vertices.mesh) + " ";
-  for (const auto& attribute : vertices.attributes) {
-    kind += attribute.name + " " + name_of(attribute.layout.type) + " " +
-            std::to_string(attribute.layout.components()) + "\n";
+  return kind + layout_of(v);
+}
+
+std::string GltfCompressor::layout_of(size_t v) const {
+  std::string layout;
+  for (const auto& attribute : vertices_[v].attributes) {
+    layout += attribute.name + " " + name_of(attribute.layout.type) + " " +
+              std::to_string(attribute.layout.components()) + "\n";
   }
-  return kind;
+  return layout;
 }
 
 std::vector<GltfBlob> GltfCompressor::plan_blobs() const {
@@ -130,27 +108,13 @@ void GltfCompressor::round_weights_of(Mesh& mesh) {
   double bits = 0;
   for (Array& array : mesh.arrays) {
     const auto asked = options_.encoding.arrays.find(array.name);
-    if (!is_weights(array.name) || asked == options_.encoding.arrays.end()) continue;
+    if (!is_gltf_weights(array.name) || asked == options_.encoding.arrays.end()) continue;
     named_.insert(array.name);
     if (array.type != Scalar::f32 || asked->second.kind != Tolerance::Kind::bits) continue;
     arrays.push_back(&array);
-    bits = std::max(bits, std::min(asked->second.value, 20.0));  // a float has no more for those near 1
+    bits = std::max(bits, asked->second.value);
   }
-  std::vector<float> weights;
-  for (uint64_t point = 0; !arrays.empty() && point < mesh.point_count(); ++point) {
-    weights.clear();
-    for (const Array* array : arrays) {
-      const auto values = array->values<float>().subspan(point * array->components, array->components);
-      weights.insert(weights.end(), values.begin(), values.end());
-    }
-    round_weights(weights, std::ldexp(1.0, -static_cast<int>(bits)));
-    const float* next = weights.data();
-    for (Array* array : arrays) {
-      std::copy_n(next, array->components,
-                  array->values<float>().begin() + static_cast<ptrdiff_t>(point * array->components));
-      next += array->components;
-    }
-  }
+  round_gltf_weights(arrays, static_cast<int>(std::min<double>(bits, most_gltf_weight_bits)));
 }
 
 /// All primitives of a mesh share one lattice: otherwise their common borders would open.
@@ -199,7 +163,7 @@ EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mes
     const auto asked = options_.encoding.arrays.find(array.name);
     if (asked != options_.encoding.arrays.end()) named_.insert(array.name);
     // Integers are numbers of something.
-    if (!is_float(array.type) || is_weights(array.name)) continue;
+    if (!is_float(array.type) || is_gltf_weights(array.name)) continue;
     const bool moves = array.name.starts_with("target") && array.name.ends_with(".position");
     if (asked != options_.encoding.arrays.end()) {
       encoding.arrays[array.name] = asked->second;
@@ -385,7 +349,7 @@ GltfReport GltfCompressor::report() const {
     report.notes.push_back(counted(larger, "primitive") + " left uncompressed: it would be no smaller");
   for (const auto& [name, tolerance] : options_.encoding.arrays) {
     if (named_.count(name) == 0) report.notes.push_back("no primitive has an array '" + name + "'");
-    if (named_.count(name) != 0 && is_weights(name) && tolerance.kind != Tolerance::Kind::bits)
+    if (named_.count(name) != 0 && is_gltf_weights(name) && tolerance.kind != Tolerance::Kind::bits)
       report.notes.push_back("'" + name +
                              "' is kept exactly: only --bits rounds weights so that they add up to 1");
   }
@@ -412,6 +376,47 @@ Result<GltfReport> GltfCompressor::run() {
   for (const GltfBlob& blob : blobs_) link_primitives(blob, document_.add_view(blob.bytes));
   if (!blobs_.empty()) document_.use_extension(gltf_extension);
   return report();
+}
+
+/// The triangles that each block of a file has, in the order of the blocks; nothing where a primitive is no
+/// such triangles, or no primitive has a block.
+std::optional<GltfBlob> GltfCompressor::blob_of(const GltfPart& part) const {
+  std::map<uint64_t, size_t> by_block;
+  for (const GltfPart::Place& place : part.places) {
+    const auto found = std::find_if(candidates_.begin(), candidates_.end(), [&](const GltfCandidate& one) {
+      return one.mesh == place.mesh && one.primitive == place.primitive;
+    });
+    if (found == candidates_.end()) return std::nullopt;
+    if (by_block.emplace(place.block, found->triangles).first->second != found->triangles)
+      return std::nullopt;
+  }
+  GltfBlob blob;
+  for (const auto& [block, triangles] : by_block) {
+    if (block != blob.blocks.size()) return std::nullopt;
+    blob.blocks.push_back(triangles);
+    const size_t vertices = triangles_[triangles].vertices;
+    if (blob.vertices.empty() || blob.vertices.back() != vertices) blob.vertices.push_back(vertices);
+    if (layout_of(vertices) != layout_of(blob.vertices[0])) return std::nullopt;
+  }
+  // mesh_of() joins vertices only where triangles use all of them, as plan_blobs() has it.
+  const bool alone = blob.vertices.size() == 1;
+  const bool all_used = std::all_of(blob.vertices.begin(), blob.vertices.end(),
+                                    [&](size_t v) { return vertices_[v].all_used(); });
+  return alone || all_used ? std::optional(std::move(blob)) : std::nullopt;
+}
+
+Result<std::vector<Mesh>> GltfCompressor::originals(std::span<const GltfPart> parts) {
+  MAILLE_CHECK(find_candidates());
+  std::vector<Mesh> meshes;
+  for (const GltfPart& part : parts) {
+    const std::optional<GltfBlob> blob = blob_of(part);
+    if (!blob) {
+      return failure(ErrorCode::differs, document_.file.name + ": it has no such triangles as buffer view " +
+                                             std::to_string(part.buffer_view) + " holds");
+    }
+    meshes.push_back(MAILLE_TRY(mesh_of(*blob)));
+  }
+  return meshes;
 }
 
 Result<std::vector<Array>> GltfCompressor::arrays() {
@@ -451,6 +456,15 @@ Result<std::vector<Array>> gltf_arrays(const Source& source) {
   const tinygltf::Model model = MAILLE_TRY(load_gltf_model(document.file));
   const GltfCompressOptions options;
   return GltfCompressor(document, model, options).arrays();
+}
+
+Result<std::vector<Mesh>> gltf_originals(const Source& original, std::span<const GltfPart> parts,
+                                         const Limits& limits) {
+  GltfDocument document = MAILLE_TRY(open_uncompressed(original));
+  const tinygltf::Model model = MAILLE_TRY(load_gltf_model(document.file));
+  GltfCompressOptions options;
+  options.limits = limits;
+  return GltfCompressor(document, model, options).originals(parts);
 }
 
 Result<GltfReport> compress_gltf(const Source& source, Sink& sink, const GltfCompressOptions& options) {

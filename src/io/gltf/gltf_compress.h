@@ -3,7 +3,9 @@
 #include <maille/gltf.h>
 
 #include <map>
+#include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,6 +68,7 @@ class GltfCompressor {
 
   Result<GltfReport> run();
   Result<std::vector<Array>> arrays();
+  Result<std::vector<Mesh>> originals(std::span<const GltfPart> parts);
 
  private:
   Result<> find_candidates();
@@ -82,7 +85,9 @@ class GltfCompressor {
 
   std::vector<GltfBlob> plan_blobs() const;
   std::string kind_of(size_t vertices) const;
+  std::string layout_of(size_t vertices) const;
   Result<> encode_blob(GltfBlob& blob);
+  std::optional<GltfBlob> blob_of(const GltfPart& part) const;
   Result<Mesh> mesh_of(const GltfBlob& blob) const;
   Result<> append_points(Mesh& mesh, const GltfVertices& vertices, bool all) const;
   EncodeOptions encoding_for(const GltfBlob& blob, const Mesh& mesh);

@@ -23,6 +23,7 @@ struct Linked {
   GltfJson* primitive = nullptr;
   GltfLink link;
   uint64_t position = 0;  ///< its accessor: primitives that share it share their vertices
+  GltfPart::Place place;
   std::string where, name;
 };
 
@@ -83,6 +84,7 @@ Result<> GltfDecompressor::find() {
       const auto position = attributes ? gltf_number(*attributes, "POSITION") : std::nullopt;
       if (!position) return malformed(linked.where + " has no positions");
       linked.position = *position;
+      linked.place = {m, p, linked.link.block};
       linked_.push_back(std::move(linked));
     }
   }
@@ -298,6 +300,7 @@ Result<std::vector<GltfPart>> gltf_parts(const Source& source) {
     GltfPart& part = by_view[linked.link.view];
     part.buffer_view = linked.link.view;
     part.primitives.push_back(linked.name);
+    part.places.push_back(linked.place);
   }
   for (auto& [view, part] : by_view) {
     const Bytes bytes = document->content(view);
