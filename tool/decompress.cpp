@@ -64,7 +64,10 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
                      [&](double a, double b) { return distance(a) < distance(b); });
     times.resize(2);
   }
-  const std::string named = times.empty() ? "none" : fmt::format("{}", fmt::join(times, ", "));
+  if (times.empty())
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: has no steps of time; leave out --time", source.name()));
+  const std::string named = fmt::format("{}", fmt::join(times, ", "));
   return failure(ErrorCode::usage,
                  fmt::format("{}: has no step at time {}; {}", source.name(), *options.time,
                              all ? "it has: " + named

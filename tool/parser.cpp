@@ -4,12 +4,20 @@
 #include <fmt/ranges.h>
 #include <maille/io.h>
 
+#include <algorithm>
+
 #include "parser_names.h"
+#include "spelling.h"
 
 namespace maille::tool {
 
 CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values) {
-  return option->check(CLI::IsMember(values))->type_name(fmt::format("{}", fmt::join(values, "|")));
+  const auto is_known = [values](const std::string& word) {
+    if (std::find(values.begin(), values.end(), word) != values.end()) return std::string();
+    return fmt::format("there is no '{}'{}; choose one of {}", word, suggestion(word, values),
+                       fmt::join(values, ", "));
+  };
+  return option->check(is_known)->type_name(fmt::format("{}", fmt::join(values, "|")));
 }
 
 CLI::Option* repeatable(CLI::Option* option, const std::string& value) {

@@ -20,3 +20,4 @@ maille generate -q blockMeshDict hexes.vtu
 maille compress -q -f --for simulation hexes.vtu a.maille
 maille info --json a.maille | json 'j["mode"]'
 try maille compress -f --for fun wave.ply a.maille
+try maille compress wave.ply x.maille --for webb
