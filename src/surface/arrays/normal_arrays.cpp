@@ -300,6 +300,26 @@ Result<> store_numbers(Array& array, std::span<const NumberMap> maps, std::vecto
   return {};
 }
 
+/// The same where many elements have the tuple of another one: each is computed once. `tuple_of`: by element.
+template <class Code>
+void store_distinct(Array& array, std::span<const NumberMap> maps, std::span<const uint32_t> tuple_of,
+                    std::span<const Code> codes) {
+  const size_t components = maps.size(), number_bytes = size_of(array.type), size = array.tuple_size();
+  const size_t tuples =
+      tuple_of.empty() ? 0 : *std::max_element(tuple_of.begin(), tuple_of.end()) + size_t{1};
+  std::vector<Code> distinct(tuples * components);
+  for (size_t i = 0; i < tuple_of.size(); ++i)
+    std::copy_n(codes.data() + i * components, components, distinct.data() + tuple_of[i] * components);
+  std::vector<std::byte> numbers(tuples * size);
+  for (size_t k = 0; k < components && tuples > 0; ++k) {
+    maps[k].store_numbers(array.type, reinterpret_cast<const std::byte*>(distinct.data() + k),
+                          numbers.data() + k * number_bytes, components, tuples);
+  }
+  array.bytes.resize(tuple_of.size() * size);
+  for (size_t i = 0; i < tuple_of.size(); ++i)
+    std::copy_n(numbers.data() + tuple_of[i] * size, size, array.bytes.data() + i * size);
+}
+
 /// The same for unit vectors, two codes each.
 template <class Code>
 void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
@@ -332,14 +352,17 @@ Result<> decode_as(const PatchElements& elements, const ArrayCoding& coding, con
   const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.maps.size());
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
   RansDecoder decoder(bytes, 1);
-  code_array<RansDecoder, Code>(decoder, elements, face_of, array, tuples, maps, coding,
-                                codes.first(codes.size()),
-                                [&] { return !decoder.exhausted() && (!pace || pace->step()); });
+  std::vector<uint32_t> tuple_of;
+  code_array<RansDecoder, Code>(
+      decoder, elements, face_of, array, tuples, maps, coding, codes.first(codes.size()),
+      [&] { return !decoder.exhausted() && (!pace || pace->step()); }, &tuple_of);
   if (pace && pace->stopped()) return cancelled();
   if (decoder.exhausted())
     return failure(ErrorCode::corrupt, "array \"" + array.name + "\": its stream ends early");
   if (maps.octahedral) {
     store_vectors<Code>(array, *maps.octahedral, codes.first(tuples * maps.maps.size()));
+  } else if (array.domain == Domain::corner) {
+    store_distinct<Code>(array, maps.maps, tuple_of, codes);
   } else {
     storage.resize(tuples * maps.maps.size() * sizeof(Code));
     MAILLE_CHECK(store_numbers<Code>(array, maps.maps, std::move(storage)));

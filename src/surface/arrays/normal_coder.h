@@ -77,20 +77,24 @@ class NormalCoder {
         maps_(maps),
         codes_(codes),
         exponents_(3 * 12),
-        values_(codes.size() / maps.maps.size()),
-        expected_(values_.size()),
-        errors_(values_.size()),
-        spreads_(values_.size()),
-        completions_(values_.size()) {}
+        tuple_of_(codes.size() / maps.maps.size()),
+        tuples_(1) {
+    for (unsigned k = 0; k < maps.maps.size() && !maps.octahedral; ++k) {
+      if (!maps.maps[k].is_curved()) even_step_[k] = step_in_half_octaves(value_of_step(maps.maps[k]));
+    }
+  }
 
   void code(uint32_t element, const ElementStencil& stencil, const ExpectedNormal& expected) {
     find_neighbours(stencil);
     before_ = element;
     Vector3 towards = expected.vector * (coding_.inward ? -1.0 : 1.0);
     if (!coding_.summed) towards = unit_vector(towards);
-    expected_[element] = towards;
+    tuple_of_[element] = static_cast<uint32_t>(tuples_.size());
+    Tuple& tuple = tuples_.emplace_back();
+    tuple.expected = towards;
+    if (coding_.repeats) tuple.direction = unit_vector(towards);
     // The spread of what is not finite may be NaN, of either sign.
-    spreads_[element] =
+    tuple.spread =
         half_octaves_of(expected.spread > least_spread ? std::min(expected.spread, 1e30) : least_spread);
     if (expected.twin != none && code_same(element, expected.twin, twin_[twins_], twins_)) return;
     if (coding_.repeats && neighbour_count_ > 0 && code_repeat(element)) return;
@@ -104,14 +108,29 @@ class NormalCoder {
   void copy(uint32_t to, uint32_t from) {
     const size_t components = maps_.maps.size();
     for (size_t k = 0; k < components; ++k) codes_[to * components + k] = codes_[from * components + k];
-    values_[to] = values_[from];
-    expected_[to] = expected_[from];
-    errors_[to] = errors_[from];
-    spreads_[to] = spreads_[from];
-    completions_[to] = completions_[from];
+    tuple_of_[to] = tuple_of_[from];
   }
 
+  /// Which elements are copies of each other: for each the number of its tuple, 0 where there is none.
+  std::vector<uint32_t> take_tuple_numbers() { return std::move(tuple_of_); }
+
  private:
+  /// What is known of elements that have one tuple.
+  struct Tuple {
+    Vector3 value, expected;
+    Vector3 direction;  ///< of `expected`, where normals repeat
+    int error = 0;      ///< half octaves
+    int spread = 0;
+    uint8_t completion = 0;
+
+    void copy_value(const Tuple& other) {
+      value = other.value;
+      error = other.error;
+      completion = other.completion;
+    }
+  };
+  Tuple& tuple(uint32_t element) { return tuples_[tuple_of_[element]]; }
+
   static constexpr double least_spread = 1.0 / 4096;
   static constexpr bool wide = sizeof(Code) == 8;
   static constexpr int mantissa_bits = wide ? 52 : 23;
@@ -145,7 +164,7 @@ class NormalCoder {
     double largest = -2;
     uint32_t nearest = neighbours_[0];
     for (unsigned i = 0; i < neighbour_count_; ++i) {
-      const double cosine = dot(unit_vector(expected_[neighbours_[i]]), unit_vector(expected_[element]));
+      const double cosine = dot(tuple(neighbours_[i]).direction, tuple(element).direction);
       if (!(cosine > largest)) continue;
       largest = cosine;
       nearest = neighbours_[i];
@@ -166,11 +185,8 @@ class NormalCoder {
     same = model.code(coder_, same);
     history = (history << 1 | static_cast<unsigned>(same)) & 3;
     if (!same) return false;
-    const Vector3 towards = expected_[element];
-    const int spread = spreads_[element];
-    copy(element, other);
-    expected_[element] = towards;
-    spreads_[element] = spread;
+    for (size_t k = 0; k < components; ++k) codes_[element * components + k] = codes_[other * components + k];
+    tuple(element).copy_value(tuple(other));
     return true;
   }
 
@@ -186,13 +202,14 @@ class NormalCoder {
     int spreads = 0;
     int completions = 0;
     for (unsigned i = 0; i < neighbour_count_; ++i) {
-      errors += errors_[neighbours_[i]];
-      spreads += spreads_[neighbours_[i]];
-      completions += completions_[neighbours_[i]];
+      const Tuple& other = tuple(neighbours_[i]);
+      errors += other.error;
+      spreads += other.spread;
+      completions += other.completion;
     }
     const int count = static_cast<int>(neighbour_count_);
     error_ = floor_div(errors, count);
-    const int more = spreads_[element] - floor_div(spreads, count);
+    const int more = tuple(element).spread - floor_div(spreads, count);
     class_ = static_cast<unsigned>(std::clamp((more + 11) >> 1, 0, 10));
     completion_ = static_cast<unsigned>(completions / count);
   }
@@ -202,8 +219,8 @@ class NormalCoder {
     Vector3 sum;
     const bool alone = is_zero(towards);
     for (unsigned i = 0; i < neighbour_count_; ++i) {
-      const uint32_t other = neighbours_[i];
-      sum = sum + values_[other] - (alone ? Vector3{} : expected_[other]);
+      const Tuple& other = tuple(neighbours_[i]);
+      sum = sum + other.value - (alone ? Vector3{} : other.expected);
     }
     if (neighbour_count_ > 0) sum = sum * (1.0 / neighbour_count_);
     prediction_ = alone ? sum : coding_.follows ? towards + sum : towards;
@@ -263,8 +280,10 @@ class NormalCoder {
     if (is_ordered(k))
       return 2 * (half_octaves_of(std::max(std::fabs(value), 1e-37)) >> 1) - 2 * mantissa_bits;
     const NumberMap& map = maps_.maps[k];
-    const double step = std::fabs(map.is_curved() ? curved_step(map, value) : value_of_step(map));
-    return half_octaves_of(std::clamp(step, 1e-37, 1e37));
+    return map.is_curved() ? step_in_half_octaves(curved_step(map, value)) : even_step_[k];
+  }
+  static int step_in_half_octaves(double step) {
+    return half_octaves_of(std::clamp(std::fabs(step), 1e-37, 1e37));
   }
   double curved_step(const NumberMap& map, double value) const {
     const int64_t code = map.nearest_code(type_, value);
@@ -316,7 +335,7 @@ class NormalCoder {
   bool code_zero(Code& code, unsigned k, int apart) {
     const auto near = static_cast<unsigned>(std::clamp(apart + 17, 0, 31)) / 2;
     unsigned around = 0;
-    for (unsigned i = 0; i < neighbour_count_; ++i) around |= values_[neighbours_[i]][k] == 0 ? 2u : 1u;
+    for (unsigned i = 0; i < neighbour_count_; ++i) around |= tuple(neighbours_[i]).value[k] == 0 ? 2u : 1u;
     const bool zero = zero_[near][around].code(coder_, code == 0 || code == -1);
     if (!zero) return false;
     const bool negative = std::signbit(prediction_[k]);
@@ -365,8 +384,9 @@ class NormalCoder {
     const int apart = half_octaves_of(std::clamp(std::fabs(prediction_[last]), 1e-37, 1e37)) - error_;
     const auto near = static_cast<unsigned>(std::clamp(apart + 2, 0, 15));
     const bool negative = prediction_[last] < 0;
-    const double found = value_of(last, code);
-    const bool same = side_[near].code(coder_, (found < 0) == negative);
+    bool same = false;
+    if constexpr (Coder::encoding) same = (value_of(last, code) < 0) == negative;
+    same = side_[near].code(coder_, same);
     const double left = std::sqrt(std::max(1 - x * x - y * y, 0.0));
     const double predicted = same == negative ? -left : left;
     // What the steps of the others can make of it, in its own steps.
@@ -376,15 +396,15 @@ class NormalCoder {
     const int expected = std::clamp(steps - step_at(last, left) + 2, 0, 60);
     const unsigned size = code_residual(code, code_near(last, predicted), static_cast<unsigned>(expected),
                                         std::min(completion_, no_class), 2);
-    completions_[element] = static_cast<uint8_t>(size);
+    tuple(element).completion = static_cast<uint8_t>(size);
     value_[last] = value_of(last, code);
   }
 
   void keep(uint32_t element) {
     double error = 0;
     for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value_[k] - predicted_[k]));
-    values_[element] = value_;
-    errors_[element] = error_in_half_octaves(error);
+    tuple(element).value = value_;
+    tuple(element).error = error_in_half_octaves(error);
   }
 
   using Pair = std::array<int32_t, 2>;
@@ -421,8 +441,8 @@ class NormalCoder {
     if (below) codes = turned_out(codes, steps);
     for (unsigned k = 0; k < 2; ++k) code_at(element, k) = static_cast<Code>(codes[k]);
     const auto vector = maps_.octahedral->vector_of(codes);
-    values_[element] = {vector};
-    errors_[element] = static_cast<int>(largest);
+    tuple(element).value = {vector};
+    tuple(element).error = static_cast<int>(largest);
   }
 
   Coder& coder_;
@@ -438,12 +458,9 @@ class NormalCoder {
   BitModel zero_sign_[6];
   BitModel small_sign_[16];
   BitModel side_[16];
-  // By element.
-  std::vector<Vector3> values_;
-  std::vector<Vector3> expected_;
-  std::vector<int> errors_;  ///< half octaves
-  std::vector<int> spreads_;
-  std::vector<uint8_t> completions_;
+  std::vector<uint32_t> tuple_of_;  ///< by element
+  std::vector<Tuple> tuples_;       ///< the first one is of elements without any
+  std::array<int, 3> even_step_{};  ///< step_at() of components whose numbers are as far apart everywhere
   // Of the element at hand.
   std::array<uint32_t, 2 * ElementStencil::most_parallelograms + 1> neighbours_;
   unsigned neighbour_count_ = 0;

@@ -162,11 +162,12 @@ void code_elements(const PatchElements& elements, const std::vector<uint32_t>& f
   });
 }
 
-/// The same for whichever coder the array has.
+/// The same for whichever coder the array has. `tuple_of`, if given: NormalCoder::take_tuple_numbers(), or
+/// nothing where each element has a tuple of its own.
 template <class Rans, class Code, class More>
 void code_array(Rans& rans, const PatchElements& elements, const std::vector<uint32_t>& face_of,
                 const Array& array, uint64_t tuples, const ArrayMaps& maps, const ArrayCoding& coding,
-                std::span<Code> codes, More more) {
+                std::span<Code> codes, More more, std::vector<uint32_t>* tuple_of = nullptr) {
   if (coding.facet) {
     FacetNormalCoder<Rans, Code> coder(rans, *coding.facet, array.type, maps, elements, face_of, codes);
     for (uint32_t cell = 0; cell < elements.cells() && more(); ++cell) coder.code(cell);
@@ -180,6 +181,7 @@ void code_array(Rans& rans, const PatchElements& elements, const std::vector<uin
   };
   NormalCoder<Rans, Code> coder(rans, *coding.normal, array.type, maps, codes);
   run(coder);
+  if (tuple_of != nullptr) *tuple_of = coder.take_tuple_numbers();
 }
 
 }  // namespace maille

@@ -1,6 +1,7 @@
 #include "surface/arrays/surface_normals.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "surface/front/element_walk.h"
@@ -12,12 +13,19 @@ double length_of(const Vector3& v) {
   return std::sqrt(dot(v, v));
 }
 
+/// 1 / n for odd n.
+constexpr auto odd_reciprocals = [] {
+  std::array<double, 24> table{};
+  for (size_t n = 1; n < table.size(); n += 2) table[n] = 1.0 / static_cast<double>(n);
+  return table;
+}();
+
 /// atan(x) for 0 <= x: halved three times to at most tan(pi / 16), then its series.
 double arc_tangent(double x) {
   for (int i = 0; i < 3; ++i) x = x / (1 + std::sqrt(1 + x * x));
   const double square = x * x;
   double sum = 0;
-  for (int n = 23; n >= 1; n -= 2) sum = 1.0 / n - square * sum;
+  for (size_t n = 24; n-- > 0; --n) sum = odd_reciprocals[n] - square * sum;
   return 8 * x * sum;
 }
 
@@ -43,8 +51,10 @@ SurfaceNormals::SurfaceNormals(const PatchElements& elements, const std::vector<
                                NormalWeight weight)
     : surface_(*elements.surface), positions_(elements.positions), face_of_(face_of), weight_(weight) {
   crosses_.resize(surface_.face_count);
+  lengths_.resize(surface_.face_count);
   for (uint32_t face = 0; face < surface_.face_count; ++face) {
     crosses_[face] = cross_of_face(face);
+    lengths_[face] = length_of(crosses_[face]);
     if (elements.flipped != nullptr && !elements.flipped->empty() && (*elements.flipped)[face]) {
       for (double& x : crosses_[face].x) x = -x;
     }
@@ -89,7 +99,7 @@ ExpectedNormal SurfaceNormals::of_face(uint32_t face) const {
     farthest = std::max(farthest, dot(position(h), position(h)));
     h = edges.next(h);
   } while (h != first);
-  const double twice_area = length_of(crosses_[face]);
+  const double twice_area = lengths_[face];
   const double turn = twice_area > 0 ? std::sqrt(longest) * std::sqrt(farthest) / twice_area : 0;
   return {crosses_[face], turn};
 }
@@ -97,7 +107,7 @@ ExpectedNormal SurfaceNormals::of_face(uint32_t face) const {
 void SurfaceNormals::add(uint32_t corner, uint32_t face, Sum& sum) const {
   const HalfEdges& edges = surface_.half_edges;
   const Vector3& normal = crosses_[face];
-  const double twice_area = length_of(normal);
+  const double twice_area = lengths_[face];
   if (!(twice_area > 0)) return;
   double factor = 1;
   if (weight_ == NormalWeight::equal) factor = 1 / twice_area;
@@ -163,10 +173,9 @@ ExpectedNormal SurfaceNormals::of_wedge(std::span<const uint32_t> corners) const
 }
 
 double SurfaceNormals::cosine(uint32_t corner, uint32_t other) const {
-  const Vector3& a = crosses_[face_of_[corner]];
-  const Vector3& b = crosses_[face_of_[other]];
-  const double lengths = length_of(a) * length_of(b);
-  return lengths > 0 ? dot(a, b) / lengths : 1;
+  const uint32_t a = face_of_[corner], b = face_of_[other];
+  const double lengths = lengths_[a] * lengths_[b];
+  return lengths > 0 ? dot(crosses_[a], crosses_[b]) / lengths : 1;
 }
 
 std::vector<Vector3> positions_as_doubles(const Array& positions) {

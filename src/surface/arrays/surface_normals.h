@@ -59,6 +59,7 @@ class SurfaceNormals {
   const std::vector<uint32_t>& face_of_;
   NormalWeight weight_;
   std::vector<Vector3> crosses_;  ///< by face
+  std::vector<double> lengths_;   ///< of these
 };
 
 /// Positions as doubles for a prediction, infinities and NaN as 0.

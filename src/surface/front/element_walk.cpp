@@ -46,7 +46,7 @@ void ElementWalk::find_ring(uint32_t vertex) {
 
 CornerPair ElementWalk::pair_at(size_t i, uint32_t vertex) const {
   const HalfEdges& edges = surface_.half_edges;
-  const uint32_t next = ring_[(i + 1) % ring_.size()];
+  const uint32_t next = ring_[i + 1 < ring_.size() ? i + 1 : 0];
   CornerPair pair{ring_[i], next, edges.previous(ring_[i]), edges.next(next)};
   if (edges.origin[pair.far_corner] >= vertex) pair.far_corner = pair.far_next = none;
   return pair;

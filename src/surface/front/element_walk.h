@@ -57,12 +57,13 @@ class ElementWalk {
       find_ring(vertex);
       const size_t size = ring_.size();
       const size_t first = code_joints(vertex, code_joined);
+      const auto place = [&](size_t i) { return first + i < size ? first + i : first + i - size; };
       uint32_t before = none;
       for (size_t i = 0; i < size;) {
         wedge.corners.clear();
         do {
-          wedge.corners.push_back(ring_[(first + i) % size]);
-        } while (joined_[(first + i) % size] && ++i < size);
+          wedge.corners.push_back(ring_[place(i)]);
+        } while (joined_[place(i)] && ++i < size);
         if (i < size) ++i;
         find_wedge_stencil(wedge, vertex, before, same);
         before = wedge.corners.front();
@@ -152,7 +153,7 @@ class ElementWalk {
   template <class CodeJoined>
   size_t code_joints(uint32_t vertex, CodeJoined code_joined) {
     const size_t size = ring_.size();
-    joined_.assign(size, false);
+    joined_.assign(size, 0);
     unsigned cuts = 0;
     size_t after_cut = 0;
     for (size_t i = 0; i < size; ++i) {
@@ -210,8 +211,7 @@ class ElementWalk {
   // Of the vertex at hand: real corners, whether the next one lies across an edge, whether it joins the
   // wedge.
   std::vector<uint32_t> ring_;
-  std::vector<bool> adjacent_;
-  std::vector<bool> joined_;
+  std::vector<uint8_t> adjacent_, joined_;  // flags: bits would take longer
 };
 
 }  // namespace maille
