@@ -39,18 +39,25 @@ EncodeOptions encode_options(const py::tuple& given) {
   return options;
 }
 
-py::dict dict_of(const ArrayReport& array) {
+/// What an ArrayReport and an ArrayInfo both tell.
+template <class About>
+py::dict common_dict_of(const About& array) {
   py::dict all;
   all["name"] = array.name;
   all["domain"] = name_of(array.domain);
   all["type"] = name_of(array.type);
   all["components"] = array.components;
-  all["elements"] = array.elements;
-  all["raw_bytes"] = array.raw_bytes;
   all["coded_bytes"] = array.coded_bytes;
   all["lossless"] = array.lossless;
   all["bound"] = array.bound;
   all["maximum_error"] = array.maximum_error;
+  return all;
+}
+
+py::dict dict_of(const ArrayReport& array) {
+  py::dict all = common_dict_of(array);
+  all["elements"] = array.elements;
+  all["raw_bytes"] = array.raw_bytes;
   return all;
 }
 
@@ -165,17 +172,9 @@ bool input_is_maille(const Input& input) {
 }
 
 py::dict dict_of(const ArrayInfo& array) {
-  py::dict all;
-  all["name"] = array.name;
-  all["domain"] = name_of(array.domain);
-  all["type"] = name_of(array.type);
-  all["components"] = array.components;
+  py::dict all = common_dict_of(array);
   all["role"] = name_of(array.role);
   all["count"] = array.count;
-  all["coded_bytes"] = array.coded_bytes;
-  all["lossless"] = array.lossless;
-  all["bound"] = array.bound;
-  all["maximum_error"] = array.maximum_error;
   all["ranges"] = array.ranges;
   return all;
 }

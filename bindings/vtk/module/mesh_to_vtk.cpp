@@ -1,5 +1,7 @@
 #include "mesh_to_vtk.h"
 
+#include <maille/vtk.h>
+
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -36,24 +38,9 @@ int vtk_type_of(Scalar type) {
 
 namespace {
 
-/// The four cell arrays of vtkPolyData, in the order of its cells; -1: none of them.
-int kind_in_poly_data(CellType type) {
-  switch (type) {
-    case CellType::vertex:
-    case CellType::poly_vertex:
-      return 0;
-    case CellType::line:
-    case CellType::poly_line:
-      return 1;
-    case CellType::triangle:
-    case CellType::quad:
-    case CellType::polygon:
-      return 2;
-    case CellType::triangle_strip:
-      return 3;
-    default:
-      return -1;
-  }
+/// The place of fits_poly_data() cells among the four cell arrays of vtkPolyData.
+size_t kind_of(CellType type) {
+  return static_cast<size_t>(vtk_poly_kind(type).value_or(VtkPolyKind::polys));
 }
 
 vtkSmartPointer<vtkDataArray> empty_array(const std::string& name, Scalar type, uint32_t components,
@@ -94,25 +81,8 @@ void add_strings(vtkFieldData* field, const std::string& name, std::span<const s
   for (const std::string& value : values) strings->InsertNextValue(value);
 }
 
-/// The texts of an array that was text in a VTK file; nothing for another one, or where a number has no
-/// label.
-std::optional<std::vector<std::string>> texts_of(const Mesh& mesh, const Array& array) {
-  if (array.role != Role::label || array.type != Scalar::u32) return {};
-  const std::string line = std::string("\n") + name_of(array.domain) + " " + array.name + "\n";
-  const auto names_it = [&](const auto& entry) {
-    return entry.first == text_key && ("\n" + entry.second + "\n").find(line) != std::string::npos;
-  };
-  if (std::none_of(mesh.metadata.begin(), mesh.metadata.end(), names_it)) return {};
-  std::vector<std::string> texts;
-  for (const uint32_t number : array.values<uint32_t>()) {
-    if (number >= array.labels.size()) return {};
-    texts.push_back(array.labels[number]);
-  }
-  return texts;
-}
-
-vtkSmartPointer<vtkAbstractArray> copy_of(const Array& array, std::span<const std::string> texts,
-                                          std::span<const uint64_t> order) {
+vtkSmartPointer<vtkAbstractArray> texts_of(const Array& array, std::span<const uint64_t> order) {
+  const std::vector<std::string> texts = vtk_texts_of(array);
   vtkNew<vtkStringArray> copy;
   copy->SetName(array.name.c_str());
   copy->SetNumberOfComponents(static_cast<int>(array.components));
@@ -123,63 +93,37 @@ vtkSmartPointer<vtkAbstractArray> copy_of(const Array& array, std::span<const st
   return copy;
 }
 
-/// As maille's VTU files have it: where one block without a name, of all cells, would not say the same.
-bool needs_blocks(const Mesh& mesh) {
-  if (mesh.blocks.size() != 1) return !mesh.blocks.empty();
-  const CellBlock& block = mesh.blocks[0];
-  if (!block.name.empty() || block.size() == 0) return true;
-  if (block.type != CellType::mixed) return false;
-  return std::adjacent_find(block.types.begin(), block.types.end(), std::not_equal_to<>()) ==
-         block.types.end();
+/// Numbers, or text again.
+vtkSmartPointer<vtkAbstractArray> copy_of(const Mesh& mesh, const Array& array,
+                                          std::span<const uint64_t> order) {
+  if (is_vtk_text(mesh.metadata, array)) return texts_of(array, order);
+  return copy_of(array, order);
 }
 
-void add_blocks(const Mesh& mesh, vtkFieldData* field) {
-  vtkNew<vtkTypeUInt64Array> sizes;
-  sizes->SetName(blocks_name);
-  sizes->SetNumberOfComponents(2);
-  std::vector<std::string> names;
-  for (const CellBlock& block : mesh.blocks) {
-    sizes->InsertNextValue(block.size());
-    sizes->InsertNextValue(static_cast<uint64_t>(block.type));
-    names.push_back(block.name);
-  }
-  field->AddArray(sizes);
-  const bool named =
-      std::any_of(names.begin(), names.end(), [](const std::string& name) { return !name.empty(); });
-  if (named) add_strings(field, block_names_name, names);
+void add_blocks(const VtkBlocks& blocks, vtkFieldData* field) {
+  if (blocks.empty()) return;
+  field->AddArray(copy_of(vtk_block_sizes(blocks)));
+  if (vtk_has_names(blocks)) add_strings(field, vtk_block_names_name, vtk_block_names(blocks));
 }
 
 void add_field_data(const Mesh& mesh, vtkFieldData* field) {
   for (const auto& [key, value] : mesh.metadata) {
-    if (key != text_key) add_strings(field, key, std::span(&value, 1));
+    if (key != vtk_text_key) add_strings(field, key, std::span(&value, 1));
   }
   for (const Array& array : mesh.arrays) {
-    const auto texts = texts_of(mesh, array);
-    if (array.role == Role::label && !texts) add_strings(field, array.name + labels_suffix, array.labels);
-    if (array.domain != Domain::mesh && array.domain != Domain::corner) continue;
-    if (texts) {
-      field->AddArray(copy_of(array, *texts, {}));
-    } else {
-      field->AddArray(copy_of(array));
-    }
+    if (array.role == Role::label && !is_vtk_text(mesh.metadata, array))
+      add_strings(field, array.name + vtk_labels_suffix, array.labels);
+    if (array.domain == Domain::mesh || array.domain == Domain::corner)
+      field->AddArray(copy_of(mesh, array, {}));
   }
 }
 
 /// Numbers of blocks on cells, for VTK's users, where blocks have names.
 void add_block_array(const Mesh& mesh, vtkDataSet& data, std::span<const uint64_t> order) {
-  const bool named = std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
-                                 [](const CellBlock& block) { return !block.name.empty(); });
-  if (!named || mesh.find(block_array_name, Domain::cell) != nullptr) return;
-  Array array = make_array(block_array_name, Domain::cell, Scalar::u32, 1);
-  array.resize(mesh.cell_count());
-  std::vector<std::string> names;
-  uint32_t* number = array.values<uint32_t>().data();
-  for (const CellBlock& block : mesh.blocks) {
-    number = std::fill_n(number, block.size(), static_cast<uint32_t>(names.size()));
-    names.push_back(block.name);
-  }
-  data.GetCellData()->AddArray(copy_of(array, order));
-  add_strings(data.GetFieldData(), std::string(block_array_name) + labels_suffix, names);
+  const auto array = vtk_block_array(mesh);
+  if (!array) return;
+  data.GetCellData()->AddArray(copy_of(*array, order));
+  add_strings(data.GetFieldData(), array->name + vtk_labels_suffix, array->labels);
 }
 
 /// What an array means, where VTK takes one of its shape for it, and has none yet.
@@ -203,16 +147,12 @@ void add_arrays(const Mesh& mesh, vtkDataSet& data, std::span<const uint64_t> or
     vtkDataSetAttributes* const attributes =
         points ? static_cast<vtkDataSetAttributes*>(data.GetPointData()) : data.GetCellData();
     const auto its_order = points ? std::span<const uint64_t>() : order;
-    if (const auto texts = texts_of(mesh, array)) {
-      attributes->AddArray(copy_of(array, *texts, its_order));
-    } else {
-      attributes->AddArray(copy_of(array, its_order));
-      make_active(array, attributes);
-    }
+    attributes->AddArray(copy_of(mesh, array, its_order));
+    make_active(array, attributes);
   }
   add_field_data(mesh, data.GetFieldData());
   // Where poly data have sorted the cells, blocks are no runs of them any more.
-  if (order.empty() && needs_blocks(mesh)) add_blocks(mesh, data.GetFieldData());
+  if (order.empty()) add_blocks(vtk_needed_blocks(mesh), data.GetFieldData());
   add_block_array(mesh, data, order);
 }
 
@@ -377,14 +317,14 @@ struct Kinds {
 
 Kinds count_kinds(const Mesh& mesh) {
   Kinds kinds;
-  int before = 0;
+  size_t before = 0;
   for (const CellBlock& block : mesh.blocks) {
     const bool uniform = block.type != CellType::mixed;
     const uint64_t step = uniform ? std::max<uint64_t>(block.size(), 1) : 1;
     for (uint64_t i = 0; i < block.size(); i += step) {
-      const int kind = kind_in_poly_data(block.type_of(i));
-      kinds.cells[static_cast<size_t>(kind)] += step;
-      kinds.corners[static_cast<size_t>(kind)] += uniform ? block.connectivity.size() : block.cell(i).size();
+      const size_t kind = kind_of(block.type_of(i));
+      kinds.cells[kind] += step;
+      kinds.corners[kind] += uniform ? block.connectivity.size() : block.cell(i).size();
       kinds.sorted = kinds.sorted && kind >= before;
       before = kind;
     }
@@ -400,8 +340,7 @@ std::vector<uint64_t> order_of(const Mesh& mesh, const Kinds& kinds) {
   for (size_t k = 1; k < 4; ++k) next[k] = next[k - 1] + kinds.cells[k - 1];
   uint64_t number = 0;
   for (const CellBlock& block : mesh.blocks) {
-    for (uint64_t i = 0; i < block.size(); ++i)
-      order[next[static_cast<size_t>(kind_in_poly_data(block.type_of(i)))]++] = number++;
+    for (uint64_t i = 0; i < block.size(); ++i) order[next[kind_of(block.type_of(i))]++] = number++;
   }
   return order;
 }
@@ -412,13 +351,12 @@ void fill_poly_data(const Mesh& mesh, const Kinds& kinds, vtkPolyData& data) {
   for (size_t k = 0; k < 4; ++k) cells.emplace_back(kinds.cells[k], kinds.corners[k]);
   for (const CellBlock& block : mesh.blocks) {
     if (block.type != CellType::mixed) {
-      Cells<Index>& all = cells[static_cast<size_t>(kind_in_poly_data(block.type))];
+      Cells<Index>& all = cells[kind_of(block.type)];
       const unsigned nodes = nodes_of(block.type);
       nodes ? all.add_cells(block.connectivity, nodes) : all.add_cells(block.connectivity, block.offsets);
       continue;
     }
-    for (uint64_t i = 0; i < block.size(); ++i)
-      cells[static_cast<size_t>(kind_in_poly_data(block.type_of(i)))].add_cell(block.cell(i));
+    for (uint64_t i = 0; i < block.size(); ++i) cells[kind_of(block.type_of(i))].add_cell(block.cell(i));
   }
   if (kinds.cells[0] > 0) data.SetVerts(cells[0].finish());
   if (kinds.cells[1] > 0) data.SetLines(cells[1].finish());
@@ -452,7 +390,7 @@ Array rows_of(const Array& array, std::span<const uint64_t> rows) {
 }  // namespace
 
 bool fits_poly_data(CellType type) {
-  return kind_in_poly_data(type) >= 0;
+  return vtk_poly_kind(type).has_value();
 }
 
 bool fits_poly_data(std::span<const std::pair<CellType, uint64_t>> types) {

@@ -12,16 +12,6 @@
 
 namespace maille_vtk {
 
-/// Names in the field data, which are those of a VTU file that maille writes: sizes and types of the blocks,
-/// and their names; of each label array NAME its labels.
-inline constexpr char blocks_name[] = "maille_blocks";
-inline constexpr char block_names_name[] = "maille_block_names";
-inline constexpr char labels_suffix[] = "_labels";
-/// Metadata that tells which arrays were text in a VTK file, a line "DOMAIN NAME" for each (docs/formats.md).
-inline constexpr char text_key[] = "vtk.text";
-/// The cell array that tells VTK's users of which block a cell is.
-inline constexpr char block_array_name[] = "block";
-
 /// Vertices, lines, faces and strips: what vtkPolyData holds.
 bool fits_poly_data(maille::CellType type);
 bool fits_poly_data(std::span<const std::pair<maille::CellType, uint64_t>> types);

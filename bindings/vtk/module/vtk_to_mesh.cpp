@@ -1,5 +1,7 @@
 #include "vtk_to_mesh.h"
 
+#include <maille/vtk.h>
+
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellTypes.h>
@@ -93,7 +95,7 @@ class Converter {
     add_arrays(*data_.GetPointData(), Domain::point);
     add_arrays(*data_.GetCellData(), Domain::cell);
     add_field_data();
-    if (!texts_.empty()) mesh().metadata.emplace_back(text_key, texts_);
+    if (!texts_.empty()) mesh().metadata.emplace_back(vtk_text_key, texts_);
     return std::move(result_);
   }
 
@@ -127,9 +129,9 @@ class Converter {
     return true;
   }
   bool add_known_blocks(uint64_t count) {
-    auto* const sizes = data_.GetFieldData()->GetArray(blocks_name);
+    auto* const sizes = data_.GetFieldData()->GetArray(vtk_blocks_name);
     auto* const names =
-        vtkStringArray::SafeDownCast(data_.GetFieldData()->GetAbstractArray(block_names_name));
+        vtkStringArray::SafeDownCast(data_.GetFieldData()->GetAbstractArray(vtk_block_names_name));
     if (!sizes || sizes->GetNumberOfComponents() != 2) return false;
     if (names && sizes->GetNumberOfTuples() != names->GetNumberOfValues()) return false;
     std::vector<std::pair<uint64_t, CellType>> blocks;
@@ -197,7 +199,7 @@ class Converter {
   }
   vtkStringArray* labels_of(const std::string& name) const {
     return vtkStringArray::SafeDownCast(
-        data_.GetFieldData()->GetAbstractArray((name + labels_suffix).c_str()));
+        data_.GetFieldData()->GetAbstractArray((name + vtk_labels_suffix).c_str()));
   }
   void leave_out(const std::string& name, const char* why) {
     result_.notes.push_back("the array \"" + name + "\" " + why + ", and is left out");
@@ -218,7 +220,7 @@ class Converter {
         continue;
       }
       // Made of the names of the blocks, which are there.
-      if (domain == Domain::cell && has_blocks_ && name == block_array_name && labels_of(name)) continue;
+      if (domain == Domain::cell && has_blocks_ && name == vtk_block_array_name && labels_of(name)) continue;
       if (mesh().find(name, domain)) {
         leave_out(name, "has the name of another one");
         continue;
@@ -249,7 +251,7 @@ class Converter {
   void add_labels(vtkStringArray& labels, Array& array) {
     array.role = Role::label;
     for (vtkIdType k = 0; k < labels.GetNumberOfValues(); ++k) array.labels.push_back(labels.GetValue(k));
-    used_.push_back(array.name + labels_suffix);
+    used_.push_back(array.name + vtk_labels_suffix);
   }
 
   void add_field_data() {
@@ -257,8 +259,8 @@ class Converter {
     for (int i = 0; i < field.GetNumberOfArrays(); ++i) {
       vtkAbstractArray* const any = field.GetAbstractArray(i);
       const std::string name = any->GetName() ? any->GetName() : "field " + std::to_string(i);
-      const bool of_blocks = name == blocks_name || name == block_names_name ||
-                             (has_blocks_ && name == std::string(block_array_name) + labels_suffix);
+      const bool of_blocks = name == vtk_blocks_name || name == vtk_block_names_name ||
+                             (has_blocks_ && name == std::string(vtk_block_array_name) + vtk_labels_suffix);
       if (of_blocks || std::find(used_.begin(), used_.end(), name) != used_.end()) continue;
       if (auto* const strings = vtkStringArray::SafeDownCast(any)) {
         for (vtkIdType k = 0; k < strings->GetNumberOfValues(); ++k)
@@ -279,7 +281,7 @@ class Converter {
   FromVtk result_;
   vtkNew<vtkIdList> ids_;
   std::vector<std::string> used_;  ///< arrays of field data that are labels
-  std::string texts_;              ///< what was text, as text_key has it
+  std::string texts_;              ///< what was text, as vtk_text_key has it
   bool has_blocks_ = false;        ///< with names
 };
 

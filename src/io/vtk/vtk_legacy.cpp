@@ -444,8 +444,8 @@ Result<> VtkLegacyReader::read_section(const std::string& keyword) {
 }
 
 void VtkLegacyReader::finish_fields() {
-  const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
-  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
+  const Array sizes = field_.take_array(vtk_blocks_name).value_or(Array());
+  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtk_block_names_name));
   mesh_.blocks = !shapes.empty() && store_.fits(shapes) ? store_.take(shapes) : store_.take();
   for (auto* arrays : {&point_arrays_, &cell_arrays_, &field_.arrays}) {
     for (Array& array : *arrays) mesh_.arrays.push_back(std::move(array));

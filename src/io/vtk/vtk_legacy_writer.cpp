@@ -111,7 +111,8 @@ std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::own_tex
   for (const Array& array : mesh_.arrays) {
     if (array.role == Role::label && !is_text(array)) list.emplace_back(array.name + "_labels", array.labels);
   }
-  if (vtk_has_block_names(mesh_)) list.emplace_back(vtu_block_names_name, vtk_block_names(mesh_));
+  if (const VtkBlocks blocks = vtk_needed_blocks(mesh_); vtk_has_names(blocks))
+    list.emplace_back(vtk_block_names_name, vtk_block_names(blocks));
   for (const auto& [key, value] : mesh_.metadata) {
     if (key != vtk_text_key && !was_vtk_text(mesh_.metadata, Domain::mesh, key))
       list.push_back({key, {value}});
@@ -121,7 +122,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::own_tex
 
 void VtkWriter::put(const Array& array, const std::string& name) {
   if (!is_text(array)) return put_array(array, name);
-  put_strings(name, texts_of(array), array.components);
+  put_strings(name, vtk_texts_of(array), array.components);
 }
 
 /// In 32 bits: cells are numbered in 31, and not every program reads VTK's integers of 64.
@@ -145,7 +146,8 @@ Array bytes_of(const std::string& name, const std::vector<std::string>& texts) {
 
 void VtkWriter::put_field_data() {
   std::vector<Array> own;
-  if (vtk_needs_blocks(mesh_)) own.push_back(narrow(vtk_block_sizes(mesh_)));
+  if (const VtkBlocks blocks = vtk_needed_blocks(mesh_); !blocks.empty())
+    own.push_back(narrow(vtk_block_sizes(blocks)));
   for (const auto& [name, values] : own_texts()) own.push_back(bytes_of(vtk_text_prefix + name, values));
   std::vector<std::pair<std::string, std::vector<std::string>>> texts;
   for (const auto& [key, value] : mesh_.metadata) {

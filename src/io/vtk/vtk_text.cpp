@@ -23,7 +23,7 @@ bool is_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadat
   return true;
 }
 
-std::vector<std::string> texts_of(const Array& array) {
+std::vector<std::string> vtk_texts_of(const Array& array) {
   std::vector<std::string> texts;
   const size_t count = array.count() * array.components;
   for (size_t i = 0; i < count; ++i) {

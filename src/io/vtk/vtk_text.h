@@ -1,6 +1,6 @@
 #pragma once
 
-#include <maille/mesh.h>
+#include <maille/vtk.h>
 
 #include <map>
 #include <string>
@@ -12,21 +12,6 @@
 // Text arrays of VTK files in a mesh, which has numbers only: labels of an array, or metadata.
 
 namespace maille {
-
-/// Metadata: what was text in the VTK file the mesh came from, a line for each ("cell NAME"; "mesh NAME" is
-/// metadata or an array on the mesh). Writers of VTK's formats make text of it again. Texts that are not in
-/// the list have other sources (names of blocks, labels, comments of PLY files).
-inline constexpr char vtk_text_key[] = "vtk.text";
-
-/// Whether this was text in a VTK file.
-bool was_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, Domain domain,
-                  const std::string& name);
-
-/// Whether writers of VTK's formats make text of the array again: it was text, and each number has its label.
-bool is_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, const Array& array);
-
-/// The texts of an array that was text, `components` for each tuple; nothing where a number has no label.
-std::vector<std::string> texts_of(const Array& array);
 
 /// Turns text into numbers while a file is read: each text gets one number in all pieces of the file.
 class VtkTexts {

@@ -30,9 +30,9 @@ constexpr const char* with_texts =
 
 void expect_texts(const Mesh& mesh) {
   ASSERT_EQ(mesh.arrays.size(), 3u);
-  EXPECT_EQ(texts_of(*mesh.find("materials", Domain::mesh)), (Texts{"a", "bc", "a"}));
-  EXPECT_EQ(texts_of(*mesh.find("tag", Domain::point)), (Texts{"x", ""}));
-  EXPECT_EQ(texts_of(*mesh.find("part", Domain::cell)), (Texts{"x", "y", "y", "z"}));
+  EXPECT_EQ(vtk_texts_of(*mesh.find("materials", Domain::mesh)), (Texts{"a", "bc", "a"}));
+  EXPECT_EQ(vtk_texts_of(*mesh.find("tag", Domain::point)), (Texts{"x", ""}));
+  EXPECT_EQ(vtk_texts_of(*mesh.find("part", Domain::cell)), (Texts{"x", "y", "y", "z"}));
   EXPECT_EQ(mesh.find("part", Domain::cell)->components, 2u);
   EXPECT_EQ(mesh.metadata[0].second, "hi");
 }
@@ -67,7 +67,7 @@ TEST(VtkText, GetsTheSameNumbersInAllPieces) {
   const Array more = texts.numbers("x", Domain::mesh, 1, {"c", "b"});
   mesh.arrays[0].bytes.insert(mesh.arrays[0].bytes.end(), more.bytes.begin(), more.bytes.end());
   texts.finish(mesh);
-  EXPECT_EQ(texts_of(mesh.arrays[0]), (Texts{"a", "b", "c", "b"}));
+  EXPECT_EQ(vtk_texts_of(mesh.arrays[0]), (Texts{"a", "b", "c", "b"}));
   EXPECT_THAT(mesh.metadata, ElementsAre(std::pair<std::string, std::string>("vtk.text", "mesh x")));
 }
 

@@ -103,10 +103,10 @@ VtkXmlData VtkXmlWriter::own_texts(const std::string& name, std::span<const std:
 
 VtkXmlData VtkXmlWriter::describe_texts(const Array& array) const {
   if (array.domain != Domain::cell || cell_order_ == nullptr)
-    return strings(array.name, texts_of(array), array.components);
+    return strings(array.name, vtk_texts_of(array), array.components);
   Array ordered = array;
   ordered.bytes = permuted(array, *cell_order_);
-  return strings(array.name, texts_of(ordered), array.components);
+  return strings(array.name, vtk_texts_of(ordered), array.components);
 }
 
 /// The array that becomes the active attribute of this meaning, if VTK takes one of its shape.
@@ -144,23 +144,13 @@ std::string VtkXmlWriter::role_mark(const Array& array) const {
 }
 
 void VtkXmlWriter::add_block_names(const std::string& mark) {
-  bool named = false;
-  for (const CellBlock& block : mesh_.blocks) named = named || !block.name.empty();
-  if (!named || mesh_.find("block", Domain::cell)) return;
-  Array array = make_array("block", Domain::cell, Scalar::u32, 1, Role::label);
-  uint32_t number = 0;
-  for (const CellBlock& block : mesh_.blocks) {
-    const size_t from = array.count();
-    array.resize(from + block.size());
-    std::fill(array.values<uint32_t>().begin() + static_cast<ptrdiff_t>(from), array.values<uint32_t>().end(),
-              number++);
-    array.labels.push_back(block.name);
-  }
-  VtkXmlData data = describe(array, role_mark(array) + mark);
-  if (data.owned.empty()) data.owned = std::move(array.bytes).vector();
+  std::optional<Array> array = vtk_block_array(mesh_);
+  if (!array) return;
+  VtkXmlData data = describe(*array, role_mark(*array) + mark);
+  if (data.owned.empty()) data.owned = std::move(array->bytes).vector();
   data.borrowed = {};
   piece_.back().arrays.push_back(std::move(data));
-  field_.back().arrays.push_back(own_texts("block_labels", array.labels));
+  field_.back().arrays.push_back(own_texts("block_labels", array->labels));
   notes.push_back(format_ + " has no named blocks: their names are in the cell array \"block\"");
 }
 

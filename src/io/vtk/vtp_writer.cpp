@@ -1,3 +1,5 @@
+#include <maille/vtk.h>
+
 #include <algorithm>
 #include <array>
 
@@ -14,23 +16,11 @@ namespace {
 enum Kind : size_t { verts, lines, polys, kinds, unknown = kinds };
 constexpr const char* kind_elements[kinds] = {"Verts", "Lines", "Polys"};
 
+/// Strips are split into triangles, and pixels turned into quads.
 Kind kind_of(CellType type) {
-  switch (type) {
-    case CellType::vertex:
-    case CellType::poly_vertex:
-      return verts;
-    case CellType::line:
-    case CellType::poly_line:
-      return lines;
-    case CellType::triangle:
-    case CellType::quad:
-    case CellType::polygon:
-    case CellType::pixel:
-    case CellType::triangle_strip:
-      return polys;
-    default:
-      return unknown;
-  }
+  if (type == CellType::pixel || type == CellType::triangle_strip) return polys;
+  const auto kind = vtk_poly_kind(type);
+  return kind ? static_cast<Kind>(*kind) : unknown;
 }
 
 /// Cells of one kind, in the order written, with their numbers in the mesh.

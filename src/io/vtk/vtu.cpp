@@ -204,8 +204,8 @@ Result<> VtuReader::add_file(const VtkXml& xml) {
 }
 
 void VtuReader::build_blocks() {
-  const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
-  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name));
+  const Array sizes = field_.take_array(vtk_blocks_name).value_or(Array());
+  const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtk_block_names_name));
   if (shapes.empty() || !cells_.fits(shapes)) {
     mesh_.blocks = cells_.take();
     return;
@@ -213,10 +213,10 @@ void VtuReader::build_blocks() {
   mesh_.blocks = cells_.take(shapes);
   if (!has_block_array_) return;
   const auto is_block = [](const Array& array) {
-    return array.domain == Domain::cell && array.name == vtu_block_array_name;
+    return array.domain == Domain::cell && array.name == vtk_block_array_name;
   };
   mesh_.arrays.erase(std::remove_if(mesh_.arrays.begin(), mesh_.arrays.end(), is_block), mesh_.arrays.end());
-  field_.take_strings(std::string(vtu_block_array_name) + "_labels");
+  field_.take_strings(std::string(vtk_block_array_name) + "_labels");
 }
 
 Result<ReadResult> VtuReader::finish() {

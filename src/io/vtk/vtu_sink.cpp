@@ -71,11 +71,10 @@ class VtuSink final : public MeshSink {
 
 /// As vtu_writer.cpp has it.
 bool VtuSink::has_names() const {
-  const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
   const auto same = [](const Array& array) {
-    return array.domain == Domain::cell && array.name == vtu_block_array_name;
+    return array.domain == Domain::cell && array.name == vtk_block_array_name;
   };
-  return std::any_of(description_.blocks.begin(), description_.blocks.end(), named) &&
+  return vtk_has_names(description_.blocks) &&
          std::none_of(description_.arrays.begin(), description_.arrays.end(), same);
 }
 
@@ -110,23 +109,14 @@ std::string tag_of(const Array& array) {
          (array.role == Role::none ? "" : std::string(" maille_role=\"") + name_of(array.role) + "\"");
 }
 
-/// Blocks that a reader cannot tell from the cells: as vtk_needs_blocks() has it.
 void VtuSink::add_blocks() {
-  const auto& blocks = description_.blocks;
-  if (blocks.empty() || (blocks.size() == 1 && blocks[0].name.empty() && blocks[0].cells != 0)) return;
-  std::vector<uint64_t> sizes;
-  std::vector<std::string> names;
-  for (const MeshDescription::Block& block : description_.blocks) {
-    sizes.push_back(block.cells);
-    sizes.push_back(static_cast<uint64_t>(block.type));
-    names.push_back(block.name);
-  }
-  add_values(std::string("type=\"UInt64\" Name=\"") + vtu_blocks_name +
-                 "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(names.size()) + "\"",
-             std::as_bytes(std::span(sizes)));
-  const bool named = std::any_of(names.begin(), names.end(), [](const auto& name) { return !name.empty(); });
-  if (named) add_texts(vtu_block_names_name, names);
-  if (has_names()) add_texts(std::string(vtu_block_array_name) + "_labels", names);
+  const VtkBlocks& blocks = description_.blocks;
+  if (!vtk_needs_blocks(blocks)) return;
+  const Array sizes = vtk_block_sizes(blocks);
+  add_values(tag_of(sizes) + " NumberOfTuples=\"" + std::to_string(sizes.count()) + "\"", sizes.bytes);
+  const std::vector<std::string> names = vtk_block_names(blocks);
+  if (vtk_has_names(blocks)) add_texts(vtk_block_names_name, names);
+  if (has_names()) add_texts(std::string(vtk_block_array_name) + vtk_labels_suffix, names);
 }
 
 /// A text array of a VTK file is written as one only where it is on the mesh: on points and cells its size is
@@ -139,7 +129,7 @@ void VtuSink::add_fields() {
   };
   for (const Array& array : description_.mesh_arrays) {
     if (is_text(array)) {
-      add_texts(array.name, texts_of(array), false);
+      add_texts(array.name, vtk_texts_of(array), false);
       continue;
     }
     add_values(tag_of(array) + " NumberOfTuples=\"" + std::to_string(array.count()) + "\"", array.bytes);
@@ -164,7 +154,7 @@ void VtuSink::add_data(Domain domain, const char* element) {
       arrays_[i] = add(tag_of(array), description_.count_of(array) * array.tuple_size());
   }
   if (domain == Domain::cell && has_names()) {
-    const Array names = make_array(vtu_block_array_name, Domain::cell, Scalar::u32, 1, Role::label);
+    const Array names = make_array(vtk_block_array_name, Domain::cell, Scalar::u32, 1, Role::label);
     names_ = add(tag_of(names) + " " + vtu_block_mark + "=\"1\"", description_.cells * sizeof(uint32_t));
   }
   xml_ += std::string("</") + element + ">\n";

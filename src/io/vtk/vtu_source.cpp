@@ -339,9 +339,9 @@ Result<> VtuSource::open() {
   for (const pugi::xml_node piece : grid.children("Piece")) MAILLE_CHECK(open_piece(piece));
   MAILLE_CHECK(check_pieces());
   MAILLE_CHECK(read_fields(grid));
-  const Array sizes = field_.take_array(vtu_blocks_name).value_or(Array());
+  const Array sizes = field_.take_array(vtk_blocks_name).value_or(Array());
   uint64_t cells = 0;
-  for (const NamedRun& shape : vtk_block_shapes(sizes, field_.take_strings(vtu_block_names_name))) {
+  for (const NamedRun& shape : vtk_block_shapes(sizes, field_.take_strings(vtk_block_names_name))) {
     description_.blocks.push_back({shape.name, shape.type, shape.cells});
     cells += shape.cells;
   }
@@ -352,7 +352,7 @@ Result<> VtuSource::open() {
     description_.point_type = pieces_[0].positions.description.type;
     for (const Column& column : pieces_[0].arrays) description_.arrays.push_back(column.description);
   }
-  if (has_block_array_) field_.take_strings(std::string(vtu_block_array_name) + "_labels");
+  if (has_block_array_) field_.take_strings(std::string(vtk_block_array_name) + "_labels");
   for (Array& array : description_.arrays) field_.give_labels(array);
   for (Array& array : field_.arrays) field_.give_labels(array);
   Mesh fields;

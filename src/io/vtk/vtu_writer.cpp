@@ -88,8 +88,9 @@ VtkXmlSection section_of(VtuCells cells) {
 }
 
 void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
-  if (!vtk_needs_blocks(mesh)) return;
-  Array sizes = vtk_block_sizes(mesh);
+  const VtkBlocks needed = vtk_needed_blocks(mesh);
+  if (needed.empty()) return;
+  Array sizes = vtk_block_sizes(needed);
   VtkXmlData blocks;
   blocks.type = sizes.type;
   blocks.components = sizes.components;
@@ -97,41 +98,11 @@ void add_blocks(const Mesh& mesh, VtkXmlWriter& xml) {
                       "\" NumberOfComponents=\"2\" NumberOfTuples=\"" + std::to_string(sizes.count()) + "\"";
   blocks.owned = std::move(sizes.bytes).vector();
   xml.field().arrays.push_back(std::move(blocks));
-  if (vtk_has_block_names(mesh))
-    xml.field().arrays.push_back(xml.own_texts(vtu_block_names_name, vtk_block_names(mesh)));
+  if (vtk_has_names(needed))
+    xml.field().arrays.push_back(xml.own_texts(vtk_block_names_name, vtk_block_names(needed)));
 }
 
 }  // namespace
-
-bool vtk_needs_blocks(const Mesh& mesh) {
-  if (mesh.blocks.size() != 1) return !mesh.blocks.empty();
-  const CellBlock& block = mesh.blocks[0];
-  if (!block.name.empty() || block.size() == 0) return true;
-  if (block.type != CellType::mixed) return false;
-  return std::adjacent_find(block.types.begin(), block.types.end(), std::not_equal_to<>()) ==
-         block.types.end();
-}
-
-bool vtk_has_block_names(const Mesh& mesh) {
-  return std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
-                     [](const CellBlock& block) { return !block.name.empty(); });
-}
-
-Array vtk_block_sizes(const Mesh& mesh) {
-  Array array = make_array(vtu_blocks_name, Domain::mesh, Scalar::u64, 2);
-  array.resize(mesh.blocks.size());
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    array.values<uint64_t>()[2 * b] = mesh.blocks[b].size();
-    array.values<uint64_t>()[2 * b + 1] = static_cast<uint64_t>(mesh.blocks[b].type);
-  }
-  return array;
-}
-
-std::vector<std::string> vtk_block_names(const Mesh& mesh) {
-  std::vector<std::string> names;
-  for (const CellBlock& block : mesh.blocks) names.push_back(block.name);
-  return names;
-}
 
 std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names) {
   std::vector<NamedRun> shapes;
