@@ -57,6 +57,8 @@ struct vtkMailleReader::State {
   /// Leaves out what is not selected: an array on points may have the name of one on cells.
   void take_selected(maille::Mesh& mesh) const;
   std::optional<std::vector<std::string>> wanted() const;
+  /// Of mode random: how fine.
+  maille::Detail detail(const vtkMailleReader& reader) const;
 };
 
 namespace {
@@ -138,6 +140,18 @@ std::optional<std::vector<std::string>> vtkMailleReader::State::wanted() const {
   return names;
 }
 
+maille::Detail vtkMailleReader::State::detail(const vtkMailleReader& reader) const {
+  maille::Detail detail;
+  if (reader.UseView) {
+    const double* const eye = reader.Eye;
+    detail.view = maille::View{{{eye[0], eye[1], eye[2]}}, reader.PixelsPerRadian, reader.Pixels};
+    return detail;
+  }
+  if (reader.MaximumError > 0) detail.bound = reader.MaximumError;
+  if (reader.MaximumError <= 0 || reader.Level != 0) detail.level = static_cast<uint32_t>(reader.Level);
+  return detail;
+}
+
 void vtkMailleReader::State::take_selected(maille::Mesh& mesh) const {
   std::erase_if(mesh.arrays, [&](const maille::Array& array) {
     const auto& selection = array.domain == Domain::point ? points : cells;
@@ -171,6 +185,10 @@ void vtkMailleReader::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n"
      << indent << "Level: " << this->Level << "\n"
      << indent << "MaximumError: " << this->MaximumError << "\n"
+     << indent << "UseView: " << this->UseView << "\n"
+     << indent << "Eye: " << this->Eye[0] << " " << this->Eye[1] << " " << this->Eye[2] << "\n"
+     << indent << "PixelsPerRadian: " << this->PixelsPerRadian << "\n"
+     << indent << "Pixels: " << this->Pixels << "\n"
      << indent << "UseRegion: " << this->UseRegion << "\n"
      << indent << "Region: " << this->Region[0] << " " << this->Region[1] << " " << this->Region[2] << " "
      << this->Region[3] << " " << this->Region[4] << " " << this->Region[5] << "\n"
@@ -318,13 +336,7 @@ int vtkMailleReader::RequestData(vtkInformation*, vtkInformationVector**, vtkInf
     const double* const r = this->Region;
     request.box = maille::Box{{{r[0], r[2], r[4]}}, {{r[1], r[3], r[5]}}};
   }
-  if (OfFile->info.mode == Mode::random) {
-    request.detail.level = static_cast<uint32_t>(this->Level);
-    if (this->MaximumError > 0) {
-      request.detail.bound = this->MaximumError;
-      if (this->Level == 0) request.detail.level = maille::Detail().level;
-    }
-  }
+  if (OfFile->info.mode == Mode::random) request.detail = OfFile->detail(*this);
   request.options.arrays = OfFile->wanted();
   request.options.executor = maille_vtk::threads(static_cast<unsigned>(this->NumberOfThreads));
   request.options.progress = [this](const maille::ProgressReport& report) {

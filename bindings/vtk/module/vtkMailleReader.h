@@ -58,6 +58,23 @@ class MAILLEVTK_EXPORT vtkMailleReader : public vtkDataObjectAlgorithm {
   vtkSetClampMacro(MaximumError, double, 0., VTK_DOUBLE_MAX);
   vtkGetMacro(MaximumError, double);
   ///@}
+  ///@{
+  /// Mode random: as detailed as it looks from a point of view, which refines what is near. Level and
+  /// MaximumError take no part. Off at first.
+  vtkSetMacro(UseView, bool);
+  vtkGetMacro(UseView, bool);
+  vtkBooleanMacro(UseView, bool);
+  vtkSetVector3Macro(Eye, double);
+  vtkGetVector3Macro(Eye, double);
+  ///@}
+  ///@{
+  /// Height of the picture in pixels / (2 tan(vertical angle of view / 2)); 1000 at first.
+  vtkSetClampMacro(PixelsPerRadian, double, 1e-9, VTK_DOUBLE_MAX);
+  vtkGetMacro(PixelsPerRadian, double);
+  /// How large an error may be seen; 1 at first.
+  vtkSetClampMacro(Pixels, double, 0., VTK_DOUBLE_MAX);
+  vtkGetMacro(Pixels, double);
+  ///@}
 
   ///@{
   /// Only cells that meet a box (x, y and z from, to): of volumes those whose own box does, of surfaces those
@@ -93,6 +110,10 @@ class MAILLEVTK_EXPORT vtkMailleReader : public vtkDataObjectAlgorithm {
   char* FileName = nullptr;
   int Level = 0;
   double MaximumError = 0;
+  bool UseView = false;
+  double Eye[3] = {0, 0, 0};
+  double PixelsPerRadian = 1000;
+  double Pixels = 1;
   bool UseRegion = false;
   double Region[6] = {0, 1, 0, 1, 0, 1};
   bool Blocks = false;

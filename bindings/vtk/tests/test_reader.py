@@ -348,6 +348,23 @@ class Surfaces(Case):
                 cells += reader.GetOutputDataObject(0).GetNumberOfCells()
             self.assertEqual(cells, faces[level])
 
+    def test_a_view_refines_what_is_near(self):
+        file = self.make(data / 'tri/stanford-bunny.obj', '--mode', 'random')
+        whole = read(file).GetOutputDataObject(0)
+        low, high = np.array(whole.GetBounds())[0::2], np.array(whole.GetBounds())[1::2]
+
+        def seen(eye, **more):
+            return read(file, UseView=True, Eye=list(eye), **more).GetOutputDataObject(0)
+        far, near = seen(high + 100 * (high - low), Pixels=8), seen(high, Pixels=8)
+        self.assertTrue(0 < far.GetNumberOfCells() < near.GetNumberOfCells() < whole.GetNumberOfCells())
+        self.assertEqual(seen(high, Pixels=0).GetNumberOfCells(), whole.GetNumberOfCells())
+
+        def on_the_right(eye):
+            points = vtk_to_numpy(seen(eye, Pixels=8).GetPoints().GetData())
+            return (points[:, 0] > (low + high)[0] / 2).mean()
+        middle, step = (low + high) / 2, np.array([0.6 * (high - low)[0], 0, 0])
+        self.assertGreater(on_the_right(middle + step), on_the_right(middle - step))
+
     def test_a_region_of_a_surface_is_a_part_of_it(self):
         for mode in ('random', 'single'):
             file = self.make(data / 'tri/stanford-bunny.obj', '--mode', mode)
