@@ -7,6 +7,8 @@
 #include <algorithm>
 
 #include "files.h"
+#include "generate_counts.h"
+#include "generate_in_parts.h"
 #include "generate_stream.h"
 #include "in_parts.h"
 #include "memory.h"
@@ -19,124 +21,18 @@ namespace maille::tool {
 
 namespace {
 
-/// Lets a mesh come by and counts it.
-class Counter final : public GeneratedOutput {
- public:
-  Result<> begin(const GeneratedSize& size) override {
-    patches.resize(size.patches.size());
-    for (size_t i = 0; i < patches.size(); ++i) patches[i] = {size.patches[i].name, size.patches[i].type, 0};
-    too_long_ = size.cells > most_counted;
-    return {};
-  }
-  Result<> points(uint64_t, std::span<const double> coordinates) override {
-    point_count += coordinates.size() / 3;
-    alive_ += coordinates.size() / 3;
-    most_alive = std::max(most_alive, alive_);
-    if (too_long_ && alive_ > most_allowed) return failure(ErrorCode::memory_bound, "");
-    return {};
-  }
-  Result<> faces(uint32_t patch, CellType type, std::span<const uint64_t> nodes) override {
-    patches[patch].faces += nodes.size() / nodes_of(type);
-    return {};
-  }
-  Result<> cells(uint32_t, CellType type, std::span<const uint64_t> nodes,
-                 std::span<const uint8_t> last_use) override {
-    add(type, nodes.size() / nodes_of(type));
-    for (const uint8_t last : last_use) alive_ -= last;
-    return {};
-  }
-
-  void add(CellType type, uint64_t count) {
-    const auto known =
-        std::find_if(types.begin(), types.end(), [&](const auto& entry) { return entry.first == type; });
-    if (known == types.end()) {
-      types.emplace_back(type, count);
-    } else {
-      known->second += count;
-    }
-    cell_count += count;
-  }
-
-  struct Patch {
-    std::string name;
-    std::string type;
-    uint64_t faces = 0;
-  };
-  uint64_t point_count = 0;
-  uint64_t cell_count = 0;
-  uint64_t most_alive = 0;  ///< points that are still needed, at any time
-  /// Where more are needed, counting a mesh that takes long ends with memory_bound.
-  uint64_t most_allowed = ~uint64_t{0};
-  std::vector<std::pair<CellType, uint64_t>> types;
-  std::vector<Patch> patches;
-
- private:
-  static constexpr uint64_t most_counted = 1'000'000'000;  ///< cells: about a minute
-  uint64_t alive_ = 0;
-  bool too_long_ = false;
-};
-
-// The same counts of a mesh in memory. The order of patches is that of the metadata.
-Counter counted_mesh(const Mesh& mesh) {
-  Counter counter;
-  counter.point_count = mesh.point_count();
-  for (const auto& [key, type] : mesh.metadata) counter.patches.push_back({key.substr(6), type, 0});
-  for (const CellBlock& block : mesh.blocks) {
-    const CellType first = block.types.empty() ? block.type : static_cast<CellType>(block.types[0]);
-    const bool volume = dimension_of(first) == 3;
-    if (!volume) {
-      for (auto& patch : counter.patches) patch.faces += patch.name == block.name ? block.size() : 0;
-    } else if (block.types.empty()) {
-      counter.add(block.type, block.size());
-    } else {
-      for (const uint8_t type : block.types) counter.add(static_cast<CellType>(type), 1);
-    }
-  }
-  return counter;
-}
-
-Json json_of(const Counter& counter) {
-  Json patches = Json::array();
-  for (const Counter::Patch& patch : counter.patches) {
-    patches.push_back({{"name", patch.name}, {"type", patch.type}, {"faces", patch.faces}});
-  }
-  Json types = Json::object();
-  for (const auto& [type, count] : counter.types) types[maille::name_of(type)] = count;
-  return {{"points", counter.point_count},
-          {"cells", counter.cell_count},
-          {"cell_types", types},
-          {"patches", patches}};
-}
-
-std::string cell_text(CellType type, uint64_t count) {
-  std::string name = maille::name_of(type);
-  const size_t greek = name.rfind("hedron");
-  if (count != 1) name = greek == std::string::npos ? name + "s" : name.substr(0, greek) + "hedra";
-  return fmt::format("{} {}", count, name);
-}
-
-std::string text_of(const Counter& counter) {
-  std::string text = counted(counter.point_count, "point");
-  for (const auto& [type, count] : counter.types) text += ", " + cell_text(type, count);
-  uint64_t faces = 0;
-  for (const Counter::Patch& patch : counter.patches) faces += patch.faces;
-  return text + fmt::format("; {} in {}", counted(faces, "outer face"),
-                            counter.patches.size() == 1 ? "1 patch"
-                                                        : fmt::format("{} patches", counter.patches.size()));
-}
-
 Result<int> count(const GenerateOptions& options, const BlockDescription& description) {
   const Stopwatch step;
-  Counter counter;
+  GeneratedCounts counter;
   TOOL_CHECK(generate(description, options.generation, counter));
   step.done(options.common.verbose, "generating");
   if (options.common.json) {
-    Json json = json_of(counter);
+    Json json = counter.json();
     json["most_points_in_use"] = counter.most_alive;
     TOOL_CHECK(answer(dump(json)));
     return 0;
   }
-  TOOL_CHECK(answer(text_of(counter) + "\n"));
+  TOOL_CHECK(answer(counter.text() + "\n"));
   if (!options.common.quiet)
     say(fmt::format("at most {} in use at a time", counted(counter.most_alive, "point")));
   return 0;
@@ -170,7 +66,7 @@ Result<> check_points_in_use(const GenerateOptions& options, const BlockDescript
   constexpr uint64_t bytes_of_point = 352;
   const uint64_t memory = options.common.memory;
   if (memory == default_memory()) return {};
-  Counter counter;
+  GeneratedCounts counter;
   counter.most_allowed = (memory - std::min(memory, WorkingSpace::of_process)) / bytes_of_point;
   const auto counted_all = generate(description, options.generation, counter);
   const bool stopped = !counted_all && counted_all.error().code == ErrorCode::memory_bound;
@@ -225,6 +121,19 @@ Result<int> write_pieces(const GenerateOptions& options, const BlockDescription&
   return 0;
 }
 
+Result<int> written(const GenerateOptions& options, const GeneratedCounts& counts, uint64_t bytes) {
+  if (options.common.json) {
+    Json json = counts.json();
+    json["output"] = options.output;
+    json["output_bytes"] = bytes;
+    TOOL_CHECK(answer(dump(json)));
+  } else if (!options.common.quiet) {
+    say(fmt::format("{} -> {}: {}; {}", options.input, output_name(options.output), counts.text(),
+                    human_bytes(static_cast<double>(bytes))));
+  }
+  return 0;
+}
+
 Result<int> write(const GenerateOptions& options, const BlockDescription& description) {
   const std::string format =
       TOOL_TRY(output_format(options.output, options.output_format, options.output == "-" ? "maille" : ""));
@@ -234,6 +143,10 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   }
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
   if (format == "maille" && (many || options.output == "-")) return write_stream(options, description);
+  if (format != "maille" && many) {
+    const auto parts = TOOL_TRY(generate_in_parts(description, options, format));
+    if (parts) return written(options, parts->counts, parts->output_bytes);
+  }
   const auto file = TOOL_TRY(open_output(
       {options.output, options.input, options.force, is_binary(format, false), is_folder_format(format)}));
   CountingSink sink(*file);
@@ -247,17 +160,7 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
     TOOL_CHECK(sink.commit());
     say_notes(output_name(options.output), notes, options.common.quiet);
   }
-  const Counter counter = counted_mesh(mesh);
-  if (options.common.json) {
-    Json json = json_of(counter);
-    json["output"] = options.output;
-    json["output_bytes"] = sink.count();
-    TOOL_CHECK(answer(dump(json)));
-  } else if (!options.common.quiet) {
-    say(fmt::format("{} -> {}: {}; {}", options.input, output_name(options.output), text_of(counter),
-                    human_bytes(static_cast<double>(sink.count()))));
-  }
-  return 0;
+  return written(options, GeneratedCounts::of(mesh), sink.count());
 }
 
 }  // namespace

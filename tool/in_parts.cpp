@@ -81,6 +81,11 @@ uint64_t bytes_of_case(const std::string& path) {
   return bytes_of_folder(folder.empty() ? "." : folder.string());
 }
 
+uint64_t bytes_of_output(const std::string& path, bool folder) {
+  std::error_code error;
+  return folder ? bytes_of_case(path) : std::filesystem::file_size(path, error);
+}
+
 uint64_t bytes_of_folder(const std::string& path) {
   uint64_t bytes = 0;
   std::error_code error;
@@ -314,6 +319,15 @@ bool goes_in_parts(const MeshDescription& mesh, const std::string& format, const
 
 }  // namespace
 
+std::vector<std::string> notes_of(const MeshSink& sink, const MeshDescription& mesh,
+                                  const std::string& format) {
+  std::vector<std::string> notes = sink.notes();
+  const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
+  if (format == "vtu" && std::any_of(mesh.blocks.begin(), mesh.blocks.end(), named))
+    notes.emplace_back("VTU has no named blocks: their names are in the cell array \"block\"");
+  return notes;
+}
+
 Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions& options,
                                                         const Source& source, const MeshDescription& mesh,
                                                         const std::string& output,
@@ -335,17 +349,9 @@ Result<std::optional<PartsWritten>> decompress_in_parts(const DecompressOptions&
   const Stopwatch step;
   TOOL_CHECK(decode(source, *sink, decoding, space));
   progress.clear();
-  say_notes(output, sink->notes(), options.common.quiet);
+  say_notes(output, notes_of(*sink, mesh, format), options.common.quiet);
   step.done(options.common.verbose, "decompressing");
-  const auto named = [](const MeshDescription::Block& block) { return !block.name.empty(); };
-  if (format == "vtu" && std::any_of(mesh.blocks.begin(), mesh.blocks.end(), named)) {
-    say_notes(output, {"VTU has no named blocks: their names are in the cell array \"block\""},
-              options.common.quiet);
-  }
-  struct stat status = {};
-  stat(output.c_str(), &status);
-  const uint64_t size = folder ? bytes_of_case(output) : static_cast<uint64_t>(status.st_size);
-  return PartsWritten{mesh.points, mesh.cells, source.size(), size};
+  return PartsWritten{mesh.points, mesh.cells, source.size(), bytes_of_output(output, folder)};
 }
 
 }  // namespace maille::tool

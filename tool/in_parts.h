@@ -37,6 +37,8 @@ std::optional<uint64_t> cells_of_piece(const std::string& pieces);
 
 /// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
 uint64_t bytes_of_case(const std::string& path);
+/// What was written: a file, or a mesh of OpenFOAM.
+uint64_t bytes_of_output(const std::string& path, bool folder);
 /// The files in a folder, not those in folders below.
 uint64_t bytes_of_folder(const std::string& path);
 /// A disk or a server that fails, whatever is in the file: what is tried next might succeed, and give
@@ -49,6 +51,9 @@ bool is_regular(const std::string& path);
 
 /// Whether decompress can write the output in parts.
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii);
+/// After commit(): the notes of write_mesh().
+std::vector<std::string> notes_of(const MeshSink& sink, const MeshDescription& mesh,
+                                  const std::string& format);
 struct PartsWritten {
   uint64_t points = 0, cells = 0, input_bytes = 0, output_bytes = 0;
 };
