@@ -41,7 +41,7 @@ Result<> GeneratedCounts::faces(uint32_t patch, CellType type, std::span<const u
 }
 
 Result<> GeneratedCounts::cells(uint32_t, CellType type, std::span<const uint64_t> nodes,
-               std::span<const uint8_t> last_use) {
+                                std::span<const uint8_t> last_use) {
   add(type, nodes.size() / nodes_of(type));
   for (const uint8_t last : last_use) alive_ -= last;
   return {};
@@ -83,10 +83,7 @@ Json GeneratedCounts::json() const {
   }
   Json by_type = Json::object();
   for (const auto& [type, count] : types) by_type[maille::name_of(type)] = count;
-  return {{"points", point_count},
-          {"cells", cell_count},
-          {"cell_types", by_type},
-          {"patches", by_patch}};
+  return {{"points", point_count}, {"cells", cell_count}, {"cell_types", by_type}, {"patches", by_patch}};
 }
 
 std::string GeneratedCounts::text() const {
@@ -95,8 +92,7 @@ std::string GeneratedCounts::text() const {
   uint64_t faces = 0;
   for (const Patch& patch : patches) faces += patch.faces;
   return text + fmt::format("; {} in {}", counted(faces, "outer face"),
-                            patches.size() == 1 ? "1 patch"
-                                                        : fmt::format("{} patches", patches.size()));
+                            patches.size() == 1 ? "1 patch" : fmt::format("{} patches", patches.size()));
 }
 
 }  // namespace maille::tool

@@ -225,6 +225,21 @@ TEST(OutOfCore, KeepsErrorBounds) {
     ASSERT_LE(std::abs(mesh.points.values<float>()[i] - back.points.values<float>()[i]), 0.01f) << i;
 }
 
+TEST(OutOfCore, GivesTheSameBytesForBoundsRelativeToEachValue) {
+  for (const unsigned layers : {8u, 40u}) {  // of the second a sample is looked at
+    Mesh mesh = grid(60, 50, layers);
+    Array field = make_array("speed", Domain::point, Scalar::f32, 1);
+    field.resize(mesh.point_count());
+    const std::span<float> values = field.values<float>();
+    for (size_t i = 0; i < values.size(); ++i) values[i] = 2 + std::sin(static_cast<float>(i) / 50);
+    values[values.size() / 2 + 1] = -1e-3f;  // the smallest, between the stretches of the sample
+    mesh.arrays = {field};
+    EncodeOptions options = kept();
+    options.arrays["speed"] = {Tolerance::Kind::pointwise, 1e-2};
+    EXPECT_EQ(encoded_in_parts(mesh, options), encoded(mesh, options)) << layers;
+  }
+}
+
 TEST(OutOfCore, RefusesTruncatedFiles) {
   const std::vector<std::byte> bytes = encoded(grid(5, 5, 5), kept());
   for (size_t size = 0; size < bytes.size(); size += 7)

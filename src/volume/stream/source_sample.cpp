@@ -32,10 +32,11 @@ Result<> take_sample(MeshSource& mesh, size_t array, uint64_t count, Array& samp
   return {};
 }
 
-/// The least and the largest finite number of each component, as two tuples more.
+/// The least and the largest finite number of each component, and the one nearest to 0, from which logarithms
+/// count, as three tuples more.
 Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sample) {
   const size_t number = size_of(sample.type), size = sample.tuple_size();
-  std::vector<std::byte> part(tuples_at_once * size), low(size), high(size);
+  std::vector<std::byte> part(tuples_at_once * size), low(size), high(size), near(size);
   std::vector<bool> any(sample.components);
   for (uint64_t first = 0; first < count; first += tuples_at_once) {
     const uint64_t here = std::min(tuples_at_once, count - first);
@@ -45,6 +46,9 @@ Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sam
       const std::byte* const from = part.data() + i * number;
       const double value = number_as_double(sample.type, from);
       if (!std::isfinite(value)) continue;
+      const double nearest = number_as_double(sample.type, &near[c * number]);
+      if (value != 0 && (nearest == 0 || std::fabs(value) < std::fabs(nearest)))
+        std::copy_n(from, number, &near[c * number]);
       if (!any[c] || value < number_as_double(sample.type, &low[c * number]))
         std::copy_n(from, number, &low[c * number]);
       if (!any[c] || value > number_as_double(sample.type, &high[c * number]))
@@ -52,8 +56,8 @@ Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sam
       any[c] = true;
     }
   }
-  sample.bytes.insert(sample.bytes.end(), low.begin(), low.end());
-  sample.bytes.insert(sample.bytes.end(), high.begin(), high.end());
+  for (const auto* tuple : {&low, &high, &near})
+    sample.bytes.insert(sample.bytes.end(), tuple->begin(), tuple->end());
   return {};
 }
 
@@ -76,12 +80,6 @@ Result<FirstCells> first_cells_of(MeshSource& mesh) {
     first.add(static_cast<CellType>(cells.types[i]), points, i);
   }
   return first;
-}
-
-/// A sample does not tell how small numbers are.
-void use_logarithms_of_any(const StreamArray& array, std::vector<NumberMap>& maps) {
-  if (maps[0].kind != NumberMap::Kind::logarithm) return;
-  if (const auto any = logarithm_of_any(array.type, array.tolerance.value)) maps.assign(maps.size(), *any);
 }
 
 }  // namespace
@@ -107,7 +105,6 @@ Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& 
     sample.arrays.push_back(
         MAILLE_TRY(sample_of(mesh, i, description.arrays[i], options.arrays[i].tolerance)));
     ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(sample, one));
-    use_logarithms_of_any(options.arrays[i], maps.maps[1]);
     list.maps.push_back(std::move(maps.maps[1]));
     list.bounds.push_back(maps.bounds[1]);
     if (mixes_values && list.bounds.back() == 0 &&
