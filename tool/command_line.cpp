@@ -13,7 +13,6 @@
 #include "files.h"
 #include "in_parts.h"
 #include "manual.h"
-#include "memory.h"
 #include "parser.h"
 #include "purpose.h"
 #include "result.h"
@@ -112,7 +111,7 @@ template <class Options>
 Result<Command> with_raw(Options options, const Raw& raw) {
   options.common.progress = progress_style(raw.progress);
   options.common.memory =
-      raw.memory.empty() ? default_memory() : TOOL_TRY(parse_size("--memory", raw.memory));
+      raw.memory.empty() ? Limits{}.mesh_bytes : TOOL_TRY(parse_size("--memory", raw.memory));
   return options;
 }
 

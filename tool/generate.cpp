@@ -11,7 +11,6 @@
 #include "generate_in_parts.h"
 #include "generate_stream.h"
 #include "in_parts.h"
-#include "memory.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -65,7 +64,7 @@ Result<> check_points_in_use(const GenerateOptions& options, const BlockDescript
   // A point in use and the cells around it: 350 at most, in kept order of many blocks.
   constexpr uint64_t bytes_of_point = 352;
   const uint64_t memory = options.common.memory;
-  if (memory == default_memory()) return {};
+  if (memory == Limits{}.mesh_bytes) return {};
   GeneratedCounts counter;
   counter.most_allowed = (memory - std::min(memory, WorkingSpace::of_process)) / bytes_of_point;
   const auto counted_all = generate(description, options.generation, counter);

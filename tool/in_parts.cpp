@@ -15,7 +15,6 @@
 #include <filesystem>
 
 #include "files.h"
-#include "memory.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -51,7 +50,7 @@ Result<bool> has_volume(MeshSource& mesh) {
 WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
   WorkingSpace space;
   space.folder = scratch_folder(output);
-  const bool asked = common.memory != default_memory();
+  const bool asked = common.memory != Limits{}.mesh_bytes;
   if (asked) space.limit = common.memory;
   if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
   if (asked)
@@ -202,7 +201,7 @@ Result<std::optional<InputInParts>> open_whole_in_parts(const CompressOptions& o
                        input_name(options.input), (bytes >> 20) + 1);
   };
   const uint64_t memory = options.common.memory;
-  if (memory == default_memory()) return std::nullopt;
+  if (memory == Limits{}.mesh_bytes) return std::nullopt;
   Input input = TOOL_TRY(open_input(options.input, options.input_format));
   const uint64_t bytes = input.source->size(), besides = WorkingSpace::of_process + bytes;
   if (input.is_maille || WorkingSpace::of_process + times_in_memory * bytes <= memory) return std::nullopt;

@@ -4,11 +4,15 @@
 
 namespace maille {
 
+/// Half of what the machine has, or its container may have; 2 GiB where addresses have 32 bits.
+uint64_t default_mesh_bytes();
+
 /// What a caller allows a decoder or reader to use. Reaching a limit is an error (memory_bound), never a
 /// crash.
 struct Limits {
-  /// Bytes of decoded mesh. The default is 64 GiB; set it for input you do not trust.
-  uint64_t mesh_bytes = uint64_t{64} << 30;
+  /// Bytes of decoded mesh. The default is below what the machine has, so that a file of few bytes that
+  /// decodes to a mesh without end is an error before the machine stands still.
+  uint64_t mesh_bytes = default_mesh_bytes();
 };
 
 }  // namespace maille

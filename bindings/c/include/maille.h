@@ -355,7 +355,7 @@ MAILLE_API int32_t maille_write_mesh(const maille_mesh* mesh, const char* path,
 typedef struct maille_decode_options maille_decode_options;
 MAILLE_API maille_decode_options* maille_decode_options_create(maille_error* error);
 MAILLE_API void maille_decode_options_free(maille_decode_options* options);
-/** Bytes that a mesh may take; default 64 GiB. Set it for files you do not trust. */
+/** Bytes that a mesh may take; default half of the machine's memory. */
 MAILLE_API int32_t maille_decode_options_set_memory(maille_decode_options* options, uint64_t bytes,
                                                     maille_error* error);
 /** The arrays wanted, by name; positions and cells always come. NULL: all (default). */

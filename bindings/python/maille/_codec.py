@@ -13,8 +13,8 @@ from ._errors import Error, MailleWarning
 from ._mesh import Mesh
 from ._options import Bound, Progress, encoding, progress_function
 
-MEMORY = 64 << 30
-"""Of a decoded mesh, where nothing is said."""
+MEMORY = _core.default_mesh_bytes()
+"""Of a decoded mesh, where nothing is said: half of the machine's memory."""
 
 CACHE = 64 << 20
 """Of what comes from a web server, where nothing is said."""

@@ -6,6 +6,7 @@
 #include <maille/file.h>
 #include <maille/folder.h>
 #include <maille/io.h>
+#include <maille/limits.h>
 #include <maille/series.h>
 #include <maille/stream.h>
 #include <pybind11/stl.h>
@@ -252,6 +253,7 @@ void bind_codec(py::module_& module) {
   module.def("encode", &encode_to_bytes, py::arg("mesh"), py::arg("options"), py::arg("progress"));
   module.def("encode_to_file", &encode_to_file, py::arg("mesh"), py::arg("path"), py::arg("options"),
              py::arg("progress"));
+  module.def("default_mesh_bytes", &default_mesh_bytes);
   module.def("decode", &decode_input, py::arg("input"), py::arg("arrays"), py::arg("step"), py::arg("memory"),
              py::arg("progress"));
   module.def("salvage", &salvage_input, py::arg("input"), py::arg("memory"), py::arg("progress"));

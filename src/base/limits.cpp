@@ -1,11 +1,10 @@
-#include "memory.h"
-
+#include <maille/limits.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 
-namespace maille::tool {
+namespace maille {
 namespace {
 
 /// Of the container: cgroups v2, v1. "max", or no such file: no bound.
@@ -22,6 +21,8 @@ uint64_t bound_of_container() {
 }
 
 uint64_t half_of_machine() {
+  // What has addresses of 32 bits can use no more, and a web page cannot ask its machine.
+  if constexpr (sizeof(void*) == 4) return uint64_t{2} << 30;
   const long pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
   const uint64_t machine = pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(page)
                                                  : uint64_t{128} << 30;
@@ -30,9 +31,9 @@ uint64_t half_of_machine() {
 
 }  // namespace
 
-uint64_t default_memory() {
+uint64_t default_mesh_bytes() {
   static const uint64_t limit = half_of_machine();
   return limit;
 }
 
-}  // namespace maille::tool
+}  // namespace maille
