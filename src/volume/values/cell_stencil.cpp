@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "volume/cells/slots.h"
+
 namespace maille {
 
 /// The other seven around a corner of eight cells: A, B, C, AB, AC, BC, ABC.
@@ -80,7 +82,7 @@ CellStencils::Links CellStencils::no_links() {
 }
 
 void CellStencils::put_links(uint32_t slot, const Links& links) {
-  if (slot >= links_.size()) links_.resize(slot + size_t{slot} / 2 + 16, no_links());
+  if (slot >= links_.size()) links_.resize(rows_for(slot), no_links());
   links_[slot] = links;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volume/cells/slots.h"
+
 namespace maille {
 namespace {
 
@@ -77,7 +79,7 @@ template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                         std::byte* tuple) {
   const unsigned count = array_.components;
-  if (values_.size() < (size_t{slot} + 1) * count) values_.resize((size_t{slot} + slot / 8 + 16) * count);
+  if (values_.size() < (size_t{slot} + 1) * count) values_.resize(rows_for(slot) * count);
   if (array_.follows && known_before_.size() < values_.size()) known_before_.resize(values_.size());
   before_ = {};
   for (component_ = 0; component_ < count; ++component_) {

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "numbers/point_position.h"
+#include "volume/cells/slots.h"
 
 namespace maille {
 namespace {
@@ -62,7 +63,7 @@ void PlaneFit::begin_block(const CodedCells& cells, std::span<const Vector3> pla
   for (size_t i = 0; i < places.size(); ++i) {
     const uint32_t slot = cells.points[i].slot;
     if (slot >= points_.size()) {
-      points_.resize(slot + size_t{slot} / 8 + 16);
+      points_.resize(rows_for(slot));
       values_.resize(points_.size() * components_);
     }
     points_[slot] = {places[i], {}};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volume/cells/slots.h"
 #include "volume/values/mixed_values.h"
 
 namespace maille {
@@ -89,7 +90,7 @@ template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                                std::byte* tuple) {
   for (Group& group : groups_) {
-    if (slot >= group.values.size()) group.values.resize(size_t{slot} + slot / 8 + 16);
+    if (slot >= group.values.size()) group.values.resize(rows_for(slot));
     code_group(coder, stencil, group, slot, tuple + group.first * number_size_);
   }
 }
@@ -413,7 +414,7 @@ template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t* nodes, unsigned corner,
                                                     uint32_t slot, std::byte* tuple) requires(Width == 4) {
   Group& group = groups_[0];
-  if (slot >= group.values.size()) group.values.resize(size_t{slot} + slot / 8 + 16);
+  if (slot >= group.values.size()) group.values.resize(rows_for(slot));
   const Value* const values = group.values.data();
   const auto& places = others_of_corner[corner];
   Others other;
