@@ -25,6 +25,12 @@ Result<> agree(Ranks& ranks, const Result<>& mine, bool named) {
                  named && ranks.size() > 1 ? "rank " + std::to_string(first) + ": " + message : message);
 }
 
+Buffers buffers_of(std::vector<ByteWriter>& to) {
+  Buffers buffers;
+  for (ByteWriter& out : to) buffers.push_back(out.take());
+  return buffers;
+}
+
 Buffers to_all(Ranks& ranks, Bytes mine) {
   return ranks.exchange(Buffers(ranks.size(), std::vector<std::byte>(mine.begin(), mine.end())));
 }

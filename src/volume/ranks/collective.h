@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "base/bytes.h"
 #include "base/result.h"
 
 namespace maille {
@@ -22,6 +23,8 @@ Result<T> agree(Ranks& ranks, Result<T> mine) {
   return mine;
 }
 
+/// What was written for each rank.
+Buffers buffers_of(std::vector<ByteWriter>& to);
 /// What each rank has, in all of them.
 Buffers to_all(Ranks& ranks, Bytes mine);
 /// ... in the first one; none in the others.

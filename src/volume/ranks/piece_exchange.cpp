@@ -42,9 +42,7 @@ Buffers packed_cells(const RankPart& part, const PartLayout& layout, const Numbe
       out.put_bytes(tuple);
     }
   }
-  Buffers buffers;
-  for (ByteWriter& out : to) buffers.push_back(out.take());
-  return buffers;
+  return buffers_of(to);
 }
 
 /// A cell that arrived.
@@ -184,9 +182,7 @@ class PointFetch {
     for (const PieceOfRank& piece : pieces) {
       for (const uint32_t point : piece.sub.points) asked[points_.directory().owner(point)].put(point);
     }
-    Buffers to;
-    for (ByteWriter& out : asked) to.push_back(out.take());
-    const Buffers found = ranks_.exchange(answer(ranks_.exchange(std::move(to))));
+    const Buffers found = ranks_.exchange(answer(ranks_.exchange(buffers_of(asked))));
     std::vector<size_t> at(ranks_.size());
     for (PieceOfRank& piece : pieces) {
       const std::vector<Array*> arrays = Tuples::of(piece.sub.mesh, Domain::point);

@@ -55,9 +55,7 @@ Kept keep_cells(const RankPart& part, const PartLayout& layout, const Directory&
     out.put(cells.numbers()[i]);
     out.put_bytes(tuple);
   }
-  Buffers sent;
-  for (ByteWriter& out : to) sent.push_back(out.take());
-  for (const auto& buffer : ranks.exchange(std::move(sent))) {
+  for (const auto& buffer : ranks.exchange(buffers_of(to))) {
     for (ByteReader in(buffer); in.remaining() > 0;) {
       const uint64_t at = in.get<uint32_t>() - cells.first();
       std::copy_n(in.get_bytes(kept.size).data(), kept.size, kept.tuples.data() + at * kept.size);
@@ -70,10 +68,8 @@ Kept keep_cells(const RankPart& part, const PartLayout& layout, const Directory&
 std::vector<std::byte> fetch(const Kept& kept, std::span<const uint32_t> elements, Ranks& ranks) {
   std::vector<ByteWriter> asked(ranks.size());
   for (const uint32_t element : elements) asked[kept.directory->owner(element)].put(element);
-  Buffers questions;
-  for (ByteWriter& out : asked) questions.push_back(out.take());
   Buffers answers;
-  for (const auto& buffer : ranks.exchange(std::move(questions))) {
+  for (const auto& buffer : ranks.exchange(buffers_of(asked))) {
     ByteWriter out;
     for (ByteReader in(buffer); in.remaining() > 0;)
       out.put_bytes(Bytes(kept.tuple(in.get<uint32_t>()), kept.size));
@@ -126,7 +122,7 @@ class RanksAppender {
     MAILLE_CHECK(agree(ranks_, open()));
     const PointDirectory points = MAILLE_TRY(PointDirectory::make(part_, ranks_));
     const Directory cells = MAILLE_TRY(number_cells(part_, layout_, ranks_));
-    MAILLE_CHECK(check_counts(points.directory().total(), cells.total()));
+    MAILLE_CHECK(check_counts(before_, target_, points.directory().total(), cells.total()));
     stream.any_order = true;  // numbers that rise are those of the mesh, or as others
     ArrayMapsList maps =
         MAILLE_TRY(choose_maps_among_ranks(part_, layout_, points, cells, stream, how_.sample_bytes, ranks_));
@@ -155,15 +151,6 @@ class RanksAppender {
     MAILLE_CHECK(set_metadata(*target_.file, target_.mesh, with, step_));
     reader_.emplace(MAILLE_TRY(PieceReader::open(before_, {})));
     return {};
-  }
-
-  Result<> check_counts(uint64_t points, uint64_t cells) const {
-    const StreamTail& tail = target_.tail;
-    if (points == tail.points && cells == tail.cells) return {};
-    return failure(ErrorCode::usage, before_.name() + ": has " + std::to_string(tail.points) +
-                                         " points and " + std::to_string(tail.cells) +
-                                         " cells, the step has " + std::to_string(points) + " and " +
-                                         std::to_string(cells));
   }
 
   /// As the function of this name has it for one process.

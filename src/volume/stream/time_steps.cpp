@@ -472,12 +472,7 @@ Result<StepReport> append(const std::string& path, StepHeader step, StepSource& 
   const StreamHeader& mesh = target.mesh;
   const StreamTail& tail = target.tail;
   const FileReader& file = *target.file;
-  if (counts && (counts->points != tail.points || counts->cells != tail.cells)) {
-    return failure(ErrorCode::usage, path + ": has " + std::to_string(tail.points) + " points and " +
-                                         std::to_string(tail.cells) + " cells, the step has " +
-                                         std::to_string(counts->points) + " and " +
-                                         std::to_string(counts->cells));
-  }
+  if (counts) MAILLE_CHECK(check_counts(*source, target, counts->points, counts->cells));
   MAILLE_CHECK(find_same_numbers(mesh, tail, values, step));
   MAILLE_CHECK(set_metadata(file, mesh, options, step));
   if ((file.header().required_features & in_pieces_feature) != 0) {
@@ -526,6 +521,14 @@ Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
   }
   target.tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
   return target;
+}
+
+Result<> check_counts(const Source& source, const StepTarget& target, uint64_t points, uint64_t cells) {
+  const StreamTail& tail = target.tail;
+  if (points == tail.points && cells == tail.cells) return {};
+  return failure(ErrorCode::usage, source.name() + ": has " + std::to_string(tail.points) + " points and " +
+                                       std::to_string(tail.cells) + " cells, the step has " +
+                                       std::to_string(points) + " and " + std::to_string(cells));
 }
 
 Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,

@@ -34,6 +34,8 @@ struct StepTarget {
 };
 /// Error: usage, where the file takes no steps, or not these arrays at this time.
 Result<StepTarget> open_for_step(const Source& source, const StepHeader& step);
+/// Whether a step of so many points and cells can be one of the mesh. Error: usage, with both counts.
+Result<> check_counts(const Source& source, const StepTarget& target, uint64_t points, uint64_t cells);
 /// What changes of the metadata. Error: corrupt.
 Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
                       StepHeader& step);
