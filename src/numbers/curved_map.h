@@ -6,7 +6,8 @@
 namespace maille {
 
 /// value_of() and nearest_code() of a map whose codes are not proportional to its numbers, for loops over
-/// many: what most files have is found without calls.
+/// many: what most files have is found without calls. The results are those of NumberMap, bit for bit, as an
+/// encoder may use one of them and its decoder the other.
 class CurvedMap {
  public:
   CurvedMap() = default;

@@ -20,6 +20,9 @@ Decades::Decades(const ScaledDigits& digits) : digits_(digits) {
   add_binades();
 }
 
+/// Within one binade (doubles of one exponent) at most one decade begins, since ten is more than two. Its
+/// first number is found by trial, starting from where it is in theory, so that the table agrees with
+/// last_place() to the last bit. Ends when the last decade does.
 void Decades::add_binades() {
   const auto field_of = [](double number) { return bits_as<uint64_t>(number) >> 52; };
   // Below, numbers round to the first codes or to none.

@@ -9,7 +9,8 @@
 namespace maille {
 
 /// The maps of ScaledDigits with base 10, for many numbers: where decades begin is looked up, by the exponent
-/// of a double and by the quotient of a code, instead of found by trial.
+/// of a double and by the quotient of a code, instead of found by trial. What is beyond the tables goes to
+/// ScaledDigits, so that results are the same for any number and any code.
 class Decades {
  public:
   Decades() = default;
@@ -29,6 +30,7 @@ class Decades {
     const auto whole = static_cast<int64_t>(scaled);
     const int64_t mantissa = whole + (scaled - static_cast<double>(whole) < 0.5 ? 0 : 1);
     const int64_t place = decade.first + mantissa;
+    // For negative ones -1 - place. What rounds to zero without being it has code 0, as in ScaledDigits.
     return place == 0 ? 0 : place ^ -static_cast<int64_t>(bits >> 63);
   }
   double number_of(int64_t code) const {

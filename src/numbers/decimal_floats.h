@@ -9,7 +9,7 @@ namespace maille {
 
 /// Floats that were written with a fixed number of decimals: near zero, where floats are finer, decimal
 /// fractions are counted, from some power of two on the floats themselves. Of kind `ordered`, with minus the
-/// number of decimals as exponent.
+/// number of decimals as exponent. Mode `stream` only.
 class DecimalFloats {
  public:
   static constexpr int most_decimals = 9;
@@ -17,6 +17,8 @@ class DecimalFloats {
   DecimalFloats() = default;
   explicit DecimalFloats(int decimals) : decimals_(decimals), scale_(exact_powers_of_ten[decimals]) {
     // The first power of two from which on floats are about as far apart as decimal fractions.
+    // From 2^k on floats are 2^(k - 23) apart, and decimal fractions 1 / scale: as far where edge * scale is
+    // 2^23. The .9 takes a power of two that is nearly there.
     for (edge_ = 1.0 / 1024; edge_ * scale_ < 0.9 * 8388608; edge_ *= 2) {
     }
     first_code_ = static_cast<int64_t>(edge_ * scale_ + 0.5);
@@ -51,6 +53,7 @@ class DecimalFloats {
   /// Half octaves of the distance of neighbours there.
   int unit_at(double place) const {
     const double size = place < 0 ? -place : place;
+    // 6.644 half octaves are a factor of ten.
     if (!(size >= edge_)) return -decimals_ * 6644 / 1000;
     const int exponent = static_cast<int>(bits_as<uint64_t>(size) >> 52) - 1023;
     return 2 * ((exponent < 127 ? exponent : 127) - 23);

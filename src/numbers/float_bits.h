@@ -7,7 +7,9 @@
 
 namespace maille {
 
-/// The bits of a float as a number that rises with it: 0 for 0, -1 for -0. And back.
+/// The bits of a float as a number that rises with it: 0 for 0, -1 for -0. And back. IEEE floats are sign and
+/// magnitude, so that those of one sign are in order already; negative ones are turned round. Every pattern
+/// has a code of its own, NaNs beyond the infinities.
 inline int32_t ordered_bits(float number) {
   const auto bits = bits_as<int32_t>(number);
   return bits < 0 ? bits ^ 0x7fffffff : bits;
@@ -24,7 +26,7 @@ inline double from_ordered(int64_t code) {
 }
 
 /// A double as a float: the nearest finite one, or one of the same kind if it is infinite or NaN, with the
-/// bits that fit.
+/// bits that fit. NaNs go by their bits, as conversions of NaN differ among processors.
 inline float as_float(double number) {
   constexpr double largest = std::numeric_limits<float>::max();
   constexpr double infinity = std::numeric_limits<double>::infinity();

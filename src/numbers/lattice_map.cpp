@@ -41,6 +41,7 @@ auto with_numbers(const Array& array, Function with) {
   return with(array.values<double>());
 }
 
+/// From the least code to the largest one.
 struct Range {
   int64_t low = std::numeric_limits<int64_t>::max();
   int64_t high = std::numeric_limits<int64_t>::min();
@@ -51,6 +52,7 @@ struct Range {
   double width() const { return low > high ? 0 : static_cast<double>(high) - static_cast<double>(low); }
 };
 
+/// Over finite numbers, by component; 0 to 0 for components without any.
 struct Bounds {
   std::vector<double> low;
   std::vector<double> high;
@@ -100,7 +102,8 @@ double distance(Number a, Number b) {
 }
 
 /// One finite number in so many may be beyond a lattice and stand for itself: where there are more, the
-/// others hardly make up for what these take.
+/// others hardly make up for what these take. An outlier takes the bits of its type and its place in the
+/// mask, say 40 to 70 bits, which is about one bit for each of the 64. An estimate, not a sweep.
 constexpr size_t least_per_outlier = 64;
 
 /// How far off the lattice point nearest to a number is; none where the lattice does not reach it.
@@ -173,6 +176,7 @@ bool measure(const Array& array, const Allowed& allowed, Executor& executor, Arr
     maps.maximum_error = std::max(maps.maximum_error, chunk.error);
     maps.exceptions.insert(maps.exceptions.end(), chunk.exceptions.begin(), chunk.exceptions.end());
   }
+  // Chunks have fixed ends, and their sums are added in order, so this does not depend on threads.
   return !(squares > allowed.mean_square * static_cast<double>(count));
 }
 
@@ -193,12 +197,14 @@ bool lies_on(const Array& array, const std::vector<NumberMap>& maps) {
 }
 
 /// A relative bound's step is one of 16 to the octave: decoding moves the bounding box a little, and must not
-/// move the step.
+/// move the step. On average the grid gives away 1/32 of an octave, 0.03 bits a number (at most 0.06).
 double relative_step(const Array& array, double largest) {
   int exponent;
   (void)std::frexp(largest, &exponent);
   int32_t index = 16 * exponent;
   while (sixteenth_of_octave(index) > largest) --index;
+  // The box may have moved across a border of the grid: a neighbour on which all numbers lie is the step they
+  // were decoded with.
   for (const int32_t i : {index, index - 1, index + 1}) {
     const double step = sixteenth_of_octave(i);
     if (lies_on(array,
@@ -221,6 +227,7 @@ double step_to_the_end(const Array& array, const Bounds& bounds, double steps) {
   const double exact = (high - low) / steps;
   double above = exact;
   double below = exact;
+  // The quotient and the product are rounded once each, so the step wanted is a few neighbours away at most.
   for (int i = 0; i < 4; ++i) {
     for (const double step : {above, below}) {
       const double end = low + steps * step;
@@ -247,7 +254,8 @@ bool pays(const Array& array, const Bounds& bounds, const Tolerance& tolerance, 
 }
 
 /// Number of tuples of codes in the box of all tuples: what maps are compared by. (A product, since log2 is
-/// not the same everywhere.) `exceptions` are not counted.
+/// not the same everywhere.) `exceptions`, ascending, are not counted. From 20 components with codes of 53
+/// bits on it may be infinite, and no map is better than another.
 double code_volume(const Array& array, const std::vector<NumberMap>& maps,
                    const std::vector<uint64_t>& exceptions, Executor& executor) {
   std::vector<Range> ranges(array.components);
@@ -263,7 +271,8 @@ double code_volume(const Array& array, const std::vector<NumberMap>& maps,
 }
 
 /// What the code_volume() of lossless maps is not below, as they have a code for each number there is. Found
-/// in a moment, while choosing these maps takes long.
+/// in a moment, while choosing these maps takes long (ef6ac70). Numbers are counted by their hashes, which
+/// can only make fewer of them, up to 2^18: a set of bits of 32 KiB, as large as a processor's first cache.
 double least_lossless_volume(const Array& array, Executor& executor) {
   constexpr unsigned hash_bits = 18;
   std::vector<uint32_t> different(array.components);
@@ -282,7 +291,9 @@ double least_lossless_volume(const Array& array, Executor& executor) {
   return volume;
 }
 
-/// 10^(-decibels / 20): the factors of 1/20 by squaring, as pow() is not the same everywhere.
+/// 10^(-decibels / 20): the factors of 1/20 by squaring, as pow() is not the same everywhere. The first loop
+/// ends as the amplitude becomes 0 after some 650 rounds; forty halvings of 10 decibels leave less than
+/// 10^-11 of one.
 double amplitude_of(double decibels) {
   double amplitude = 1;
   double root = 0.31622776601683794;  // 10 decibels
@@ -314,6 +325,7 @@ Allowed allowed_by(const Array& array, const Tolerance& tolerance, double extent
       allowed.error = tolerance.value / std::sqrt(array.components) * (1 - 1e-12);
       break;
     case Tolerance::Kind::psnr: {
+      // PSNR = 20 log10(range / root of the mean square), solved for the latter.
       const double deviation = extent * amplitude_of(tolerance.value);
       allowed.mean_square = deviation * deviation;
       break;
@@ -404,7 +416,9 @@ void set_coarsest(const Array& array, const Bounds& bounds, const Tolerance& tol
   }
 }
 
-/// A lattice that keeps a bound. False: none does, or none pays.
+/// A lattice that keeps a bound. False: none does, or none pays. First each of the lattices below is asked
+/// whether all numbers lie on it already (then they were decoded from it, and encoding them again gives the
+/// same file), then each whether it keeps the bound.
 bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed& allowed, bool again,
                   Executor& executor, ArrayMaps& maps) {
   const Bounds bounds = bounds_of(array);
@@ -413,7 +427,8 @@ bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed&
   const double coarsest = maps.step;
   const bool as_allowed = tolerance.kind == Tolerance::Kind::relative && !again;
   maps.bound = as_allowed ? allowed.error : promised_error(array, bounds, tolerance, coarsest);
-  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it.
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it. A fixed
+  // list, so that a mesh that was decoded meets the step it was encoded with.
   for (const bool decoded_before : {true, false}) {
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       set_step(maps, coarsest * finer);
@@ -426,7 +441,9 @@ bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed&
 }
 
 /// The coarsest of some lattices whose errors are small enough in the mean: where many numbers fall on
-/// lattice points, such as 0, it is coarser than the one that an even distribution of errors asks for.
+/// lattice points, such as 0, it is coarser than the one that an even distribution of errors asks for. That
+/// one has a mean square of step^2 / 12. Steps from three octaves above it to one below are measured, by
+/// eighths of an octave: 33 passes over the numbers at most, and 4 % of the step given away on average.
 bool find_lattice_of_mean(const Array& array, const Tolerance& tolerance, const Allowed& allowed,
                           Executor& executor, ArrayMaps& maps) {
   const Bounds bounds = bounds_of(array);
@@ -449,6 +466,7 @@ double logarithmic_step(Scalar type, double part) {
   const double rounding =
       type == Scalar::f32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
   if (!is_float(type) || !(part > 2 * rounding)) return 0;
+  // The decoded number is rounded to its type, which may take as much as this of the bound.
   part -= rounding;
   constexpr int places = 256;
   double least = std::numeric_limits<double>::infinity();
@@ -477,6 +495,7 @@ bool find_logarithms(const Array& array, const Allowed& allowed, Executor& execu
   if (step == 0) return false;
   for (const double least : least_sizes(array)) {
     NumberMap& map = maps.maps.emplace_back(NumberMap{.kind = NumberMap::Kind::logarithm});
+    // The least number gets code 1, as 0 is zero's.
     if (std::isfinite(least)) map.origin = std::floor(FixedLog::of(least) / step + 0.5) - 1;
   }
   set_step(maps, step);
@@ -489,7 +508,9 @@ bool may_be_octahedral(const Tolerance& tolerance) {
   return tolerance.kind == Kind::absolute || tolerance.kind == Kind::relative || tolerance.kind == Kind::bits;
 }
 
-/// `again`: numbers that were decoded give the same maps again.
+/// The one way to maps: octahedral ones first, for normals; then a lattice or logarithms; lossless maps where
+/// none of these keeps the bound or none is smaller. `again`: numbers that were decoded give the same maps
+/// again.
 Result<ArrayMaps> find_maps(const Array& array, const Tolerance& tolerance, bool are_positions, bool again,
                             Executor& executor) {
   using Kind = Tolerance::Kind;
@@ -518,6 +539,7 @@ std::optional<NumberMap> logarithm_of_any(Scalar type, double part) {
   NumberMap map{.kind = NumberMap::Kind::logarithm};
   map.step = logarithmic_step(type, part);
   if (map.step == 0) return std::nullopt;
+  // That of the smallest denormal number, so that every number but zero has a positive code.
   const double least_exponent = type == Scalar::f32 ? -149 : -1074;
   map.origin = std::floor(least_exponent / map.step) - 1;
   return map;

@@ -15,12 +15,16 @@ using Kind = NumberMap::Kind;
 // Codes of floats in steps stay below this, so that they are exact as doubles and fit their integer.
 template <class Number>
 constexpr double largest_code = sizeof(Number) == 4 ? 2147483647.0 : 4503599627370496.0;
-// Numbers that say how many digits others have.
+// Numbers that say how many digits others have. Only where the search begins: a number outside of the sample
+// that needs more digits raises them afterwards.
 constexpr size_t sample_size = 512;
-// Maps are compared by the logarithms of their steps, in 1/1024 octaves.
+// Maps are compared by the logarithms of their steps, in 1/1024 octaves; log2(10) is 3.3219, or 3402 of
+// these.
 constexpr int64_t octave = 1024;
 constexpr int64_t octaves_of_ten = 3402;
-// Codes in steps are faster to predict, and more exactly: others must save an eighth of a bit each.
+// Codes in steps are faster to predict, and more exactly: others must save an eighth of a bit each. Chosen,
+// not swept: a higher price gives up bits of every number printed with significant digits, a lower one
+// predicts more arrays through value_of() and nearest_code().
 constexpr int64_t price_of_curves = octave / 8;
 
 /// The numbers of one component.
@@ -59,6 +63,7 @@ Digits find_digits(const Column<Number>& column) {
     digits.bits = std::max(digits.bits, 53 - zeros);
     digits.highest_bit = std::max(digits.highest_bit, exponent);
   }
+  // There are zeros only.
   if (digits.lowest_bit > digits.highest_bit) digits.lowest_bit = digits.highest_bit = 0;
   return digits;
 }
@@ -81,7 +86,8 @@ bool fits(const Column<Number>& column, const NumberMap& map) {
   return true;
 }
 
-/// The least number of decimal digits with which a number comes back; more than any map has if none.
+/// The least number of decimal digits with which a number comes back; more than any map has if none. Halving
+/// is right as a number that comes back with d digits does so with d + 1.
 template <class Number>
 uint32_t decimal_digits_of(Number number) {
   constexpr uint32_t most = ScaledDigits::most_digits(10, sizeof(Number) == 8);
@@ -147,8 +153,10 @@ std::optional<NumberMap> find_decimal_digits(const Column<Number>& column) {
   return map;
 }
 
-/// Sum of the logarithms of a map's steps where the numbers are: the larger, the fewer bits. Steps that are
-/// far finer than the numbers' range count as not so fine, since numbers near zero are mostly just that.
+/// Sum of the logarithms of a map's steps where the numbers are: the larger, the fewer bits. For residuals
+/// much larger than a step take about log2(residual / step) bits each, and the residual among numbers is the
+/// same for all maps. Steps that are far finer than the numbers' range count as not so fine, since numbers
+/// near zero are mostly just that.
 template <class Number>
 int64_t coarseness(const Column<Number>& column, const NumberMap& map, const Digits& digits) {
   const int64_t finest = (digits.highest_bit - (column.wide ? 64 : 32)) * octave;
@@ -179,7 +187,9 @@ int64_t coarseness(const Column<Number>& column, const NumberMap& map, const Dig
 template <class Number>
 NumberMap choose_float_map(const Column<Number>& column);
 
-/// Of doubles that are decimals, the map of the floats that they may have been printed from.
+/// Of doubles that are decimals, the map of the floats that they may have been printed from: a program that
+/// keeps floats and prints them by "%.6f" leaves 24 bits in what reads as a double of 50. Numbers above 10^30
+/// are left alone, as floats end at 10^38.
 std::optional<NumberMap> find_printed_floats(const Column<double>& column, int32_t decimals) {
   constexpr int32_t most_decimals = 9;  // more do not make floats any coarser
   if (decimals > most_decimals) return {};
@@ -204,6 +214,7 @@ NumberMap choose_float_map(const Column<Number>& column) {
   int64_t most = coarseness(column, best, digits);
   const auto consider = [&](const NumberMap& map) {
     const int64_t coarse = coarseness(column, map, digits);
+    // At least as good, so of equal ones the last: decimals and binary steps are tried after digits.
     if (coarse < most) return;
     best = map;
     most = coarse;
@@ -217,6 +228,8 @@ NumberMap choose_float_map(const Column<Number>& column) {
   const auto decimals = find_decimal_digits(column);
   if (decimals) consider(*decimals);
   constexpr int32_t most_decimals = 15;
+  // A number with decimal digits ends at the digit worth 10^exponent, so only that many places can fit.
+  // Fifteen is where doubles end: 10^15 is near 2^50.
   const int32_t first = decimals ? std::clamp(-decimals->exponent, 0, most_decimals) : 0;
   for (int32_t places = first; places <= (decimals ? first : most_decimals); ++places) {
     const NumberMap decimal{.kind = Kind::decimal, .exponent = places};

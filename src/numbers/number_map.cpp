@@ -18,7 +18,9 @@ double power_of_two(int32_t exponent) {
   return std::ldexp(1.0, exponent);
 }
 
-/// Doubles are rounded to the type of number; out of range goes to the nearest end, NaN to 0.
+/// Doubles are rounded to the type of number; out of range goes to the nearest end, NaN to 0 for integers.
+/// Casting what is out of range is undefined in C++, and codes of damaged files get here, so all is clamped
+/// first; clamp() lets NaN pass, which floats keep.
 template <class Number>
 Number rounded_to(double value) {
   if constexpr (std::is_floating_point_v<Number>) {
@@ -95,6 +97,7 @@ void store_integer(Scalar type, int64_t code, std::byte* out) {
 }  // namespace
 
 double sixteenth_of_octave(int32_t index) {
+  // 2^(k / 16), each the nearest double.
   static constexpr double steps[16] = {1.0,
                                        1.0442737824274138,
                                        1.0905077326652577,
@@ -111,6 +114,7 @@ double sixteenth_of_octave(int32_t index) {
                                        1.7562521603732995,
                                        1.8340080864093424,
                                        1.9152065613971474};
+  // Rounded down for negative ones, too.
   const int32_t octave = index >= 0 ? index / 16 : -((15 - index) / 16);
   return steps[index - 16 * octave] * power_of_two(octave);
 }
@@ -152,13 +156,16 @@ int64_t code_with_factor(const NumberMap& map, double number) {
   return without_factor(map).code_of(Scalar::f32, reinterpret_cast<const std::byte*>(&floated));
 }
 
+/// `code` is counted from the least number on, on both sides of zero. Logarithms are bounded by 2000 before
+/// FixedLog, which is made for no more; beyond 1024 and below -1074 all are infinite or zero anyway.
 double number_of_logarithm(const NumberMap& map, double code) {
   if (code == 0) return 0;
   const double log = (map.origin + std::fabs(code)) * map.step;
   const double size = FixedLog::power(log < 2000 ? log > -2000 ? log : -2000 : 2000);
   return code < 0 ? -size : size;
 }
-/// 0 for what has no code: smaller numbers than the map was made for, and too large ones.
+/// 0 for what has no code: smaller numbers than the map was made for, and too large ones. From 2^52 on
+/// doubles cannot tell codes apart.
 int64_t code_of_logarithm(const NumberMap& map, double number) {
   if (number == 0 || !std::isfinite(number)) return 0;
   const double code = std::floor(FixedLog::of(std::fabs(number)) / map.step + 0.5) - map.origin;
@@ -166,8 +173,9 @@ int64_t code_of_logarithm(const NumberMap& map, double number) {
   return number < 0 ? -static_cast<int64_t>(code) : static_cast<int64_t>(code);
 }
 
-/// See NumberMap::decimals. Halves go to the even neighbour, as in "%f"; up to 9 decimals the product is
-/// exact.
+/// See NumberMap::decimals. Halves go to the even neighbour, as in "%f". Up to 9 decimals the product is
+/// exact: a float has 24 bits, and 10^9 = 2^9 * 5^9 adds the 21 of 5^9, which is 45 of the 53 that a double
+/// holds.
 double printed_float(double number, int32_t decimals) {
   const double unit = exact_powers_of_ten[decimals];
   const double units = static_cast<double>(rounded_to<float>(number)) * unit;
@@ -181,7 +189,8 @@ int64_t clamped_rank(int64_t code, size_t size) {
   return std::clamp<int64_t>(code, 0, static_cast<int64_t>(size) - 1);
 }
 
-/// As std::lower_bound(), without branches: no processor can guess which half is next.
+/// As std::lower_bound(), without branches: no processor can guess which half is next. `left` becomes half of
+/// what it was, rounded down, so the loop ends after the logarithm of the size.
 const double* first_not_below(const std::vector<double>& table, double value) {
   const double* first = table.data();
   for (size_t left = table.size(); left > 0;) {
@@ -235,6 +244,7 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
 
 bool NumberMap::reaches(Scalar type, const std::byte* number) const {
   // Of 64 bits only those that doubles tell apart.
+  // 2^52 and 2^31 - 1.
   const double most = size_of(type) == 8 ? 4503599627370496.0 : 2147483647.0;
   const double value = number_as_double(type, number);
   if (kind != Kind::logarithm) return std::fabs((value - origin) / step) < most;
@@ -283,7 +293,8 @@ void store_column(const std::byte* codes, std::byte* out, size_t stride, size_t 
 
 void NumberMap::store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride,
                               size_t count) const {
-  // What most files hold gets loops of its own.
+  // What most files hold gets loops of its own: there store_number()'s choice of a kind would be made for
+  // every number. They must give the same numbers as it does.
   const auto store_reals = [&](auto zero) {
     using Number = decltype(zero);
     if (kind == Kind::lattice) {

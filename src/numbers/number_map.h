@@ -14,8 +14,13 @@
 
 namespace maille {
 
-/// How the numbers of one component become integers (codes) that lie close where the numbers do, and back.
-/// Numbers of eight bytes have codes of 64 bits, all others of 32; arithmetic on codes wraps around.
+/// How the numbers of one component become integers (codes) that lie close where the numbers do, and back. It
+/// is the first stage of coding and the last of decoding: predictors and residuals see codes, or numbers
+/// through value_of() and nearest_code(), and never the type of the array. docs/format.md, 10.6. Numbers of
+/// eight bytes have codes of 64 bits, all others of 32; arithmetic on codes wraps around, so every function
+/// here takes any code: a damaged file gives wrong numbers, never undefined behaviour. Whatever turns codes
+/// into numbers uses + - * /, floor(), frexp() and ldexp() on doubles only, in a fixed order: both sides must
+/// get the same.
 struct NumberMap {
   enum class Kind : uint8_t {
     integer,        ///< the bits themselves (integer types)
@@ -48,9 +53,11 @@ struct NumberMap {
 
   /// Are codes not proportional to their numbers? Then predictions are made among numbers.
   bool is_curved() const;
-  /// The number of a code, for predictions; NaN gives 0.
+  /// The number of a code, for predictions; NaN gives 0. Kinds with digits give it before it is rounded to
+  /// the type (docs/format.md calls it value(c)), which saves both sides a conversion.
   double value_of(Scalar type, int64_t code) const;
-  /// The code of a number nearest to `value`; for linear kinds 0 where no code of 64 bits is near.
+  /// The code of a number nearest to `value`; for linear kinds 0 where no code of 64 bits is near. Predictors
+  /// end here: a residual is the true code minus this one.
   int64_t nearest_code(Scalar type, double value) const;
   /// As value_of(), but 0 for infinities, and codes of integers count for themselves.
   double number_near(Scalar type, int64_t code) const;
@@ -63,17 +70,22 @@ struct NumberMap {
   /// Writes the number of a code, size_of(type) bytes. Any code is fine.
   void store_number(Scalar type, int64_t code, std::byte* out) const;
   /// The same for `count` codes of 8 bytes for types of 8 bytes, else of 4, taking one code in `stride` and
-  /// writing one number in `stride`. In place where both have the same size.
+  /// writing one number in `stride`: a component of interleaved tuples. Codes and numbers may share their
+  /// memory where both have the same size, since each number is written after its code was read.
   void store_numbers(Scalar type, const std::byte* codes, std::byte* out, size_t stride, size_t count) const;
 };
 
 /// One number as a double; i64 and u64 beyond 2^53 are rounded.
 double number_as_double(Scalar type, const std::byte* number);
 
-/// The lossless map that is coarsest where the numbers of one component of an array are.
+/// The lossless map that is coarsest where the numbers of one component of an array are: it gives every
+/// number back bit for bit, and the mean logarithm of its steps is the largest of those tried
+/// (docs/encoder.md, "Maps without loss"). Reads the component several times; integers have kind `integer` at
+/// once. No errors: `ordered` holds any float.
 NumberMap choose_lossless_map(const Array& array, uint32_t component);
 
-/// 2^(index / 16), the same on every machine.
+/// 2^(index / 16), the same on every machine: a table of sixteen and ldexp(), as pow() differs among
+/// libraries.
 double sixteenth_of_octave(int32_t index);
 
 /// Maps for all components of an array; for unit normals with a bound, one map for the tuple.

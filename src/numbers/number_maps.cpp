@@ -29,7 +29,7 @@ constexpr unsigned factor_flag = 64;
 
 /// The numbers of a table by how far they are from zero, as many lie on both of its sides where a shape is
 /// its own mirror image. Gaps between them: their lengths from the length before, two more bits, the rest
-/// raw.
+/// raw. Both directions run the same code; a decoder's codes are bounded to 63 bits by its caller.
 class TableModel {
  public:
   static constexpr unsigned below = 1, above = 2;  ///< zero: sides of a distance
@@ -67,6 +67,8 @@ class TableModel {
   }
 
  private:
+  /// Seven decisions hold up to 127, but a gap of a code has 64 bits at most: damaged lengths are clamped, so
+  /// that the arrays below and the shifts of code_gap() stay in range.
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
     unsigned prefix = 1;
@@ -83,6 +85,7 @@ class TableModel {
 
 /// The code as far from zero on its other side.
 int64_t mirrored(const NumberMap& map, int64_t code) {
+  // These kinds tell -0 from 0, by codes -1 and 0; the others have one zero, with code 0.
   const bool two_zeros = map.kind == NumberMap::Kind::ordered || has_digits(map.kind);
   return two_zeros ? -1 - code : -code;
 }
@@ -121,7 +124,9 @@ void write_table(ByteWriter& out, const NumberMap& map) {
   out.put_bytes(gaps);
 }
 
-/// The codes of a table, ascending; empty if they are damaged.
+/// The codes of a table, ascending; empty if they are damaged. A round ends the loop when the decoder has run
+/// out, and each takes at least eight decisions, so the bytes bound the rounds whatever `count` says.
+/// Distances rise strictly and have 63 bits, so codes come out ascending, and negating one cannot overflow.
 std::vector<int64_t> read_codes(const NumberMap& map, uint64_t count, Bytes gaps) {
   constexpr auto farthest = static_cast<uint64_t>(std::numeric_limits<int64_t>::max());
   RansDecoder decoder(gaps, 1);
@@ -136,6 +141,7 @@ std::vector<int64_t> read_codes(const NumberMap& map, uint64_t count, Bytes gaps
     if ((sides & TableModel::below) != 0) below.push_back(mirrored(map, code));
     next += gap + 1;
   }
+  // The last distance may have had numbers on both of its sides where one was wanted.
   if (above.size() + below.size() != count) return {};
   std::reverse(below.begin(), below.end());
   below.insert(below.end(), above.begin(), above.end());
@@ -146,6 +152,7 @@ Result<> read_table(ByteReader& in, Scalar type, uint64_t most, NumberMap& map) 
   const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has a damaged table of numbers"); };
   const uint64_t count = in.get_count();
   const Bytes gaps = in.get_bytes(in.get_count());
+  // Refuses absurd counts at once. What bounds the memory is read_codes(), which grows as numbers come.
   if (!in.ok() || count == 0 || count > most || count / 16384 > gaps.size() + 16) return corrupt();
   const std::vector<int64_t> codes = read_codes(map, count, gaps);
   if (codes.empty()) return corrupt();
@@ -184,12 +191,15 @@ void write_map(ByteWriter& out, const NumberMap& map, ByteWriter* tables) {
 
 namespace {
 
-/// Is this a map that choose_maps() can make for this type?
+/// Is this a map that choose_maps() can make for this type? Without a look at origin and step of lattices:
+/// any doubles will do there, since store_rounded() takes infinities and NaN.
 bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
   if (map.factor != 0) {
     const bool allowed = map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary ||
                          (map.kind == NumberMap::Kind::ordered && in_stream) ||
                          (has_digits(map.kind) && map.decimals < 0);
+    // A float times such a factor is a finite double that keeps all of its bits, as is a double divided by
+    // it.
     if (!allowed || type != Scalar::f64 || !(map.factor > 1e-100 && map.factor < 1e100)) return false;
     type = Scalar::f32;  // what the fields belong to
   }
@@ -257,8 +267,12 @@ int64_t logarithm(uint64_t x) {
 namespace {
 
 /// How many fewer bits (in 1/1024) ranks in a table take than codes, with the table. `codes` are those of all
-/// numbers, in order. `price`: what must be saved for each of them.
+/// numbers, in order. `price`: what must be saved for each of them. A residual among ranks instead of codes
+/// is shorter by the logarithm of the gaps around the number, here of their mean. Each different number costs
+/// the gap to the next one, written once, and the table 64 bits for its head.
 int64_t saving_of_table(std::span<const int64_t> codes, int64_t price) {
+  // One and a half bits: about what TableModel takes for the length of a gap, beside its raw bits, and for
+  // the side. Estimated, not fitted: a larger one makes fewer tables.
   constexpr int64_t bits_of_gap = 1536;  // beyond the gap's logarithm
   const auto gap = [](int64_t low, int64_t high) {
     return static_cast<uint64_t>(high) - static_cast<uint64_t>(low);
@@ -291,7 +305,9 @@ std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_
     codes.push_back(map.code_of(array.type, number));
   }
   std::sort(codes.begin(), codes.end());
-  // Codes in steps are faster to predict, and more exactly.
+  // Codes in steps are faster to predict, and more exactly: half a bit for each number must be saved there, a
+  // sixteenth where the map is curved anyway. Chosen, not swept (9f6e31f: "tables only where they save
+  // more").
   saving = saving_of_table(codes, map.is_curved() ? 64 : 512);
   if (saving <= 0) return {};
   codes.erase(std::unique(codes.begin(), codes.end()), codes.end());

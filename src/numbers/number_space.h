@@ -13,7 +13,9 @@ namespace maille {
 
 /// Numbers written with a few significant digits, as most text files have them: counted from zero upwards.
 /// Where a float has seven digits and the file had six, this saves four bits a number; decimal fractions have
-/// too many digits for the large numbers. Of kind `ordered`, with the number of digits as exponent.
+/// too many digits for the large numbers. Of kind `ordered`, with the number of digits as exponent. Code 0 is
+/// zero, then come 9 * 10^(digits - 1) codes for each decade from 10^-6 on. (Mode `stream` only; surfaces
+/// have ScaledDigits for this, whose last digit is a parameter.)
 class SignificantDigits {
  public:
   SignificantDigits() = default;
@@ -26,6 +28,7 @@ class SignificantDigits {
     if (!(size >= smallest && size < largest)) return 0;
     int exponent = exponent_of(size);
     auto mantissa = static_cast<int64_t>(scaled(size, digits_ - 1 - exponent) + 0.5);
+    // Rounded up into the next decade.
     if (mantissa >= 10 * first_) {
       mantissa = first_;
       ++exponent;
@@ -51,6 +54,8 @@ class SignificantDigits {
     const int exponent = size >= smallest && size < largest ? exponent_of(size) : least_exponent;
     return (exponent - digits_ + 1) * 6644 / 1000;
   }
+  /// The decimal exponent of a size: from the binary one times log10(2), 1233 / 4096, which is off by one at
+  /// most, and then put right by comparing.
   int exponent_of(double size) const {
     int exponent =
         static_cast<int>((static_cast<int64_t>(bits_as<uint64_t>(size) >> 52) - 1023) * 1233 >> 12);
@@ -82,7 +87,8 @@ class SignificantDigits {
 
 /// Where the numbers of one component lie, for prediction: floats that keep their bits, and those of a table,
 /// at their value, all others at their code. Predictions are made in doubles there, residuals between codes.
-/// Doubles with a factor are the floats that it belongs to.
+/// Doubles with a factor are the floats that it belongs to. For volumes; it adds to NumberMap the kinds of
+/// digits that mode `stream` has, and takes any code without undefined behaviour, as that does.
 class NumberSpace {
  public:
   NumberSpace(Scalar type, const NumberMap& map)
@@ -138,6 +144,7 @@ class NumberSpace {
     }
     if (digits_) return digits_.code_of(place);
     if (decimals_) return decimals_.code_of(place);
+    // Below 2^63, from which on the cast would be undefined.
     constexpr double most = 9.0e18;
     if (!(place == place)) return 0;
     if (place > most || place < -most)
@@ -152,6 +159,7 @@ class NumberSpace {
     if (decimals_) return decimals_.unit_at(place);
     if (!ordered_) return 0;
     const int bits = type_ == Scalar::f32 ? 23 : 52;
+    // Denormal numbers are as far apart as the least normal ones.
     const int least = type_ == Scalar::f32 ? -126 : -1022;
     const int exponent = static_cast<int>(bits_as<uint64_t>(place) >> 52 & 0x7ff) - 1023;
     return 2 * ((exponent < least ? least : exponent) - bits);

@@ -81,6 +81,7 @@ double widest_range(const Array& array) {
 /// relative bound takes one of 16 numbers of steps to the octave, and the one the vectors lie on already.
 int32_t steps_for(const Array& array, const Tolerance& tolerance) {
   if (tolerance.kind == Tolerance::Kind::bits) {
+    // Codes from -steps to steps are 2^bits - 1 numbers.
     return tolerance.value >= 2 && tolerance.value <= 26 ? (1 << (static_cast<int>(tolerance.value) - 1)) - 1
                                                          : 0;
   }
@@ -103,6 +104,7 @@ std::array<int32_t, 2> OctahedralMap::codes_of(const Vector& vector) const {
   const double sum = std::fabs(vector[0]) + std::fabs(vector[1]) + std::fabs(vector[2]);
   double x = vector[0] / sum;
   double y = vector[1] / sum;
+  // The lower half is folded out: |x| and |y| become 1 - |y| and 1 - |x|, and signs stay.
   if (vector[2] < 0) {
     const double folded = (1 - std::fabs(y)) * (x < 0 ? -1 : 1);
     y = (1 - std::fabs(x)) * (y < 0 ? -1 : 1);
@@ -156,6 +158,8 @@ std::optional<OctahedralChoice> choose_octahedral_map(const Array& array, const 
   const bool bounded = tolerance.kind != Tolerance::Kind::bits;
   const double bound =
       tolerance.kind == Tolerance::Kind::relative ? tolerance.value * widest_range(array) : tolerance.value;
+  // Lengths may differ from 1 by 5e-5, which decoding does not give back: such arrays may break a finer
+  // bound, and are then coded by a lattice.
   if (bounded && choice.maximum_error > bound) return std::nullopt;
   return choice;
 }

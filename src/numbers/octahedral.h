@@ -21,12 +21,14 @@ struct OctahedralMap {
   double bound() const { return 1.2 / steps; }
 
   /// The codes of a unit vector: of the four places round it the one that decodes nearest to it. Of two codes
-  /// for the same direction (on the rim of the square) always the same one.
+  /// for the same direction (on the rim of the square) always the same one, so that encoding what was decoded
+  /// gives the same codes.
   std::array<int32_t, 2> codes_of(const std::array<double, 3>& vector) const;
-  /// The unit vector of any two codes.
+  /// The unit vector of any two codes; only + - * /, fabs() and sqrt(), so the same everywhere.
   std::array<double, 3> vector_of(std::array<int32_t, 2> codes) const;
 };
 
+/// Codes of 27 bits: sums and differences of a few of them stay within 32. Finer bounds are kept by lattices.
 inline constexpr int32_t most_octahedral_steps = 1 << 26;
 
 /// What an array of unit normals is coded with.

@@ -16,7 +16,8 @@ namespace {
 
 // Models of one component take 400 KB: a damaged file must not ask for thousands.
 constexpr size_t most_components = 16;
-// As much as a table must save more of maps that are not curved, in 1/1024 bits.
+// As much as a table must save more of maps that are not curved, in 1/1024 bits: the difference of both
+// prices in make_table().
 constexpr int64_t bits_of_steps = 448;
 
 /// The exact code from which details count.
@@ -25,7 +26,8 @@ int64_t base_of(const NumberMap& coarse, const NumberMap& exact, int64_t code) {
 }
 
 /// Details of one component. What was behind a code the last time is likely to be there again; else the
-/// trailing zeros say what the number comes from, and the rest how far.
+/// trailing zeros say what the number comes from, and the rest how far. Places are kept by a hash of the
+/// code: one that another code took is forgotten, on both sides alike.
 class DetailModel {
  public:
   explicit DetailModel(size_t tuples)
@@ -100,6 +102,7 @@ class DetailModel {
   BitModel same_[2];
   BitModel zero_[4][8];
   BitModel sign_;
+  // By the zeros of the detail before: those of one kind of computation come in runs.
   std::array<Tree, 64> zero_bits_;
   std::array<Tree, 8> length_;
   std::array<BitModel, 65> second_;
@@ -116,6 +119,7 @@ class DetailCoder {
   }
   template <class Coder, class CodeAt, class ExactAt, class Store>
   void code_tuple(Coder& coder, CodeAt code_at, ExactAt exact_at, Store store) {
+    // A tuple whose first numbers are on the coarse map is likely to be so as a whole.
     unsigned others = 0;
     for (size_t k = 0; k < models_.size(); ++k) {
       if (!models_[k]) continue;

@@ -57,7 +57,8 @@ double about_power(int32_t power) {
 
 }  // namespace
 
-/// number * base^power.
+/// number * base^power. `power` is within some thousands, so the loops take at most about a hundred rounds,
+/// even of damaged maps and codes.
 double ScaledDigits::scale(double number, int32_t power) const {
   // Powers of two that are doubles themselves save a call of ldexp(), which rounds the same.
   if (base == 2 && power >= -1022 && power <= 1023)
@@ -79,6 +80,8 @@ double ScaledDigits::any_number_of(int64_t code) const {
     const int64_t beyond = place - first;
     const int64_t decades = base == 2 ? beyond >> (digits - 1) : beyond / decade;
     mantissa = first / base + (beyond - decades * decade);
+    // A damaged code may be any number of decades up: the number is infinite from 2000 on anyway, and is
+    // clamped to its type later.
     power = std::min<int64_t>(power + 1 + decades, 2000);
   }
   const double number = scale(static_cast<double>(mantissa), static_cast<int32_t>(power));

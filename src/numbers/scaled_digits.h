@@ -14,7 +14,8 @@ struct ScaledDigits {
   uint32_t digits = 24;
   int32_t exponent = -149;
 
-  /// The largest numbers of digits whose codes fit 32 and 64 bits.
+  /// The largest numbers of digits whose codes fit 32 and 64 bits: all bits of a float and a double, and
+  /// decimals that the type tells apart everywhere, and one more.
   static constexpr uint32_t most_digits(uint32_t base, bool wide) {
     return base == 2 ? (wide ? 53 : 24) : (wide ? 16 : 7);
   }
@@ -54,7 +55,9 @@ struct ScaledDigits {
   int32_t last_place(double number) const;
 
  private:
-  /// Base 2: the bits of a number with all digits, as far as they are digits, are its code plus this.
+  /// Base 2: the bits of a number with all digits, as far as they are digits, are its code plus this. For the
+  /// first such number, 2^(d-1+e), has the exponent field 1022 + d + e, shifted to the left by d - 1, and the
+  /// code 2^(d-1); from there on both count the same numbers.
   int64_t first_bits() const { return (int64_t{1021} + digits + exponent) * (int64_t{1} << (digits - 1)); }
   static bool is_normal(uint64_t exponent_field) { return exponent_field >= 1 && exponent_field <= 2046; }
   /// The same of all numbers and codes.

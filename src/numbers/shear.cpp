@@ -43,6 +43,7 @@ Result<Shear> Shear::read(ByteReader& in, unsigned components) {
       shear.weights_[i][j] = static_cast<int32_t>(weight);
     }
   }
+  // All components were seen once, so the order is a permutation.
   if (!in.ok() || !small || seen + 1 != 1u << components)
     return failure(ErrorCode::corrupt, "numbers: a damaged shear");
   return shear;

@@ -11,7 +11,8 @@ namespace maille {
 
 /// Adds to each component of a tuple of codes a multiple of those before it, in some order of components.
 /// What is left of red or blue without green, of heights above tilted ground, is smaller than the components
-/// are. In integers that wrap around, so that undo() is exact for all codes.
+/// are. In integers that wrap around, so that undo() is exact for all codes. Terrain that lies askew takes 8
+/// to 15 % less at 14 bits, colours of gargo two thirds (docs/encoder.md).
 ///
 /// A shear in lifting steps: Bruekers and van den Enden, "New networks for perfect inversion and perfect
 /// reconstruction", 1992.
@@ -19,6 +20,7 @@ class Shear {
  public:
   static constexpr unsigned most_components = 4;
   static constexpr int unit = 1 << 8;  ///< of weights: finer ones gain less than 0.1 % on terrain and colours
+  /// A factor of 256: what a decoder accepts, so that weights fit their type; nothing else depends on it.
   static constexpr int64_t most_weight = 1 << 16;
 
   /// Changes nothing.
@@ -28,7 +30,9 @@ class Shear {
   Shear(std::span<const uint8_t> order, const std::array<std::array<int32_t, 4>, 4>& weights);
 
   bool any() const { return components_ > 0; }
-  /// Whichever integers a decoder keeps codes in: what it has of 32 bits are those of the sum in 64.
+  /// Whichever integers a decoder keeps codes in: what it has of 32 bits are those of the sum in 64. From the
+  /// last component to the first, so that each step sees those before it as undo(), which goes the other way,
+  /// will have them.
   template <class Code>
   void apply(Code* codes) const {
     for (unsigned i = components_; i-- > 1;) codes[order_[i]] = moved(codes, i, -1);
