@@ -7,6 +7,8 @@ namespace {
 
 constexpr char alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
+/// The inverse of `alphabet` for every byte, so that hostile bytes index it without a test: -1 marks what is
+/// no digit.
 constexpr std::array<int8_t, 256> digit_values() {
   std::array<int8_t, 256> values{};
   for (int8_t& value : values) value = -1;
@@ -30,13 +32,19 @@ std::string to_base64(Bytes bytes) {
     for (size_t k = 0; k < 3; ++k) {
       group = group << 8 | (k < n ? std::to_integer<uint32_t>(bytes[i + k]) : 0u);
     }
+    // n bytes make n + 1 digits (8 n bits, six in each); the rest of the group of four is padding.
     for (size_t k = 0; k < 4; ++k) text += k <= n ? alphabet[group >> (18 - 6 * k) & 63] : '=';
   }
   return text;
 }
 
+/// Decodes four digits into up to three pending bytes. False at the end of the text, at a foreign character,
+/// and where '=' comes before a digit or more than twice. Bits that padding leaves over are not compared with
+/// zero.
 bool Base64Reader::next_group() {
   uint32_t group = 0;
+  // Digits are shifted into place from the left, so that a padded group needs no other shift: 3 - padding
+  // bytes of it count.
   unsigned digits_read = 0, padding = 0;
   while (digits_read + padding < 4) {
     if (at_ == text_.size()) return false;

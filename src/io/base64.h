@@ -17,7 +17,8 @@ class Base64Reader {
   explicit Base64Reader(std::string_view text) : text_(text) {}
   /// Fills `out`; false when the text ends before, or holds a foreign character.
   bool read(std::span<std::byte> out);
-  /// No more bytes than this can follow.
+  /// The most bytes that can still follow: a bound for what may be reserved before anything is decoded. Each
+  /// four characters of the text give at most three, and 3 covers an unfinished group.
   uint64_t most_left() const { return pending_size_ + (text_.size() - at_) / 4 * 3 + 3; }
   /// Place in the text, for messages.
   size_t position() const { return at_; }

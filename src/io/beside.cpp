@@ -8,7 +8,9 @@
 namespace maille {
 namespace {
 
-/// In the same folder or below. Error: malformed_input.
+/// The path of `named` as seen from where `file` is, checked by its text alone: neither absolute nor with
+/// "..", not an address and not standard input. It touches no file, so links are open_beneath()'s part.
+/// Error: malformed_input.
 Result<std::string> path_of_named(const std::string& file, const std::string& named) {
   const std::filesystem::path path(named);
   const bool leads_out = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
@@ -20,6 +22,8 @@ Result<std::string> path_of_named(const std::string& file, const std::string& na
   return (std::filesystem::path(file).parent_path() / path).string();
 }
 
+/// An opened file with the path that messages call it by. Readers use the descriptor and never open the path
+/// again, so nobody can put a link in its place meanwhile.
 struct BesideFile {
   Descriptor file;
   std::string path;
@@ -39,6 +43,8 @@ Result<std::unique_ptr<Source>> open_beside(const std::string& file, const std::
   return plain_source(std::move(beside.file), size, beside.path);
 }
 
+// Libraries such as HDF5 open by path. Looking at the file first refuses links out of the folder, but
+// somebody who may write into the folder can still exchange it between this look and the library's.
 Result<std::string> path_beside(const std::string& file, const std::string& named) {
   const std::string path = MAILLE_TRY(path_of_named(file, named));
   std::error_code error;

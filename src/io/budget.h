@@ -10,9 +10,10 @@
 
 namespace maille {
 
-/// What a reader may still allocate. A hostile file names the same bytes many times (glTF accessors, arrays
-/// that are padded), so besides the caller's limit a file may not grow more than 64-fold beyond a small
-/// floor; triangle strips with one-byte indices, the widest honest case, grow 16-fold.
+/// What a reader may still allocate, in bytes. A hostile file names the same bytes many times (glTF
+/// accessors, arrays that are padded), so besides the caller's limit a file may not grow more than 64-fold
+/// beyond a floor of 64 MiB. Triangle strips with one-byte indices, the widest honest case, grow 16-fold; 64
+/// was chosen four times as wide as that, not swept. The floor lets small files through whatever they hold.
 class Budget {
  public:
   Budget(std::string file, uint64_t file_bytes, const Limits& limits)
@@ -21,13 +22,16 @@ class Budget {
     if (file_bytes < (UINT64_MAX - floor) / factor) plausible_ = floor + factor * file_bytes;
   }
 
-  /// Call before allocating. Errors: memory_bound, malformed_input.
+  /// Call this before allocating. Nothing is given back: the sum counts what was taken in the whole run of a
+  /// reader. The comparison divides instead of multiplying, so that hostile counts cannot overflow. Errors:
+  /// memory_bound where the caller's limit is the lower one, else malformed_input.
   Result<> take(uint64_t count, uint64_t bytes_each) {
     const uint64_t most = std::min(limit_, plausible_);
     if (count <= (most - used_) / std::max<uint64_t>(bytes_each, 1)) {
       used_ += count * bytes_each;
       return {};
     }
+    // Which of the two bounds is lower decides what the user can do about it.
     if (limit_ <= plausible_) {
       return failure(ErrorCode::memory_bound,
                      file_ + ": the mesh needs more than the " + std::to_string(limit_) +

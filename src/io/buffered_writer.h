@@ -12,7 +12,8 @@
 namespace maille {
 
 /// Collects output and hands it to a sink a megabyte at a time. An error of the sink is remembered and
-/// returned by finish(); what is put after it is thrown away.
+/// returned by finish(); what is put after it is thrown away. So writers of text need no check at each
+/// number, and must not forget finish(): without it the last megabyte is lost.
 class BufferedWriter {
  public:
   explicit BufferedWriter(Sink& sink) : sink_(sink), buffer_(capacity) {}
@@ -23,6 +24,7 @@ class BufferedWriter {
   }
   void put(std::string_view text) { put_bytes(std::as_bytes(std::span(text.data(), text.size()))); }
   void put_bytes(Bytes bytes) {
+    // Large arrays go past the buffer: copying them would cost a second pass over memory.
     if (bytes.size() > capacity / 2) {
       flush();
       if (status_) status_ = sink_.write(bytes);
@@ -32,14 +34,15 @@ class BufferedWriter {
     if (!bytes.empty()) std::memcpy(buffer_.data() + used_, bytes.data(), bytes.size());
     used_ += bytes.size();
   }
-  /// A number in its own bytes.
+  /// A number in its own bytes, in the order of this machine.
   template <class T>
   void put_raw(T value) {
     make_room(sizeof value);
     std::memcpy(buffer_.data() + used_, &value, sizeof value);
     used_ += sizeof value;
   }
-  /// A number as text, shortest that reads back as the same number of the same type.
+  /// The shortest text that reads back as the same number of the same type, which std::to_chars guarantees.
+  /// The locale has no influence.
   template <class T>
   void put_number(T value) {
     constexpr size_t longest = 32;  // -1.7976931348623157e+308
@@ -54,6 +57,7 @@ class BufferedWriter {
   }
 
  private:
+  // Chosen, not swept: a write to the system for each megabyte costs nothing beside printing it.
   static constexpr size_t capacity = size_t{1} << 20;
 
   void make_room(size_t size) {

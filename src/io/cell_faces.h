@@ -7,7 +7,8 @@
 
 namespace maille {
 
-/// Of the four linear cells that formats of faces know; of others none.
+/// The faces of the four linear cells that formats of faces know; none for all other types (no vertex has a
+/// face).
 inline const FacesOfSolid& faces_of_linear(CellType type) {
   const bool linear = type == CellType::tetrahedron || type == CellType::hexahedron ||
                       type == CellType::wedge || type == CellType::pyramid;
@@ -26,6 +27,7 @@ bool for_each_face(CellType type, std::span<const uint32_t> nodes, std::span<con
     }
     return true;
   }
+  // No linear cell has a face of more than four corners.
   const FacesOfSolid& faces = faces_of_linear(type);
   uint32_t corners[4];
   for (unsigned i = 0; i < faces.count; ++i) {

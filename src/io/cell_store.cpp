@@ -4,6 +4,8 @@
 
 namespace maille {
 
+// The type alone is not enough: a cell that got another number of nodes than its type has would make the
+// block invalid. With uniform lengths the first cell decides.
 bool CellStore::is_uniform(uint64_t first, uint64_t count, CellType type) const {
   const auto begin = types_.begin() + static_cast<ptrdiff_t>(first);
   const auto is_type = [&](uint8_t other) { return other == static_cast<uint8_t>(type); };
@@ -21,6 +23,7 @@ CellType CellStore::common_type(uint64_t first, uint64_t count) const {
   return is_uniform(first, count, type(first)) ? type(first) : CellType::mixed;
 }
 
+// The subtraction cannot wrap: `first` never exceeds count(), as each shape is compared with what is left.
 bool CellStore::fits(std::span<const NamedRun> shapes) const {
   uint64_t first = 0;
   for (const NamedRun& shape : shapes) {
@@ -39,6 +42,7 @@ CellBlock CellStore::make_block(uint64_t first, const NamedRun& shape) {
   if (shape.cells == 0) return block;
   const uint64_t begin = lengths_.begin(first);
   const uint64_t end = lengths_.begin(last - 1) + lengths_.length(last - 1);
+  // One block for all is the usual case: moving it halves the memory at the peak.
   const bool all = shape.cells == count();
   if (all) {
     block.connectivity = std::move(nodes);

@@ -8,19 +8,20 @@
 
 namespace maille {
 
-/// Cells that follow each other, to be made one block.
+/// Cells that follow each other, to be made one block. `mixed` claims nothing about their types.
 struct NamedRun {
   uint64_t cells = 0;
   CellType type = CellType::mixed;
   std::string name;
 };
 
-/// Cells of any types in the order of a file. Takes no memory per cell beyond its nodes and a byte for its
-/// type as long as all have the same number of nodes.
+/// Cells of any types in the order of a file, before it is known which blocks they make. Takes no memory per
+/// cell beyond its nodes and a byte for its type as long as all have the same number of nodes.
 class CellStore {
  public:
-  /// Append a cell's nodes, then call end_cell(). Of a polyhedron: the corners of its faces, and their
-  /// numbers to `face_sizes`.
+  /// Append a cell's nodes, then call end_cell(): a cell has what was appended since the last call. Of a
+  /// polyhedron append the corners of its faces, one face behind the other, and the number of each one's
+  /// corners to `face_sizes`.
   std::vector<uint32_t> nodes;
   std::vector<uint32_t> face_sizes;
 
@@ -46,9 +47,11 @@ class CellStore {
   /// All cells as one block: of their type when they have one, mixed otherwise. No block when there are no
   /// cells.
   std::vector<CellBlock> take();
-  /// These blocks; their cells must add up to count().
+  /// These blocks in this order; their cells must add up to count(). A block whose cells are not all of its
+  /// type becomes mixed. Call it once: nodes may have been moved out of the store.
   std::vector<CellBlock> take(std::span<const NamedRun> shapes);
-  /// Whether the blocks add up to count() and cells of them have their types.
+  /// Whether the blocks add up to count() and all cells of each have its type. For shapes that come from a
+  /// file's own metadata, which anybody can have changed.
   bool fits(std::span<const NamedRun> shapes) const;
 
  private:
@@ -61,8 +64,9 @@ class CellStore {
 };
 
 /// Blocks for cells that come one by one with a name: those that follow each other with the same type and
-/// name; where the type changes often under one name, one mixed block; where the name changes often, one
-/// block without a name.
+/// name. Where the type changes often under one name there is one mixed block; where the name changes often,
+/// one block without a name. So a file with a name or type that changes at each cell costs a bounded number
+/// of blocks.
 class BlockShapes {
  public:
   void add(uint64_t cells, CellType type, const std::string& name) {
@@ -93,6 +97,9 @@ class BlockShapes {
   }
 
  private:
+  // Both chosen, not swept (a21d6d6). More than 4096 sections would keep the names of more parts, but each
+  // block costs the reader memory and every file its name. More than 16 runs under a name would save a mixed
+  // block's types and offsets (nine bytes a cell in memory) where types change rarely.
   static constexpr size_t most_sections = 4096;
   static constexpr size_t most_runs = 16;
   struct Section {

@@ -6,7 +6,8 @@
 
 namespace maille {
 
-/// The lengths of consecutive lists; takes no memory per list as long as all have the same length.
+/// The lengths of consecutive lists. Takes no memory per list as long as all have the same length, and eight
+/// bytes for each from the first other length on.
 class Lengths {
  public:
   void add(uint64_t length) { add_run(1, length); }
@@ -46,13 +47,15 @@ class Lengths {
     for (uint64_t i = 0; i <= count_; ++i) offsets_.push_back(i * length_);
   }
 
+  // Empty while all lists have length_, else count_ + 1 places, as blocks have them.
   std::vector<uint64_t> offsets_;  // empty while all lists have length_
   uint64_t length_ = 0;
   uint64_t total_ = 0;
   uint64_t count_ = 0;
 };
 
-/// Collects cells and makes the most compact block of them.
+/// Collects cells of a surface and makes the most compact block of them: one without offsets where all have
+/// the same number of corners.
 class CellCollector {
  public:
   /// Point numbers of the cells, one cell after the other. Append a cell's nodes, then call end_cell().
@@ -63,11 +66,12 @@ class CellCollector {
   uint64_t count() const { return lengths.count(); }
   uint64_t bytes() const { return nodes.size() * sizeof(uint32_t) + lengths.bytes(); }
 
-  /// Triangles, quads or polygons.
+  /// A block of triangles, quads or polygons. The collector is empty afterwards, also after take().
   CellBlock take_faces() {
     return take(lengths.length(0) == 3 ? CellType::triangle : CellType::quad, CellType::polygon);
   }
-  /// `uniform` when all cells have its number of nodes, `varying` otherwise.
+  /// `uniform` when all cells have its number of nodes, `varying` otherwise. `varying` must be a type of any
+  /// length.
   CellBlock take(CellType uniform, CellType varying) {
     CellBlock block;
     const bool fits = lengths.uniform() && lengths.length(0) == nodes_of(uniform);
@@ -78,7 +82,8 @@ class CellCollector {
   }
 };
 
-/// Calls f(type, cell, first_corner, nodes) for every cell of the mesh, in order.
+/// Calls f(type, cell, first_corner, nodes) for every cell of the mesh, in order. `cell` and `first_corner`
+/// count through all blocks, as arrays on cells and on corners do.
 template <class F>
 void for_each_cell(const Mesh& mesh, F f) {
   uint64_t cell = 0;

@@ -15,7 +15,8 @@
 namespace maille {
 
 /// A surface on its way from another format: a binary PLY file in temporary files, of rows as they come. Text
-/// in the header stays in memory.
+/// in the header stays in memory. Formats that are not read in parts by themselves (text, welded points) are
+/// converted once, front to back, and are read like any PLY afterwards: one reader in parts serves them all.
 struct ConvertedSurface {
   static Result<ConvertedSurface> create(const std::string& folder) {
     ScratchFile points = MAILLE_TRY(ScratchFile::create(folder));
@@ -28,10 +29,12 @@ struct ConvertedSurface {
   std::vector<std::string> notes;
 };
 
-/// As MeshSource has it. `name`: of the file that it comes from.
+/// The surface as a MeshSource that owns the temporary files. `name`: of the file that it comes from, for
+/// messages.
 Result<std::unique_ptr<MeshSource>> open_converted(ConvertedSurface surface, const std::string& name);
 
-// Conversions by format. Error: unsupported, for what only read_mesh() knows.
+// Conversions by format, front to back, with memory for the header and for what `options` allows. Error:
+// unsupported, for what only read_mesh() knows, so that callers can try that.
 Result<ConvertedSurface> convert_ply_text(const Source& source, const PartsOptions& options);
 Result<ConvertedSurface> convert_stl(const Source& source, const PartsOptions& options);
 Result<ConvertedSurface> convert_obj(const Source& source, const PartsOptions& options);

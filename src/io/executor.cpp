@@ -9,9 +9,12 @@
 namespace maille {
 namespace {
 
+/// The Executor of programs with threads: the core knows the interface only, as it has no threads of its own.
+/// An arena of its own bounds the threads of this executor whatever else of the program uses TBB.
 class ThreadExecutor final : public Executor {
  public:
-  /// TBB has no more threads than cores, and prints a warning where more are asked for.
+  /// TBB has no more threads than cores, and prints a warning where more are asked for. 2^16 keeps the
+  /// conversion to int from overflowing. 0 asks for all cores.
   explicit ThreadExecutor(unsigned threads)
       : arena_(threads == 0 ? tbb::task_arena::automatic
                             : std::min(static_cast<int>(std::min(threads, 1u << 16)),

@@ -4,11 +4,13 @@
 
 namespace maille {
 
-/// One foreign format. Each lives in its own file (ply.cpp, ply_writer.cpp, ...) and is listed in
-/// formats.cpp.
+/// One foreign format: what `read_mesh` and `write_mesh` choose from. Each lives in its own folder and is
+/// listed in formats.cpp, once. What `read` returns is checked by validate() in formats.cpp; on any bytes it
+/// must neither crash nor hang nor allocate beyond the limits. `write` gets a valid mesh, returns notes on
+/// what the format cannot hold, and does not commit the sink.
 struct Format {
   FormatInfo info;
-  /// Do these first bytes (up to 512) look like this format? May be null: by extension only.
+  /// Whether these first bytes (up to 512, unpacked) look like this format. May be null: by extension only.
   bool (*recognise)(Bytes first_bytes);
   Result<ReadResult> (*read)(const Source& source, const ReadOptions& options);
   Result<std::vector<std::string>> (*write)(const Mesh& mesh, Sink& sink, const WriteOptions& options);

@@ -12,7 +12,8 @@
 namespace maille {
 namespace {
 
-/// In the order in which first bytes are tried: the clear signatures first.
+/// In the order in which first bytes are tried: clear signatures first, then those that guess from text (OFF,
+/// STL, OBJ), whose `recognise` would also take files of others.
 std::vector<const Format*> all_formats() {
   return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
           &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
@@ -56,6 +57,9 @@ const Format* format_by_extension(const std::string& path) {
   return extension.empty() ? nullptr : format_named(extension.substr(1));
 }
 
+// Enough for every `recognise`: XML declarations and comments come before the element that tells VTK's files
+// apart. Chosen, not swept. first_bytes_of() reads 16 times as many: a packed file has to give 512 bytes
+// behind a header that may hold a name.
 constexpr size_t signature_size = 512;
 constexpr uint8_t utf8_mark[] = {0xef, 0xbb, 0xbf};
 
@@ -102,8 +106,10 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
     if (const Format* format = format_named(lower(asked))) return format;
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
-  // The only format that is a folder, which may have any name.
+  // polyMesh is the only format that is a folder, and a folder may have any name.
   if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
+  // The name comes before the bytes: bytes of OBJ and of text STL are guesses, names are what users mean.
+  // Where the reader then fails, with_other_format() says what the bytes look like.
   if (const Format* format = format_by_extension(source.name())) return format;
   const auto first = MAILLE_TRY(first_bytes_of(source));
   if (first.empty()) return failure(ErrorCode::malformed_input, source.name() + ": it is empty");
@@ -114,13 +120,15 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
       "--input-format), or convert it to one of them first: ");
 }
 
-/// A source that owns its bytes but keeps the name of the packed file.
+/// The unpacked bytes, which keep the name of the packed file for messages. Both are in memory here; the
+/// packed ones go when this returns.
 Result<std::unique_ptr<Source>> unpacked(const Source& source, const ReadOptions& options) {
   const InputBytes packed = MAILLE_TRY(InputBytes::load(source));
   auto bytes = MAILLE_TRY(gunzip(packed.bytes(), options.limits.mesh_bytes, source.name()));
   return memory_source(std::move(bytes), source.name());
 }
 
+/// The one place where readers' meshes are checked: after it all code relies on validate()'s promises.
 Result<ReadResult> read_checked(const Format& format, const Source& source, const ReadOptions& options) {
   ReadResult result = MAILLE_TRY(format.read(source, options));
   if (auto ok = validate(result.mesh); !ok) {
@@ -162,7 +170,8 @@ Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options
 
 namespace {
 
-/// A file that was renamed: what its first bytes are those of stands behind what its reader says.
+/// Of a file that was renamed: the reader's message, followed by the format that the first bytes show. Only
+/// for malformed input and where no format was asked for.
 Error with_other_format(Error error, const Source& source, const Format& format, const ReadOptions& options) {
   const bool malformed = error.code == ErrorCode::malformed_input;
   const auto first = malformed && options.format.empty() ? first_bytes_of(source) : std::vector<std::byte>();
@@ -190,6 +199,7 @@ Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
     if (is_gzip(magic)) {
       const std::unique_ptr<Source> plain = MAILLE_TRY(unpacked(source, options));
       ReadOptions left = options;
+      // No underflow: gunzip() has refused more than the limit.
       left.limits.mesh_bytes -= plain->size();
       return read_as(*format, *plain, left);
     }
@@ -204,6 +214,7 @@ Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const 
     const std::string& what = options.format.empty() ? sink.name() : options.format;
     return unknown_format(what, {}, "no known mesh format; known are ");
   }
+  // Meshes of callers are as hostile as files; writers index without checks after this.
   MAILLE_CHECK(validate(mesh));
   WriteOptions chosen = options;
   chosen.format = format->info.name;

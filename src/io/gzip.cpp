@@ -9,11 +9,13 @@ namespace {
 
 constexpr int gzip_window = 15 + 16;  // zlib: largest window, gzip wrapper
 
-/// zlib counts input in 32 bits; larger input is handed over in pieces.
+/// zlib counts input in 32 bits (uInt); larger input is handed over in pieces of at most 1 GiB.
 uInt piece_of(size_t size) {
   return static_cast<uInt>(std::min<size_t>(size, size_t{1} << 30));
 }
 
+/// One pass over the members of a gzip file (RFC 1952: members may follow each other, and their contents are
+/// joined).
 class Inflater {
  public:
   explicit Inflater(Bytes bytes) : left_(bytes) { ok_ = inflateInit2(&stream_, gzip_window) == Z_OK; }
@@ -35,6 +37,7 @@ class Inflater {
       }
       const uInt given = piece_of(left_.size());
       const uInt space = piece_of(room.size() - filled);
+      // zlib's interface takes no const, but does not write to its input.
       stream_.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(left_.data()));
       stream_.avail_in = given;
       stream_.next_out = reinterpret_cast<Bytef*>(room.data() + filled);
@@ -44,6 +47,7 @@ class Inflater {
       filled += space - stream_.avail_out;
       if (status == Z_STREAM_END) {
         member_ended_ = true;
+        // No progress is possible: the input ended inside a member. This ends the loop on cut files.
       } else if (status == Z_BUF_ERROR) {
         return Status::truncated;
       } else if (status != Z_OK) {
@@ -62,6 +66,7 @@ class Inflater {
   bool member_ended_ = false;
 };
 
+/// deflateInit2 leaves name and time stamp of the header empty, so equal bytes make equal files.
 class GzipSink final : public Sink {
  public:
   explicit GzipSink(Sink& sink) : sink_(sink), buffer_(size_t{1} << 18) {
@@ -94,6 +99,7 @@ class GzipSink final : public Sink {
       stream_.avail_out = static_cast<uInt>(buffer_.size());
       deflate(&stream_, flush);
       MAILLE_CHECK(sink_.write(Bytes(buffer_.data(), buffer_.size() - stream_.avail_out)));
+      // A buffer that is not full means that zlib has no more output for this input.
     } while (stream_.avail_out == 0);
     return {};
   }
@@ -134,7 +140,9 @@ Result<uint64_t> unpacked_size(Bytes bytes, uint64_t limit, const std::string& n
 
 }  // namespace
 
-// Twice: growing on the way takes up to three times the memory, and unpacking is fast beside reading a mesh.
+// The data are unpacked twice: once to count, once into a buffer of the right size. Growing a buffer takes up
+// to three times the memory, and unpacking is fast beside reading a mesh. The size that gzip files end with
+// is not used: it is modulo 2^32, of the last member only, and anybody's claim.
 Result<std::vector<std::byte>> gunzip(Bytes bytes, uint64_t limit, const std::string& name) {
   auto status = Inflater::Status::more;
   const uint64_t used = MAILLE_TRY(unpacked_size(bytes, limit, name, status));

@@ -9,8 +9,8 @@ namespace maille {
 /// Do these bytes begin like a gzip file?
 bool is_gzip(Bytes bytes);
 
-/// Unpacks a gzip file (of one or several members). Nothing is allocated before all of it was counted; beyond
-/// `limit` bytes: memory_bound. Damage or truncation: malformed_input, naming `name`.
+/// Unpacks a gzip file of one or several members. Nothing is allocated before all of it was counted. Errors:
+/// memory_bound beyond `limit` bytes; malformed_input, naming `name`, for damage or truncation.
 Result<std::vector<std::byte>> gunzip(Bytes bytes, uint64_t limit, const std::string& name);
 
 /// The first bytes of what a gzip file holds, at most `count`; fewer when it is damaged.

@@ -18,7 +18,9 @@ namespace maille {
 enum class SortBy { numbers, list };
 
 /// Puts lists of points, each with `N` numbers, in order, out of core: runs that fit into memory are sorted,
-/// and merged when they are read. All that fits stays in memory: there is no temporary file then.
+/// and merged when they are read. All that fits stays in memory: there is no temporary file then. The order
+/// is total (equal items are equal in all they hold), so the result depends neither on the memory nor on the
+/// order of add(). The reader and the writer of polyMesh sort their faces with it.
 template <size_t N, SortBy first_by = SortBy::numbers>
 class ListSorter {
  public:
@@ -28,7 +30,8 @@ class ListSorter {
     std::vector<uint32_t> list;
   };
 
-  /// `memory`: bytes, about. `folder`: as ScratchFile has it.
+  /// `memory`: bytes, about, for items that are added; merging takes half as much, or 4 KiB for each run if
+  /// that is more. `folder`: as ScratchFile has it.
   ListSorter(uint64_t memory, std::string folder) : memory_(memory), folder_(std::move(folder)) {}
 
   Result<> add(const Numbers& numbers, std::span<const uint32_t> list) {
@@ -38,7 +41,7 @@ class ListSorter {
     const uint64_t bytes = 2 * (entries_.size() * sizeof(Entry) + lists_.size() * sizeof(uint32_t));
     return bytes < memory_ ? Result<>() : write_run();
   }
-  /// Behind the last one.
+  /// Call this behind the last add(). front() is the first item afterwards.
   Result<> sort() {
     if (file_) {
       MAILLE_CHECK(write_run());
@@ -54,6 +57,8 @@ class ListSorter {
     next_ = 0;
     if (!file_) return load();
     waiting_ = {};
+    // Half of the memory in windows, one for each run. Below 4 KiB reads from disk cost more than they bring,
+    // above 64 KiB nothing more is gained; both chosen, not swept.
     const uint64_t each = memory_ / 2 / std::max<size_t>(runs_.size(), 1);
     window_bytes_ = static_cast<size_t>(std::clamp<uint64_t>(each, 4096, 1 << 16));
     for (size_t run = 0; run < runs_.size(); ++run) {
@@ -125,12 +130,13 @@ class ListSorter {
     return {};
   }
 
+  // Differences modulo 2^64, so any two numbers fold and unfold exactly.
   static uint64_t folded(uint64_t value, uint64_t last) {
     const auto difference = static_cast<int64_t>(value - last);
     return (static_cast<uint64_t>(difference) << 1) ^ static_cast<uint64_t>(difference >> 63);
   }
   static uint64_t unfolded(uint64_t code, uint64_t last) { return last + ((code >> 1) ^ (0 - (code & 1))); }
-  /// An item as the difference to the one before it in its run: eight to twelve bytes for a quad.
+  /// Writes an item as the difference to the one before it in its run: eight to twelve bytes for a quad.
   static void put(ByteWriter& out, const Item& item, const Item& last) {
     for (size_t i = 0; i < N; ++i) out.put_count(folded(item.numbers[i], last.numbers[i]));
     out.put_count(item.list.size());
@@ -160,6 +166,7 @@ class ListSorter {
       const auto list = list_of(entry);
       item.numbers = entry.numbers;
       item.list.assign(list.begin(), list.end());
+      // The length in front lets the reader fill its window with a whole record before it decodes one.
       ByteWriter record, length;
       put(record, item, last);
       length.put_count(record.size());
@@ -172,7 +179,7 @@ class ListSorter {
     lists_.clear();
     return {};
   }
-  /// So many bytes behind the place in the window, or all there are.
+  /// Makes so many bytes available behind the place in the window, or all that the run still has.
   Result<> provide(Run& run, size_t bytes) {
     const size_t here = run.window.size() - run.place;
     if (here >= bytes || run.at == run.end) return {};
@@ -187,8 +194,10 @@ class ListSorter {
   /// The next item of a run, if there is one.
   Result<> advance(size_t number) {
     Run& run = runs_[number];
+    // The longest that put_count() makes of 64 bits.
     constexpr size_t most_count_bytes = 10;
     MAILLE_CHECK(provide(run, most_count_bytes));
+    // A run that is empty does not go back onto the heap; its window is freed.
     if (run.place == run.window.size()) {
       run.window = {};
       return {};

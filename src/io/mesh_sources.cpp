@@ -20,6 +20,8 @@ bool came_in_version_2(const MeshDescription& mesh) {
 }  // namespace
 
 Result<std::unique_ptr<MeshSource>> open_mesh_source(const Source& source, const Limits& limits) {
+  // PLY by its first line, Gmsh by its section; what is neither is taken for VTU, whose reader says so if it
+  // is not.
   constexpr std::string_view gmsh = "$MeshFormat";
   std::array<char, gmsh.size()> first{};
   if (source.size() >= first.size())
@@ -35,6 +37,8 @@ Result<std::unique_ptr<MeshSink>> mesh_sink(const std::string& path, const std::
                                             const MeshSinkOptions& options) {
   if (format == "vtu" && !options.ascii) return vtu_sink(path, description);
   if (format == "msh" && !options.ascii && came_in_version_2(description)) {
+    // The sink without temporary files writes version 2.2 only. A mesh that came in another version goes back
+    // to it through the spooled sink, as does what needs all to be known first.
     auto sink = gmsh_sink(path, description);
     if (sink || sink.error().code != ErrorCode::unsupported) return sink;
   }

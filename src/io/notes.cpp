@@ -8,6 +8,8 @@
 namespace maille {
 namespace {
 
+/// NaNs whose bits are not those that reading "nan" or "-nan" gives back. `usual` is the quiet NaN without
+/// payload, 0x7fc00000 and 0x7ff8000000000000 of IEEE 754.
 template <class T, class Bits>
 uint64_t count_payloads(const Array& array, Bits usual) {
   constexpr Bits sign = Bits{1} << (sizeof(Bits) * 8 - 1);
@@ -51,6 +53,8 @@ void note_array(const Array& array, std::vector<std::string>& notes) {
 void note_metadata(const std::string& key, std::vector<std::string>& notes) {
   const size_t dot = key.find('.');
   const std::string format = key.substr(0, dot);
+  // What readers keep for their own writers (versions, comments, kinds of cells) means nothing to other
+  // formats, and a note about it would be noise.
   for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
                           "exodus", "mz3", "b3dm", "ensight"}) {
     if (dot != std::string::npos && format == own) return;

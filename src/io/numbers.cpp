@@ -12,7 +12,8 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// "1.#INF", "-1.#IND", "1.#QNAN00": how old MSVC runtimes print what is not a number.
+/// "1.#INF", "-1.#IND", "1.#QNAN00": how old MSVC runtimes print what is not a number. Digits behind the name
+/// are padding to the precision asked for, and are passed over.
 const char* parse_msvc(const char* p, const char* end, Number& number) {
   const bool negative = p != end && *p == '-';
   if (p != end && (*p == '-' || *p == '+')) ++p;
@@ -34,7 +35,9 @@ const char* parse_msvc(const char* p, const char* end, Number& number) {
   return p;
 }
 
-/// Power of ten of the last digit written in [p, end).
+/// The power of ten of the last digit written in [p, end), which is what the text says of its own precision:
+/// -3 for "1.250", 2 for "3e2". The exponent stops at 100000, so that no text overflows it; doubles end long
+/// before.
 int exponent_of_last_digit(const char* p, const char* end) {
   int fraction = 0;
   bool behind_point = false;
@@ -71,6 +74,7 @@ const char* parse_number_slow(const char* const begin, const char* end, Number& 
   if (behind != end && *behind == '#') {  // else the number ends here, before a comment
     if (const char* const behind_name = parse_msvc(begin, end, number)) return behind_name;
   }
+  // fast_float also takes "nan" and "inf" in any case. They hold no digit, and a float holds them as well.
   const bool has_digits = std::any_of(p, behind, is_digit);
   number.integer = has_digits && std::all_of(p, behind, [](char c) { return is_digit(c) || c == '-'; });
   if (!has_digits) {  // nan, inf
@@ -79,8 +83,10 @@ const char* parse_number_slow(const char* const begin, const char* end, Number& 
     return behind;
   }
   if (std::isinf(number.value)) return nullptr;
+  // The double lies exactly between two floats, so the text itself must decide, as it may lie to either side.
   if (!round_to_single(number.value, number.single)) fast_float::from_chars(p, end, number.single);
   const double error_of_single = std::fabs(number.value - static_cast<double>(number.single));
+  // Half a unit of the last digit written, and a little more, as in parse_number().
   number.fits_single = error_of_single == 0 ||
                        (std::isfinite(number.single) &&
                         error_of_single <= 0.5000001 * std::pow(10.0, exponent_of_last_digit(p, behind)));

@@ -8,9 +8,11 @@ Result<InputBytes> InputBytes::load(const Source& source) {
   InputBytes input;
   input.view_ = source.view();
   if (!input.view_.empty()) return input;
+  // Chosen, not swept: what a source whose size is wrong can cost at most beyond what it really gives.
   constexpr uint64_t piece = uint64_t{16} << 20;
   const uint64_t size = source.size();
-  // Room alone is not memory yet: growing would copy all that was read, twice as much at once.
+  // Reserved room is not memory yet, and growing would copy all that was read, with twice as much held at
+  // once. 1 GiB of address space is the most that a wrong size reserves.
   input.owned_.reserve(static_cast<size_t>(std::min(size, 64 * piece)));
   for (uint64_t at = 0; at < size;) {
     const uint64_t length = std::min(piece, size - at);

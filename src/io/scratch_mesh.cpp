@@ -45,6 +45,7 @@ Result<> ScratchMesh::write_cells(const CellPiece& cells) {
   std::vector<uint32_t> nodes;
   for (uint64_t i = 0; i < cells.size(); ++i) {
     nodes.clear();
+    // Pieces have 64-bit nodes, cells in the file and all formats that are spooled 32-bit ones.
     for (uint64_t k = cells.offsets[i]; k < cells.offsets[i + 1]; ++k) {
       if (cells.connectivity[k] >= max_points)
         return failure(ErrorCode::unsupported,

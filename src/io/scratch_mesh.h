@@ -10,7 +10,9 @@
 namespace maille {
 
 /// A mesh that is written in parts in any order, and then read in parts, in temporary files: for formats
-/// whose parts have no place before all is known.
+/// whose parts have no place before all is known. Points and arrays stand at their place in a file of their
+/// own, each; cells must come in order. Disk: as much as the mesh in memory, but a third or less of that for
+/// cells.
 class ScratchMesh final : public MeshSource {
  public:
   /// `folder`: as ScratchFile has it.
@@ -18,6 +20,7 @@ class ScratchMesh final : public MeshSource {
                                                      const std::string& folder);
 
   // As MeshSink has them.
+  // What goes beyond the description is refused (usage), so nothing can be read that is not there.
   Result<> write_points(uint64_t first, Bytes positions);
   Result<> write_cells(const CellPiece& cells);
   Result<> write_array(size_t array, uint64_t first, Bytes tuples);

@@ -13,6 +13,8 @@
 namespace maille {
 namespace {
 
+/// All that is written goes to a ScratchMesh; commit() writes the file from it. So the target is touched only
+/// when the mesh is complete, and an incomplete one is an error of usage.
 class SpooledSink : public MeshSink {
  public:
   explicit SpooledSink(std::unique_ptr<ScratchMesh> mesh) : mesh_(std::move(mesh)) {}
@@ -58,7 +60,8 @@ class SpooledGmshSink final : public SpooledSink {
   bool ascii_;
 };
 
-/// Without the values that a case of OpenFOAM does not hold.
+/// Without the values that a case of OpenFOAM does not hold: unless the mesh came with fields of OpenFOAM,
+/// only the arrays that say what patch or zone an element is in are spooled.
 class PolyMeshSink final : public SpooledSink {
  public:
   PolyMeshSink(std::unique_ptr<FolderSink> sink, std::unique_ptr<ScratchMesh> mesh,

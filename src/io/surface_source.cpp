@@ -10,7 +10,8 @@
 namespace maille {
 namespace {
 
-/// Header, points and faces, one behind the other.
+/// The PLY file that a conversion made: header, points and faces, one behind the other, as one source of
+/// bytes.
 class ConvertedBytes final : public Source {
  public:
   ConvertedBytes(ConvertedSurface surface, std::string name)
@@ -36,7 +37,8 @@ class ConvertedBytes final : public Source {
   std::string name() const override { return name_; }
 
  private:
-  /// What of `out` is in the first `size` bytes; the rest is looked for behind them.
+  /// Reads what of `out` is in a part of `size` bytes and shortens `out` by it. `offset` becomes the place
+  /// behind this part, 0 as soon as reading has begun, so that the next part goes on at its front.
   template <class Read>
   static Result<> read_part(uint64_t& offset, std::span<std::byte>& out, uint64_t size, Read read) {
     if (offset >= size) {
@@ -90,6 +92,8 @@ class OwningSource final : public MeshSource {
 Result<std::unique_ptr<MeshSource>> open_converted(ConvertedSurface surface, const std::string& name) {
   std::vector<std::string> notes = std::move(surface.notes);
   auto bytes = std::make_unique<ConvertedBytes>(std::move(surface), name);
+  // The order of the members of OwningSource matters: the mesh reads from the bytes, so it must be destroyed
+  // first.
   auto mesh = MAILLE_TRY(open_ply_source(*bytes, {}));
   return std::unique_ptr<MeshSource>(
       std::make_unique<OwningSource>(std::move(bytes), std::move(mesh), std::move(notes)));
@@ -98,6 +102,8 @@ Result<std::unique_ptr<MeshSource>> open_converted(ConvertedSurface surface, con
 Result<std::unique_ptr<MeshSource>> open_surface_source(const Source& source, const PartsOptions& options) {
   const std::string format = MAILLE_TRY(format_of(source));
   if (format == "ply") {
+    // Unsupported means text, or what no reader in parts knows. If the conversion does not know it either,
+    // the first error is the better one.
     auto binary = open_ply_source(source, {});
     if (binary || binary.error().code != ErrorCode::unsupported) return binary;
     auto text = convert_ply_text(source, options);

@@ -9,8 +9,9 @@
 
 namespace maille {
 
-/// Walks over a text, knowing the line it is on. Lines end with "\n", "\r\n" or "\r".
-/// Nothing here copies or allocates; all reads stay inside the text.
+/// Walks over a text, knowing the line it is on. Lines end with "\n", "\r\n" or "\r". Nothing here copies or
+/// allocates; all reads stay inside the text, which must outlive the scanner. peek() and at_line_end() may be
+/// called at the end; advance() and skip_return() may not.
 class TextScanner {
  public:
   explicit TextScanner(std::string_view text, uint64_t first_line = 1)
@@ -56,7 +57,7 @@ class TextScanner {
       ++line_;
     }
   }
-  /// Moves behind a "\r" that ends a line by itself.
+  /// Moves behind a "\r" that ends a line by itself; call it only when standing on one.
   void skip_return() {
     ++p_;
     ++line_;
@@ -99,8 +100,8 @@ class TextScanner {
     TextScanner copy = *this;
     return copy.word(stop).substr(0, 40);
   }
-  /// A number that ends at white space, the text's end, or the character `stop`. Does not move when there is
-  /// none.
+  /// Reads a number that ends at white space, the text's end, or the character `stop`. Does not move when
+  /// there is none. So "1.5abc" is no number, where a prefix would be taken silently.
   bool number(Number& number, char stop = ' ') {
     const char* const behind = parse_number(p_, end_, number);
     if (behind == nullptr || (behind != end_ && !is_white(*behind) && *behind != stop)) return false;

@@ -11,6 +11,7 @@
 namespace maille {
 
 /// Reads the words and numbers of a text in which line ends mean nothing, and knows where it is for messages.
+/// From `comment` (if it is not 0) to the end of a line all is passed over.
 class TokenReader {
  public:
   TokenReader(std::string_view text, std::string name, char comment = '\0')
@@ -47,6 +48,8 @@ class TokenReader {
   tl::unexpected<Error> malformed(const std::string& what) const {
     return malformed_line(name_, scanner.line(), what);
   }
+  // A count that a header claims. It is no bound for memory: ReadingPace takes that as elements are really
+  // read.
   Result<uint64_t> count(const std::string& what) {
     int64_t value = 0;
     if (!integer(value) || value < 0) return expected("the number of " + what);
@@ -58,8 +61,9 @@ class TokenReader {
   char comment_;
 };
 
-/// Call before element `i` of `count`, of `bytes_each` in memory: takes them from the budget as they are
-/// read, so that a claimed count costs nothing, and tells how far reading has come.
+/// Call step() before element `i` of `count`, of `bytes_each` in memory: it takes them from the budget as
+/// they are read, 65,536 at a time, so that a claimed count costs nothing, and tells how far reading has
+/// come.
 class ReadingPace {
  public:
   ReadingPace(Budget& budget, const Progress& progress, uint64_t total)
@@ -79,7 +83,8 @@ class ReadingPace {
 };
 
 /// Numbers of a text that does not tell their type: floats when all of them say no more than a float can,
-/// otherwise doubles.
+/// otherwise doubles. Unlike NumberColumn it keeps doubles to the end, so that nothing is read twice but
+/// memory is double.
 class RealColumn {
  public:
   void add(const Number& number) {

@@ -6,8 +6,10 @@
 
 namespace maille {
 
-/// Numbers tuples of bytes: equal ones get the same number, new ones the next. An open hash table; the
-/// numbers depend only on the order of the tuples.
+/// Numbers tuples of bytes: equal ones get the same number, new ones the next. For formats that repeat points
+/// for each face (STL) or name numbers apart for each corner (OBJ). An open hash table with linear probing;
+/// the numbers depend only on the order of the tuples, never on hashes. -0 and 0 are different, as their
+/// bytes are.
 class TupleIndex {
  public:
   /// `size`: bytes of a tuple; `expected`: how many different ones there may be, a hint.
