@@ -8,7 +8,8 @@
 namespace maille {
 namespace {
 
-// A header beyond these is an attack or damage, not a mesh.
+// A header beyond this is an attack or damage, not a mesh. Chosen, not swept: readers look elements up one by
+// one.
 constexpr size_t max_elements = 256;
 
 struct TypeName {
@@ -22,6 +23,10 @@ constexpr TypeName type_names[] = {
     {"float", Scalar::f32}, {"float32", Scalar::f32}, {"double", Scalar::f64}, {"float64", Scalar::f64},
 };
 
+/// Reads the header line by line. The grammar is that of Greg Turk's "The PLY Polygon File Format", with what
+/// files really have beside it: names of types with their widths, "obj_info", comments without their keyword,
+/// and any of three line ends. Property lists may be long, but not endless: counts of elements, properties
+/// and bytes of comments are bounded, and each name is unique in its list, so that find() has one answer.
 class HeaderParser {
  public:
   HeaderParser(TextScanner& scanner, const std::string& file) : scanner_(scanner), file_(file) {}
@@ -39,6 +44,7 @@ class HeaderParser {
       scanner_.skip_blanks();
       const std::string keyword(scanner_.word());
       const bool is_comment = keyword == "comment" || keyword == "obj_info";
+      // Only one blank separates a comment from its keyword: blanks behind it belong to the text.
       if (is_comment && !scanner_.at_line_end()) scanner_.advance();
       if (!is_comment) scanner_.skip_blanks();
       if (keyword == "format") {
@@ -46,6 +52,7 @@ class HeaderParser {
         has_format = true;
       } else if (is_comment) {
         const std::string_view text = scanner_.rest_of_line();
+        // Parsing goes on without the text, so that the message below comes once and at the end.
         if (comment_room.take(text)) header_.comments.emplace_back(keyword, text);
       } else if (keyword == "element") {
         MAILLE_CHECK(parse_element());
@@ -62,6 +69,7 @@ class HeaderParser {
                        ? "the file ends before \"end_header\""
                        : "unknown keyword \"" + to_word(keyword.substr(0, 40)) + "\" in the header");
       }
+      // A file without elements may end with "end_header", without a line end.
       if (!done || !scanner_.at_end()) MAILLE_CHECK(end_line());
     }
     if (!has_format) return bad("the header has no line \"format\"");
@@ -100,6 +108,7 @@ class HeaderParser {
     }
     scanner_.skip_blanks();
     const std::string_view version = scanner_.word();
+    // No other version was ever published.
     if (version != "1.0") return bad("PLY version \"" + to_word(version.substr(0, 40)) + "\" instead of 1.0");
     return {};
   }
@@ -112,6 +121,7 @@ class HeaderParser {
       return bad("element \"" + to_word(element.name.substr(0, 40)) + "\" has " + found_at(scanner_) +
                  " where its count belongs");
     }
+    // Rows are found by the element's name, so a second one of the same name could not be told apart.
     if (!element_names_.insert(element.name).second) {
       return bad("a second element \"" + to_word(element.name.substr(0, 40)) + "\"");
     }
@@ -159,6 +169,8 @@ class HeaderParser {
   std::set<std::string> property_names_;
 };
 
+/// Properties that make one array. The first group of a name whose properties are all there, of one type and
+/// unused, wins, so colours with alpha stand before those without.
 struct Group {
   std::string_view array;
   Role role;
@@ -173,7 +185,9 @@ constexpr Group groups[] = {
     {"texcoord", Role::texture_coordinate, {"texture_u", "texture_v", "", ""}},
 };
 
-/// Makes columns while keeping track of which properties and array names are used up.
+/// Makes columns while keeping track of which properties and array names are used up: hints first, then
+/// groups, then each property that is left by itself. Two arrays never get one name, and no property is in
+/// two arrays.
 class Planner {
  public:
   Planner(const PlyElement& element, const std::vector<std::string_view>& taken)
@@ -183,6 +197,8 @@ class Planner {
     }
   }
 
+  // A hint that does not fit its element (a header that somebody edited) is ignored, and its properties are
+  // arrays of their own: nothing is lost but the description.
   void add_hint(const PlyHint& hint) {
     const bool halves = hint.type == Scalar::i64 || hint.type == Scalar::u64;
     const Scalar stored = halves ? Scalar::u32 : hint.type;
@@ -216,12 +232,14 @@ class Planner {
       const PlyProperty& property = element_.properties[i];
       if (used_[i]) continue;
       PlyColumn column{property.name, property.type, 1, Role::none, property.list, {i}, false};
+      // Ends: each round makes the name longer, and there are fewer than 4096 + 256 names.
       while (!names_.insert(column.name).second) column.name += "_";
       columns_.push_back(std::move(column));
     }
   }
 
   std::vector<PlyColumn> take() {
+    // Arrays come in the order in which their first properties stand in the file, whatever rule made them.
     std::stable_sort(columns_.begin(), columns_.end(), [](const PlyColumn& a, const PlyColumn& b) {
       return a.properties.front() < b.properties.front();
     });
@@ -260,6 +278,7 @@ std::optional<Enum> enum_named(std::string_view name, unsigned count) {
   return {};
 }
 
+// Comments of our own begin with the program's name, so that no comment of somebody else's is taken for one.
 constexpr std::string_view hint_prefix = "maille array ";
 constexpr std::string_view label_prefix = "maille label ";
 constexpr std::string_view metadata_prefix = "maille metadata ";

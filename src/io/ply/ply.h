@@ -17,15 +17,16 @@
 //   s t | u v | texture_u texture_v        "texcoord"
 //   list texcoord of 2 numbers per corner  "texcoord" on corners
 //   other lists, all of one length k       k components
-//   other lists                            components padded with zeros, and "name.count"; where padding
-//   would
-//                                          waste memory: "name.count", and "name" on the mesh
+// other lists                            components padded with zeros, and "name.count"; where padding would
+//                                        waste memory: "name.count", and "name" on the mesh
 // Elements other than vertex, face, edge and tristrips become arrays "element.property" on the mesh. Whatever
 // these rules cannot say is said by comments "maille array ..." (see PlyHint) and by metadata whose key
 // starts with "ply.".
 
 namespace maille {
 
+/// One property of an element, as its line in the header says. 64-bit integers have no name in PLY:
+/// ply_name_of().
 struct PlyProperty {
   std::string name;
   Scalar type = Scalar::f32;
@@ -33,9 +34,11 @@ struct PlyProperty {
   Scalar count_type = Scalar::u8;
 };
 
-/// Of one element: no mesh has more, and going through them must not take long.
+/// The most properties of one element. No mesh has more, and going through them must not take long: names are
+/// looked up one by one, so the planner's time grows with the square.
 inline constexpr size_t most_ply_properties = 4096;
 
+/// An element: a table of `count` rows. The count is what the header claims, not what the file holds.
 struct PlyElement {
   std::string name;
   uint64_t count = 0;
@@ -53,9 +56,11 @@ struct PlyHeader {
   std::vector<std::pair<std::string, std::string>> comments;
 };
 
-/// Reads a header up to and including the line "end_header". Error: malformed_input, naming the line.
+/// Reads a header up to and including the line "end_header", from the front of the text; the scanner stands
+/// at the first byte of data afterwards. Error: malformed_input, naming the line; unsupported, for more than
+/// 16 MiB of comments.
 Result<PlyHeader> parse_ply_header(TextScanner& scanner, const std::string& file);
-/// The header as text, with all its lines.
+/// The header as text, with all its lines, as parse_ply_header() reads it.
 std::string format_ply_header(const PlyHeader& header);
 
 /// How an array was made from properties where the rules above do not say so. Written as the comment
@@ -70,6 +75,7 @@ struct PlyHint {
   Role role = Role::none;
   std::vector<std::string> properties;
 };
+// None where the comment is not a hint, or not a whole one.
 std::optional<PlyHint> parse_ply_hint(std::string_view comment);
 std::string format_ply_hint(const PlyHint& hint);
 
@@ -107,7 +113,8 @@ struct PlyColumn {
 std::vector<PlyColumn> plan_ply_columns(const PlyElement& element, const std::vector<PlyHint>& hints,
                                         const std::vector<std::string_view>& taken);
 
-/// The name of a scalar type in a header ("uchar"); nullptr for 64-bit integers.
+/// The name of a scalar type in a header ("uchar"), the older one of two; nullptr for 64-bit integers, which
+/// are written as two halves (PlyHint).
 const char* ply_name_of(Scalar type);
 
 /// The first of vertex_indices and vertex_index the element has as a list.

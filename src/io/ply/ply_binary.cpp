@@ -5,13 +5,14 @@
 namespace maille {
 namespace {
 
+/// A memcpy of a constant size becomes one or two moves instead of a call.
 template <size_t size>
 void copy_fixed(std::byte* to, size_t to_stride, const std::byte* from, size_t from_stride, uint64_t rows) {
   for (uint64_t row = 0; row < rows; ++row, to += to_stride, from += from_stride) std::memcpy(to, from, size);
 }
 
-/// Copies `size` bytes of every row. The sizes of the usual tuples are known to the compiler, which is what
-/// makes this run at the speed of memory.
+/// Copies `size` bytes of every row, from rows `from_stride` apart to rows `to_stride` apart. The sizes of
+/// the usual tuples are known to the compiler, which is what makes this run at the speed of memory.
 void copy_strided(std::byte* to, size_t to_stride, const std::byte* from, size_t from_stride, size_t size,
                   uint64_t rows) {
   if (size == 0 || rows == 0) return;
@@ -56,7 +57,8 @@ void swap_numbers(std::span<std::byte> bytes, size_t size) {
   if (size == 8) swap_all<uint64_t>(bytes, [](uint64_t x) { return __builtin_bswap64(x); });
 }
 
-/// A whole number of at most 32 bits, in the file's byte order.
+/// A whole number of at most 32 bits, in the file's byte order. Not for floats; headers with lists counted by
+/// floats were refused.
 int64_t load_whole(const std::byte* from, Scalar type, bool big_endian) {
   std::byte bytes[4] = {};
   const size_t size = size_of(type);
@@ -80,7 +82,11 @@ int64_t load_whole(const std::byte* from, Scalar type, bool big_endian) {
 
 }  // namespace
 
+// Rows are taken in *runs*: as many rows as have the same lengths of lists as the first one, so that all have
+// the same stride and whole columns can be copied. Meshes of triangles are a few large runs; where each row
+// has other lengths, a run is one row.
 Result<> PlyTable::read_binary(Bytes file, uint64_t& at, bool big_endian, Watch& watch, uint64_t mesh_bytes) {
+  // Rows without properties take no bytes: any count of them is true, and there is nothing to loop over.
   if (element_.properties.empty()) return {};
   run_.starts.resize(element_.properties.size());
   run_.lengths.resize(element_.properties.size());
@@ -97,6 +103,7 @@ Result<> PlyTable::read_binary(Bytes file, uint64_t& at, bool big_endian, Watch&
 }
 
 Result<> PlyTable::find_run(Bytes file, uint64_t at, bool big_endian, uint64_t row, const std::string& name) {
+  // In bytes. Several columns are copied from one run while it is in cache; chosen, not swept.
   constexpr uint64_t largest_run = uint64_t{1}
                                    << 20;  // bytes; several columns are copied from it while in cache
   const std::byte* const from = file.data() + at;
@@ -122,16 +129,22 @@ Result<> PlyTable::find_run(Bytes file, uint64_t at, bool big_endian, uint64_t r
       run_.lengths[i] = static_cast<uint64_t>(length);
       offset += count_size;
     }
+    // Dividing what is left instead of multiplying the length: no hostile length can overflow.
     if ((left - offset) / size_of(property.type) < run_.lengths[i]) return ends_early();
     run_.starts[i] = static_cast<size_t>(offset);
     offset += run_.lengths[i] * size_of(property.type);
   }
   run_.stride = static_cast<size_t>(offset);
+  // `offset` is not 0 here, as there is a property and each takes a byte or more: a list takes its count at
+  // least. left / offset is 1 or more, as this row was found to be whole, so every run makes progress.
   const uint64_t limit = std::min({element_.count - row, left / offset, largest_run / offset + 1});
   run_.rows = count_equal_rows(from, limit);
   return {};
 }
 
+// Compares only the counts, at the stride of the first row: as long as all counts of a row are equal, the
+// next row begins where the stride says. A row whose count differs ends the run before it is looked at
+// further.
 uint64_t PlyTable::count_equal_rows(const std::byte* from, uint64_t limit) const {
   uint64_t rows = limit;
   for (size_t i = 0; i < element_.properties.size(); ++i) {
@@ -184,6 +197,7 @@ Result<> PlyTable::copy_indices(const std::byte* from, bool big_endian, uint64_t
   const uint64_t degree = run_.lengths[*indices_];
   const Scalar type = element_.properties[*indices_].type;
   const size_t size = size_of(type);
+  // degree * rows is bounded by the bytes of the run, which were checked.
   const size_t first = cells.nodes.size();
   const uint64_t count = degree * run_.rows;
   cells.nodes.resize(first + count);
@@ -201,6 +215,8 @@ Result<> PlyTable::copy_indices(const std::byte* from, bool big_endian, uint64_t
     }
   }
   cells.lengths.add_run(run_.rows, degree);
+  // The maximum of all, without a branch for each, and the culprit is looked for only if there is one.
+  // Negative indices are large here.
   uint32_t largest = 0;
   for (const uint32_t node : nodes) largest = std::max(largest, node);
   if (nodes.empty() || largest < point_count_) return {};
@@ -213,7 +229,8 @@ Result<> PlyTable::copy_indices(const std::byte* from, bool big_endian, uint64_t
                         bad_index(row + bad / degree, index));
 }
 
-/// Grows the columns once: as large as the header says and the rest of the file could be at most.
+/// Grows the columns once: as large as the header says, but no more than the rest of the file could hold if
+/// all rows were like the first.
 void PlyTable::reserve(uint64_t bytes_left) {
   for (PlyValues& column : values) {
     const PlyColumn& plan = column.column;

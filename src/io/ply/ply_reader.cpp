@@ -10,6 +10,10 @@
 namespace maille {
 namespace {
 
+/// Reads a whole file: one table for each element in the order of the header, then cells from faces, strips
+/// and edges together. Arrays stay in lists of their own until all elements are read, as a cell array has to
+/// cover the cells of all of them. Whatever the model of meshes has no place for is remembered as metadata
+/// "ply.", from which the writer makes the same header again.
 class PlyReader {
  public:
   PlyReader(const Source& source, Bytes bytes, const ReadOptions& options)
@@ -30,6 +34,7 @@ class PlyReader {
     uint64_t at = scanner.position();
     for (const PlyElement& element : header_.elements) {
       PlyTable table = MAILLE_TRY(prepare(element));
+      // What stands beside the mesh counts, too: faces and their arrays move into it only at the end.
       const uint64_t used = size_in_memory(mesh()) + bytes_read_;
       if (header_.encoding == PlyEncoding::ascii) {
         MAILLE_CHECK(table.read_text(scanner, watch_, used));
@@ -122,7 +127,7 @@ class PlyReader {
     return PlyTable(element, std::move(columns), indices, point_count_);
   }
 
-  /// One column when x, y and z have one type, otherwise three.
+  /// One column when x, y and z have one type, otherwise three, which take_positions() joins as f64.
   Result<> plan_positions(const PlyElement& element, std::vector<PlyColumn>& columns) const {
     std::vector<size_t> at;
     for (const char* name : {"x", "y", "z"}) {
@@ -144,6 +149,7 @@ class PlyReader {
   }
 
   void remember_indices(const PlyProperty& property) {
+    // What the writer would choose by itself need not be remembered.
     const std::string text = std::string(ply_name_of(property.count_type)) + " " +
                              ply_name_of(property.type) + " " + property.name;
     if (text != "uchar int vertex_indices") remember("ply.indices", text);
@@ -260,6 +266,7 @@ class PlyReader {
             ++joints;
             continue;
           }
+          // Every second triangle of a strip is turned, so its first two corners change places.
           const bool odd = in_strip % 2 == 0;
           for (const unsigned corner : {odd ? 1u : 0u, odd ? 0u : 1u, 2u}) {
             strip_nodes_.push_back(static_cast<uint32_t>(last[corner]));
@@ -298,7 +305,8 @@ class PlyReader {
     }
   }
 
-  /// 64-bit positions stand beside x, y and z, which are rounded to double.
+  /// 64-bit positions stand beside x, y and z, which are rounded to double for other programs. They replace
+  /// them here.
   static bool is_exact_position(const PlyColumn& column) {
     return column.hinted && column.name == "position" && column.components == 3 &&
            (column.type == Scalar::i64 || column.type == Scalar::u64);
@@ -322,6 +330,7 @@ class PlyReader {
       return h.element == "corner" && h.properties.front() == property.name;
     });
     if (hint != hints_.end()) {
+      // A hint of 64-bit integers over a list of 32-bit ones: two numbers for each component.
       const bool halves = size_of(hint->type) == 2 * size_of(property.type) && !is_float(hint->type);
       if (!halves && hint->type != property.type) return false;
       per_corner = uint64_t{hint->components} * (halves ? 2 : 1);
@@ -362,10 +371,12 @@ class PlyReader {
     for (uint64_t i = 0; i < lengths.count(); ++i) {
       const uint64_t length = lengths.length(i);
       longest = std::max(longest, length);
+      // Little-endian: the low bytes come first, and the count fits its type, as it was read from it.
       std::memcpy(counts.bytes.data() + i * count_size, &length, count_size);
     }
     arrays.push_back(std::move(counts));
-    // Padded lists follow their element when the order changes; padding may cost four times the values.
+    // Padded lists follow their element when the order changes. Padding may cost up to four times the values
+    // (chosen, not swept: most lists are nearly of one length), and a little more for small files.
     if (longest != 0 && domain != Domain::mesh && longest * lengths.count() <= 4 * lengths.total() + 64) {
       arrays.push_back(padded(name, domain, property.type, values, longest));
     } else if (longest != 0) {
@@ -477,6 +488,8 @@ class PlyReader {
 
   Bytes bytes_;
   Watch watch_;
+  // For arrays that grow because not all cells have them: all others hold no more than the file has bytes
+  // for.
   Budget budget_;  // of arrays that grow because not all cells have them
   ReadResult result_;
   PlyHeader header_;

@@ -16,6 +16,7 @@ const std::byte* values_of(const PlyField& field, uint64_t row) {
 
 }  // namespace
 
+// Little-endian, so unsigned counts of any size are read alike.
 uint64_t ply_count_at(const Array& counts, uint64_t row) {
   uint64_t value = 0;
   std::memcpy(&value, counts.bytes.data() + row * counts.tuple_size(), counts.tuple_size());

@@ -12,7 +12,8 @@
 // What a PLY file to be written consists of, and its rows.
 namespace maille {
 
-/// One or more properties of an element and where their values come from.
+/// One or more properties of an element and where their values come from. Fields point into the mesh that is
+/// written.
 struct PlyField {
   enum class Kind : uint8_t {
     fixed,         ///< `numbers` numbers of every row
@@ -31,6 +32,8 @@ struct PlyField {
   const Array* counts = nullptr;
 };
 
+/// An element with its rows: numbered ones (points, or tuples of arrays on the mesh), faces or edges, whose
+/// rows are the cells of that kind in the order of the mesh.
 struct PlyOutElement {
   enum class Rows : uint8_t { numbered, faces, edges };
   Rows rows = Rows::numbered;
@@ -40,10 +43,11 @@ struct PlyOutElement {
   std::set<std::string> used;  // names of properties
 };
 
-/// How long the list of a row is, from an unsigned array.
+/// How long the list of a row is, from an unsigned array; the writer has checked that it is one and fits.
 uint64_t ply_count_at(const Array& counts, uint64_t row);
 
-/// Writes rows in one of the three encodings.
+/// Writes rows in one of the three encodings. Rows must come in order: running lists go on where the row
+/// before ended.
 class PlyRowWriter {
  public:
   PlyRowWriter(BufferedWriter& out, PlyEncoding encoding) : out_(out), encoding_(encoding) {}

@@ -11,9 +11,12 @@
 namespace maille {
 namespace {
 
+// Chosen, not swept; read_mesh() has no such bound.
 constexpr uint64_t most_header = uint64_t{1} << 20;
+// How much find_faces() reads at once; it grows where a face is larger.
 constexpr uint64_t bytes_at_once = uint64_t{1} << 20;
-/// Where every so many faces begin is known, if they have different numbers of corners.
+/// Where every so many faces begin is known, if they have different numbers of corners. Chosen, not swept:
+/// eight bytes for 4096 faces, and at most that many faces are passed over to find one.
 constexpr uint64_t faces_per_entry = 4096;
 
 uint64_t bytes_of_row(const PlyElement& element) {
@@ -27,6 +30,7 @@ bool has_lists(const PlyElement& element) {
                      [](const PlyProperty& property) { return property.list; });
 }
 
+// Of any whole type of PLY, in the file's byte order. Shifting up and down again extends the sign.
 int64_t whole_number(const std::byte* from, Scalar type, bool big_endian) {
   std::byte bytes[8] = {};
   const size_t size = size_of(type);
@@ -38,6 +42,10 @@ int64_t whole_number(const std::byte* from, Scalar type, bool big_endian) {
   return is_signed ? static_cast<int64_t>(bits << unused) >> unused : static_cast<int64_t>(bits);
 }
 
+/// A binary PLY file of points, then faces, of any size, read in parts without a temporary file: points and,
+/// where all faces have as many corners, faces are found by multiplication, other faces by an index that one
+/// pass makes. The rows read last are kept, as callers ask for positions and then for each array of the same
+/// rows.
 class PlySource final : public MeshSource {
  public:
   explicit PlySource(const Source& source) : source_(source) {}
@@ -59,6 +67,7 @@ class PlySource final : public MeshSource {
     const bool on_points = description_.arrays[array].domain == Domain::point;
     const Mesh& rows = *MAILLE_TRY(on_points ? point_rows(first, count) : face_rows(first, count));
     size_t place = array;
+    // `array` counts all arrays of the description, while rows of faces hold those of faces only.
     if (!on_points) {
       for (size_t i = 0; i < array; ++i) place -= description_.arrays[i].domain == Domain::point;
     }
@@ -142,7 +151,8 @@ Result<> PlySource::check_elements() const {
   return {};
 }
 
-/// What the reader of whole files makes of the header and no rows.
+/// Describes the mesh as the reader of whole files would: it reads the header with counts of 0, so that
+/// names, types and metadata of both ways are the same by construction.
 Result<> PlySource::describe(const Limits& limits) {
   PlyHeader none = header_;
   for (PlyElement& element : none.elements) element.count = 0;
@@ -158,6 +168,7 @@ Result<> PlySource::describe(const Limits& limits) {
     return failure(ErrorCode::unsupported, source_.name() + ": " + std::to_string(description_.points) +
                                                " vertices are more than the 2^32 - 2 a mesh can have");
   }
+  // At least three, as the reader has found x, y and z, so the division is safe.
   const uint64_t row = bytes_of_row(vertex());
   if ((source_.size() - points_at_) / row < description_.points)
     return bad("the file ends inside its " + std::to_string(description_.points) + " vertices");
@@ -165,7 +176,8 @@ Result<> PlySource::describe(const Limits& limits) {
   return {};
 }
 
-/// Bytes of the face at the begin of `bytes`; 0 if more are needed.
+/// Bytes of the face at the begin of `bytes`; 0 if more are needed. No overflow: a list has fewer than 2^32
+/// numbers of at most eight bytes, and only one list is allowed.
 Result<uint64_t> PlySource::bytes_of_face(Bytes bytes, uint64_t number, uint64_t at, uint64_t& degree) const {
   uint64_t offset = 0;
   for (size_t i = 0; i < face().properties.size(); ++i) {
@@ -196,6 +208,8 @@ Result<> PlySource::find_faces() {
   size_t used = 0;
   for (uint64_t i = 0; i < description_.cells; ++i) {
     uint64_t size = MAILLE_TRY(bytes_of_face(Bytes(buffer).subspan(used), i, at, degree));
+    // Each round reads more, or ends at the end of the file. A face that claims to be huge is read as far as
+    // the file goes.
     while (size == 0) {
       if (at + (buffer.size() - used) >= source_.size()) {
         return bad("the file ends inside face " + std::to_string(i) + " of " +
@@ -278,6 +292,7 @@ Result<const Mesh*> PlySource::face_rows(uint64_t first, uint64_t count) {
   const auto rows = memory_source(Bytes(bytes), source_.name());
   const ReadOptions options;
   Watch watch(*rows, bytes.size(), options);
+  // The whole rows were found by find_faces(), so the table reads exactly these bytes.
   uint64_t next = 0;
   MAILLE_CHECK(table.read_binary(bytes, next, big_endian(), watch, 0));
   faces_ = {first, count, {}};
@@ -293,6 +308,7 @@ Result<> PlySource::read_cells(uint64_t first, uint64_t count, CellPiece& out) {
   uint64_t begin = 0;
   const std::vector<std::byte> bytes = MAILLE_TRY(bytes_of_faces(first, count, begin));
   uint64_t before = 0;
+  // What stands before the list in each row has a fixed size, as the list is the only one.
   for (size_t i = 0; i < indices_; ++i) before += size_of(face().properties[i].type);
   const PlyProperty& list = face().properties[indices_];
   const size_t size = size_of(list.type);

@@ -7,7 +7,8 @@
 namespace maille {
 namespace {
 
-/// A whole number, also one written with a point or exponent ("255.0"), as some exporters do.
+/// Reads a whole number, also one written with a point or exponent ("255.0"), as some exporters do. 9e15 is
+/// below 2^53, where every whole number is exact in a double.
 bool read_whole(TextScanner& scanner, int64_t& value) {
   if (scanner.integer(value)) return true;
   const char* const from = scanner.here();
@@ -21,7 +22,9 @@ bool read_whole(TextScanner& scanner, int64_t& value) {
   return false;
 }
 
-/// Does a float hold less than the text says, because the number is among the smallest or below them?
+/// Whether a float holds less than the text says, because the number is among the smallest or below them. It
+/// is read nevertheless and counted for a note; one that is too large is an error, since infinity would be
+/// another mesh.
 bool underflows(const Number& number) {
   return number.value != 0 && !number.fits_single &&
          std::fabs(number.single) < std::numeric_limits<float>::min();
@@ -31,6 +34,7 @@ bool overflows(const Number& number) {
   return std::isinf(number.single) && !std::isinf(number.value);
 }
 
+// Called where reading failed, with the scanner still in front of the number.
 std::string value_error(const PlyProperty& property, const TextScanner& scanner) {
   const std::string has = "property \"" + property.name + "\" has ";
   if (!is_float(property.type)) {
@@ -67,6 +71,7 @@ bool read_ply_number(TextScanner& scanner, Scalar type, std::byte* to, uint64_t&
   if (!read_whole(scanner, value)) return false;
   return with_type(type, [&](auto zero) {
     using T = decltype(zero);
+    // PLY has no integers of 64 bits.
     if constexpr (std::is_integral_v<T> && sizeof(T) < 8) {
       if (value >= std::numeric_limits<T>::min() && value <= std::numeric_limits<T>::max()) {
         store(to, static_cast<T>(value));
@@ -117,11 +122,14 @@ Result<> PlyTable::read_text(TextScanner& scanner, Watch& watch, uint64_t mesh_b
 }
 
 Result<> PlyTable::read_text_row(TextScanner& scanner, const std::string& file, uint64_t row) {
+  // Tuples are made whole first, as their properties may stand anywhere in the row.
   for (PlyValues& column : values) {
     if (!column.column.list) {
       column.bytes.resize(column.bytes.size() + column.column.components * size_of(column.column.type));
     }
   }
+  // Rows may be broken over lines, and there may be empty lines between them; only the end of a row must be
+  // that of a line.
   scanner.skip_white();
   for (size_t i = 0; i < element_.properties.size(); ++i) {
     const PlyProperty& property = element_.properties[i];
@@ -161,6 +169,7 @@ Result<> PlyTable::read_text_list(TextScanner& scanner, const std::string& file,
     return bad("list \"" + property.name + "\" has " + found_at(scanner) + " where its length belongs");
   }
   const bool nodes = at == indices_;
+  // Ends with the text, whatever the count says: at its end no number is found.
   for (uint64_t i = 0; i < count; ++i) {
     scanner.skip_white();
     if (nodes) {

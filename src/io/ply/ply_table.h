@@ -10,8 +10,8 @@
 
 namespace maille {
 
-/// Reads one number of a text into `to`. False, without moving, when there is none or it does not fit the
-/// type. Numbers that are too small for theirs are counted.
+/// Reads one number of a text into `to` (as many bytes as the type has). False, without moving, when there is
+/// none or it does not fit the type. Numbers that are too small for theirs are counted.
 bool read_ply_number(TextScanner& scanner, Scalar type, std::byte* to, uint64_t& too_small);
 
 /// The values of one column of an element while they are read.
@@ -22,6 +22,8 @@ struct PlyValues {
 };
 
 /// Reads the rows of one element: its columns, and where it has them the point numbers of one list property.
+/// Point numbers are checked here, so `cells` only has points of the mesh. Memory grows as rows are read,
+/// never by the count that the header claims.
 class PlyTable {
  public:
   /// `indices`: the number of the property that holds point numbers, below `point_count`; or none.
@@ -31,6 +33,8 @@ class PlyTable {
   /// Reads all rows from text. Errors: malformed_input with the line, cancelled, memory_bound.
   Result<> read_text(TextScanner& scanner, Watch& watch, uint64_t mesh_bytes);
   /// Reads all rows from `file`, which is the whole file, beginning at byte `at`, which moves behind them.
+  /// Errors: malformed_input with the byte, cancelled, memory_bound. `mesh_bytes`: what stands in memory
+  /// beside this table.
   Result<> read_binary(Bytes file, uint64_t& at, bool big_endian, Watch& watch, uint64_t mesh_bytes);
 
   /// Bytes taken by what was read.

@@ -1,4 +1,4 @@
-// PLY files of text, row by row as binary ones.
+// Converts PLY files of text to binary ones, row by row, for readers in parts.
 #include "base/pace.h"
 #include "io/converted_surface.h"
 #include "io/ply/ply_table.h"
@@ -7,11 +7,15 @@
 namespace maille {
 namespace {
 
+/// Each row is written with the header's types, so the binary file holds what a reader of text would make of
+/// it, and the header stays as it is but for the encoding. Point numbers are checked by the reader of the
+/// binary file.
 class PlyTextConverter {
  public:
   PlyTextConverter(const Source& source, const PartsOptions& options) : source_(source), options_(options) {}
 
   Result<ConvertedSurface> run() {
+    // The header must be in the first block of 4 MiB.
     LineBlocks lines(source_, 0);
     TextScanner scanner(MAILLE_TRY(lines.read()));
     scanner.skip_byte_order_mark();
@@ -45,6 +49,7 @@ class PlyTextConverter {
   Result<> next_line(TextScanner& scanner, LineBlocks& lines) {
     scanner.skip_white();
     while (scanner.at_end() && !lines.at_end()) {
+      // Rows do not reach over blocks, as blocks end with lines and rows do here, too.
       scanner = TextScanner(MAILLE_TRY(lines.read()), scanner.line());
       scanner.skip_white();
     }
@@ -63,9 +68,11 @@ class PlyTextConverter {
       if (property.list) {
         scanner.skip_blanks();
         if (!scanner.integer(count)) return bad();
+        // Text may hold longer lists than the type of their length in the header can say.
         const size_t size = size_of(property.count_type);
         if (size < 4 && count >> (8 * size) != 0)
           return not_in_parts(source_, "a list too long for its type");
+        // Far more corners than a line of 64 MB can have.
         if (count > uint64_t{1} << 28) return bad();
         row_.resize(row_.size() + size);
         std::memcpy(row_.data() + row_.size() - size, &count, size);

@@ -21,7 +21,7 @@ Scalar stored_type(Scalar type) {
   return is_half(type) ? Scalar::u32 : type;
 }
 
-/// A name as a property can have it: no blanks, nothing beyond ASCII.
+/// A name as a property can have it: no blanks, nothing beyond ASCII. The array's own name is kept by a hint.
 std::string property_name(const std::string& name) {
   std::string result;
   for (const char c : name) result += c > ' ' && c < 127 ? c : '_';
@@ -33,7 +33,10 @@ std::string unique(std::string name, std::set<std::string>& used) {
   return name;
 }
 
-/// Builds header and fields from a mesh.
+/// Builds header and fields from a mesh. The aim is twofold: programs that know nothing of us find the usual
+/// properties, and our reader makes the very same mesh of the file. So properties get usual names where roles
+/// or metadata of an earlier PLY file say so, and what plan_ply_columns() would not make of them by itself is
+/// told by hints.
 class PlyPlan {
  public:
   PlyPlan(const Mesh& mesh, std::vector<std::string>& notes) : mesh_(mesh), notes_(notes) {}
@@ -42,6 +45,7 @@ class PlyPlan {
     MAILLE_CHECK(count_cells());
     read_metadata();
     plan_vertices();
+    // Arrays on cells need an element even if there are no cells, so that they come back.
     if (face_count || (!line_count && has_cell_arrays())) plan_faces();
     if (line_count) plan_edges();
     plan_mesh_arrays();
@@ -77,7 +81,7 @@ class PlyPlan {
     return {};
   }
 
-  /// What is written can be read again.
+  /// What is written can be read again: the reader's bound on properties holds here, too.
   static Result<> check_properties(const PlyElement& element) {
     if (element.properties.size() <= most_ply_properties) return {};
     return failure(ErrorCode::usage,
@@ -92,6 +96,8 @@ class PlyPlan {
     });
   }
 
+  // What the reader remembered of a PLY file. Metadata can come from anybody, so each entry is used only if
+  // it fits.
   void read_metadata() {
     for (const auto& [key, text] : mesh_.metadata) {
       const auto words = split_words(text);
@@ -129,7 +135,7 @@ class PlyPlan {
     const Array& points = halves ? rounded_points_ : mesh_.points;
     for (const char* name : {"x", "y", "z"}) add_property(out, name, points.type, false, Scalar::u8);
     out.fields.push_back({PlyField::Kind::fixed, &points, points.type, 3, Scalar::u8, nullptr});
-    // 64-bit integers: doubles for other readers, and the exact values for ours.
+    // Of 64-bit integers: doubles for other readers, and the exact values for ours.
     if (halves) add_named(out, mesh_.points, numbered_names("position", 3), "");
     add_arrays(out, Domain::point);
     add_hints(out, "", {"x", "y", "z"});
@@ -153,12 +159,14 @@ class PlyPlan {
     if (indices_.size() == 3) {
       const auto count = ply_type_named(indices_[0]);
       const auto type = ply_type_named(indices_[1]);
+      // Types of an earlier file are kept only if they hold what there is now.
       if (count && holds(*count, longest_face_)) field.count_type = *count;
       if (type && !is_float(*type) && holds(*type, std::max<uint64_t>(mesh_.point_count(), 1) - 1))
         field.type = *type;
       name = property_name(indices_[2]);
     }
     add_property(out, name, field.type, true, field.count_type);
+    // No array may take a name by which readers look for the corners of faces.
     out.used.insert({"vertex_indices", "vertex_index"});
     out.fields.push_back(field);
     for (const Array& array : mesh_.arrays) {
@@ -186,6 +194,7 @@ class PlyPlan {
       return false;
     });
   }
+  // int as all programs write it, unless there are 2^31 points or more.
   Scalar index_type() const { return holds(Scalar::i32, mesh_.point_count()) ? Scalar::i32 : Scalar::u32; }
   static Scalar list_count_type(uint64_t longest) {
     return holds(Scalar::u8, longest) ? Scalar::u8 : Scalar::u32;
@@ -197,7 +206,8 @@ class PlyPlan {
     out.element.properties.push_back({name, type, list, count_type});
   }
 
-  /// Is this array written with this element? (Cells: "ply.only" says where it came from.)
+  /// Whether this array is written with this element. Arrays on cells go with both faces and edges, unless
+  /// "ply.only" says where they came from.
   bool belongs(const Array& array, const PlyOutElement& out) const {
     if (array.domain != Domain::cell) return true;
     const auto only = only_.find(array.name);
@@ -236,7 +246,8 @@ class PlyPlan {
     add_named(out, array, preferred_names(out, array, prefix), prefix);
   }
 
-  /// A list of varying length from "name.count" and "name", when these fit together.
+  /// Writes a list of varying length from "name.count" and "name", when these fit together; false when they
+  /// do not, and both are written as arrays of their own then.
   bool add_ragged(PlyOutElement& out, const Array& counts, const std::string& name, const ListType& type,
                   const std::string& prefix) {
     if (counts.type != type.count || counts.components != 1) return false;
@@ -246,6 +257,7 @@ class PlyPlan {
     for (uint64_t i = 0; i < counts.count(); ++i) {
       const uint64_t count = ply_count_at(counts, i);
       longest = std::max(longest, count);
+      // Keeps the sum from overflowing; no array is that long.
       if (count > (uint64_t{1} << 40)) return false;
       total += count;
     }
@@ -291,9 +303,10 @@ class PlyPlan {
     return names;
   }
 
-  /// Adds one property per component; 64-bit integers as two.
+  /// Adds one property for each component; 64-bit integers take two, the low half first.
   void add_named(PlyOutElement& out, const Array& array, std::vector<std::string> names,
                  const std::string& prefix) {
+    // A second array of normals cannot have "nx" again: it gets its own name and numbers.
     if (std::any_of(names.begin(), names.end(),
                     [&](const auto& name) { return out.used.count(name) != 0; })) {
       names = numbered_names(property_name(array.name.substr(prefix.size())), array.components);
@@ -334,7 +347,9 @@ class PlyPlan {
     }
   }
 
-  /// Keeps of the hints those that are needed for the reader to make the same arrays.
+  /// Keeps those of the hints that are needed for the reader to make the same arrays: it plans columns as the
+  /// reader would and adds hints for arrays that differ. A hint changes what is left for other rules, hence
+  /// the rounds; each adds a hint or ends, so there are at most as many rounds as hints.
   void add_hints(PlyOutElement& out, const std::string& prefix, const std::vector<std::string_view>& taken) {
     std::vector<PlyHint> wanted = std::move(out.hints);
     out.hints.clear();
@@ -366,6 +381,8 @@ class PlyPlan {
     });
   }
 
+  // Elements of an earlier file come back with their arrays; each other array on the mesh becomes an element
+  // of its own.
   void plan_mesh_arrays() {
     for (const auto& [name, count] : foreign_) {
       const std::string prefix = name + ".";
@@ -395,6 +412,7 @@ class PlyPlan {
   void add_comments() {
     for (const auto& [key, text] : mesh_.metadata) {
       if (key.starts_with("ply.")) continue;
+      // A comment is one line, so a text of several lines is written as words (to_word()).
       const bool one_line = text.find_first_of("\r\n") == std::string::npos;
       if (one_line && (key == "comment" || key == "obj_info")) {
         header.comments.emplace_back(key, text);
