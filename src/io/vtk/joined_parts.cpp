@@ -13,13 +13,14 @@ namespace {
 
 constexpr uint32_t none = UINT32_MAX;
 
-/// The array if it holds whole numbers, one each.
+/// The array if it holds whole numbers, one for each element; else null.
 const Array* numbers_of(const Mesh& mesh, const std::string& name, Domain domain) {
   const Array* const array = mesh.find(name, domain);
   return array != nullptr && !is_float(array->type) && array->components == 1 ? array : nullptr;
 }
 
-/// VTK's flags of points and cells that other parts have as their own.
+/// VTK's flags of points and cells that other parts have as their own. Older versions of VTK wrote
+/// vtkGhostLevels instead.
 class Ghosts {
  public:
   Ghosts(const Mesh& mesh, Domain domain)
@@ -36,7 +37,8 @@ class Ghosts {
   const Array* levels_;
 };
 
-/// A number of the whole mesh, or of a place, and who has it.
+/// A number of the whole mesh, or of a place, and a point or cell that has it. Sorted by both, so that groups
+/// of one key come together and in the order of the parts.
 struct Holder {
   uint64_t key = 0;
   uint32_t element = 0;
@@ -52,6 +54,9 @@ Result<> for_each_group(const std::vector<Holder>& sorted, Act act) {
   return {};
 }
 
+/// Joins parts in four steps: which elements are ghosts, which points are one, which cells and points are
+/// kept, and a new mesh of these. All orders are total, so the result depends on the parts only. Memory: some
+/// tens of bytes for each point beside the mesh.
 class PartJoiner {
  public:
   PartJoiner(const std::string& name, const std::vector<uint64_t>& first_points,
@@ -70,6 +75,7 @@ class PartJoiner {
 
   Result<> run() {
     find_ghosts();
+    // A single part shares nothing with others; its ghosts, should it have some, are kept.
     if (first_points_.size() < 2 && whole_) return {};
     find_owned_points();
     find_places();
@@ -116,7 +122,8 @@ class PartJoiner {
     for (uint64_t i = 0; i < mesh_.point_count() && !has_ghosts_; ++i) has_ghosts_ = point_ghosts_.has(i);
   }
 
-  /// Points of cells that a part has as its own; values of others may be late.
+  /// Marks the points of cells that a part has as its own. A point of ghost cells only has its values from
+  /// another part, and these may be of an earlier moment.
   void find_owned_points() {
     used_.resize(mesh_.point_count());
     owned_.resize(mesh_.point_count());
@@ -128,10 +135,11 @@ class PartJoiner {
     });
   }
 
-  /// How well a point knows its own values.
+  /// How well a point knows its own values: not being a ghost counts more than being on a cell of the part.
   int rank_of(uint32_t point) const { return (point_ghosts_.has(point) ? 0 : 2) + (owned_[point] ? 1 : 0); }
   void weld(std::span<const Holder> group) {
     uint32_t best = group[0].element;
+    // Of several that know equally well the first decides.
     for (const Holder& holder : group) {
       if (rank_of(holder.element) > rank_of(best)) best = holder.element;
     }
@@ -147,7 +155,8 @@ class PartJoiner {
     return std::equal(at(a), at(a) + static_cast<ptrdiff_t>(size), at(b));
   }
 
-  /// Equal positions get equal numbers.
+  /// Gives equal positions equal keys, by their bytes: exact, so that -0 and 0 are two places, as are points
+  /// that differ by rounding.
   void find_places() {
     const size_t size = mesh_.points.tuple_size();
     std::vector<uint32_t> order(mesh_.point_count());
@@ -183,7 +192,8 @@ class PartJoiner {
     });
   }
 
-  /// Of one place, if each part has one point there.
+  /// Whether each part has at most one point at this place. The group is sorted by point, and so by part:
+  /// looking at neighbours is enough.
   bool is_clear(std::span<const Holder> group) const {
     for (size_t i = 1; i < group.size(); ++i) {
       if (part_of_point(group[i].element) == part_of_point(group[i - 1].element)) return false;
@@ -216,20 +226,22 @@ class PartJoiner {
                        "GlobalPointIds nor ghosts (vtkGhostType) that tell them to be one");
   }
 
-  /// Corners as joined points, sorted; where there are no numbers, as places.
+  /// The corners of a cell as joined points, sorted; where there are no numbers, as places.
   void corners_of(const CellBlock& block, uint64_t i, std::vector<uint64_t>& out) const {
     out.clear();
     for (const uint32_t point : block.cell(i))
       out.push_back(point_ids_ != nullptr ? joined_[point] : place_[point]);
     std::sort(out.begin(), out.end());
   }
+  // 0x9e37...15 is 2^64 divided by the golden ratio (Knuth's multiplicative hashing). Equal hashes of
+  // different cells can only hide a missing part from check_owners(), nothing else.
   static uint64_t hash_of(const std::vector<uint64_t>& corners) {
     uint64_t hash = corners.size();
     for (const uint64_t corner : corners) hash = (hash ^ corner) * 0x9e3779b97f4a7c15 + (hash >> 29);
     return hash;
   }
 
-  /// Cells of parts' own; of those that have one number the first.
+  /// Chooses the cells that stay: those that a part has as its own, and of several with one number the first.
   Result<> choose_cells() {
     std::vector<bool> kept(ghost_.size());
     for (size_t i = 0; i < kept.size(); ++i) kept[i] = !ghost_[i];
@@ -253,7 +265,8 @@ class PartJoiner {
     for (const Holder& holder : holders) {
       if (kept[holder.element]) cells_.push_back(holder.element);
     }
-    // One block: then they can come in the order of their numbers.
+    // Where there is one block, cells can come in the order of their numbers, which is that of the mesh
+    // before it was divided. With several, each keeps its cells in the order in which they come.
     if (cell_ids_ == nullptr || mesh_.blocks.size() != 1) {
       cells_.clear();
       for (uint32_t i = 0; i < kept.size(); ++i) {
@@ -266,6 +279,8 @@ class PartJoiner {
     return {};
   }
 
+  // A ghost cell is left out because another part has it. If none has, a part is missing, and leaving the
+  // cell out would lose it without a word.
   Result<> check_owners() {
     if (std::find(ghost_.begin(), ghost_.end(), true) == ghost_.end()) return {};
     place_.resize(mesh_.point_count());
@@ -294,7 +309,8 @@ class PartJoiner {
                      "; is a piece missing?");
   }
 
-  /// Those that cells use or that nobody uses; not those of ghosts alone.
+  /// Chooses the points that stay: those that kept cells use, and those that no cell uses; not those of
+  /// ghosts alone.
   void choose_points() {
     std::vector<bool> wanted(mesh_.point_count());
     for (uint32_t i = 0; i < wanted.size(); ++i)
@@ -359,6 +375,7 @@ class PartJoiner {
       if (!block.offsets.empty()) to.offsets.push_back(0);
       if (!block.cell_faces.empty()) to.cell_faces.push_back(0);
     }
+    // With several blocks cells_ ascends, so `b` only moves forward.
     for (const uint32_t cell : cells_) {
       if (mesh_.blocks.size() > 1) {
         while (cell >= ends[b]) ++b;
@@ -384,7 +401,8 @@ class PartJoiner {
     to.cell_faces.push_back(to.face_sizes.size());
   }
 
-  /// Nothing is there twice any more; what is left (hidden cells, say) stays.
+  /// Clears the flags of what was there twice. Other flags (hidden cells, say) stay, and the arrays go when
+  /// nothing is left in them.
   void drop_flags() {
     const auto is_spent = [](Array& array) {
       if (array.domain != Domain::point && array.domain != Domain::cell) return false;

@@ -11,7 +11,7 @@
 namespace maille {
 
 /// What parts of a mesh say of the whole, by their arrays: vtkGhostType (or vtkGhostLevels) on points and
-/// cells, and numbers of the whole mesh.
+/// cells, and numbers of the whole mesh, whose arrays have different names in different formats.
 struct PartMarks {
   std::string point_ids = "GlobalPointIds", cell_ids = "GlobalCellIds";  ///< names of arrays
 };

@@ -30,10 +30,13 @@ bool PartFaces::append(uint64_t cell, Budget& budget, std::vector<uint64_t>& cor
   return is_stream_ ? append_stream(cell, corners, sizes) : append_lists(cell, budget, corners, sizes);
 }
 
+// In lists, a cell that is no polyhedron may still have a range of faces, which is passed over.
 void PartFaces::skip(uint64_t cell) {
   if (!is_stream_) at_ = std::max(at_, integer_at(cell_ends_, cell));
 }
 
+// Every count is compared with what is left of the cell's range, which is inside the array, so hostile counts
+// end here.
 bool PartFaces::append_stream(uint64_t cell, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes) {
   const uint64_t end = integer_at(cell_ends_, cell);
   if (end > points_.count() || at_ >= end) return false;
@@ -69,8 +72,8 @@ bool PartFaces::append_lists(uint64_t cell, Budget& budget, std::vector<uint64_t
 
 namespace {
 
-/// Appends numbers of points, raised by `base`. Gives the place of the first that is none of `points`, or
-/// their count.
+/// Appends numbers of points, raised by `base`. Gives the place of the first number that is none of `points`,
+/// or `last`. Negative numbers become huge ones and are found by the same comparison.
 uint64_t append_points(const Array& numbers, uint64_t first, uint64_t last, uint64_t base, uint64_t points,
                        std::vector<uint32_t>& out) {
   return with_type(numbers.type, [&](auto zero) {
@@ -100,6 +103,7 @@ Result<> append_part_cells(PartCells part, uint64_t base, uint64_t points, const
   std::vector<uint64_t> corners;
   for (uint64_t c = 0; c < count; ++c) {
     const uint64_t end = integer_at(part.ends, c);
+    // Ends must not fall and not pass the connectivity, so each cell has its own piece of it.
     if (end < begin || end > corner_count) {
       return malformed("the end of cell " + std::to_string(c) + " is offset " + std::to_string(end) +
                        ", outside of " + std::to_string(begin) + " to " + std::to_string(corner_count));
@@ -109,6 +113,7 @@ Result<> append_part_cells(PartCells part, uint64_t base, uint64_t points, const
                        std::to_string(static_cast<int64_t>(point)) + ", but the piece has " +
                        std::to_string(points) + " points");
     };
+    // Whether a type exists and has so many nodes is validate()'s question.
     const auto type = static_cast<CellType>(std::min<uint64_t>(integer_at(part.types, c), 255));
     if (type == CellType::polyhedron) {
       corners.clear();

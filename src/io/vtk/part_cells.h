@@ -12,6 +12,8 @@
 namespace maille {
 
 /// The faces of the polyhedra of one part, in the order of the cells, in either of VTK's two layouts.
+/// append() and skip() are called for all cells in order, as the place in the stream follows from the cells
+/// before.
 class PartFaces {
  public:
   /// Until VTK 9.3: a stream of numbers of faces, numbers of points and points, and the end of each cell in
@@ -20,10 +22,10 @@ class PartFaces {
   /// From VTK 9.4 on: faces by their ends in a list of points, cells by their ends in a list of faces.
   static PartFaces lists(Array points, Array face_ends, Array faces, Array cell_ends);
 
-  /// Appends a cell's corners and face sizes; false when they lie outside of the arrays. Points are checked
-  /// by the caller.
+  /// Appends a cell's corners and face sizes; false when they lie outside of the arrays, or the budget is
+  /// spent. Numbers of points are not looked at: the caller checks them.
   bool append(uint64_t cell, Budget& budget, std::vector<uint64_t>& corners, std::vector<uint32_t>& sizes);
-  /// A cell that is no polyhedron.
+  /// Passes over a cell that is no polyhedron.
   void skip(uint64_t cell);
 
  private:
@@ -36,7 +38,8 @@ class PartFaces {
   bool is_stream_ = false;
 };
 
-/// Arrays of integers, as many `ends` (in the connectivity) as `types`.
+/// The cells of a part: arrays of integers of any type, as many `ends` (in the connectivity) as `types`,
+/// which the caller has checked.
 struct PartCells {
   Array connectivity, ends, types;
   std::optional<PartFaces> faces;  ///< where there are polyhedra

@@ -1,5 +1,5 @@
-// Series in time. ParaView's list of files: <VTKFile type="Collection"><Collection><DataSet timestep=""
-// file=""/>...
+// Series in time: files that hold their steps themselves, cases of OpenFOAM, and ParaView's list of files,
+// <VTKFile type="Collection"><Collection><DataSet timestep="" file=""/>...
 #include <maille/series.h>
 #include <maille/source.h>
 
@@ -50,7 +50,7 @@ bool is_list(const std::string& path) {
   return path.ends_with(".pvd");
 }
 
-/// 0 where a list has no times.
+/// The time of an entry; 0 where a list has no times.
 Result<double> time_of(const pugi::xml_node& entry, const std::string& list) {
   const pugi::xml_attribute attribute = entry.attribute("timestep");
   if (!attribute) return 0.0;
@@ -82,7 +82,8 @@ std::vector<SeriesEntry> times_of_case(const std::string& path) {
   return times;
 }
 
-/// A case, which is no folder of a time, is named for steps in folders of processors.
+/// Whether a path is a case and not a folder of one time. Steps whose meshes lie in folders of processors are
+/// named by the case and their number.
 bool is_case(const std::string& path) {
   std::error_code error;
   return std::filesystem::is_directory(path, error) && !foam_case_of(path).time;
@@ -97,6 +98,7 @@ Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const So
     return failure(ErrorCode::malformed_input, path + ": there should be a VTKFile with a Collection");
   std::vector<SeriesEntry> series;
   for (const pugi::xml_node entry : list.children("DataSet")) {
+    // Files of a list are opened from its folder only, as is everything that a file refers to.
     const std::string file = MAILLE_TRY(path_beside(path, entry.attribute("file").value()));
     const double time = MAILLE_TRY(time_of(entry, path));
     if (!series.empty() && series.back().time == time) {
