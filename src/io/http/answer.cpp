@@ -30,6 +30,8 @@ std::optional<uint64_t> number(std::string_view text) {
 
 }  // namespace
 
+// The value of Content-Range, RFC 9110, section 14.4. Servers are as hostile as files: what is not exactly as
+// it should be is no range, and the request fails.
 std::optional<HttpAnswer::ContentRange> parse_content_range(std::string_view text) {
   text = trimmed(text);
   if (text.size() < 6 || lower(text.substr(0, 6)) != "bytes ") return std::nullopt;
@@ -42,6 +44,7 @@ std::optional<HttpAnswer::ContentRange> parse_content_range(std::string_view tex
     range.total = number(total);
     if (!range.total) return std::nullopt;
   }
+  // first > last stands for "not satisfiable", as the header says.
   if (part == "*") {
     range.first = 1;
     return range;
@@ -57,7 +60,9 @@ std::optional<HttpAnswer::ContentRange> parse_content_range(std::string_view tex
 
 void HttpAnswer::take(std::string_view line) {
   if (line.substr(0, 5) == "HTTP/") {
+    // Of several answers (100, redirections) only the last counts.
     *this = {};
+    // Without a blank the rest is empty, and so the status is 0.
     const size_t space = std::min(line.find(' '), line.size() - 1);
     status = static_cast<int>(number(line.substr(space + 1, 3)).value_or(0));
     return;

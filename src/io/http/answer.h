@@ -7,7 +7,8 @@
 
 namespace maille {
 
-/// What a server says before the content (RFC 9110), as far as ranges need it.
+/// What a server says before the content (RFC 9110), as far as ranges need it: what the content is a part of,
+/// and by what a change of the file in between can be noticed (etag, last_modified, total).
 struct HttpAnswer {
   /// "bytes 0-99/1000"; first > last: "bytes */1000", a range that is not there.
   struct ContentRange {

@@ -9,6 +9,7 @@ Bytes BlockCache::find(uint64_t block) {
   return place->second->bytes;
 }
 
+// A block that is larger than the budget still goes in, alone: the reader that asked for it copies it next.
 void BlockCache::put(uint64_t block, Bytes bytes) {
   drop(block, block + 1);
   while (!entries_.empty() && used_ + bytes.size() > budget_) {
@@ -26,6 +27,7 @@ void BlockCache::drop(uint64_t first, uint64_t end) {
     places_.erase(entry->block);
     return entries_.erase(entry);
   };
+  // Whichever is shorter is walked: the range, or all that is kept.
   if (end - first <= places_.size()) {
     for (uint64_t block = first; block < end; ++block) {
       if (const auto place = places_.find(block); place != places_.end()) remove(place->second);

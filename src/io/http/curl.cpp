@@ -5,7 +5,8 @@
 namespace maille {
 namespace {
 
-/// As Debian names what is built with GnuTLS, and as everybody names the rest.
+/// As Debian names what is built with GnuTLS, and as everybody names the rest. The ABI has the number 4 in
+/// both.
 constexpr const char* library_names[] = {"libcurl-gnutls.so.4", "libcurl.so.4"};
 
 template <class Function>

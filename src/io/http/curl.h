@@ -5,7 +5,7 @@
 namespace maille {
 
 /// libcurl, which is loaded when the first address is opened: with the thirty libraries behind it, it takes 6
-/// MB that a command which streams in 20 MB should not pay for.
+/// MB that a command which streams in 20 MB should not pay for. Only these functions are called.
 struct Curl {
   decltype(&::curl_global_init) global_init = nullptr;
   decltype(&::curl_easy_init) easy_init = nullptr;

@@ -12,22 +12,30 @@ namespace {
 
 constexpr uint64_t block_bytes = BlockCache::block_bytes;
 /// A long range is fetched as several, over several connections. A shorter one would be here before another
-/// connection is open, and servers count requests.
+/// connection is open, and servers count requests. Chosen, not swept (b9d6c24).
 constexpr uint64_t piece_bytes = uint64_t{2} << 20;
-/// Read on in order, more and more is fetched ahead, from this on up to that.
+/// Where a file is read on in order, more and more is fetched ahead, doubling from 64 KiB up to 4 MiB.
+/// Chosen, not swept: a whole file is then asked for 4 MiB at a time, and who stops early has fetched about
+/// twice what was read.
 constexpr uint64_t least_ahead = uint64_t{64} << 10, most_ahead = uint64_t{4} << 20;
-/// Who looks at the end of a file wants what is before it next: an index.
+/// Who looks at the very end of a file wants what is before it next: a footer, then the index it points to.
+/// Chosen, not swept; as much as the first request brings of the front.
 constexpr uint64_t tail_bytes = uint64_t{64} << 10, small_read = 4096;
 
-/// Blocks one after the other.
+/// Blocks one after the other: first ... end - 1.
 struct Run {
   uint64_t first, end;
 };
 
+/// A file on a web server as a Source: ranges that are wanted are widened to blocks, looked up in the cache,
+/// joined where little is between them, and fetched at once. What goes wrong on the way is HttpRanges' part.
+/// Reading is const for callers and may come from several threads; one lock serialises them, as all share the
+/// cache.
 class RangeSource final : public HttpSource {
  public:
   RangeSource(const std::string& url, const HttpOptions& options)
       : name_(shown_url(url)),
+        // Below 1 MiB the cache could not hold what one request with its gaps brings.
         budget_(std::max(options.cache_bytes, uint64_t{1} << 20)),
         gap_(std::min(options.gap_bytes, budget_ / 16)),
         ranges_(url, options),
@@ -65,6 +73,7 @@ class RangeSource final : public HttpSource {
   void look_ahead(const Part& part, std::vector<Run>& runs) const;
   Result<> fetch(const std::vector<Run>& runs) const;
   Result<> read_slices(std::span<const Part> slices, bool alone) const;
+  // Keeps bytes that begin at a block's begin and end at a block's end or the file's.
   void keep(uint64_t offset, Bytes bytes) const;
   uint64_t end_block() const { return (size() + block_bytes - 1) / block_bytes; }
 
@@ -78,7 +87,8 @@ class RangeSource final : public HttpSource {
   mutable uint64_t ahead_ = 0;  ///< bytes that were fetched ahead
 };
 
-/// In the order of the file, none larger than half of what is kept at once.
+/// The parts in the order of the file, cut so that none is larger than half of what read_many() reads at
+/// once.
 std::vector<Source::Part> RangeSource::sorted_slices(std::span<const Part> parts) const {
   std::vector<Part> slices;
   const auto most = static_cast<size_t>(budget_ / 4);
@@ -94,7 +104,9 @@ std::vector<Source::Part> RangeSource::sorted_slices(std::span<const Part> parts
   return slices;
 }
 
-/// What of these is not there; those with little between them as one.
+/// Runs of blocks that are not in the cache; those with little between them as one, since a request costs
+/// more than the bytes of the gap. Looking blocks up also marks them as used, so that fetching the rest does
+/// not push them out.
 std::vector<Run> RangeSource::missing_runs(std::span<const Part> slices) const {
   std::vector<Run> runs;
   const uint64_t gap = gap_ / block_bytes;
@@ -114,7 +126,8 @@ std::vector<Run> RangeSource::missing_runs(std::span<const Part> slices) const {
   return runs;
 }
 
-/// More than was asked for, where it will be wanted next.
+/// Widens the last run by what will be wanted next. Only for a single read: who asks for many parts knows
+/// what it needs.
 void RangeSource::look_ahead(const Part& part, std::vector<Run>& runs) const {
   Run& last = runs.back();
   const uint64_t begin = last.first * block_bytes;
@@ -123,6 +136,7 @@ void RangeSource::look_ahead(const Part& part, std::vector<Run>& runs) const {
     last.first = std::min(last.first, tail);
     return;
   }
+  // A block's tolerance before, as reads end inside blocks, and a gap's behind, as readers skip a little.
   const bool in_order = begin >= next_ - std::min(next_, block_bytes) && begin <= next_ + gap_;
   const uint64_t most = std::min(most_ahead, budget_ / 4);
   ahead_ = in_order ? std::min(std::max(least_ahead, 2 * ahead_), most) : 0;
@@ -141,6 +155,7 @@ void RangeSource::keep(uint64_t offset, Bytes bytes) const {
 Result<> RangeSource::fetch(const std::vector<Run>& runs) const {
   uint64_t total = 0;
   for (const Run& run : runs) total += std::min(run.end * block_bytes, size()) - run.first * block_bytes;
+  // What a whole session may fetch is bounded by the caller; the comparison subtracts, so it cannot overflow.
   const uint64_t fetched = ranges_.statistics().bytes;
   if (fetched > allowed_ || total > allowed_ - fetched) {
     return failure(ErrorCode::network, name_ + ": more than " + std::to_string(allowed_ >> 20) +
@@ -163,7 +178,7 @@ Result<> RangeSource::fetch(const std::vector<Run>& runs) const {
   return {};
 }
 
-/// Of at most half of what is kept, so that nothing goes before it is copied.
+/// Reads slices that together take at most half of what is kept, so that nothing goes before it is copied.
 Result<> RangeSource::read_slices(std::span<const Part> slices, bool alone) const {
   std::vector<Run> runs = missing_runs(slices);
   if (!runs.empty()) {
@@ -175,6 +190,7 @@ Result<> RangeSource::read_slices(std::span<const Part> slices, bool alone) cons
       const uint64_t at = slice.offset + done;
       const auto skip = static_cast<size_t>(at % block_bytes);
       const Bytes block = cache_.find(at / block_bytes);
+      // Cannot happen while the bound above holds; a loop without progress would be worse than the error.
       if (block.size() <= skip) return failure(ErrorCode::network, name_ + ": a block is missing");
       const Bytes part = block.subspan(skip, std::min(block.size() - skip, slice.out.size() - done));
       std::copy(part.begin(), part.end(), slice.out.begin() + static_cast<ptrdiff_t>(done));
@@ -193,13 +209,14 @@ Result<> RangeSource::read_many(std::span<const Part> parts) const {
                                                std::to_string(size()));
   }
   const std::lock_guard lock(mutex_);
+  // A server without ranges has sent all of it once, into a temporary file.
   if (ScratchFile* const whole = ranges_.whole()) {
     for (const Part& part : parts) MAILLE_CHECK(whole->read_at(part.offset, part.out));
     return {};
   }
   const std::vector<Part> slices = sorted_slices(parts);
   for (size_t begin = 0, end = 0; begin < slices.size(); begin = end) {
-    // What each may add to what is fetched.
+    // What each slice may add to what is fetched: itself, the rest of its first and last block, and a gap.
     const auto cost = [&](const Part& slice) { return slice.out.size() + 2 * block_bytes + gap_; };
     uint64_t bytes = cost(slices[begin]);
     for (end = begin + 1; end < slices.size() && bytes + cost(slices[end]) <= budget_ / 2; ++end)
@@ -209,6 +226,8 @@ Result<> RangeSource::read_many(std::span<const Part> parts) const {
   return {};
 }
 
+// The checksum of what was read was wrong: it is fetched again, and from the server itself instead of a cache
+// on the way.
 bool RangeSource::forget(uint64_t offset, uint64_t size) const {
   const std::lock_guard lock(mutex_);
   if (ranges_.whole() != nullptr || size == 0) return false;

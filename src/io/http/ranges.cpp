@@ -10,16 +10,21 @@
 namespace maille {
 namespace {
 
+// The first request's range: a file of mode random has its index's first page and the coarsest levels there
+// (docs/format.md). One round trip then opens it.
 constexpr size_t front_bytes = size_t{64} << 10;
-/// Of a head, with those of redirections before it: more is no head.
+/// For a head, with those of redirections before it; more is no head. Chosen, not swept.
 constexpr uint64_t most_head_bytes = uint64_t{256} << 10;
 /// What a transfer must bring in HttpOptions::stall_seconds: with the default 3.3 kB a second, so that nobody
-/// is kept waiting for longer than the bytes that were asked for take.
+/// is kept waiting for longer than the bytes that were asked for take. Chosen, not swept, like the three
+/// bounds below.
 constexpr uint64_t stall_bytes = uint64_t{64} << 10;
 constexpr long connect_seconds = 15;
 constexpr long most_redirections = 5;
 constexpr double longest_pause = 8;
 
+/// Answers that the same request may not get again: too slow, too many, and what proxies say of servers
+/// behind them. 501 and 505 are not among them, as they stay true.
 bool is_again_later(int status) {
   return status == 408 || status == 429 || status == 500 || (status >= 502 && status <= 504);
 }
@@ -50,6 +55,7 @@ std::string readable(uint64_t bytes) {
 
 }  // namespace
 
+/// The connections of libcurl, which outlive transfers so that they are used again.
 struct HttpRanges::Connections {
   const Curl* curl = nullptr;
   CURLM* multi = nullptr;
@@ -58,7 +64,8 @@ struct HttpRanges::Connections {
   }
 };
 
-/// One request under way.
+/// One request under way. It belongs to HttpRanges::active_ and writes into its piece as bytes come, so that
+/// what came before a fault is kept. libcurl holds its address, so it is neither copied nor moved.
 class HttpRanges::Transfer {
  public:
   Transfer(HttpRanges& ranges, HttpPiece& to)
@@ -87,12 +94,13 @@ class HttpRanges::Transfer {
     return *problem_ != 0 ? problem_ : curl_.easy_strerror(static_cast<CURLcode>(code));
   }
   const HttpAnswer& answer() const { return answer_; }
-  /// Nothing before the answer was judged.
+  /// What was decided on the answer's head; nothing before it was judged.
   const std::optional<Verdict>& verdict() const { return verdict_; }
   void judge() {
     if (!verdict_) verdict_ = owner_->judge(answer_, *piece);
   }
-  /// Less than stall_bytes came since the last look that far back.
+  /// Whether fewer than stall_bytes came in the last stall_seconds. Looking begins the next such window, so a
+  /// transfer that slows down is noticed within two of them.
   bool is_stalled() {
     if (owner_->now() - window_begin_ < owner_->options_.stall_seconds) return false;
     const bool stalled = window_bytes_ < stall_bytes;
@@ -100,7 +108,7 @@ class HttpRanges::Transfer {
     window_bytes_ = 0;
     return stalled;
   }
-  /// What is still to come of the range that was answered.
+  /// Whether all came that the answer announced, which may be less than what was asked for.
   bool is_whole() const { return announced_ == taken_; }
   uint64_t taken() const { return taken_; }
 
@@ -113,12 +121,16 @@ class HttpRanges::Transfer {
   }
   void set_address() {
     set(CURLOPT_URL, owner_->url_.c_str());
+    // Nothing but the web: no file:// or gopher:// by way of a redirection, and never from https back to
+    // http.
     set(CURLOPT_PROTOCOLS_STR, "http,https");
     const bool safe = owner_->original_.compare(0, 6, "https:") == 0;
     set(CURLOPT_REDIR_PROTOCOLS_STR, safe ? "https" : "http,https");
     set(CURLOPT_FOLLOWLOCATION, 1L);
     set(CURLOPT_MAXREDIRS, most_redirections);
     set(CURLOPT_CONNECTTIMEOUT, connect_seconds);
+    // Signals belong to the program. PIPEWAIT: rather wait for a connection that can carry several requests
+    // (HTTP/2) than open another.
     set(CURLOPT_NOSIGNAL, 1L);
     set(CURLOPT_PIPEWAIT, 1L);
     set(CURLOPT_PRIVATE, this);
@@ -133,10 +145,11 @@ class HttpRanges::Transfer {
   void set_headers() {
     const uint64_t first = piece->offset + piece->received, last = piece->offset + piece->out.size() - 1;
     set(CURLOPT_RANGE, (std::to_string(first) + "-" + std::to_string(last)).c_str());
-    // Ranges are of what is sent; packed, they would be of something else.
+    // Ranges are those of what is sent; packed by the server, they would be of something else.
     headers_ = curl_.slist_append(headers_, "Accept-Encoding: identity");
     if (owner_->fresh_) headers_ = curl_.slist_append(headers_, "Cache-Control: no-cache");
-    // Weak ones must not be asked for like this, and dates are compared with what comes.
+    // With If-Range a server whose file changed sends all of it (status 200), which judge() notices. RFC 9110
+    // (13.1.5) forbids weak tags here; those, and dates, are compared with what comes.
     const std::string& etag = owner_->etag_;
     if (!etag.empty() && etag.compare(0, 2, "W/") != 0)
       headers_ = curl_.slist_append(headers_, ("If-Range: " + etag).c_str());
@@ -147,6 +160,7 @@ class HttpRanges::Transfer {
     Transfer& transfer = *static_cast<Transfer*>(user);
     transfer.head_bytes_ += size;
     transfer.window_bytes_ += size;
+    // Returning less than `size` ends the transfer.
     if (transfer.head_bytes_ > most_head_bytes) return 0;
     transfer.answer_.take({data, size});
     return size;
@@ -159,6 +173,7 @@ class HttpRanges::Transfer {
 
   bool take(Bytes bytes) {
     if (!verdict_) {
+      // Judged once, when the first byte comes: the head is complete then.
       judge();
       if (verdict_->kind == Verdict::good && answer_.range)
         announced_ = answer_.range->last - answer_.range->first + 1;
@@ -167,6 +182,7 @@ class HttpRanges::Transfer {
     owner_->statistics_.bytes += bytes.size();
     window_bytes_ += bytes.size();
     if (owner_->whole_) return take_whole(bytes);
+    // announced_ fits into the piece, as judge_range() has compared them, so the copy below stays inside.
     if (bytes.size() > announced_ - taken_) {
       verdict_ = {Verdict::again, "the server sent more than it said"};
       return false;
@@ -179,6 +195,7 @@ class HttpRanges::Transfer {
 
   bool take_whole(Bytes bytes) {
     ScratchFile& whole = *owner_->whole_;
+    // Whatever length the server announced, or none.
     if (bytes.size() > owner_->options_.whole_bytes - whole.size()) {
       verdict_ = {Verdict::fatal, "the server gives no ranges, and the whole file is more than the " +
                                       readable(owner_->options_.whole_bytes) +
@@ -227,6 +244,7 @@ bool HttpRanges::is_changed(const HttpAnswer& answer) const {
   const auto other = [](const std::string& a, const std::string& b) {
     return !a.empty() && !b.empty() && a != b;
   };
+  // Size first, then the tag; the date only where there is no tag, as a date has seconds.
   if (answer.range && answer.range->total && *answer.range->total != size_) return true;
   if (!etag_.empty() && !answer.etag.empty()) return etag_ != answer.etag;
   return other(last_modified_, answer.last_modified);
@@ -243,6 +261,8 @@ HttpRanges::Verdict HttpRanges::judge_status(int status, const HttpPiece& piece)
   return {Verdict::fatal, what};
 }
 
+/// What an answer's head means. The order matters: what would make every range wrong (packed content) comes
+/// first, then a file that changed, then what may be asked for again.
 HttpRanges::Verdict HttpRanges::judge(const HttpAnswer& answer, HttpPiece& piece) {
   const bool content = answer.status == 200 || answer.status == 206;
   if (content && !answer.encoding.empty() && answer.encoding != "identity") {
@@ -253,6 +273,7 @@ HttpRanges::Verdict HttpRanges::judge(const HttpAnswer& answer, HttpPiece& piece
   const bool other_size = answer.status == 200 && answer.length && *answer.length != size_;
   if ((content || answer.status == 416) && (other_size || is_changed(answer)))
     return {Verdict::changed, "the file changed on the server while it was read; open it again"};
+  // It may have been a server behind a balancer that knows no ranges; attempts are bounded.
   if (answer.status == 200) return {Verdict::again, "the server sent the whole file instead of a range"};
   if (answer.status != 206) return judge_status(answer.status, piece);
   return judge_range(answer, piece);
@@ -265,6 +286,7 @@ HttpRanges::Verdict HttpRanges::judge_range(const HttpAnswer& answer, const Http
   const auto& range = answer.range;
   if (!range || range->first > range->last)
     return {Verdict::again, "the server sent a range without saying which (Content-Range)"};
+  // A server may send less than was asked for; the rest is asked for again.
   if (range->first == first && range->last < end) return {};
   return {Verdict::again, "the server sent other bytes, " + std::to_string(range->first) + ".." +
                               std::to_string(range->last + 1)};
@@ -282,6 +304,7 @@ HttpRanges::Verdict HttpRanges::judge_front(const HttpAnswer& answer, HttpPiece&
   if (Verdict verdict = judge_range(answer, piece); verdict.kind != Verdict::good) return verdict;
   if (!answer.range->total) return {Verdict::fatal, "the server does not say how large the file is"};
   size_ = *answer.range->total;
+  // A file shorter than the first request.
   piece.out = piece.out.first(static_cast<size_t>(std::min<uint64_t>(size_, piece.out.size())));
   etag_ = answer.etag;
   last_modified_ = answer.last_modified;
@@ -305,12 +328,14 @@ HttpRanges::Verdict HttpRanges::judge_end(const Transfer& transfer, int code) co
   const auto& verdict = transfer.verdict();
   if (verdict && verdict->kind != Verdict::good) return *verdict;
   const HttpPiece& piece = *transfer.piece;
+  // Complete is complete, whatever libcurl says of the connection's end.
   if (opened_ && piece.received == piece.out.size()) return {};
   switch (code) {
     case CURLE_OK:
       if (whole_) return {};
       if (!transfer.is_whole()) return {Verdict::again, "the server sent less than it said"};
-      // Servers may cut ranges short, as long as they get on.
+      // Servers may cut ranges short, as long as they get on: a short answer that brought something is no
+      // fault.
       return {Verdict::again, "the server sent too little", transfer.taken() < stall_bytes};
     case CURLE_TOO_MANY_REDIRECTS:
       return {Verdict::fatal, "more than " + std::to_string(most_redirections) + " redirections"};
@@ -319,6 +344,8 @@ HttpRanges::Verdict HttpRanges::judge_end(const Transfer& transfer, int code) co
     case CURLE_PEER_FAILED_VERIFICATION:
     case CURLE_OUT_OF_MEMORY:
       return {Verdict::fatal, transfer.problem(code)};
+    // A server that was there a moment ago may come back; one that cannot be found at the beginning is a
+    // wrong address.
     case CURLE_COULDNT_RESOLVE_PROXY:
     case CURLE_COULDNT_RESOLVE_HOST:
     case CURLE_COULDNT_CONNECT:
@@ -357,7 +384,7 @@ Result<> HttpRanges::end(size_t transfer, const Verdict& verdict) {
     piece.done = true;
     return {};
   }
-  // A whole file begins anew.
+  // A whole file begins anew: a connection that was lost leaves no way to go on.
   whole_.reset();
   if (verdict.kind == Verdict::again)
     return verdict.counts ? ask_again(piece, verdict.what, static_cast<double>(asked_pause)) : Result<>();
@@ -367,6 +394,9 @@ Result<> HttpRanges::end(size_t transfer, const Verdict& verdict) {
   return changed_ ? tl::unexpected(*changed_) : give_up(piece, verdict.what);
 }
 
+// Pauses double with each fault of a piece, up to longest_pause, and are never shorter than the server asks
+// for (Retry-After). Both bounds end this: the number of attempts of a piece, and the time since the first
+// fault of all. The shift is bounded, so it cannot overflow.
 Result<> HttpRanges::ask_again(HttpPiece& piece, const std::string& what, double asked_pause) {
   ++piece.faults;
   if (!first_fault_) first_fault_ = now();
@@ -391,7 +421,7 @@ Result<> HttpRanges::finish_transfers() {
                                     [&](const auto& t) { return t->easy() == message->easy_handle; });
     if (found == active_.end()) continue;
     Transfer& transfer = **found;
-    // Answers without content are judged by their head.
+    // Answers without content are judged by their head, as take() was never called.
     if (code == CURLE_OK) transfer.judge();
     const Verdict verdict = judge_end(transfer, code);
     remember_redirection(transfer);
@@ -400,7 +430,8 @@ Result<> HttpRanges::finish_transfers() {
   return {};
 }
 
-/// The next request needs no second way then.
+/// Remembers where a redirection led, so that the next request needs no second way. judge_status() forgets it
+/// when that address fails.
 void HttpRanges::remember_redirection(const Transfer& transfer) {
   const char* address = nullptr;
   long count = 0;
@@ -410,6 +441,7 @@ void HttpRanges::remember_redirection(const Transfer& transfer) {
 }
 
 Result<> HttpRanges::end_stalled() {
+  // Backwards, as end() erases.
   for (size_t i = active_.size(); i-- > 0;) {
     if (!active_[i]->is_stalled()) continue;
     MAILLE_CHECK(end(i, {Verdict::again, "the connection stood still"}));
@@ -418,6 +450,8 @@ Result<> HttpRanges::end_stalled() {
 }
 
 void HttpRanges::wait(std::span<const HttpPiece> pieces) const {
+  // Poll at least four times a second, so that stalls and cancelled pauses are noticed; less where a pause
+  // ends sooner.
   double seconds = active_.empty() ? 0 : std::min(options_.stall_seconds / 4, 0.25);
   for (const HttpPiece& piece : pieces) {
     const double pause = piece.not_before - now();
@@ -428,6 +462,9 @@ void HttpRanges::wait(std::span<const HttpPiece> pieces) const {
                                  std::max(static_cast<int>(seconds * 1000), 1), nullptr);
 }
 
+// Runs until all pieces are done or one is given up. Each round either starts a request, lets libcurl work,
+// or waits; the number of requests is bounded by attempts, as only answers that brought something do not
+// count.
 Result<> HttpRanges::run(std::span<HttpPiece> pieces) {
   if (connections_->multi == nullptr)
     return failure(ErrorCode::network,
@@ -462,6 +499,7 @@ Result<> HttpRanges::fetch(std::span<HttpPiece> pieces) {
   if (changed_) return tl::unexpected(*changed_);
   first_fault_.reset();
   ++statistics_.round_trips;
+  // Transfers of pieces that were given up must not write into memory that is the caller's again.
   auto done = run(pieces);
   active_.clear();
   return done;

@@ -14,7 +14,8 @@
 
 namespace maille {
 
-/// A range that is fetched.
+/// A range that is fetched: from `offset` on, as long as `out`. What follows is HttpRanges' own, and kept
+/// from one attempt to the next.
 struct HttpPiece {
   uint64_t offset = 0;
   std::span<std::byte> out;
@@ -27,7 +28,8 @@ struct HttpPiece {
 };
 
 /// One file on a server: what it was when it was opened, and ranges of it with all that may go wrong on the
-/// way. For one thread at a time.
+/// way: lost and stalled connections, redirections, servers without ranges, files that change meanwhile.
+/// Everything is tried again within bounds of number and time. For one thread at a time.
 class HttpRanges {
  public:
   HttpRanges(std::string url, const HttpOptions& options);
@@ -36,15 +38,17 @@ class HttpRanges {
   HttpRanges& operator=(const HttpRanges&) = delete;
 
   /// Fills `front` with the first bytes, as many as there are, and learns the size. From a server that knows
-  /// no ranges it takes the whole file: see whole().
+  /// no ranges it takes the whole file: see whole(); `front` is empty then. Errors: network; cannot_read or
+  /// write_failed of the temporary file come as network, too.
   Result<> open(std::vector<std::byte>& front);
   uint64_t size() const { return size_; }
   /// The file, where it had to be fetched whole.
   ScratchFile* whole() { return whole_ ? &*whole_ : nullptr; }
 
-  /// All pieces, or an error.
+  /// Fetches all pieces, several at once. Error: network, after which pieces may be filled in part. Once the
+  /// file has changed on the server, all later calls fail, as older blocks do not go with newer ones.
   Result<> fetch(std::span<HttpPiece> pieces);
-  /// From now on caches on the way are asked to look again.
+  /// From now on caches on the way are asked to look again: what they sent had a wrong checksum.
   void distrust_caches() { fresh_ = true; }
 
   const HttpStatistics& statistics() const { return statistics_; }
@@ -77,6 +81,7 @@ class HttpRanges {
   tl::unexpected<Error> give_up(const HttpPiece& piece, const std::string& what) const;
   double now() const;
 
+  // What the user gave, and where redirections led.
   std::string original_, url_;
   HttpOptions options_;
   std::unique_ptr<Connections> connections_;

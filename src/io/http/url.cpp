@@ -19,6 +19,7 @@ bool is_url(const std::string& text) {
   return begins_with(text, "http://") || begins_with(text, "https://");
 }
 
+// For messages and logs: without a name and password, and without the query, which may hold a signature.
 std::string shown_url(const std::string& url) {
   if (!is_url(url)) return url;
   std::string shown = url.substr(0, url.find_first_of("?#"));
