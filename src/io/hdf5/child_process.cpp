@@ -18,7 +18,8 @@
 namespace maille {
 namespace {
 
-/// Sends or receives all of it; false where the other side is gone.
+/// Sends or receives all of it; false where the other side is gone. MSG_NOSIGNAL: a child that died must not
+/// end this process by SIGPIPE.
 bool send_all(int socket, const void* bytes, size_t size) {
   const auto* at = static_cast<const char*>(bytes);
   while (size > 0) {
@@ -52,7 +53,8 @@ std::optional<std::vector<std::byte>> receive_message(int socket) {
   uint64_t size = 0;
   if (!receive_all(socket, &size, sizeof(size))) return std::nullopt;
   std::vector<std::byte> bytes;
-  // As the bytes arrive: a child that went mad may send any size.
+  // The bytes are taken as they arrive: a child that went mad may send any size. A step of 64 MiB was chosen,
+  // not swept; it bounds what a false size can cost.
   constexpr uint64_t step = uint64_t{64} << 20;
   while (bytes.size() < size) {
     const size_t before = bytes.size();
@@ -62,7 +64,8 @@ std::optional<std::vector<std::byte>> receive_message(int socket) {
   return bytes;
 }
 
-/// What this process has mapped, sanitizers' terabytes included.
+/// What this process has mapped, sanitizers' terabytes included: the child begins with a copy of these
+/// mappings, and RLIMIT_AS counts all of them.
 uint64_t mapped_bytes() {
   unsigned long pages = 0;
   if (FILE* const file = std::fopen("/proc/self/statm", "r")) {
@@ -79,9 +82,12 @@ void limit(decltype(RLIMIT_AS) what, uint64_t most) {
   setrlimit(what, &bound);
 }
 
-/// Never returns, and leaves nothing behind: no core, no handlers of the parent run.
+/// Answers questions until the parent is gone. Never returns, and leaves nothing behind: no core, and no
+/// handlers or destructors of the parent run, which would remove the parent's unfinished files.
 [[noreturn]] void serve(int socket, pid_t parent, const std::function<ChildProcess::Answer()>& make) {
 #ifdef __linux__
+  // Should the parent be killed, the child ends, too. It may have been killed before the call, hence the
+  // comparison.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(0);
 #endif
@@ -105,10 +111,14 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<An
                                                           uint64_t seconds) {
   int sockets[2] = {-1, -1};
   const pid_t parent = getpid();
+  // Read before fork(): a child of a process with threads should do as little as it can before its limits
+  // hold.
   const uint64_t mapped = mapped_bytes();
   const pid_t id = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) == 0 ? ::fork() : -1;
   if (id == 0) {
     ::close(sockets[0]);
+    // Limits are set in the child only. CPU time that is used up ends it by SIGXCPU, whose handler is the
+    // system's own.
     limit(RLIMIT_AS, mapped + std::min(bytes, UINT64_MAX - mapped));
     limit(RLIMIT_CPU, seconds);
     serve(sockets[1], parent, make);
@@ -122,6 +132,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<An
 
 ChildProcess::~ChildProcess() {
   ::close(socket_);
+  // It may hang in the library and never read the closed socket. waitpid() follows so that no zombie stays.
   ::kill(id_, SIGKILL);
   while (::waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
   }

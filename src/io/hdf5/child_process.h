@@ -13,7 +13,8 @@
 namespace maille {
 
 /// A copy of this process that answers questions: for libraries that a damaged file makes crash, hang or ask
-/// for all memory. Where the child dies, its questions have no answer, and that is all.
+/// for all memory. Where the child dies, its questions have no answer, and that is all. Starting one takes 1
+/// ms (75581a5).
 class ChildProcess {
  public:
   using Answer = std::function<std::vector<std::byte>(Bytes question)>;
@@ -25,7 +26,7 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  /// None: the child is gone.
+  /// Asks and waits for the answer; none: the child is gone. Not for several threads at once.
   std::optional<std::vector<std::byte>> ask(Bytes question);
 
  private:

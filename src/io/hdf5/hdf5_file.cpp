@@ -17,13 +17,15 @@ ByteWriter question_of(Hdf5Question question, const std::string& path) {
 }
 
 /// Chunks that were never written are not in the file, and packed ones may say that they hold anything: what
-/// is there must come near to what is claimed.
+/// is there must come near to what is claimed, or a file of some bytes could ask for any array of zeros.
 bool is_plausible(const Hdf5Dataset& dataset, uint64_t size) {
   const uint64_t factor = dataset.packed ? 1100 : 1;  // deflate packs a thousand bytes in one at best
   return dataset.stored >= size / factor;
 }
 
 /// Memory and time of the child: what a file of this size may need, and some more for the library itself.
+/// Chosen, not swept: 1 GiB and a minute, with 64 bytes and a microsecond for each byte of the file, are far
+/// above what whole files need; they only have to end what runs away.
 constexpr uint64_t least_bytes = uint64_t{1} << 30, bytes_each = 64;
 constexpr uint64_t least_seconds = 60, bytes_in_a_second = uint64_t{1} << 20;
 
@@ -53,6 +55,7 @@ bool is_hdf5(Bytes first_bytes) {
   return first_bytes.size() >= 8 && std::memcmp(first_bytes.data(), signature, 8) == 0;
 }
 
+// Saturates at what the number of components of an array can hold, which rows() refuses.
 uint64_t Hdf5Dataset::row_size() const {
   uint64_t size = 1;
   for (size_t k = 1; k < shape.size(); ++k) {
@@ -66,9 +69,11 @@ Hdf5File::Hdf5File(std::string name) : name_(std::move(name)) {}
 Hdf5File::~Hdf5File() = default;
 
 Result<std::unique_ptr<Hdf5File>> Hdf5File::open(const Source& source) {
-  // The child has a copy of memory, but not of what answers a source over the web.
+  // The child has a copy of memory, but not of the threads that answer a source over the web: so all bytes
+  // are in memory, or mapped, before it starts. It needs no file descriptors for them either.
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   const auto bytes = memory_source(input.bytes(), source.name());
+  // The bound keeps the product below from overflowing.
   const uint64_t size = std::min<uint64_t>(source.size(), uint64_t{1} << 48);
   const std::function<ChildProcess::Answer()> reader = MAILLE_TRY(hdf5_reader(*bytes));
   std::unique_ptr<Hdf5File> file(new Hdf5File(source.name()));
@@ -84,6 +89,7 @@ tl::unexpected<Error> Hdf5File::malformed(const std::string& path, const std::st
   return failure(ErrorCode::malformed_input, name_ + ": \"" + path + "\" " + what);
 }
 
+// An empty answer reads as "no" everywhere: ByteReader gives zeros beyond its end.
 std::vector<std::byte> Hdf5File::ask(Bytes question) const {
   auto answer = reader_->ask(question);
   if (!answer) broken_ = true;
@@ -129,13 +135,15 @@ Result<Array> Hdf5File::rows(const std::string& path, uint64_t first, uint64_t c
   array.components = static_cast<uint32_t>(components);
   array.bytes.clear();
   if (count == 0 || components == 0) return array;
-  // The library makes room for a whole chunk, even at the edge.
+  // The library makes room for a whole chunk, even where an edge of it is all that is wanted.
   MAILLE_CHECK(budget.take(dataset->chunk_size, size_of(array.type)));
   MAILLE_CHECK(budget.take(count, array.tuple_size()));
   const uint64_t bytes = count * array.tuple_size();
   if (!is_plausible(*dataset, bytes))
     return malformed(path, "has fewer bytes in the file than its size asks for");
   ByteWriter question = question_of(Hdf5Question::rows, path);
+  // The child is told how many bytes are expected and allocates that many, which the budget has paid for
+  // here.
   for (const uint64_t number : {first, count, bytes}) question.put_count(number);
   array.bytes = ask(question.bytes());
   if (array.bytes.size() != bytes)

@@ -45,7 +45,8 @@ bool find_all(void* library, Hdf5Library& h5) {
 
 const Hdf5Library* load() {
   static Hdf5Library h5;
-  // The one whose headers these are: its numbers and structures change with the version in its name.
+  // The version whose headers these are: its numbers and structures change with the version in its name.
+  // Local symbols: another HDF5 in the program (VTK has one) must not be mixed with this one.
   void* library = dlopen(MAILLE_HDF5_LIBRARY, RTLD_NOW | RTLD_LOCAL);
   return library != nullptr && find_all(library, h5) ? &h5 : nullptr;
 }

@@ -5,8 +5,9 @@
 namespace maille {
 
 /// The library of The HDF Group, which is loaded when the first file is opened: with the libraries behind it
-/// (Debian's asks for libcurl and all of its own) it would cost every command some megabytes. Macros of its
-/// headers that call it (H5F_ACC_RDONLY, H5T_NATIVE_INT, ...) must not be used.
+/// (Debian's asks for libcurl and all of its own) it would cost every command some megabytes. The headers
+/// give the types only, so macros that call the library (H5F_ACC_RDONLY, H5T_NATIVE_INT, ...) must not be
+/// used.
 struct Hdf5Library {
   decltype(&::H5open) open = nullptr;
   decltype(&::H5PLset_loading_state) pl_set_loading_state = nullptr;
@@ -54,7 +55,8 @@ struct Hdf5Library {
   const hid_t* file_access = nullptr;
 };
 
-/// Null where this machine has none. It was not begun: that is for the process that uses it.
+/// The loaded library, the same for all threads; null where this machine has none. It was not begun (H5open):
+/// that is for the process that uses it.
 const Hdf5Library* loaded_hdf5();
 
 }  // namespace maille

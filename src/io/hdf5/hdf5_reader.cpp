@@ -1,4 +1,5 @@
-// What the child process does: the only file that calls the library.
+// What the child process does: the only file that calls the library. Whatever it does wrong with a damaged
+// file ends this process only, but its answers may be wrong, so Hdf5File checks them.
 #include "io/hdf5/hdf5_reader.h"
 
 #include <algorithm>
@@ -27,7 +28,8 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// What the library reads is the source. It opens files by name, so this is the name of the only one.
+/// What the library reads is the source, by a driver of our own (H5FD, its virtual file layer). It opens
+/// files by name, so this is the name of the only one, and every other name fails.
 constexpr const char* only_name = "source";
 struct SourceFile {
   H5FD_t base{};  // first: the library knows no more
@@ -72,16 +74,18 @@ const H5FD_class_t& source_driver(const Hdf5Library& h5) {
     d.get_eof = [](const H5FD_t* file, H5FD_mem_t) -> haddr_t { return of(file).source->size(); };
     d.read = [](H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, void* out) -> herr_t {
       const Source& source = *of(file).source;
+      // Damaged files make the library read anywhere.
       if (at > source.size() || size > source.size() - at) return -1;
       return source.read_at(at, {static_cast<std::byte*>(out), size}) ? 0 : -1;
     };
+    // Files are opened for reading; the library demands the function nevertheless.
     d.write = [](H5FD_t*, H5FD_mem_t, hid_t, haddr_t, size_t, const void*) -> herr_t { return -1; };
     return d;
   }();
   return driver;
 }
 
-/// Answers the questions of Hdf5File.
+/// Answers the questions of Hdf5File. Paths come from our own readers, names of members from the file.
 class LoadedFile {
  public:
   LoadedFile(const Hdf5Library& h5, hid_t file, uint64_t bytes) : h5_(h5), file_(file), bytes_(bytes) {}
@@ -123,8 +127,9 @@ void LoadedFile::members(const std::string& group, ByteWriter& out) const {
   const Handle object = opened(group);
   H5G_info_t info{};
   if (object < 0 || h5_.i_get_type(object) != H5I_GROUP || h5_.g_get_info(object, &info) < 0) return;
-  // Each takes some bytes of the file, whatever it says.
+  // Each link takes some bytes of the file, whatever the file says of their number.
   for (hsize_t i = 0; i < std::min<hsize_t>(info.nlinks, bytes_); ++i) {
+    // Longer names are passed over: nothing that we look for has one.
     char name[4096];
     const ssize_t length =
         h5_.l_get_name_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT);
@@ -177,6 +182,7 @@ std::optional<Hdf5Dataset> LoadedFile::described(hid_t object) const {
 
 void LoadedFile::describe_storage(hid_t object, Hdf5Dataset& dataset) const {
   const Handle properties(h5_.d_get_create_plist(object), h5_.p_close);
+  // Where the library does not say how values are stored, they are taken to be elsewhere, and refused.
   dataset.elsewhere = true;
   if (properties < 0) return;
   const H5D_layout_t layout = h5_.p_get_layout(properties);
@@ -210,6 +216,7 @@ void LoadedFile::rows(const std::string& path, uint64_t first, uint64_t count, u
   const auto rank = static_cast<int>(size.size());
   const bool chosen = rank == 0 || h5_.s_select_hyperslab(space, H5S_SELECT_SET, from.data(), nullptr,
                                                           size.data(), nullptr) >= 0;
+  // A scalar has no dimensions to choose from: all of it is read.
   const Handle memory(rank == 0 ? -1 : h5_.s_create_simple(rank, size.data(), nullptr), h5_.s_close);
   std::vector<std::byte> values(bytes);
   const bool read = chosen && machine >= 0 && (rank == 0 || memory >= 0) &&
@@ -254,7 +261,7 @@ std::optional<int64_t> LoadedFile::number_of(const std::string& object, const st
   const Handle machine = native(type);
   const hssize_t values = space < 0 ? 0 : h5_.s_get_npoints(space);
   const std::optional<Scalar> scalar = machine < 0 ? std::nullopt : scalar_of(machine);
-  // The version of VTKHDF is two numbers: the first one is what matters.
+  // The version of VTKHDF is two numbers, of which the first is what matters. 16 bounds the buffer below.
   if (!scalar || is_float(*scalar) || values < 1 || values > 16) return std::nullopt;
   Array array = make_array(name, Domain::mesh, *scalar, 1);
   array.resize(static_cast<uint64_t>(values));
@@ -323,7 +330,8 @@ ChildProcess::Answer answers(const Hdf5Library& h5, const Source& source) {
 }  // namespace
 
 Result<std::function<ChildProcess::Answer()>> hdf5_reader(const Source& source) {
-  // Before there is a child: loading takes locks that another thread may hold.
+  // The library is loaded before there is a child: loading takes locks that another thread may hold while
+  // this process is copied.
   const Hdf5Library* const h5 = loaded_hdf5();
   if (h5 != nullptr) return [h5, &source] { return answers(*h5, source); };
   return failure(ErrorCode::unsupported, source.name() + ": files of HDF5 need its library (" +

@@ -8,10 +8,11 @@
 
 namespace maille {
 
-/// What Hdf5File asks its child process: a question, a path and what it needs. An empty message: whether the
-/// file could be opened.
+/// What Hdf5File asks its child process: a question, a path and what it needs. An empty message asks whether
+/// the file could be opened. Both sides are the same program, so this protocol has no versions.
 enum class Hdf5Question : uint8_t { is_group, members, find, rows, text, number };
 
+// A pair: the same fields in the same order, which the child writes and the parent reads.
 void put_dataset(const Hdf5Dataset& dataset, ByteWriter& out);
 Hdf5Dataset get_dataset(ByteReader& in);
 

@@ -1,4 +1,4 @@
-// Instead of hdf5_reader.cpp where there are no headers of HDF5.
+// Stands in for hdf5_reader.cpp where there are no headers of HDF5, so that all else is built alike.
 #include "io/hdf5/hdf5_reader.h"
 
 namespace maille {
