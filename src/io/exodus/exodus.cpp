@@ -1,5 +1,7 @@
 // Exodus II, the format of Sandia's codes, in netCDF files: element blocks and side sets become blocks with
-// names, node sets arrays of 0 and 1, variables of the last time step arrays.
+// names, node sets arrays of 0 and 1, variables of the last time step arrays. Source: Schoof and Yarberry,
+// "EXODUS II: A Finite Element Data Model", SAND92-2137, whose names of variables and orders of nodes these
+// are.
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -16,8 +18,8 @@
 namespace maille {
 namespace {
 
-// Node i of VTK's cell is node order[i] of the element. Exodus has the upright edges before those on top, the
-// centre before the faces; and it sees the triangle 0 1 2 of a wedge from inside.
+// Node i of VTK's cell is node order[i] of the element. Exodus has the upright edges before those on top, and
+// the centre before the faces; and it sees the triangle 0 1 2 of a wedge from inside.
 constexpr uint8_t hex20[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15};
 constexpr uint8_t hex27[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 16, 17,
                              18, 19, 12, 13, 14, 15, 23, 24, 25, 26, 21, 22, 20};
@@ -57,7 +59,8 @@ constexpr ElementType element_types[] = {{"SPH", 1, CellType::vertex, {}},
                                          {"PYR", 5, CellType::pyramid, {}},
                                          {"PYR", 13, CellType::quadratic_pyramid, {}}};
 
-/// Sides of the elements as places among the corners of the element, in Exodus's order.
+/// The sides of elements as places among the corners of the element, in Exodus's order, each seen from
+/// outside. Of elements with nodes on edges the sides have the corners only.
 struct Sides {
   CellType type;
   std::vector<std::vector<uint8_t>> corners;
@@ -98,6 +101,9 @@ const std::vector<std::vector<uint8_t>>* sides_of(CellType type) {
   return nullptr;
 }
 
+/// Reads a file in the order in which things refer to each other: points, blocks, side sets (faces of
+/// elements), then arrays. Elements of all blocks are numbered through, as side sets and maps refer to them;
+/// the faces of side sets are cells behind all of them, with NaN or 0 in arrays on elements.
 class ExodusReader {
  public:
   /// `step`: whose variables are read; without one, the last.
@@ -131,6 +137,8 @@ class ExodusReader {
   const NetcdfFile& file_;
   std::string name_;
   Budget budget_;
+  // Each set needs a variable with a name, which takes 16 bytes of the file or more: a claimed number is cut
+  // to that.
   uint64_t most_sets_;  ///< each needs a variable with a name
   Mesh mesh_;
   std::optional<uint64_t> wanted_;
@@ -138,7 +146,7 @@ class ExodusReader {
   uint64_t step_ = 0;  ///< that is read, if there are any
   CellStore cells_;
   std::vector<NamedRun> shapes_;
-  /// Of each element: its nodes in Exodus's order begin here in `nodes_`.
+  /// For each element, where its nodes in Exodus's order begin in `nodes_`: sides refer to that order.
   std::vector<uint64_t> first_node_;
   std::vector<uint32_t> nodes_;
   std::vector<uint64_t> block_cells_;
@@ -152,6 +160,7 @@ Result<> ExodusReader::read_points() {
     return malformed("it has no dimension num_dim of 1 to 3, or 2^32 nodes");
   static constexpr const char* names[] = {"coordx", "coordy", "coordz"};
   Array axes[3];
+  // Older files have one table "coord" of all x, all y, all z; newer ones a variable for each axis.
   const NetcdfFile::Variable* const all = file_.find("coord");
   const NetcdfFile::Variable* const first = all != nullptr ? all : file_.find(names[0]);
   if (first == nullptr) {
@@ -210,6 +219,7 @@ Result<> ExodusReader::read_block(uint64_t number, const std::string& name) {
     return {};
   }
   const auto text = variable->texts.find("elem_type");
+  // Programs write "HEX", "HEX8" or "hexahedron"; three letters and the number of nodes tell the type.
   std::string kind = text == variable->texts.end() ? "" : text->second.substr(0, 3);
   for (char& c : kind) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const uint64_t nodes = variable->shape[1];
@@ -229,6 +239,7 @@ Result<> ExodusReader::read_block(uint64_t number, const std::string& name) {
     nodes_.push_back(static_cast<uint32_t>(value - 1));
   }
   const uint64_t cells = values.size() / nodes;
+  // The type was found by its number of nodes, so `nodes` is not 0 and divides the count.
   const uint32_t* from = nodes_.data() + nodes_.size() - values.size();
   for (uint64_t i = 0; i < cells; ++i, from += nodes) {
     first_node_.push_back(static_cast<uint64_t>(from - nodes_.data()));
@@ -274,6 +285,7 @@ Result<> ExodusReader::read_side_set(uint64_t number, const std::string& name) {
                           : places.size() == 3 ? CellType::triangle
                                                : CellType::quad;
     cells_.end_cells(1, type, places.size());
+    // `last` is mixed until this set has its first face, so sets of one name make blocks of their own.
     if (last == CellType::mixed || shapes_.back().name != name) {
       shapes_.push_back({0, type, name});
     } else if (type != last) {
@@ -316,7 +328,7 @@ Result<> ExodusReader::read_node_sets() {
   return {};
 }
 
-/// The numbers of nodes or elements where they are not 1 to n; faces of side sets have 0.
+/// Keeps the numbers of nodes or elements where they are not 1 to n; faces of side sets have 0.
 Result<> ExodusReader::read_numbers(const char* variable, const char* name, Domain domain, uint64_t count) {
   const std::vector<int64_t> numbers = MAILLE_TRY(file_.integers(variable, budget_));
   if (numbers.size() != count) return {};
@@ -331,7 +343,7 @@ Result<> ExodusReader::read_numbers(const char* variable, const char* name, Doma
   return {};
 }
 
-/// The older layout: one table of all variables of nodes, by step of time.
+/// The older layout: one table of all variables of nodes for each step of time.
 Result<> ExodusReader::read_point_table(const NetcdfFile::Variable& table,
                                         const std::vector<std::string>& names) {
   const Array all =
@@ -369,7 +381,7 @@ Result<> ExodusReader::read_point_variables() {
   return {};
 }
 
-/// An array of cells that is NaN everywhere.
+/// An array of all cells that is NaN everywhere, and that blocks with values fill in.
 Result<Array> ExodusReader::nowhere(const std::string& name, Scalar type) {
   Array array = make_array(name, Domain::cell, type, 1);
   MAILLE_CHECK(budget_.take(cells_.count(), array.tuple_size()));
@@ -483,7 +495,8 @@ Result<ReadResult> read_exodus_step(const Source& source, const ReadOptions& opt
 Result<std::vector<double>> exodus_times(const Source& source) {
   const std::unique_ptr<NetcdfFile> file = MAILLE_TRY(open_exodus(source));
   const NetcdfFile::Variable* const variable = file->find("time_whole");
-  // Each step has a time at least, so the file has bytes for all of them.
+  // Each step has a time, so the file has bytes for all of them, and read() refuses what lies behind its end:
+  // the claimed number of steps ends with the file.
   const uint64_t steps = variable != nullptr && variable->has_records ? file->dimension("time_step") : 0;
   Budget budget(source.name(), source.size(), {});
   std::vector<double> times;

@@ -11,11 +11,14 @@
 namespace maille {
 namespace {
 
+// By number of the type, from 1 on; 2 is text. 7 to 11 are of CDF-5. Source: "NetCDF Classic Format
+// Specification" and its 64-bit data variant (Unidata, PnetCDF).
 constexpr Scalar scalars[] = {Scalar::i8, Scalar::u8,  Scalar::i16, Scalar::i32, Scalar::f32, Scalar::f64,
                               Scalar::u8, Scalar::u16, Scalar::u32, Scalar::i64, Scalar::u64};
 constexpr uint64_t tag_dimensions = 10, tag_variables = 11, tag_attributes = 12, type_text = 2;
 
-/// Walks over the header: big-endian numbers, everything padded to 4 bytes.
+/// Walks over the header: big-endian numbers, everything padded to 4 bytes. Each list has at most as many
+/// items as the file has bytes, and each item takes some, so every loop ends with the header.
 class HeaderReader {
  public:
   HeaderReader(Bytes bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}
@@ -34,6 +37,7 @@ class HeaderReader {
   /// As wide as the version has it.
   Result<uint64_t> count() { return number(version == 5 ? 8 : 4); }
   Result<std::string> text(uint64_t size) {
+    // size + 3 may wrap around for a hostile size; the size itself is compared with the file first.
     const uint64_t padded = (size + 3) / 4 * 4;
     if (size > bytes_.size() || padded > bytes_.size() - at_) return malformed("the file ends inside a name");
     std::string text(reinterpret_cast<const char*>(bytes_.data() + at_), size);
@@ -76,7 +80,7 @@ class HeaderReader {
   size_t at_ = 4;
 };
 
-/// What stands behind its name. `lengths`: of the dimensions, 0 for that of the records.
+/// Reads what stands behind a variable's name. `lengths`: of the dimensions, 0 for that of the records.
 Result<NetcdfFile::Variable> read_variable(HeaderReader& in, const std::vector<uint64_t>& lengths,
                                            uint64_t records) {
   NetcdfFile::Variable variable;
@@ -84,6 +88,8 @@ Result<NetcdfFile::Variable> read_variable(HeaderReader& in, const std::vector<u
   for (uint64_t k = 0; k < rank; ++k) {
     const uint64_t dimension = MAILLE_TRY(in.count());
     if (dimension >= lengths.size()) return in.malformed("a variable has a dimension that is not there");
+    // Only the first dimension may be that of records, as the specification has it. Elsewhere a length of 0
+    // stays 0.
     const bool of_records = k == 0 && lengths[dimension] == 0;
     variable.has_records = variable.has_records || of_records;
     variable.shape.push_back(of_records ? records : lengths[dimension]);
@@ -131,6 +137,8 @@ Result<> ClassicFile::read_header() {
   }
   MAILLE_CHECK(in.attributes());
   const uint64_t variables = MAILLE_TRY(in.list(tag_variables));
+  // Records of all variables that have them are interleaved: a record is one slice of each, padded to 4
+  // bytes.
   uint64_t with_records = 0, unpadded = 0;
   for (uint64_t i = 0; i < variables; ++i) {
     std::string key = MAILLE_TRY(in.name());
@@ -166,6 +174,7 @@ Result<Array> ClassicFile::read(const Variable& variable, uint64_t record, Array
   const size_t size = size_of(variable.type);
   if (count > bytes.size() / size || variable.begin > bytes.size()) return too_long();
   if (variable.has_records &&
+      // Records in the file take record_size_ bytes each, so the product below cannot overflow.
       (record >= records_ || record > bytes.size() / std::max<uint64_t>(record_size_, 1)))
     return too_long();
   const uint64_t begin = variable.begin + (variable.has_records ? record * record_size_ : 0);
@@ -173,6 +182,7 @@ Result<Array> ClassicFile::read(const Variable& variable, uint64_t record, Array
   MAILLE_CHECK(budget.take(count, size));
   array.bytes.assign(bytes.begin() + static_cast<ptrdiff_t>(begin),
                      bytes.begin() + static_cast<ptrdiff_t>(begin + count * size));
+  // Big-endian in the file; this machine is little-endian, as all of maille assumes.
   for (size_t i = 0; size > 1 && i < array.bytes.size(); i += size) {
     std::reverse(array.bytes.begin() + static_cast<ptrdiff_t>(i),
                  array.bytes.begin() + static_cast<ptrdiff_t>(i + size));
@@ -185,6 +195,7 @@ Result<Array> ClassicFile::read(const Variable& variable, uint64_t record, Array
 uint64_t NetcdfFile::Variable::count() const {
   uint64_t count = 1;
   for (size_t i = has_records ? 1 : 0; i < shape.size(); ++i) {
+    // The bound leaves room for callers to multiply by a size of eight bytes.
     if (shape[i] != 0 && count > (uint64_t{1} << 56) / shape[i]) return UINT64_MAX >> 8;
     count *= shape[i];
   }

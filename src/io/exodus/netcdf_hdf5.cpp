@@ -1,5 +1,5 @@
-// netCDF-4: a file of HDF5 whose datasets are the variables. A dimension is a dataset, too, as long as it
-// says.
+// netCDF-4: a file of HDF5 whose datasets are the variables. A dimension is a dataset, too, whose length says
+// how long it is; one that grows is the dimension of records, of any name.
 #include <algorithm>
 #include <optional>
 
@@ -26,6 +26,7 @@ class Hdf5Netcdf final : public NetcdfFile {
       lengths_[name] = dataset->grows ? std::nullopt : std::optional(dataset->rows());
       if (!dataset->type && !variable.is_text) continue;
       variable.type = dataset->type.value_or(Scalar::u8);
+      // The only attribute that Exodus needs: it names the shape of the cells of a block.
       if (auto type = file_->text(name, "elem_type")) variable.texts["elem_type"] = *std::move(type);
       variables_[name] = std::move(variable);
     }
