@@ -1,5 +1,6 @@
 // EnSight Gold, what many solvers write for visualisation: a case file, one with the geometry, one for each
-// variable. Parts become blocks with names. Its numbers are floats, in text too.
+// variable. Parts become blocks with names. Its numbers are floats, in text too. Source: "EnSight User
+// Manual", chapter "EnSight Gold Casefile Format".
 #include "io/ensight/ensight.h"
 
 #include <algorithm>
@@ -16,8 +17,8 @@
 namespace maille {
 namespace {
 
-// Node i of VTK's cell is node order[i] of the element: the middle of a line comes second, and the triangle
-// 0 1 2 of a wedge is seen from inside.
+// Node i of VTK's cell is node order[i] of the element: the middle of a line comes second in EnSight, and VTK
+// sees the triangle 0 1 2 of a wedge from the other side.
 constexpr uint8_t bar3[] = {0, 2, 1};
 constexpr uint8_t penta6[] = {0, 2, 1, 3, 5, 4};
 constexpr uint8_t penta15[] = {0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13};
@@ -66,18 +67,22 @@ bool has_word(const std::string& line, std::string_view word) {
   return (" " + line + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
-/// Elements of one type in a part.
+/// Elements of one type in a part. Variables on elements have their values in the same order of sections.
 struct Section {
   std::string name;  ///< "block" for the cells of a grid
   uint64_t first, count;
 };
 
+/// A part of the geometry. Its elements number the part's own points from 1 on; here all parts share one
+/// list.
 struct Part {
   std::string name;
   uint64_t first_point = 0, points = 0, first_cell = 0;
   std::vector<Section> sections;
 };
 
+/// Reads one step: all files of it are opened first, then geometry, then each variable into an array of the
+/// whole mesh. Memory is bounded by a budget over the sizes of the files, beside the caller's limit.
 class EnsightReader {
  public:
   EnsightReader(const Source& source, EnsightCase parsed, const ReadOptions& options)
@@ -147,7 +152,8 @@ class EnsightReader {
   ReadResult result_;
 };
 
-/// All of them first: what a step may take in memory follows from their sizes, each counted once.
+/// Opens all files first: what a step may take in memory follows from their sizes, each counted once. Several
+/// variables may name one file.
 Result<> EnsightReader::open_files(std::optional<double> time) {
   uint64_t bytes = case_bytes_;
   std::set<std::string> counted_files;
@@ -164,9 +170,10 @@ Result<> EnsightReader::open_files(std::optional<double> time) {
   return {};
 }
 
-/// Stands at the first description of the step.
+/// A stream that stands at the first description of the step.
 Result<EnsightStream> EnsightReader::open_stream(const DataFile& file, const InputBytes& input) const {
   EnsightStream in(input.text(), file.source->name(), binary_);
+  // Only the geometry begins with the line "C Binary".
   if (binary_ && &file == &files_[0]) MAILLE_CHECK(in.keyword());
   if (file.place.many_steps)
     MAILLE_CHECK(in.enter_step(file.place.steps_before));
@@ -186,7 +193,8 @@ Result<> EnsightReader::read_geometry() {
   while (!in.at_end() && !ends_step(in.peek())) {
     const std::string word = MAILLE_TRY(in.keyword());
     if (word == "extents") {
-      // Six numbers, in text in three lines without blanks before a sign.
+      // Six numbers, in text in three lines without blanks before a sign, so they are skipped by lines.
+      // Bounding boxes are computed here anyway.
       std::vector<float> unused;
       if (binary_) MAILLE_CHECK(in.floats(6, "extents", unused));
       for (int i = 0; i < 3 && !binary_; ++i) MAILLE_CHECK(in.line());
@@ -209,6 +217,7 @@ Result<> EnsightReader::read_header(EnsightStream& in) {
     if (!text.starts_with(what))
       return in.malformed("there should be \"" + std::string(what) + "\", but found \"" + text.substr(0, 40) +
                           "\"");
+    // "off" and "assign" have no ids in the file; "ignore" has some that mean nothing.
     keep = has_word(text, "given");
     there = keep || has_word(text, "ignore");
     return {};
@@ -239,7 +248,8 @@ Result<> EnsightReader::read_part(EnsightStream& in) {
   return read_elements(in, part);
 }
 
-/// Where a file has none, they count from 1.
+/// Appends ids to `ids`. Where a file has none, they count from 1, so that add_ids() can see that they say
+/// nothing.
 Result<> EnsightReader::read_ids(EnsightStream& in, bool there, uint64_t count, std::vector<int32_t>& ids) {
   if (there) return in.integers(count, "ids", ids);
   MAILLE_CHECK(budget_->take(count, sizeof(int32_t)));
@@ -248,8 +258,9 @@ Result<> EnsightReader::read_ids(EnsightStream& in, bool there, uint64_t count, 
   return {};
 }
 
-/// From all x, all y, all z.
+/// Appends points from lists of all x, all y, all z.
 Result<> EnsightReader::add_points(const EnsightStream& in, std::span<const float> values, uint64_t count) {
+  // No overflow: counts are of 32 bits, or products that were bounded.
   if (positions_.size() / 3 + count > max_points) return in.malformed("there are 2^32 points or more");
   MAILLE_CHECK(budget_->take(count, 3 * sizeof(float)));
   for (uint64_t i = 0; i < count; ++i) {
@@ -261,6 +272,8 @@ Result<> EnsightReader::add_points(const EnsightStream& in, std::span<const floa
 Result<> EnsightReader::read_elements(EnsightStream& in, Part& part) {
   while (const ElementType* const type = element_type(in.peek())) {
     const std::string name = MAILLE_TRY(in.keyword());
+    // Variables find a section by its name, so there must be one of each. It also bounds the number of
+    // sections.
     const auto same = [&](const Section& section) { return section.name == name; };
     if (std::any_of(part.sections.begin(), part.sections.end(), same))
       return in.malformed("the elements " + name + " of a part are there twice");
@@ -290,7 +303,8 @@ Result<> EnsightReader::add_nodes(EnsightStream& in, const Part& part, std::span
   return {};
 }
 
-/// The sum of lengths, none of them below zero.
+/// The sum of lengths, none of them below zero; none if there is one. Lengths have 31 bits and are in the
+/// file, so the sum cannot overflow.
 std::optional<uint64_t> sum_of(std::span<const int32_t> lengths) {
   uint64_t sum = 0;
   for (const int32_t length : lengths) {
@@ -315,6 +329,7 @@ Result<> EnsightReader::read_cells(EnsightStream& in, const Part& part, const El
     return {};
   }
   const unsigned each = nodes_of(type.type);
+  // count has 31 bits, so the product fits; integers() compares it with the file.
   MAILLE_CHECK(in.integers(count * each, "nodes of elements", nodes));
   std::vector<int32_t> old(each);
   for (uint64_t i = 0; i < count && !type.order.empty(); ++i) {
@@ -327,6 +342,8 @@ Result<> EnsightReader::read_cells(EnsightStream& in, const Part& part, const El
   return {};
 }
 
+// Lists: faces of each element, corners of each face, then all nodes. Each sum is the length of the next
+// list, so the iterators below cannot run out.
 Result<> EnsightReader::read_polyhedra(EnsightStream& in, const Part& part, uint64_t count) {
   std::vector<int32_t> faces, corners, nodes;
   MAILLE_CHECK(in.integers(count, "numbers of faces", faces));
@@ -355,7 +372,8 @@ Result<> EnsightReader::read_polyhedra(EnsightStream& in, const Part& part, uint
   return {};
 }
 
-/// A structured part: what its points are, then hexahedra, or quads, lines or a vertex where it is thin.
+/// Reads a structured part: what its points are, then hexahedra, or quads, lines or a vertex where it is
+/// thin.
 Result<> EnsightReader::read_grid(EnsightStream& in, Part& part, const std::string& layout) {
   if (has_word(layout, "range"))
     return failure(ErrorCode::unsupported, in.name() + ": a part of a block (range) is not read");
@@ -366,6 +384,7 @@ Result<> EnsightReader::read_grid(EnsightStream& in, Part& part, const std::stri
     if (given[axis] < 1)
       return in.malformed("a block has " + std::to_string(given[axis]) + " points along an axis");
     sizes[axis] = static_cast<uint64_t>(given[axis]);
+    // Below 2^32 times 2^31, before it is compared.
     points *= sizes[axis];
     if (points > max_points) return in.malformed("there are 2^32 points or more");
   }
@@ -387,6 +406,7 @@ Result<> EnsightReader::read_grid_points(EnsightStream& in, const std::string& l
   if (positions_.size() / 3 + points > max_points) return in.malformed("there are 2^32 points or more");
   MAILLE_CHECK(in.floats(uniform ? 6 : sizes[0] + sizes[1] + sizes[2], "coordinates of the block", values));
   MAILLE_CHECK(budget_->take(points, 3 * sizeof(float)));
+  // In floats, which is all that the file has.
   const auto coordinate = [&](size_t axis, uint64_t i) {
     if (uniform) return values[axis] + values[axis + 3] * static_cast<float>(i);
     const uint64_t first = axis == 0 ? 0 : axis == 1 ? sizes[0] : sizes[0] + sizes[1];
@@ -399,6 +419,8 @@ Result<> EnsightReader::read_grid_points(EnsightStream& in, const std::string& l
   return {};
 }
 
+// Axes with one point are left out, so a grid of n x 1 x m points is one of quads. VTK's order of corners:
+// around the lower side, then around the upper one.
 Result<> EnsightReader::add_grid_cells(Part& part, std::span<const uint64_t> sizes) {
   const uint64_t strides[] = {1, sizes[0], sizes[0] * sizes[1]};
   std::vector<std::pair<uint64_t, uint64_t>> axes;  // cells along it, and the step to the next point
@@ -426,7 +448,8 @@ Result<> EnsightReader::add_grid_cells(Part& part, std::span<const uint64_t> siz
   return {};
 }
 
-/// What may stand behind a grid: which points are blanked out, which cells are ghosts, ids.
+/// Reads what may stand behind a grid: which points are blanked out, which cells are ghosts, ids. Each of
+/// them at most once, in any order; the loop ends at anything else.
 Result<> EnsightReader::read_grid_flags(EnsightStream& in, const std::string& layout, const Part& part,
                                         uint64_t cells) {
   if (has_word(layout, "iblanked")) {
@@ -478,7 +501,7 @@ void EnsightReader::finish_geometry() {
   mesh.arrays.push_back(std::move(ghost));
 }
 
-/// Unless every part counts from 1.
+/// Keeps ids as an array, unless every part counts from 1.
 void EnsightReader::add_ids(const char* name, Domain domain, const std::vector<int32_t>& ids) {
   bool plain = true;
   for (const auto& [number, part] : parts_) {
@@ -495,7 +518,7 @@ void EnsightReader::add_ids(const char* name, Domain domain, const std::vector<i
   result_.mesh.arrays.push_back(std::move(array));
 }
 
-/// NaN where a part, or elements of it, have no values.
+/// Reads a variable into an array of the whole mesh: NaN where a part, or elements of it, have no values.
 Result<> EnsightReader::read_variable(const EnsightVariable& variable, size_t file) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(*files_[file].source));
   EnsightStream in = MAILLE_TRY(open_stream(files_[file], input));
@@ -543,8 +566,8 @@ Result<> EnsightReader::read_values(EnsightStream& in, const EnsightVariable& va
   }
 }
 
-/// Values come one component after the other; those of the header's "undef" are none, "partial" lists whose
-/// there are.
+/// Reads the values of one section. They come one component after the other. Values equal to the header's
+/// "undef" are none (NaN); with "partial" a list of the elements that have values comes before them.
 Result<> EnsightReader::fill(EnsightStream& in, const std::string& header, uint64_t count,
                              std::span<float> values, unsigned components) {
   std::vector<float> undefined, read;
@@ -561,7 +584,7 @@ Result<> EnsightReader::fill(EnsightStream& in, const std::string& header, uint6
     const uint64_t to = partial ? static_cast<uint64_t>(list[i]) - 1 : i;
     for (unsigned k = 0; k < components; ++k) {
       const float value = read[k * given + i];
-      // Of a symmetric tensor EnSight has 13 before 23, VTK behind.
+      // Of a symmetric tensor EnSight has 13 before 23, VTK has it behind: 4 and 5 change places.
       const unsigned at = components == 6 && k >= 4 ? 9 - k : k;
       if (undefined.empty() || value != undefined[0]) values[to * components + at] = value;
     }
@@ -581,7 +604,7 @@ Result<EnsightCase> case_of(const Source& source) {
   return read_ensight_case(input.text(), source.name());
 }
 
-/// As of other formats with steps: the last one.
+/// Reads the last step, as readers of other formats with steps do.
 Result<ReadResult> read_ensight(const Source& source, const ReadOptions& options) {
   EnsightCase parsed = MAILLE_TRY(case_of(source));
   const size_t steps = parsed.times().size();

@@ -6,9 +6,10 @@
 
 namespace maille {
 
-/// The mesh of one step, from 0 on. Error: usage, too (there is no such step).
+/// Reads the mesh of one step of the union of all time sets, from 0 on. Errors: usage, too (there is no such
+/// step); unsupported, for other formats of EnSight than Gold; malformed_input; memory_bound.
 Result<ReadResult> read_ensight_step(const Source& source, const ReadOptions& options, uint64_t step);
-/// Of all steps; none in a case without time.
+/// The times of all steps, ascending; none in a case without time.
 Result<std::vector<double>> ensight_times(const Source& source);
 
 }  // namespace maille

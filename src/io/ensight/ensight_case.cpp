@@ -21,7 +21,7 @@ constexpr VariableKind variable_kinds[] = {
     {"scalar per element", 1, false},      {"vector per element", 3, false},
     {"tensor symm per element", 6, false}, {"tensor asym per element", 9, false}};
 
-/// Words of a line; names with blanks stand in quotes.
+/// Words of a line; names with blanks stand in quotes. Each round takes a character at least, so it ends.
 std::vector<std::string> words_of(std::string_view line) {
   std::vector<std::string> words;
   while (!(line = trim(line)).empty()) {
@@ -48,6 +48,9 @@ std::optional<double> number_of(std::string_view text) {
   return number.value;
 }
 
+/// Reads a case file line by line. A line without a colon is a section or, behind a key whose list of numbers
+/// may go on, more numbers. What is not read is noted where the mesh is complete without it, and refused
+/// where it is not.
 class CaseReader {
  public:
   CaseReader(std::string_view text, const std::string& name) : scanner_(text), name_(name) {}
@@ -90,7 +93,8 @@ class CaseReader {
     return {};
   }
 
-  /// Takes the numbers of a time set and a file set in front of `least` other words.
+  /// Takes the numbers of a time set and a file set from in front of `least` other words: without counting
+  /// them, a name that is a number could not be told from a set.
   static EnsightSets take_sets(std::vector<std::string>& words, size_t least) {
     EnsightSets sets;
     for (int64_t* set : {&sets.time, &sets.file}) {
@@ -110,7 +114,7 @@ class CaseReader {
     case_.geometry_sets = take_sets(words, 1);
     if (words.empty()) return malformed("there should be the name of a file");
     case_.geometry = words[0];
-    // With a step behind it other files have no connectivity.
+    // With a step behind it, connectivity is in the file of that step only, and other files have none.
     if (words.size() > 2 && words[1] == "change_coords_only")
       return failure(ErrorCode::unsupported,
                      name_ + ": connectivity in the file of one step only (change_coords_only) is not read");
@@ -132,6 +136,7 @@ class CaseReader {
     const auto add = [&](const std::string& name, const std::string& file) {
       case_.variables.push_back({name, file, kind->components, kind->on_points, sets});
     };
+    // A complex variable is two files, and becomes two arrays.
     if (!complex) {
       add(words[0], words.back());
     } else {
@@ -177,6 +182,8 @@ class CaseReader {
       list_ = key == "time values" ? &set.times : &set.file_numbers;
       return add_numbers(rest);
     }
+    // Other keys (names or numbers of files in another file) decide which file is read, so guessing would be
+    // wrong.
     return failure(ErrorCode::unsupported,
                    name_ + ": line " + std::to_string(line_) + ": \"" + key.substr(0, 40) + "\" is not read");
   }
@@ -223,7 +230,8 @@ class CaseReader {
     return {};
   }
 
-  /// Every step has a time, and those that have numbers for file names one each.
+  /// Every step has a time, and sets that have numbers for file names have one for each. Steps that are
+  /// claimed are only used after this, so a count costs nothing.
   Result<> finish(const EnsightTimeSet& set) const {
     const std::string what = name_ + ": time set " + std::to_string(set.number);
     if (set.steps != set.times.size() || set.steps == 0)
@@ -244,6 +252,7 @@ class CaseReader {
   TextScanner scanner_;
   std::string name_, section_;
   EnsightCase case_;
+  // Points into case_.time_sets.back(); a new set is only begun after it was cleared.
   std::vector<double>* list_ = nullptr;  // what further lines of numbers belong to
   uint64_t line_ = 1;
   bool gold_ = false;
@@ -254,11 +263,13 @@ auto find_set(const Sets& sets, int64_t number) {
   return std::find_if(sets.begin(), sets.end(), [&](const auto& set) { return set.number == number; });
 }
 
-/// The number as wide as the stars of the name.
+/// The file's name with its stars replaced by the number, padded with zeros to as many digits as there are
+/// stars.
 Result<std::string> without_stars(const std::string& case_file, std::string name, double number) {
   const size_t first = name.find('*');
   if (first == std::string::npos) return name;
   const size_t last = std::min(name.find_first_not_of('*', first), name.size());
+  // 2^53 is about 9e15: all whole numbers below 1e15 are exact in a double. NaN fails the comparison.
   if (!(number >= 0 && number < 1e15))
     return failure(ErrorCode::malformed_input,
                    case_file + ": the name \"" + name + "\" has stars, but no number to put there");
@@ -291,12 +302,14 @@ std::vector<double> EnsightCase::times() const {
 Result<EnsightPlace> EnsightCase::place(const std::string& case_file, const std::string& file,
                                         EnsightSets sets, std::optional<double> time) const {
   const bool stars = file.find('*') != std::string::npos;
+  // A name with stars but without a set is taken to mean the first one.
   if (sets.time == 0 && stars && !time_sets.empty()) sets.time = time_sets[0].number;
   if (sets.time == 0) return EnsightPlace{MAILLE_TRY(without_stars(case_file, file, -1)), 0, false};
   const auto set = find_set(time_sets, sets.time);
   if (set == time_sets.end())
     return failure(ErrorCode::malformed_input,
                    case_file + ": there is no time set " + std::to_string(sets.time));
+  // finish() has made sure that each set has a time.
   const auto behind =
       std::upper_bound(set->times.begin(), set->times.end(), time.value_or(set->times.back()));
   uint64_t step = behind == set->times.begin() ? 0 : static_cast<uint64_t>(behind - set->times.begin()) - 1;

@@ -11,11 +11,13 @@
 
 namespace maille {
 
-/// The numbers of a time set or file set; 0: none.
+/// The numbers by which a line of the case refers to a time set and a file set; 0: none.
 struct EnsightSets {
   int64_t time = 0, file = 0;
 };
 
+/// A variable and the file (or pattern of files) that holds it; one value of `components` numbers for each
+/// element.
 struct EnsightVariable {
   std::string name, file;
   unsigned components = 1;
@@ -29,6 +31,7 @@ struct EnsightConstant {
   std::vector<double> values;
 };
 
+/// Steps of time, ascending, and how their files are numbered.
 struct EnsightTimeSet {
   int64_t number = 0;
   uint64_t steps = 0;

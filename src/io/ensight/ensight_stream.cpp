@@ -5,13 +5,15 @@
 namespace maille {
 namespace {
 
-/// Up to the zero, where there is one, without blanks at either end.
+/// A line of a binary file: up to the zero, where there is one, without blanks at either end.
 std::string text_of(std::string_view record) {
   return std::string(trim(record.substr(0, record.find('\0'))));
 }
 
 }  // namespace
 
+// Steps of one file follow each other, and only "BEGIN TIME STEP" tells where. Searching text finds it in
+// binary files, too; that numbers spell these letters is not expected.
 Result<> EnsightStream::enter_step(uint64_t steps_before) {
   constexpr std::string_view begin = "BEGIN TIME STEP";
   size_t at = 0;
@@ -23,6 +25,7 @@ Result<> EnsightStream::enter_step(uint64_t steps_before) {
     at += begin.size();
   }
   at_ = std::min(at + line_bytes, text_.size());
+  // So that messages of text files name the right line.
   const auto lines = std::count(text_.begin(), text_.begin() + static_cast<ptrdiff_t>(at), '\n');
   tokens_.scanner = TextScanner(text_.substr(at), static_cast<uint64_t>(lines) + 1);
   tokens_.scanner.skip_line();
@@ -61,7 +64,8 @@ uint32_t EnsightStream::raw(size_t at) const {
 }
 
 Result<> EnsightStream::check(uint64_t count, const std::string& what) const {
-  // A number of a text has a character, and one between it and the next.
+  // A number of a text has a character, and one between it and the next. This bounds what any claimed count
+  // can make the loops below append.
   const uint64_t most =
       binary_ ? (text_.size() - at_) / sizeof(uint32_t) : (text_.size() - tokens_.scanner.position()) / 2 + 1;
   if (count <= most) return {};
@@ -71,6 +75,8 @@ Result<> EnsightStream::check(uint64_t count, const std::string& what) const {
 Result<int32_t> EnsightStream::part_number() {
   if (binary_ && !order_known_ && text_.size() - at_ >= sizeof(uint32_t)) {
     const uint32_t number = raw(at_);
+    // Files do not tell their byte order. Parts have small numbers, so the smaller of both readings is the
+    // right one.
     swapped_ = number > __builtin_bswap32(number);
     order_known_ = true;
   }

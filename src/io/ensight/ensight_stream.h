@@ -10,7 +10,8 @@
 namespace maille {
 
 /// Lines and numbers of a file of EnSight Gold, which are the same in text and in C binary: there a line has
-/// 80 bytes, a number four, in the order that the number of the first part tells.
+/// 80 bytes, a number four, in the byte order that the number of the first part tells. Every read is checked
+/// against what is left.
 class EnsightStream {
  public:
   EnsightStream(std::string_view text, std::string name, bool binary)
@@ -31,7 +32,9 @@ class EnsightStream {
   std::string peek();
   /// The number of a part; the first one tells the order of bytes.
   Result<int32_t> part_number();
+  // Reads a count, at most 2^31 - 1; `what` is for messages: "number of WHAT".
   Result<uint64_t> count(const std::string& what);
+  // Appends `count` numbers to `out`. Nothing is appended if the rest of the file is too short for them.
   Result<> integers(uint64_t count, const std::string& what, std::vector<int32_t>& out);
   Result<> floats(uint64_t count, const std::string& what, std::vector<float>& out);
   tl::unexpected<Error> malformed(const std::string& what) const;
