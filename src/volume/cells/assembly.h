@@ -7,7 +7,10 @@
 
 namespace maille {
 
-/// A cell while it is coded: which of its corners are known, and to which faces it is glued.
+/// A cell while it is coded: which of its corners are known, and to which faces it is glued. Both directions
+/// fill it step by step with the same operations, and later steps look only at what is here, never at the
+/// cell that is wanted. A corner may be known and fresh at once: create_corners() gives slots to new ones.
+/// Entries of `corner` and `glue` without their bit are left from cells before.
 struct Assembly {
   unsigned kind = 0;
   unsigned known = 0;  ///< a bit for each corner that has a slot

@@ -19,10 +19,16 @@ void CodedCells::clear() {
 }
 
 template <class Coder>
+// The order of the steps is that of docs/format.md, 16.4: corners and glue, numbers of new points, nodes
+// behind corners, the cell into memory, ends of points. Two coders run beside each other, as numbers have
+// statistics of their own and may be absent.
 bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   if (damaged_) return false;
+  // Before anything is coded, as it only changes how the encoder says the cell.
   if (encoding && faces_) prefer_faces(cell);
   wanted_ = &cell;
+  // The sources are looked up once: the pattern, the slow path and the description of a new pattern must see
+  // the same ones.
   repeated_ = 0;
   if (gates_) return code_by_gates(topology, numbers, cell, out);
   find_sources();
@@ -46,10 +52,13 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   if (damaged_) return false;
   enter(cell, out);
   if (fast) {
+    // The pattern says which points end. A decoder learns it here, an encoder checked it in fits().
     if constexpr (!encoding) cell.final = patterns_[pattern_].final;
     signature_ = patterns_.signature(pattern_);
   }
   if (!plain) code_finals(topology, cell, !fast);
+  // Only now, as the pattern includes the ends of points, which are coded behind its corners. A full table of
+  // patterns is no error: the cell keeps pattern 0, which nothing proposes.
   if (described) {
     pattern.final = static_cast<uint8_t>(cell.final & ((1u << cell_.shape().corners) - 1));
     const uint32_t added = patterns_.add(pattern, signature_);
@@ -76,6 +85,9 @@ bool CellCoder<Coder>::code_without_shape(Coder& topology, Coder& numbers, Strea
   return code_by_faces(topology, numbers, cell, out);
 }
 
+/// Fills `sources_` with those that are still in memory: the last cell, and the cell that came after its
+/// neighbour across each face. In a sweep these are the neighbours of the next cell in the row, the row
+/// before and the layer before.
 template <class Coder>
 void CellCoder<Coder>::find_sources() {
   sources_.there = 0;
@@ -94,6 +106,7 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   uint32_t newest_age = 0xffffffff, oldest_age = 0;
   std::array<uint32_t, 3> candidate{};
   for (unsigned left = sources_.there & ~1u; left != 0; left &= left - 1) {
+    // Ages are differences modulo 2^32, so they stay right when ordinals wrap.
     const Hull::Cell& source = hull_.cell(sources_.cell[static_cast<unsigned>(__builtin_ctz(left))]);
     const uint32_t age = ordinal_ - source.ordinal;
     if (age < newest_age) candidate[0] = source.pattern;
@@ -104,10 +117,14 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   if ((sources_.there & 1) != 0) candidate[2] = hull_.cell(sources_.cell[0]).pattern;
   const unsigned agreement =
       (candidate[0] == candidate[1] ? 1u : 0u) + (candidate[0] == candidate[2] ? 2u : 0u);
+  // places_passed_ is 1 where sweep() has already asked about the first candidate and got a no: it must not
+  // be asked twice, as the decoder would not ask again either.
   for (unsigned rank = std::exchange(places_passed_, 0); rank < 3; ++rank) {
     const uint32_t id = candidate[rank];
+    // Pattern 0 is none, and a candidate that equals an earlier one has been refused already.
     if (id == 0 || (rank > 0 && id == candidate[0]) || (rank > 1 && id == candidate[1])) continue;
     const PatternPlan& plan = patterns_[id];
+    // A pattern that does not apply here is skipped without a decision, which both sides see alike.
     if (!Patterns::apply(plan, hull_, sources_, cell_)) continue;
     bool hit = false;
     if constexpr (encoding) hit = fits(plan, cell_, cell);
@@ -120,6 +137,8 @@ bool CellCoder<Coder>::code_by_pattern(Coder& coder, const StreamedCell& cell) {
   return false;
 }
 
+/// Encoder: whether the cell is what the pattern makes of it. New corners must really be new, and all
+/// different: a pattern gives each of them a point of its own.
 template <class Coder>
 bool CellCoder<Coder>::fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell) {
   const unsigned corners = guess.shape().corners;
@@ -137,6 +156,8 @@ bool CellCoder<Coder>::fits(const PatternPlan& pattern, const Assembly& guess, c
   return true;
 }
 
+/// The number that continues a regular numbering, a + b - d over the first parallelogram of three known
+/// corners. It wraps modulo 2^64 on both sides.
 template <class Coder>
 bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const {
   const CellShape& shape = cell_.shape();
@@ -150,6 +171,8 @@ bool CellCoder<Coder>::expected_number(unsigned corner, uint64_t& number) const 
   return false;
 }
 
+/// Codes the number of a new point and enters it. Without kept numbers the point is numbered in the order in
+/// which points come up, which takes no bits.
 template <class Coder>
 uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,
                                         unsigned context, unsigned corner) {
@@ -160,6 +183,8 @@ uint32_t CellCoder<Coder>::create_point(Coder& numbers, uint64_t number, bool ha
   if (damaged_) return 0;
   if (gates_) gates_->enter_point(hull_, slot);
   if (encoding && gates_) {
+    // Grows by half, as numbers may come in any order. The caller bounds them: encoders with gates hold the
+    // mesh.
     if (input >= dense_.size()) dense_.resize(input + input / 2 + 1024, no_slot);
     dense_[input] = slot;
   }
@@ -176,10 +201,14 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
   }
   for (unsigned fresh = cell_.fresh; fresh != 0 && !damaged_; fresh &= fresh - 1) {
     const auto i = static_cast<unsigned>(__builtin_ctz(fresh));
+    // Corners that repeat a new one are entered in the order of corners, too, but they take its slot and no
+    // number.
     NewPoint& point = out.points.emplace_back();
     point.cell = static_cast<uint32_t>(out.size());
     point.node = static_cast<uint8_t>(i);
     point.fresh = static_cast<uint8_t>(without_value);
+    // Only the value of a corner without a full parallelogram is ever predicted from points behind
+    // (docs/format.md, 16.7).
     if (several || cell_.shape().parallelograms[i] == 0) points_behind(point, i);
     uint64_t expected = 0;
     const bool has_expected = expected_number(i, expected);
@@ -197,8 +226,9 @@ void CellCoder<Coder>::create_corners(Coder& numbers, StreamedCell& cell, CodedC
   }
 }
 
-/// Behind axis neighbour n, seen from the new corner: n's other neighbour along that edge, in the cell across
-/// the face that has n and not the corner.
+/// Finds for each axis neighbour n, seen from the new corner, the point behind it: n's other neighbour along
+/// that edge, in the cell across the face that has n and not the corner. 2n - b then continues a straight row
+/// where there is no parallelogram.
 template <class Coder>
 void CellCoder<Coder>::points_behind(NewPoint& point, unsigned corner) const {
   const CellShape& shape = cell_.shape();
@@ -224,6 +254,8 @@ void CellCoder<Coder>::points_behind(NewPoint& point, unsigned corner) const {
   }
 }
 
+/// The cell comes into memory: faces that it is glued to close, it is linked as the successor of the last
+/// cell, and the successors of its neighbours become the sources of the next one.
 template <class Coder>
 void CellCoder<Coder>::enter(const StreamedCell&, CodedCells& out) {
   const CellShape& shape = cell_.shape();
@@ -238,6 +270,7 @@ void CellCoder<Coder>::enter(const StreamedCell&, CodedCells& out) {
     Hull::Cell& other = hull_.cell(cell_.glue[f].cell);
     other.open = static_cast<uint8_t>(other.open & ~(1u << cell_.glue[f].face));
     across[f] = cell_.glue[f].cell;
+    // Taken before this cell gets into memory, as it may itself become the successor of one of these.
     if (other.successor != no_slot) successors_[f] = {other.successor, other.ordinal + 1};
   }
   for (unsigned f = shape.faces; f < most_faces; ++f) successors_[f] = {};
@@ -254,6 +287,8 @@ void CellCoder<Coder>::enter(const StreamedCell&, CodedCells& out) {
   for (unsigned i = shape.corners; i < shape.nodes; ++i) extra_[slot][i - shape.corners] = node_[i];
 }
 
+/// Points whose last use this cell is leave memory. Ends are told for each corner, so that a corner that
+/// repeats another may have ended already.
 template <class Coder>
 void CellCoder<Coder>::remove_final(const StreamedCell& cell, CodedCells& out) {
   for (uint32_t final = cell.final; final != 0; final &= final - 1) {
@@ -269,7 +304,8 @@ void CellCoder<Coder>::end_point(uint32_t slot, CodedCells& out) {
   leave_point(slot, out);
 }
 
-/// Encoder: triangles and quads that lie on faces of polyhedra are coded as those are.
+/// Encoder: triangles and quads that lie on faces of polyhedra are coded as those are, because only the
+/// memory of faces (FaceStore) knows such a face, and the polygon then costs little more than a yes.
 template <class Coder>
 void CellCoder<Coder>::prefer_faces(StreamedCell& cell) {
   if (cell.kind >= shape_count || cell_shapes[cell.kind].nodes > 4) return;
@@ -283,6 +319,7 @@ void CellCoder<Coder>::prefer_faces(StreamedCell& cell) {
   for (unsigned i = 0; i < nodes; ++i) cell.finals.push_back(cell.final >> i & 1);
 }
 
+/// The memory of faces exists from the first such cell on: streams without any do not pay for it.
 template <class Coder>
 bool CellCoder<Coder>::code_by_faces(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   if (!faces_) faces_ = std::make_unique<FaceCoder<Coder>>(mixing_);
@@ -290,6 +327,8 @@ bool CellCoder<Coder>::code_by_faces(Coder& topology, Coder& numbers, StreamedCe
   return faces_->code(*this, topology, numbers, cell, out);
 }
 
+/// A point ends where no cell could say so: its last cell is already coded. Its number is told as a
+/// difference to the last group, which follows the ends.
 template <class Coder>
 bool CellCoder<Coder>::code_end(Coder& coder, StreamedCell& cell, CodedCells& out) {
   const uint32_t slot = code_old_point(coder, encoding ? slot_of_input(cell.number[0], 0) : no_slot, group_);
@@ -300,6 +339,7 @@ bool CellCoder<Coder>::code_end(Coder& coder, StreamedCell& cell, CodedCells& ou
   return true;
 }
 
+/// A point that no cell uses comes up and ends at once: it only serves to put its values into their order.
 template <class Coder>
 bool CellCoder<Coder>::code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out) {
   NewPoint point;

@@ -8,17 +8,24 @@ namespace maille {
 
 // Corners that no face gave.
 
+/// Each corner that no face gave is, in this order of questions: a repetition, a new point, one that an edge
+/// joins to a known neighbour, or any point in memory by its number. Cheap and likely answers come first; the
+/// last one can name every point, so that no topology is out of reach.
 template <class Coder>
 void CellCoder<Coder>::code_corners(Coder& coder) {
   const CellShape& shape = cell_.shape();
   for (unsigned i = 0; i < shape.corners && !damaged_; ++i) {
     if (cell_.has(i)) continue;
     if (code_repeat(coder, i)) continue;
+    // At most three of each, so that `local` packs them into two and three bits; a cell that comes here is
+    // glued to fewer than all its faces.
     const auto joined = bits_in(shape.neighbours[i] & cell_.known);
     const auto glued = bits_in(cell_.glued);
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
+      // Four bits for each known neighbour; of more than eight the first are shifted out, on both sides
+      // alike.
       valence = valence * 16 +
                 std::min<uint32_t>(
                     hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence(), 15);
@@ -30,6 +37,8 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
       continue;
     }
     if (code_joined(coder, i)) continue;
+    // The corner at the same place of the last cell is in a mesh with rows mostly near in number; where there
+    // is none, the group is.
     uint64_t base = group_;
     if (sources_.cell[0] != no_slot && hull_.cell(sources_.cell[0]).corner[i] != no_slot) {
       base = number_of(hull_.cell(sources_.cell[0]).corner[i]);
@@ -39,7 +48,8 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
   }
 }
 
-/// Damaged or odd meshes have cells with a corner twice.
+/// Damaged or odd meshes have cells with a corner twice. Others pay next to nothing for the question, as its
+/// context always answers no.
 template <class Coder>
 bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
   const unsigned before = cell_.known | cell_.fresh | repeated_;
@@ -51,6 +61,8 @@ bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
     }
   }
   if (!decide(coder, of < 8, repeats, cell_.kind, 0, 0)) return false;
+  // Three bits name one of eight corners; a decoder refuses one that has come up in none of the ways there
+  // are.
   of = coder.code_raw(of, 3);
   if ((before >> of & 1) == 0) {
     damaged_ = true;
@@ -67,7 +79,8 @@ bool CellCoder<Coder>::code_repeat(Coder& coder, unsigned corner) {
 
 namespace {
 
-/// The points before and after a corner in each open face there. An edge that no open face has is done with.
+/// The points before and after a corner in each open face there. An edge that no open face has is done with:
+/// at gates no later cell can have it.
 template <class Add>
 void for_each_in_open_faces(const Hull::Cell& cell, unsigned corner, Add add) {
   const CellShape& shape = Hull::shape_of(cell);
@@ -82,12 +95,15 @@ void for_each_in_open_faces(const Hull::Cell& cell, unsigned corner, Add add) {
 
 }  // namespace
 
-/// Points that an edge joins to known corners next to this one: those joined to most of them first. Their
-/// number.
+/// Collects the points that an edge joins to known corners next to this one, those joined to most of them
+/// first; returns how many may be asked about, twelve at most. 48 cells around each of three neighbours, 24
+/// points and 12 questions bound the work; the numbers are part of the format.
 template <class Coder>
 unsigned CellCoder<Coder>::joined_points(unsigned corner) {
   unsigned count = 0;
   constexpr uint8_t own = 255;
+  // One byte for each point instead of a search of the list: 255 for corners of the cell itself, which cannot
+  // be meant, else 1 + the place in the list. Only what was set is cleared again.
   if (joined_places_.size() < hull_.point_capacity()) joined_places_.resize(hull_.point_capacity());
   const auto mark_own = [&](uint8_t mark) {
     for (unsigned known = cell_.known; known != 0; known &= known - 1)
@@ -106,6 +122,8 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
     }
   };
   const unsigned dimension = cell_.shape().dimension;
+  // Where all cells have one dimension and their faces are in the hull, a point's count of open faces tells
+  // when all open faces around it have been seen: the walk ends there instead of at 48.
   const bool open_only = gates_ && dimensions_ == 1u << dimension && !faces_;
   for (unsigned n = cell_.shape().neighbours[corner] & cell_.known; n != 0; n &= n - 1) {
     const uint32_t neighbour = cell_.corner[static_cast<unsigned>(__builtin_ctz(n))];
@@ -136,6 +154,7 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
       });
     }
   }
+  // Known corners first, as a corner may be in the list, too, if the cell repeats points.
   mark_own(0);
   for (unsigned i = 0; i < count; ++i) joined_places_[joined_[i].first] = 0;
   // By insertion: stable, and there are few.
@@ -148,6 +167,8 @@ unsigned CellCoder<Coder>::joined_points(unsigned corner) {
   return std::min<uint32_t>(count, 12);
 }
 
+/// One question for each point that is joined to a known neighbour; in tetrahedra behind a front the first is
+/// mostly right.
 template <class Coder>
 bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
   const unsigned count = joined_points(corner);
@@ -163,6 +184,9 @@ bool CellCoder<Coder>::code_joined(Coder& coder, unsigned corner) {
   return false;
 }
 
+/// A point in memory by its number, as a difference to `base`; returns its slot. The encoder has the slot,
+/// the decoder looks it up, and a number that is not in memory is damage. Numbers wrap modulo 2^64, so that
+/// any base can lead to any number.
 template <class Coder>
 uint32_t CellCoder<Coder>::code_old_point(Coder& coder, uint32_t slot, uint64_t base) {
   uint64_t number = encoding ? number_of(slot) : 0;
@@ -174,14 +198,17 @@ uint32_t CellCoder<Coder>::code_old_point(Coder& coder, uint32_t slot, uint64_t 
   return slot;
 }
 
-/// All points in memory: once, at most.
+/// Enters all points in memory into the table by number. This happens once in a stream at most: from then on
+/// enter_point() and leave_point() keep the table.
 template <class Coder>
 void CellCoder<Coder>::fill_table() {
   in_table_ = true;
   hull_.each_point([&](uint32_t slot) { table_.insert(number_of(slot), slot, 8); });
 }
 
-/// Faces that nobody asked about, but that close here all the same.
+/// Faces that nobody asked about, but that close here all the same: all corners are known, and an open face
+/// in memory has the same points. Both sides search for themselves, which costs time instead of bits. A point
+/// without open faces rules a face out before any search.
 template <class Coder>
 void CellCoder<Coder>::glue_the_rest() {
   const CellShape& shape = cell_.shape();
@@ -199,7 +226,9 @@ void CellCoder<Coder>::glue_the_rest() {
 
 // Nodes behind the corners.
 
-/// The node of a cell in memory that lies between the same corners; no_slot when there is none.
+/// The node of a cell in memory that lies between the same corners; no_slot when there is none. Conforming
+/// meshes share such nodes as they share corners. The newest cell that has one wins, so that both sides take
+/// the same.
 template <class Coder>
 uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
   const unsigned corners = cell_.shape().lies_on[node];
@@ -227,6 +256,8 @@ uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
   return found;
 }
 
+/// Nodes behind the corners (middles of edges, faces, the cell): the one that a neighbour has there, a new
+/// one, or any by its number.
 template <class Coder>
 void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   const CellShape& shape = cell_.shape();
@@ -239,6 +270,7 @@ void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCe
     const bool fresh_corners = (shape.lies_on[i] & cell_.fresh) != 0;
     node_[i] = candidate;
     if (candidate == no_slot || !decide(coder, target == candidate, node_known, local, i, 0)) {
+      // Contexts of corners are below 2^16, so that this one is never shared with code_corners().
       if (decide(coder, target == no_slot, is_new, local + 0x10000, i, fresh_corners)) {
         NewPoint point;
         point.cell = static_cast<uint32_t>(out.size());
@@ -258,6 +290,8 @@ void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCe
 
 // Ends of points.
 
+/// Which nodes are used for the last time. `corners_too`: where a pattern has told the ends of corners, only
+/// nodes behind them are asked about.
 template <class Coder>
 void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corners_too) {
   const CellShape& shape = cell_.shape();
@@ -265,11 +299,13 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
   for (unsigned i = corners_too ? 0 : shape.corners; i < shape.nodes; ++i) {
     bool before = false;
     for (unsigned j = 0; j < i && !before; ++j) before = node_[j] == node_[i];
+    // A node that repeats an earlier one ends with it.
     if (before) continue;
     const Hull::Point& point = hull_.point(node_[i]);
     uint32_t local = std::min<uint32_t>(point.valence(), 63) | std::min<uint32_t>(point.open(), 31) << 6 |
                      cell_.kind << 11;
     if (i >= shape.corners) {
+      // A node on an edge mostly ends when both ends of the edge do; that was coded before.
       const bool with_corners = (shape.lies_on[i] & ~final) == 0;
       local = i | (with_corners ? 32u : 0) | cell_.kind << 11 | 0x100000;
     }
@@ -280,6 +316,8 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
   cell.final = final;
 }
 
+/// The group follows cells that come around point after point, as many generators write them. It stays as
+/// long as the cell has its point.
 template <class Coder>
 void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
   uint64_t least = ~uint64_t{0};
@@ -294,11 +332,14 @@ void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
   group_ = next ? group_ + 1 : least;
 }
 
-/// A cell without known shape: a list of points, each new or named by its number.
+/// A cell without known shape: a list of points, each new or named by its number. It is in no list of the
+/// hull, so nothing is ever glued to it; it takes no slot, and its neighbours are none.
 template <class Coder>
 bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   const auto type = static_cast<uint8_t>(coder.code_raw(static_cast<uint32_t>(cell.type), 8));
   const int64_t count = loose_count_.code(coder, static_cast<int64_t>(cell.numbers.size()));
+  // most_loose_nodes bounds what one record may claim. Nothing is reserved for it: vectors grow with what was
+  // decoded.
   damaged_ = damaged_ || count < 0 || count > most_loose_nodes;
   cell.kind = loose_cell;
   cell.type = static_cast<CellType>(type);
@@ -331,6 +372,8 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
     damaged_ = !encoding && coder.exhausted();
     if constexpr (!encoding) cell.numbers.push_back(last_loose_);
   }
+  // By now all points have slots, so that ends can be coded after all of them; a point listed twice may end
+  // once only.
   for (size_t i = 0; i < static_cast<size_t>(count) && !damaged_; ++i) {
     bool final = encoding && cell.finals[i] != 0;
     final = decide(coder, final, is_final, 0x200000, 0, 0);

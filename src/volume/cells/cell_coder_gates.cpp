@@ -8,7 +8,10 @@
 namespace maille {
 namespace {
 
+// How many gates a cell may pass over: gates that wait for nothing (where a mesh is not closed as expected)
+// are given up one by one. Part of the format, as is the next one (docs/format.md, 16.13).
 constexpr unsigned most_skipped = 64;
+// A walk around an edge ends after 63 cells at the latest, whatever a damaged stream has glued to what.
 constexpr unsigned most_around_edge = 64;
 
 /// The own face at whose corner `rotation` the other's first corner lies, as a turn.
@@ -16,7 +19,8 @@ unsigned turn_of(unsigned face, bool mirrored, unsigned rotation) {
   return face * 8 + (mirrored ? 4u : 0) + rotation;
 }
 
-/// In the face beyond edge i of another one: the corners that come next to the ends of the edge.
+/// In the face beyond edge i of another one: the corners that come next to the ends of the edge. In a
+/// triangle both are the same corner.
 struct Beyond {
   uint8_t next_to_a, next_to_b;
 };
@@ -27,10 +31,13 @@ Beyond find_beyond(const CellShape& shape, const CellFace& base, unsigned i) {
   while (face.corner[at] != a) ++at;
   const unsigned after = at + 1u < face.size ? at + 1 : 0, before = at == 0 ? face.size - 1u : at - 1;
   const uint8_t next_to_a = face.corner[face.corner[after] == b ? before : after];
+  // In a quad the corner opposite to `at` is two steps on, and steps modulo 4 by two are an exclusive or with
+  // 2.
   return {next_to_a, face.size == 3 ? next_to_a : face.corner[at ^ 2u]};
 }
 
-/// By kind and face: at each edge.
+/// By kind and face: at each edge. A table, because this is asked for each edge of each cell; made on first
+/// use, which C++ makes safe for threads.
 using BeyondEdges = std::array<std::array<std::array<Beyond, 4>, most_faces>, shape_count>;
 const BeyondEdges& beyond_edges() {
   static const BeyondEdges table = [] {
@@ -49,6 +56,8 @@ const BeyondEdges& beyond_edges() {
 
 }  // namespace
 
+/// One cell, as docs/format.md, 16.13, has the steps. Patterns and sources in the sense of find_sources() are
+/// not used: at gates the place of the cell follows from the gate.
 template <class Coder>
 bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   signature_ = anchor_signature_ = 0;
@@ -62,9 +71,12 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
     find_sources();
     join_slowly(topology, cell);
   } else {
+    // A cell at no gate has no neighbour to expect numbers from.
     if (!at_gate) sources_.cell.fill(no_slot);
     const unsigned known = cell_.known;
     if (!damaged_) code_corners(topology);
+    // The open face of a named corner need not be near the walk around the edges of the gate, so that the
+    // search of glue_the_rest() is needed.
     // A corner that was named may be anywhere.
     const bool beside = cell_.known == known && cell_.shape().dimension == 3;
     if (!damaged_ && beside) glue_beside();
@@ -78,6 +90,8 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   const unsigned gates = gated ? code_borders(topology) : 0;
   enter(cell, out);
   gates_->enter(hull_, last_.slot, cell_.glue, gated ? cell_.glued : 0, gates);
+  // The field for patterns has another use in these streams: the face by which the cell came, from which the
+  // turn of the next cell is expected.
   hull_.cell(last_.slot).pattern = entered_by_;
   hull_.cell(last_.slot).signature = signature_;
   last_signature_ = signature_;
@@ -92,14 +106,15 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   return true;
 }
 
-/// What kind of cell comes, and its gate. Returns whether it is of those that have gates: solids and
-/// polygons.
+/// Codes the kind of the cell and its gate. Returns whether it is of those kinds that have gates: solids and
+/// polygons. In a regular mesh it takes one decision, "a cell of the last kind at the first gate".
 template <class Coder>
 bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate) {
   GateModels& models = *gate_models_;
   cell_.kind = last_kind_;
   const auto has_gates = [&] { return cell_.kind < shape_count && cell_shapes[cell_.kind].dimension >= 2; };
   FaceRef gate = has_gates() ? gates_->next(hull_) : FaceRef{};
+  // Encoder: no_turn stays where the cell does not lie at this gate.
   Turn turn = no_turn;
   if (gate.cell != no_slot) {
     if constexpr (encoding) {
@@ -118,6 +133,7 @@ bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& a
   }
   cell_.kind = code_kind(coder, cell.kind);
   if (damaged_ || !has_gates()) return false;
+  // most_skipped stands for "at no gate".
   unsigned distance = most_skipped;
   if constexpr (encoding) {
     find_targets(cell);
@@ -136,13 +152,17 @@ bool CellCoder<Coder>::code_gate(Coder& coder, const StreamedCell& cell, bool& a
       join_gate(coder, gate, turn);
       return true;
     }
+    // Both sides drop the gates that were passed over. This is what keeps the queue from filling up with
+    // faces that no cell ever meets.
     gates_->close(hull_, gate);
   }
+  // The stream said that a gate is near, but none of 64 was taken.
   damaged_ = true;
   return false;
 }
 
-/// Encoder: the turn with which the cell is at a gate.
+/// Encoder: the turn with which the cell lies at a gate; no_turn if it does not. Mirrored turns first:
+/// neighbours of the same orientation see their face in opposite directions.
 template <class Coder>
 unsigned CellCoder<Coder>::turn_at(FaceRef gate) const {
   const Hull::Cell& other = hull_.cell(gate.cell);
@@ -166,7 +186,8 @@ unsigned CellCoder<Coder>::turn_at(FaceRef gate) const {
   return no_turn;
 }
 
-/// How the cell lies at its gate, then which of the faces beside it meets.
+/// How the cell lies at its gate, then which of the faces beside it meets. The turn is expected from the last
+/// cell in the same row: same kind, same face of the gate's cell, which itself came by the same face.
 template <class Coder>
 void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   GateModels& models = *gate_models_;
@@ -189,10 +210,13 @@ void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   const unsigned size = Hull::shape_of(other).face[gate.face].size;
   const CellShape& shape = cell_.shape();
   const unsigned own = turn / 8;
+  // Six bits can say turns that the kind does not have; each part is checked before it is used as an index.
   damaged_ = damaged_ || own >= shape.faces || shape.face[own].size != size || turn % 4 >= size;
   if (damaged_) return;
   last = static_cast<uint8_t>(turn);
   entered_by_ = own;
+  // From here on the gate's cell takes the place of the last cell: corners are named, and numbers expected,
+  // beside it.
   sources_.cell.fill(no_slot);
   sources_.cell[0] = gate.cell;
   place(gate, turn);
@@ -203,8 +227,10 @@ void CellCoder<Coder>::join_gate(Coder& coder, FaceRef gate, unsigned turn) {
   }
 }
 
-/// The open face at the end of the cells around an edge, from a cell's face on over its other faces there;
-/// none where they end otherwise, or where that is a face of the cell itself.
+/// The open face at the end of the cells around an edge, from a cell's face on over its other faces there.
+/// There is none where a walk ends otherwise (at a point that has left, at the limit), or where it would be a
+/// face of the cell itself. Glued faces know how they lie on each other, so that the walk follows tables and
+/// compares points only in odd meshes.
 template <class Coder>
 typename CellCoder<Coder>::Opposite CellCoder<Coder>::open_face_around(FaceRef from, uint32_t a,
                                                                        uint32_t b) const {
@@ -228,7 +254,8 @@ typename CellCoder<Coder>::Opposite CellCoder<Coder>::open_face_around(FaceRef f
   return found;
 }
 
-/// Edge `edge` of a face is that which was sought, if the face is open.
+/// Fills `found` with a face at whose edge number `edge` the walk has ended, if that face is open, with the
+/// points next to both ends of the edge.
 template <class Coder>
 void CellCoder<Coder>::set_opposite(FaceRef face, unsigned edge, uint32_t a, Opposite& found) const {
   const Hull::Cell& cell = hull_.cell(face.cell);
@@ -243,7 +270,9 @@ void CellCoder<Coder>::set_opposite(FaceRef face, unsigned edge, uint32_t a, Opp
   found.next_to_b = forward ? after : before;
 }
 
-/// At each edge of the gate the cells there lead to one open face: is it one of this cell's?
+/// At each edge of the gate the cells there lead to one open face: is it one of this cell's? Around an inner
+/// edge whose other cells are all there the answer is mostly yes, so that `around` and the agreement of the
+/// faces beside it lead the context.
 template <class Coder>
 void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face) {
   const CellShape& shape = cell_.shape();
@@ -258,6 +287,7 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
     if (there.size != shape.face[base.across[i]].size || !gates_->is_gate(there.face))
       there.face.cell = no_slot;
   }
+  // Faces of other sizes, and faces that no cell will meet, cannot be the cell's.
   unsigned joined = 0;
   for (unsigned i = 0; i < base.size; ++i) {
     const Opposite& there = opposite[i];
@@ -265,8 +295,10 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
     if (there.face.cell == no_slot) continue;
     const unsigned at_a = own[i].next_to_a, at_b = own[i].next_to_b;
     const bool knows_a = cell_.has(at_a), knows_b = cell_.has(at_b);
+    // What is known already rules the face out; no decision is spent.
     if (knows_a && cell_.corner[at_a] != there.next_to_a) continue;
     if (knows_b && cell_.corner[at_b] != there.next_to_b) continue;
+    // Both points next to the edge are the cell's already, so the face is, too: glued without a decision.
     bool here = knows_a && knows_b;
     if (!here) {
       if constexpr (encoding) here = target_[at_a] == there.next_to_a && target_[at_b] == there.next_to_b;
@@ -296,8 +328,8 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
   }
 }
 
-/// Faces that nobody asked about: beyond an edge of one that is glued. A face that only a search around its
-/// points would find stays open: few are, and that search takes half as long as all the rest.
+/// Glues faces that nobody asked about, beyond an edge of one that is glued. A face that only a search around
+/// its points would find stays open: few are, and that search takes half as long as all the rest.
 template <class Coder>
 void CellCoder<Coder>::glue_beside() {
   const CellShape& shape = cell_.shape();
@@ -321,7 +353,9 @@ void CellCoder<Coder>::glue_beside() {
   }
 }
 
-/// Of each open face whether it is a gate. Returns those.
+/// Codes of each open face whether it is a gate; returns those. The encoder knows from the whole mesh
+/// (`borders_`) which faces no later cell meets. Points of a border face are marked: faces around them are
+/// mostly at the border, too.
 template <class Coder>
 unsigned CellCoder<Coder>::code_borders(Coder& coder) {
   const CellShape& shape = cell_.shape();
@@ -347,7 +381,9 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
   return gates;
 }
 
-/// Points end when they have no gate left.
+/// Points end when they have no gate left: mostly all corners at once, in one decision. What happened to the
+/// last point at the border is expected for the next one, as files differ in whether cells beside a border
+/// are still to come.
 template <class Coder>
 void CellCoder<Coder>::code_ends_at_gates(Coder& coder, StreamedCell& cell) {
   const CellShape& shape = cell_.shape();

@@ -11,13 +11,16 @@ constexpr unsigned face_of_turn(unsigned turn) {
   return turn / 8;
 }
 
-/// Corner of the own face that lies on corner `i` of the other.
+/// Corner of the own face that lies on corner `i` of the other. `i` is below `size`, so the difference does
+/// not wrap.
 unsigned own_corner(const CellFace& own, unsigned turn, unsigned i) {
   const unsigned size = own.size, rotation = turn % 4;
   const bool mirrored = (turn / 4) % 2 != 0;
   return own.corner[(mirrored ? rotation + size - i : rotation + i) % size];
 }
 
+/// Whether a turn that was decoded exists: its face must be of the cell and as large as the anchor's face;
+/// three corners have three rotations; one or two corners have no mirror image of their own.
 bool is_turn(const CellShape& shape, unsigned size, unsigned turn) {
   const unsigned face = face_of_turn(turn);
   if (face >= shape.faces || shape.face[face].size != size || turn % 4 >= size) return false;
@@ -26,6 +29,8 @@ bool is_turn(const CellShape& shape, unsigned size, unsigned turn) {
 
 }  // namespace
 
+/// Codes the kind and, of those with a shape, how the cell is joined to memory. `cell` is read by an encoder
+/// only.
 template <class Coder>
 void CellCoder<Coder>::code_slowly(Coder& coder, StreamedCell& cell) {
   const unsigned kind = code_kind(coder, cell.kind);
@@ -34,7 +39,9 @@ void CellCoder<Coder>::code_slowly(Coder& coder, StreamedCell& cell) {
   if (!damaged_ && kind < shape_count) join_slowly(coder, cell);
 }
 
-/// Given its kind.
+/// Joins a cell whose kind is known. Each step looks only at what the steps before made known, so that a
+/// decoder can follow. A step that finds the stream damaged leaves the cell unfinished; code() then returns
+/// false.
 template <class Coder>
 void CellCoder<Coder>::join_slowly(Coder& coder, const StreamedCell& cell) {
   if constexpr (encoding) {
@@ -48,6 +55,8 @@ void CellCoder<Coder>::join_slowly(Coder& coder, const StreamedCell& cell) {
   if (!damaged_) glue_the_rest();
 }
 
+/// A mesh mostly goes on with the same kind; else five bits tell one of kind_count = 22, and larger values
+/// are damage.
 template <class Coder>
 unsigned CellCoder<Coder>::code_kind(Coder& coder, unsigned kind) {
   if (decide(coder, kind == last_kind_, same_kind, last_kind_, 0, 0)) return last_kind_;
@@ -60,6 +69,7 @@ unsigned CellCoder<Coder>::code_kind(Coder& coder, unsigned kind) {
   return node - 32;
 }
 
+/// Encoder: the slot of each corner, or no_slot for points that are not in memory, which are new.
 template <class Coder>
 void CellCoder<Coder>::find_targets(const StreamedCell& cell) {
   for (unsigned i = 0; i < cell_.shape().corners; ++i) target_[i] = slot_of_input(cell.number[i], i);
@@ -73,6 +83,8 @@ void CellCoder<Coder>::find_partners() {
   const CellShape& shape = cell_.shape();
   unsigned left = (1u << shape.faces) - 1;
   for (unsigned f = 0; f < shape.faces; ++f) {
+    // A face found around one corner would be found around any other of its corners as well, so all faces at
+    // the chosen corner are done with.
     if ((left >> f & 1) == 0) continue;
     unsigned from = most_corners;
     bool all_there = true;
@@ -80,6 +92,7 @@ void CellCoder<Coder>::find_partners() {
       const unsigned corner = shape.face[f].corner[i];
       all_there = all_there && target_[corner] != no_slot;
       if (!all_there) break;
+      // The corner with the shortest list.
       if (from == most_corners ||
           hull_.point(target_[corner]).valence() < hull_.point(target_[from]).valence())
         from = corner;
@@ -96,6 +109,8 @@ void CellCoder<Coder>::find_partners() {
   }
 }
 
+/// Encoder: notes the cell if one of `faces` of it is a face of this cell, with the corners in some order
+/// that a turn can say.
 template <class Coder>
 void CellCoder<Coder>::add_partner(uint32_t slot, unsigned faces) {
   const Hull::Cell& other = hull_.cell(slot);
@@ -122,6 +137,8 @@ bool CellCoder<Coder>::is_partner(uint32_t slot) const {
 
 // Anchor: a cell in memory with an open face that is a face of this one.
 
+/// A candidate that is marked, closed or of another dimension is passed over without a rank: ranks count only
+/// those that are asked about. Marks are cleared in code_anchor().
 template <class Coder>
 void CellCoder<Coder>::add_anchor(uint32_t cell, unsigned origin) {
   Hull::Cell& candidate = hull_.cell(cell);
@@ -131,6 +148,8 @@ void CellCoder<Coder>::add_anchor(uint32_t cell, unsigned origin) {
   anchors_[anchor_count_++] = {cell, static_cast<uint8_t>(origin), origin_ranks_[origin]++};
 }
 
+/// Cells around the point with this number, if it is in memory: twelve are enough for a point where few cells
+/// meet, and bound the work elsewhere. (Chosen, no sweep is on record; it is part of the format.)
 template <class Coder>
 void CellCoder<Coder>::add_anchors_around(uint64_t number, unsigned origin) {
   const uint32_t slot = slot_of(number, 9 + origin);
@@ -173,6 +192,8 @@ bool CellCoder<Coder>::collect_anchors(unsigned round) {
   }
 }
 
+/// Origins 0 and 1. Seven entries are sorted by insertion; the key holds age and slot, so that the order is
+/// total.
 template <class Coder>
 void CellCoder<Coder>::add_anchors_ahead() {
   if (sources_.cell[0] != no_slot) add_anchor(sources_.cell[0], 0);
@@ -189,6 +210,8 @@ void CellCoder<Coder>::add_anchors_ahead() {
   for (unsigned i = 0; i < count; ++i) add_anchor(static_cast<uint32_t>(found[i]), 1);
 }
 
+/// Origin 6: a run of cells along an earlier run. Twelve steps; each reference is checked by ordinal, as the
+/// cells may have left.
 template <class Coder>
 void CellCoder<Coder>::add_anchors_after() {
   uint32_t next = hull_.valid(last_anchor_) ? last_anchor_.slot : no_slot;
@@ -200,6 +223,9 @@ void CellCoder<Coder>::add_anchors_after() {
   }
 }
 
+/// Origin 4. At most 24 cells around each of eight corners, 96 in all, of which the newest 24 become
+/// candidates. The second bit of `mark` keeps a cell from being collected twice, without touching the first,
+/// which says that it is a candidate already.
 template <class Coder>
 void CellCoder<Coder>::add_anchors_beside() {
   std::array<uint64_t, 96> found;
@@ -219,10 +245,12 @@ void CellCoder<Coder>::add_anchors_beside() {
   }
   for (unsigned i = 0; i < count; ++i) hull_.cell(static_cast<uint32_t>(found[i])).mark &= 1;
   const unsigned newest = std::min(count, 24u);
+  // Keys differ, as each has its own slot, so that which 24 are taken does not depend on the library's sort.
   std::partial_sort(found.begin(), found.begin() + newest, found.begin() + count);
   for (unsigned i = 0; i < newest; ++i) add_anchor(static_cast<uint32_t>(found[i]), 4);
 }
 
+/// Encoder: whether own corners in this turn are the corners of the face in memory.
 template <class Coder>
 bool CellCoder<Coder>::matches_turn(const Hull::Cell& other, unsigned face, Turn turn) const {
   const CellFace& there = Hull::shape_of(other).face[face];
@@ -234,6 +262,8 @@ bool CellCoder<Coder>::matches_turn(const Hull::Cell& other, unsigned face, Turn
   return true;
 }
 
+/// Encoder: the turn with which the cell lies on the face; the preferred one if it fits, as it is cheapest,
+/// else the lowest. A cell that repeats corners may fit in several ways.
 template <class Coder>
 typename CellCoder<Coder>::Turn CellCoder<Coder>::match(const Hull::Cell& other, unsigned face,
                                                         Turn preferred) const {
@@ -253,6 +283,9 @@ typename CellCoder<Coder>::Turn CellCoder<Coder>::match(const Hull::Cell& other,
   return no_turn;
 }
 
+/// Which of the candidates is the anchor. They are collected lazily: the encoder as far as the first partner,
+/// the decoder as far as the answers go. Both ask about the same ones in the same order, since a round only
+/// ever appends.
 template <class Coder>
 FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   if (cell_.shape().dimension == 0) return {};
@@ -273,6 +306,7 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   listed = decide(coder, listed, anchor_listed, cell_.kind << 1, last_choice_, beside);
   uint32_t found = no_slot;
   for (unsigned i = 0; listed && found == no_slot; ++i) {
+    // More answers "no" than there are candidates: only a damaged stream says so.
     if (!encoding && !is_there(i)) {
       damaged_ = true;
       break;
@@ -287,6 +321,7 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
     last_choice_ = rank;
     found = candidate.cell;
   }
+  // Both sides have marked different numbers of candidates; clearing all leaves the hull the same.
   for (unsigned i = 0; i < anchor_count_; ++i) hull_.cell(anchors_[i].cell).mark = 0;
   if (found != no_slot) return code_face_of(coder, found);
   last_choice_ = 63;
@@ -294,6 +329,7 @@ FaceRef CellCoder<Coder>::code_anchor(Coder& coder) {
   return damaged_ ? FaceRef{} : code_distant_anchor(coder);
 }
 
+/// The signature of the anchor is evidence for all that follows in this cell.
 template <class Coder>
 FaceRef CellCoder<Coder>::code_face_of(Coder& coder, uint32_t anchor) {
   anchor_signature_ = hull_.cell(anchor).signature;
@@ -308,6 +344,8 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
   uint32_t point = no_slot, anchor = no_slot;
   if constexpr (encoding) {
     for (unsigned i = 0; i < cell_.shape().corners && anchor == no_slot && partner_count_ > 0; ++i) {
+      // A cell with an open face of this cell is in the list of one of its points, unless more than 64 cells
+      // are around each. Then the cell has no anchor and its corners are named one by one.
       if (target_[i] == no_slot) continue;
       hull_.around(target_[i], [&](uint32_t cell, uint32_t) {
         if (!is_partner(cell)) return false;
@@ -330,6 +368,7 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
     if (here) found = cell;
     return here;
   });
+  // A decoder was told that there is an anchor here, and there is none.
   if (found == no_slot) {
     damaged_ = true;
     return {};
@@ -341,6 +380,8 @@ FaceRef CellCoder<Coder>::code_distant_anchor(Coder& coder) {
 template <class Coder>
 uint32_t CellCoder<Coder>::code_face(Coder& coder, uint32_t anchor) {
   const Hull::Cell& other = hull_.cell(anchor);
+  // `other.open` is not 0, as candidates and distant anchors have open faces, so that the loop ends with the
+  // last one.
   unsigned open = other.open;
   for (unsigned rank = 0;; ++rank) {
     const unsigned face =
@@ -356,6 +397,8 @@ uint32_t CellCoder<Coder>::code_face(Coder& coder, uint32_t anchor) {
   }
 }
 
+/// How the cell lies on the anchor's face, then what of it follows. A turn has six bits: face (3), mirrored
+/// (1), rotation (2). Some of these do not exist for the kind at hand, which is_turn() refuses.
 template <class Coder>
 void CellCoder<Coder>::code_turn(Coder& coder, FaceRef anchor) {
   const Hull::Cell& other = hull_.cell(anchor.cell);
@@ -383,6 +426,7 @@ void CellCoder<Coder>::code_turn(Coder& coder, FaceRef anchor) {
   if (cell_.shape().dimension == 2) code_faces_below(coder, anchor);
 }
 
+/// The corners of the anchor's face become known, and the two faces are glued.
 template <class Coder>
 void CellCoder<Coder>::place(FaceRef anchor, Turn turn) {
   const Hull::Cell& other = hull_.cell(anchor.cell);
@@ -405,6 +449,7 @@ bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned
   const CellFace& here = cell_.shape().face[own];
   const unsigned size = here.size;
   if (there.size != size) return false;
+  // The place of a corner in a cycle; `size` if it is not there, as may be in cells that repeat corners.
   const auto place_there = [&](unsigned corner) {
     unsigned i = 0;
     while (i < size && other.corner[there.corner[i]] != cell_.corner[corner]) ++i;
@@ -418,19 +463,23 @@ bool CellCoder<Coder>::lay_over(const Hull::Cell& other, unsigned face, unsigned
   const unsigned there_a = place_there(a), there_b = place_there(b), here_a = place_here(a),
                  here_b = place_here(b);
   if (there_a == size || there_b == size || here_a == size || here_b == size) return false;
+  // The direction in which the cycle goes from a to b. The edge is one of the face, so it is a step forwards
+  // or backwards.
   const unsigned step_there = (there_a + 1) % size == there_b ? 1 : size - 1;
   const unsigned step_here = (here_a + 1) % size == here_b ? 1 : size - 1;
   for (unsigned i = 0; i < size; ++i) {
     const unsigned corner = here.corner[(here_a + step_here * i) % size];
     const uint32_t slot = other.corner[there.corner[(there_a + step_there * i) % size]];
+    // Something known contradicts: the face is another one, and no decision is spent on it.
     if (cell_.has(corner) && cell_.corner[corner] != slot) return false;
     found.slot[(here_a + step_here * i) % size] = slot;
   }
   return true;
 }
 
-/// Fills edge_faces_ with the open faces at the edge that could be own face `own`; returns how many cells
-/// have the edge.
+/// Fills edge_faces_ with the open faces at the edge that could be own face `own`, eight at most; returns how
+/// many cells have the edge. The walk starts from the end with the shorter list; a tie takes `a`, so that
+/// both sides see the faces in the same order.
 template <class Coder>
 unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned a, unsigned b) {
   edge_face_count_ = 0;
@@ -458,6 +507,8 @@ unsigned CellCoder<Coder>::faces_at_edge(uint32_t anchor, unsigned own, unsigned
   return cells;
 }
 
+/// For each edge of the anchor's face: is the own face across it glued to one of the open faces there? In a
+/// structured front the answer follows from how many cells the edge has, which leads the context.
 template <class Coder>
 void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_face) {
   const CellFace& base = cell_.shape().face[own_face];
@@ -479,6 +530,9 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
       }
       const Hull::Cell& other = hull_.cell(candidate.face.cell);
       const uint32_t local = cells | (known - 2) << 4 | std::min<uint32_t>(edge_face_count_, 3) << 6 |
+                             // Fields are packed without overlap: cells 4 bits, known corners 2, candidates
+                             // 2, glued edges 4, edge 2, candidate 2, kind above. Candidates are laid on two
+                             // known corners at least, so that known - 2 does not wrap.
                              glued_so_far << 8 | i << 12 | std::min<uint32_t>(k, 3) << 14 | cell_.kind << 16;
       const uint32_t valence =
           hull_.point(cell_.corner[a]).valence() * 32u + hull_.point(cell_.corner[b]).valence();
@@ -493,6 +547,8 @@ void CellCoder<Coder>::code_edges(Coder& coder, FaceRef anchor, unsigned own_fac
 }
 
 /// A polygon next to solids mostly lies on the open face at its first edge where its neighbour does not lie.
+/// All its corners then follow from one decision. A face that shares all its corners with the neighbour is
+/// the one on which the neighbour lies.
 template <class Coder>
 void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
   const CellShape& shape = cell_.shape();
@@ -527,6 +583,8 @@ void CellCoder<Coder>::code_faces_below(Coder& coder, FaceRef anchor) {
       for (unsigned i = 0; i < size && here; ++i) {
         cell_.set_corner((a + own_step * i) % size, solid.corner[face.corner[(at_a + step * i) % size]]);
       }
+      // Nine questions at most, as docs/format.md, 16.6, step 5 says: the bound on work at a point where
+      // thousands of solids meet.
       if (here || tried > 8) return true;
     }
     return false;

@@ -1,5 +1,8 @@
 // The fastest path of the cell coder: in a structured mesh cell after cell has the pattern of the cell one
-// row back, which is the first candidate. Whatever else can be is left to code().
+// row back, which is the first candidate. Whatever else can be is left to code(). Each step here is one of
+// code()'s for this case alone, with the same effect on hull, models and output: cell_coder_sweep_test.cpp
+// holds the two against each other. With it the pipe takes 682 instead of 896 ns a hexahedron for encoding
+// and 581 instead of 826 for decoding, values included (3d07c57).
 #include <cstring>
 
 #include "base/bytes.h"
@@ -8,7 +11,8 @@
 namespace maille {
 namespace {
 
-/// Cells are written into room for so many.
+/// Output is written into room for so many cells at a time, so that no vector checks its size for each of
+/// them. Chosen, no sweep is on record: more would write over memory for cells that do not come.
 constexpr size_t at_once = 64;
 
 void make_room(CodedCells& out, size_t cells, size_t nodes) {
@@ -19,7 +23,8 @@ void make_room(CodedCells& out, size_t cells, size_t nodes) {
   out.nodes.resize(nodes);
 }
 
-/// Flags of eight nodes, a byte for each: 0x80 where there is one.
+/// Flags of eight nodes, a byte for each: 0x80 where a byte is not 0. Adding 0x7f to the lower seven bits of
+/// a byte carries into the top bit exactly if one of them is set, and never into the next byte.
 uint64_t ends_of(const uint8_t* flags) {
   constexpr uint64_t low = 0x7f7f7f7f7f7f7f7f;
   const auto bytes = load<uint64_t>(reinterpret_cast<const std::byte*>(flags));
@@ -31,17 +36,21 @@ uint64_t ends_of(const uint8_t* flags) {
 template <class Coder>
 size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* points,
                                const uint8_t* last_use, size_t most, CodedCells& out) {
+  // Polyhedra close faces under hexahedra, and at gates there are no patterns: code() does these.
   if (damaged_ || faces_ || gates_) return 0;
   const size_t before = out.size(), nodes_before = out.nodes.size();
   size_t done = 0, room = 0;
   cell_.kind = hexahedron_kind;
   followed_ = 0;
+  // Kept as bits from cell to cell, so that the loop below visits only successors that exist.
   for (unsigned f = 0; f < most_faces; ++f) followed_ |= (successors_[f].slot != no_slot ? 1u : 0u) << f;
   SweptSources sources;
   HexahedronSlots corners;
   uint32_t newest = last_signature_;
+  // valid() is false before the first cell and after a cell all of whose points ended.
   while (done < most && hull_.valid(last_)) {
     const uint32_t id = find_swept_sources(sources);
+    // Pattern 0 has a plan that does not sweep, so that "no candidate" ends the loop here.
     const PatternPlan& found = patterns_[id];
     if (!found.sweeps || (found.sources & ~sources.there) != 0) break;
     SweptPattern& plan = swept_[id % swept_.size()];
@@ -52,6 +61,7 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
     if constexpr (encoding) hit = plan.ends == ends_of(last_use) && has_corners(plan, corners, points);
     hit = pattern_flags_[((id & 511) * 12 + swept_agreement_) * 4 + outcomes_].code(topology, hit);
     outcomes_ = (outcomes_ * 2 + hit) & 3;
+    // A refused candidate has used up its decision: code() must begin with the next one.
     places_passed_ = hit ? 0 : 1;
     if (!hit) break;
     if (plan.fresh != 0) {
@@ -75,10 +85,12 @@ size_t CellCoder<Coder>::sweep(Coder& topology, Coder& numbers, const uint64_t* 
   for (unsigned f = 0; f < most_faces; ++f) {
     if ((followed_ >> f & 1) == 0) successors_[f] = {};
   }
+  // What code() would have left behind after the last of these cells; in between nobody reads it.
   if (done > 0) {
     last_kind_ = hexahedron_kind;
     last_signature_ = signature_ = newest;
   }
+  // Only the last sixteen can be asked for.
   for (size_t k = done < recent_cells_.size() ? done : recent_cells_.size(); k-- > 0;) {
     const auto ordinal = static_cast<uint32_t>(last_.ordinal - k);
     recent_cells_[ordinal % recent_cells_.size()] = {out.cell_slots[before + done - 1 - k], ordinal};
@@ -112,7 +124,8 @@ template <class Coder>
   return newest;
 }
 
-/// As Patterns::apply(), whose sources are there.
+/// As Patterns::apply(), given that the sources are there. Takes of a new corner the slot of one that is
+/// known (SweptPattern::from), so that the loop has no branches; it is replaced when the point is made.
 template <class Coder>
 [[gnu::always_inline]] inline bool CellCoder<Coder>::put_together(const SweptPattern& plan,
                                                                   const SweptSources& sources,
@@ -121,9 +134,11 @@ template <class Coder>
   const auto take = [&](unsigned i) {
     slot[i] = sources.cell[plan.from[i].source]->corner[plan.from[i].corner];
   };
+  // Written out, as loops of eight with a known bound are kept as loops by compilers here.
   take(0), take(1), take(2), take(3), take(4), take(5), take(6), take(7);
   corners.low = Lanes{slot[0], slot[1], slot[2], slot[3]};
   corners.high = Lanes{slot[4], slot[5], slot[6], slot[7]};
+  // A corner whose point has left is no_slot: one comparison for four corners at a time.
   const auto gone = (corners.low == no_slot) | (corners.high == no_slot);
   std::array<uint64_t, 2> any;
   std::memcpy(&any, &gone, sizeof any);
@@ -139,6 +154,7 @@ template <class Coder>
                                                                  const HexahedronSlots& corners,
                                                                  const uint64_t* points) {
   uint64_t different = 0;
+  // All eight are compared, and those that are not known are masked out: cheaper than branches.
   const auto compare = [&](unsigned i) {
     different |= (input_number(corners.slot[i]) ^ points[i]) & plan.is_known[i];
   };
@@ -155,7 +171,7 @@ template <class Coder>
   return true;
 }
 
-/// As create_corners().
+/// As create_corners(). `corners` gets the slots of the new points.
 template <class Coder>
 [[gnu::always_inline]] inline void CellCoder<Coder>::create_swept_corners(
     const SweptPattern& plan, const SweptSources& sources, HexahedronSlots& corners, Coder& numbers,
@@ -196,7 +212,8 @@ template <class Coder>
   }
 }
 
-/// As enter(), and all that follows it.
+/// As enter() and all that follows it: glued faces close, the successors of neighbours become the next
+/// sources, points that end leave.
 template <class Coder>
 [[gnu::always_inline]] inline void CellCoder<Coder>::enter_swept(const SweptPattern& plan,
                                                                  const SweptSources& sources,
@@ -205,6 +222,8 @@ template <class Coder>
   const uint32_t slot = hull_.add_hexahedron(corners.slot, plan.entered, plan.glued, ordinal_);
   Hull::Cell& cell = hull_.cell(slot);
   uint32_t* const nodes = out.nodes.data() + first_node;
+  // Copied as four and four from registers. The usual pattern has one new corner at most, which is set over
+  // the copy; several are set one by one.
   for (uint32_t* const to : {cell.corner.data(), nodes}) {
     std::memcpy(to, &corners.low, sizeof corners.low);
     std::memcpy(to + 4, &corners.high, sizeof corners.high);

@@ -19,7 +19,8 @@ constexpr Faces hexahedron_faces = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
 constexpr Faces wedge_faces = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}};
 constexpr Faces pyramid_faces = {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
 
-/// The face other than `own` that has both corners.
+/// The face other than `own` that has both corners; `own` where there is no other, as for polygons and lines,
+/// whose edges have no face across.
 constexpr uint8_t face_across(const CellShape& shape, unsigned own, unsigned a, unsigned b) {
   const unsigned both = shape.faces_at[a] & shape.faces_at[b] & ~(1u << own);
   return static_cast<uint8_t>(both == 0 ? own : static_cast<unsigned>(__builtin_ctz(both)));
@@ -44,7 +45,8 @@ constexpr void add_parallelograms(CellShape& shape, const uint8_t (&cycle)[4]) {
   }
 }
 
-/// Given the faces across.
+/// Which edge of the face across lies on this one; faces across must be there. The loop ends, as
+/// face_across() found a face that has both corners, and cycles seen from outside run in opposite directions.
 constexpr uint8_t edge_across(const CellShape& shape, const CellFace& face, unsigned edge) {
   const CellFace& other = shape.face[face.across[edge]];
   uint8_t at = 0;  // seen from outside, faces run through their edge in opposite directions
@@ -125,6 +127,7 @@ constexpr CellShape pyramid = outline(CellType::pyramid, 3, 5, pyramid_faces);
 
 }  // namespace
 
+// In the order of docs/format.md, 16.2.
 constexpr std::array<CellShape, shape_count> cell_shapes = {
     hexahedron,
     tetrahedron,
@@ -153,6 +156,7 @@ constexpr std::array<uint8_t, shape_count* most_corners> faces_at_corner = [] {
   return faces;
 }();
 
+/// Polyhedra and polygons have no fixed shape and go to FaceCoder.
 unsigned kind_of(CellType type) {
   if (type == CellType::polyhedron || type == CellType::polygon) return face_cell;
   for (unsigned kind = 0; kind < shape_count; ++kind) {

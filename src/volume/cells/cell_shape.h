@@ -13,8 +13,8 @@ inline constexpr unsigned most_faces = 6;
 inline constexpr unsigned most_nodes = 27;
 
 /// A face of a cell is where it meets another cell of its dimension: a polygon of a solid, an edge of a
-/// polygon, an end of a line. So faces of cells of different dimensions have different sizes, and never
-/// match.
+/// polygon, an end of a line. Faces of cells of different dimensions have different numbers of corners (3 or
+/// 4, 2, 1), and so never match.
 struct CellFace {
   uint8_t size = 0;
   std::array<uint8_t, 4> corner{};  ///< in a cycle
@@ -24,7 +24,8 @@ struct CellFace {
 };
 
 /// What a cell of one type looks like. Corners are numbered as VTK numbers those of the type with this
-/// outline, so a voxel has the corners of a hexahedron.
+/// outline, so a voxel has the corners of a hexahedron. The tables are made by the compiler and never change;
+/// bits by corner and by face let hot loops go over sets with a count of trailing zeros.
 struct CellShape {
   CellType type = CellType::vertex;
   uint8_t dimension = 0;
@@ -51,7 +52,8 @@ struct CellShape {
   std::array<uint8_t, most_nodes> lies_on{};
 };
 
-/// Shapes that the hull codec knows, by an index of their own ("kind").
+/// Shapes that the hull codec knows, by an index of their own ("kind"). The numbers stand in files
+/// (docs/format.md, 16.2): new kinds are added behind these only with a new version.
 inline constexpr unsigned shape_count = 18;
 extern const std::array<CellShape, shape_count> cell_shapes;
 /// CellShape::faces_at of all, by kind * most_corners + corner: for the loop that takes points out of memory.
@@ -66,6 +68,7 @@ inline constexpr unsigned ended_point = shape_count + 2;
 /// A polyhedron, or a polygon of any size (FaceCoder).
 inline constexpr unsigned face_cell = shape_count + 3;
 inline constexpr unsigned kind_count = shape_count + 4;
+// What one loose cell may claim: 2^24 points are 64 MiB of slots, which grow only as they are decoded.
 inline constexpr uint32_t most_loose_nodes = uint32_t{1} << 24;
 
 /// How many bits of a byte are set: of corners or faces. (Processors of 2003 count no bits.)
@@ -78,7 +81,8 @@ inline unsigned bits_in(unsigned byte) {
   return byte_weights[byte];
 }
 
-/// The kind of a type; loose_cell for those without a shape.
+/// The kind of a type; loose_cell for those without a shape. A search of 18 entries, once for each run of
+/// cells, not for each cell.
 unsigned kind_of(CellType type);
 
 }  // namespace maille

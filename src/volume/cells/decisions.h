@@ -9,14 +9,17 @@
 
 namespace maille {
 
-/// Adaptive probability for decisions that are nearly always the same: 32 bits, of which 16 are used, moved
-/// by 1 / (n + 1.6) at the n-th visit, up to the 1000th. A run costs down to 2^-15 bit a decision; with the
-/// floor of the other models structured meshes would cost thirty times as much.
+/// Adaptive probability for decisions that are nearly always the same: 32 bits, of which the upper 16 are
+/// used, moved by 1 / (n + 1.6) of the distance at the n-th visit, up to the 1000th. A run costs down to
+/// 2^-15 bit a decision; with the floor of the other models structured meshes would cost thirty times as
+/// much. docs/format.md, 16.4, run(M).
 class RunModel {
  public:
   template <class Coder>
   [[gnu::always_inline]] bool code(Coder& coder, bool bit) {
     const uint32_t high = probability_ >> 16;
+    // A probability of 0 would make the other outcome impossible to code. The upper end cannot be reached, as
+    // 0xffffffff >> 16 is below 2^16.
     bit = coder.code(bit, high == 0 ? 1 : high);
     const uint64_t rate = rates()[visits_];
     if (bit) {
@@ -29,7 +32,10 @@ class RunModel {
   }
 
  private:
+  // From here on a model forgets with a time constant of a thousand decisions. Chosen with the first version
+  // (b97e9ac), no sweep is on record.
   static constexpr unsigned limit = 1000;
+  // By n: 65536 * 10 / (10 n + 16), rounded down. Integers, so that all compilers agree.
   static const std::array<uint32_t, limit + 1>& rates() {
     static constexpr auto table = [] {
       std::array<uint32_t, limit + 1> rate{};
@@ -44,6 +50,7 @@ class RunModel {
 };
 
 /// What is known when a decision of the slow path is coded. Each of these predicts beside the local context.
+/// All must be the same in encoder and decoder, and none may depend on what is still to be decided.
 struct Evidence {
   uint32_t local = 0;    ///< the geometry of the decision itself
   uint32_t nearby = 0;   ///< how the cell next to it was coded
@@ -51,22 +58,27 @@ struct Evidence {
   uint32_t before = 0;   ///< all decisions of this cell so far
 };
 
-/// How decisions are predicted: by the local context alone, or mixed of four contexts. Eight gained 0.05 % in
-/// the mean of twelve meshes and took twice the time.
+/// How decisions are predicted: by the local context alone, or mixed of four contexts (efforts 4 and above).
+/// Eight gained 0.05 % in the mean of twelve meshes and took twice the time. Four at efforts 4 to 6 cost 0 to
+/// 0.5 % of the files (docs/history.md, "Contexts").
 enum class Mixing : uint8_t { none, mixed };
 inline constexpr unsigned mixing_count = 2;
 
 /// Decisions of the slow path: a few kinds of questions, each with evidence. Contexts are mixed unless the
-/// local one is sure that the answer is no: most ends of points are so, and the others would cost accesses to
-/// memory to say the same.
+/// local one is sure that the answer is no: most ends of points are so (8 to 38 % of all decisions), and the
+/// others would cost accesses to memory to say the same. docs/format.md, 16.6, ask().
 template <unsigned Questions>
 class Decisions {
  public:
   explicit Decisions(Mixing mixing)
       : mixing_(mixing),
         cells_(size_t{1} << small_table_bits),
+        // 20000 is the weight with which all four inputs begin; those of the unused half of the mixer's lanes
+        // do not matter, as their inputs are 0.
         mixer_(Questions * 8, Questions * 16, Questions, {20000, 20000, 20000, 20000}) {}
 
+  /// Codes one decision and returns it. Contexts are hashes into a table without keys: two contexts that meet
+  /// share a cell, which costs bits in both directions alike, never correctness.
   template <class Coder>
   bool code(Coder& coder, bool bit, unsigned question, const Evidence& evidence) {
     const uint32_t base = hashed(question + 1, evidence.local);
@@ -76,6 +88,7 @@ class Decisions {
       alone.update(bit);
       return bit;
     }
+    // The constants keep the four contexts of one decision, and those of other decisions, apart.
     const uint32_t near = hashed(base, evidence.nearby + 0x20000);
     const unsigned row = question * 16 + (evidence.local & 15);
     return mix(coder, bit, question, row,
@@ -86,7 +99,11 @@ class Decisions {
  private:
   static constexpr uint16_t least_doubt = 128;  // from 256 on hexahedra in good order get larger
   static constexpr uint8_t least_visits = 100;
+  // 16,384 cells: what a small or coherent mesh needs. Such meshes work in 64 to 500 KB instead of 4 MB
+  // (37683a5), a tenth to a fifth faster.
   static constexpr unsigned small_table_bits = 14;
+  // The largest table: tables of 2^18 cost 0.4 to 4 % of connectivity against larger ones, of 2^16 1 to 12 %
+  // (docs/history.md, "Speed of scattered cells").
   static constexpr unsigned most_bits = 18;  // 1 MB: what stays near the processor
   WideCell& cell_at(uint32_t hash) { return cells_[hash * 0x9e3779b1u >> (32 - bits_)]; }
 
@@ -103,6 +120,8 @@ class Decisions {
       logits[i] = cell[i]->logit();
       met += cell[i]->visits > 2;
     }
+    // How many of the cells have a history chooses a row of weights: cells that were hardly met are trusted
+    // less. None and one share a row.
     const Mixer<8>::Inputs inputs = {shortened(logits, SignedLanes{})};
     bit = coder.code(bit, mixer_.predict(inputs, question * 8 + (met == 0 ? 0 : met - 1), row, question));
     mixer_.update(bit);
@@ -110,6 +129,7 @@ class Decisions {
       claims_ += each->visits < 2;
       each->update(bit);
     }
+    // A cell met less than twice is taken as claimed by a new context.
     if (claims_ * 2 > cells_.size() && bits_ < most_bits) grow();
     return bit;
   }
@@ -140,7 +160,8 @@ class Decisions {
 };
 
 /// Signed integers of 64 bits: number of bits, sign, then the bits, the first two below the top one with
-/// models.
+/// models. Negative ones as their complement, so that both signs have at most 63 bits. docs/format.md, 16.4,
+/// difference(M).
 class DifferenceModel {
  public:
   template <class Coder>
@@ -158,6 +179,7 @@ class DifferenceModel {
     return static_cast<int64_t>(negative ? ~found : found);
   }
 
+  // A tree of six levels tells a length from 0 to 63.
  private:
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
@@ -170,6 +192,7 @@ class DifferenceModel {
 
   std::array<BitModel, 64> length_;
   std::array<BitModel, 64> sign_;
+  // By length, then by what of the head is known: 1, or 2 and 3.
   std::array<BitModel, 64 * 8> head_;
 };
 

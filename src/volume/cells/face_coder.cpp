@@ -9,6 +9,7 @@
 namespace maille {
 namespace {
 
+// Bounds of docs/format.md, 16.8. Each keeps the work for one cell below a constant for each of its corners.
 constexpr unsigned most_anchors = 40;
 constexpr unsigned most_around = 64;  ///< faces, and cells, that are looked at around a point
 constexpr size_t most_hull_faces = 256;
@@ -19,6 +20,7 @@ constexpr uint32_t capped(size_t value, uint32_t most) {
 
 }  // namespace
 
+/// Both cycles are compared from each place where `other` has the first point of `own`, eight at most.
 bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint32_t& start, bool& same_way) {
   const size_t size = own.size();
   if (size != other.size()) return false;
@@ -39,6 +41,8 @@ bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint
   return false;
 }
 
+/// Codes one cell: type, faces in memory (anchor, then members over edges), all faces in order, then what
+/// ends.
 template <class Coder>
 bool FaceCoder<Coder>::code(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell,
                             CodedCells& out) {
@@ -78,11 +82,14 @@ void FaceCoder<Coder>::begin(Host& host, Coder& topology, Coder& numbers, Stream
   brought_.clear();
   closing_.clear();
   if constexpr (!encoding) return;
+  // Only an encoder knows where faces begin.
   begin_.assign(1, 0);
   if (cell.type != CellType::polyhedron) cell.sizes.assign(1, static_cast<uint32_t>(cell.numbers.size()));
   for (const uint32_t size : cell.sizes) begin_.push_back(begin_.back() + size);
 }
 
+/// The type is told apart from the kind, as cells of one kind are polyhedra, polygons, triangles or quads;
+/// any other byte is damage.
 template <class Coder>
 void FaceCoder<Coder>::code_type() {
   const bool same = decide(cell_->type == last_type_, same_type, static_cast<uint32_t>(last_type_), 0, 0);
@@ -138,7 +145,8 @@ uint32_t FaceCoder<Coder>::met_points(const OpenFace& face, uint32_t cell) const
   return count;
 }
 
-/// Calls visit(face) for the open faces around a point until it returns true.
+/// Calls visit(face) for the open faces around a point, the newest first, those of the store before those of
+/// the hull, until it returns true. It looks at 64 faces and 64 cells at most.
 template <class Coder>
 template <class Visit>
 void FaceCoder<Coder>::open_faces_around(uint32_t slot, Visit visit) const {
@@ -146,6 +154,8 @@ void FaceCoder<Coder>::open_faces_around(uint32_t slot, Visit visit) const {
   const bool done = store_.around(slot, [&](uint32_t id, uint32_t) {
     return (store_.face(id).open != 0 && visit(OpenFace{id, {}})) || --left == 0;
   });
+  // Found among the faces of the store; `left` is 0 where it was the limit that ended the walk, and the hull
+  // is still to be looked at.
   if (done && left != 0) return;
   left = most_around;
   host_->hull_.around(slot, [&](uint32_t cell, uint32_t corner) {
@@ -159,7 +169,8 @@ void FaceCoder<Coder>::open_faces_around(uint32_t slot, Visit visit) const {
   });
 }
 
-/// The open face with these points, in either direction.
+/// The open face with these points, in either direction; none if it is not among the first at the first
+/// point.
 template <class Coder>
 typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::find_open(std::span<const uint32_t> loop) {
   OpenFace found;
@@ -186,6 +197,8 @@ void FaceCoder<Coder>::close(const OpenFace& face) {
   }
 }
 
+/// Hexahedra beside polyhedra: their faces are in two memories, and a face that both have closes in both. A
+/// face of the hull has no larger list than 64 faces to be sought in.
 template <class Coder>
 void FaceCoder<Coder>::close_under(Host& host, uint32_t cell) {
   if (store_.empty()) return;
@@ -212,6 +225,7 @@ void FaceCoder<Coder>::close_under(Host& host, uint32_t cell) {
 
 // Encoder: which of the cell's faces are open in memory.
 
+/// `corner` 17 to 24 of the point table: look-ups of faces do not disturb what cells of the hull remember.
 template <class Coder>
 uint32_t FaceCoder<Coder>::wanted_slot(uint32_t own, uint32_t place) {
   return host_->slot_of_input(cell_->numbers[begin_[own] + place], 17 + place % 8);
@@ -227,6 +241,8 @@ bool FaceCoder<Coder>::load_own(uint32_t own) {
   return true;
 }
 
+/// Encoder: looks up each of the cell's faces once, so that all later questions about a face in memory are a
+/// binary search.
 template <class Coder>
 void FaceCoder<Coder>::find_matches() {
   matches_.clear();
@@ -236,6 +252,7 @@ void FaceCoder<Coder>::find_matches() {
     const OpenFace face = find_open(loop_);
     if (face.id != no_slot || face.of_hull.cell != no_slot) matches_.push_back({face, own});
   }
+  // By own face, too, so that the sort is total.
   std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
     return key_of(a.face) != key_of(b.face) ? key_of(a.face) < key_of(b.face) : a.own < b.own;
   });
@@ -264,6 +281,8 @@ bool FaceCoder<Coder>::lies_on_face(Host& host, std::span<const uint64_t> number
 
 // The first face: that of a cell in memory from which the others are found.
 
+/// Each candidate once; the list is short, so it is searched. The rank counts those of the same origin before
+/// it.
 template <class Coder>
 void FaceCoder<Coder>::add_anchor(const OpenFace& face, unsigned origin) {
   if (anchors_.size() == most_anchors) return;
@@ -275,8 +294,8 @@ void FaceCoder<Coder>::add_anchor(const OpenFace& face, unsigned origin) {
   anchors_.push_back({face, static_cast<uint8_t>(origin), rank});
 }
 
-/// Open faces that have waited longest, for cells that come breadth first; those of the last cell; those
-/// around its points; those of the hull's last cell.
+/// Open faces that have waited longest, for cells that come breadth first; those that the last cell brought;
+/// those of the hull's last cell; those around the last cell's points.
 template <class Coder>
 void FaceCoder<Coder>::collect_anchors() {
   anchors_.clear();
@@ -300,6 +319,8 @@ void FaceCoder<Coder>::collect_anchors() {
   }
 }
 
+/// Which of the candidates is a face of this cell. A cell may have none: it is then made of new faces only,
+/// unless one is named by a point.
 template <class Coder>
 void FaceCoder<Coder>::code_anchor() {
   collect_anchors();
@@ -324,6 +345,7 @@ void FaceCoder<Coder>::code_anchor() {
                       decide(i == chosen, anchor_here, local, last_choice_ << 4 | capped(met_before, 7),
                              capped(size_of(candidate.face), 15) << 3 | capped(met_before, 7));
     if (!here) continue;
+    // Faces that were passed over in the row lose their place in front, as FaceStore::first_waiting() has it.
     if (candidate.origin == 0) {
       for (size_t k = 0; k < i; ++k) {
         FaceStore::Face& face = store_.face(anchors_[k].face.id);
@@ -336,6 +358,8 @@ void FaceCoder<Coder>::code_anchor() {
   }
 }
 
+/// An anchor that is not among the candidates, by one of its points; at most 16 of the encoder's matches are
+/// tried, so that a cell with very many faces at crowded points does not take long.
 template <class Coder>
 typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::code_distant_anchor() {
   OpenFace wanted;
@@ -383,6 +407,7 @@ typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::code_around(uint32_t point
 
 // Members: faces of the cell that are open in memory.
 
+/// The face is the cell's: its direction is told, its points are met, and its edges join the border.
 template <class Coder>
 void FaceCoder<Coder>::add_member(const OpenFace& face) {
   Member member;
@@ -396,6 +421,7 @@ void FaceCoder<Coder>::add_member(const OpenFace& face) {
   }
   member.same_way = decide(member.same_way, turned_over, last_way_, 0, 0);
   last_way_ = member.same_way;
+  // 255 keeps it from being asked about again.
   if (uint8_t* asked = asked_about(face)) *asked = 255;
   for (size_t i = 0; i < scratch_.size(); ++i) {
     meet(scratch_[i]);
@@ -408,7 +434,9 @@ void FaceCoder<Coder>::add_member(const OpenFace& face) {
   members_.push_back(member);
 }
 
-/// How often the cell was asked whether it has this face: 255 if it has.
+/// How often the cell was asked whether it has this face: 255 if it has. Faces of the store count in
+/// themselves; those of the hull have no room there, and are listed up to 256 for a cell; nullptr for more,
+/// which are not asked about.
 template <class Coder>
 uint8_t* FaceCoder<Coder>::asked_about(const OpenFace& face) {
   if (face.id != no_slot) {
@@ -425,7 +453,9 @@ uint8_t* FaceCoder<Coder>::asked_about(const OpenFace& face) {
   return &hull_faces_.back().second;
 }
 
-/// From face to face over edges: the open faces there are mostly the cell's, too.
+/// Goes from face to face over edges: the open faces there are mostly the cell's, too. Each open face is
+/// asked about twice at most, from two edges, so that the loop ends after as many steps as the members have
+/// edges.
 template <class Coder>
 void FaceCoder<Coder>::flood() {
   std::vector<uint32_t> loop;
@@ -438,6 +468,7 @@ void FaceCoder<Coder>::flood() {
 }
 
 template <class Coder>
+// At most 64 faces and 64 cells are looked at, and eight open faces become questions.
 void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
   std::array<OpenFace, 8> found{};
   unsigned count = 0, faces = 0, open = 0, left = most_around;
@@ -463,6 +494,7 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
     for (unsigned n = shape.dimension == 3 ? shape.neighbours[corner] : 0; n != 0; n &= n - 1) {
       const auto end = static_cast<unsigned>(__builtin_ctz(n));
       if (cell.corner[end] != b) continue;
+      // A solid of the hull has two faces at each of its edges.
       faces += 2;
       for (unsigned f = cell.open & shape.faces_at[corner] & shape.faces_at[end]; f != 0; f &= f - 1)
         add({no_slot, {slot, static_cast<uint32_t>(__builtin_ctz(f))}});
@@ -471,6 +503,7 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
   });
   for (unsigned i = 0; i < count; ++i) {
     uint8_t& asked = *asked_about(found[i]);
+    // Asked about meanwhile, from this very edge, as one face may have it twice.
     if (asked >= 2) continue;
     const uint32_t met = met_points(found[i], cells_);
     const uint32_t local = capped(open, 7) | capped(faces, 15) << 3 |
@@ -485,6 +518,9 @@ void FaceCoder<Coder>::flood_edge(uint32_t owner, uint32_t a, uint32_t b) {
 
 // The faces in their order.
 
+/// The cell's faces in their order: each is one of the members, or new. With the members used up, the end is
+/// asked for before each further face. Every face costs a decision, and the counts are checked, so that a
+/// damaged stream ends.
 template <class Coder>
 void FaceCoder<Coder>::code_faces() {
   line_up_members();
@@ -511,12 +547,15 @@ void FaceCoder<Coder>::code_faces() {
   }
 }
 
-/// Members as a ring, the oldest first: mostly the cell has them in this order, or in none.
+/// Puts the members into a ring, the oldest first: mostly the cell has them in this order, or in none. Faces
+/// of the hull are older than all of the store.
 template <class Coder>
 void FaceCoder<Coder>::line_up_members() {
   members_left_ = static_cast<uint32_t>(members_.size());
   line_.clear();
   for (uint32_t i = 0; i < members_left_; ++i) line_.push_back({i, 0, 0});
+  // A total order: age, then face within a cell; ordinals are turned around so that the smallest is the
+  // oldest, and differences stay right when they wrap.
   const auto age = [&](const OpenFace& face) -> std::pair<uint64_t, uint64_t> {
     if (face.id != no_slot) return {1, store_.face(face.id).order};
     return {0, (0xffffffff - (host_->ordinal_ - host_->hull_.cell(face.of_hull.cell).ordinal)) * uint64_t{8} +
@@ -533,7 +572,8 @@ void FaceCoder<Coder>::line_up_members() {
   at_ = 0;
 }
 
-/// Which of the members, beginning behind the last one.
+/// Which of the members comes, asked in the ring from the one behind the last; after 16 refusals the place in
+/// the ring is told instead, so that a cell with thousands of members takes linear time.
 template <class Coder>
 void FaceCoder<Coder>::code_member(uint32_t own) {
   constexpr unsigned most_asked = 16;
@@ -549,6 +589,7 @@ void FaceCoder<Coder>::code_member(uint32_t own) {
       place = line_[place].next;
   }
   if (!found) place = static_cast<uint32_t>(rank_model_.code(*coder_, static_cast<int64_t>(wanted)));
+  // A decoder may be told a place that is no member's, or was used.
   damaged_ = damaged_ || place >= line_.size() || members_[line_[place].member].used;
   if (damaged_) return;
   Member& member = members_[line_[place].member];
@@ -573,6 +614,8 @@ void FaceCoder<Coder>::append_turned(uint32_t start, bool same_way) {
     nodes_.push_back(scratch_[(same_way ? start + i : start + size - i) % size]);
 }
 
+/// Where the cell's own face begins within the face in memory. Up to 32 corners by a tree of as many levels
+/// as the size needs, larger ones as a difference.
 template <class Coder>
 uint32_t FaceCoder<Coder>::code_start(uint32_t start, uint32_t size) {
   if (size > 32) {
@@ -586,6 +629,7 @@ uint32_t FaceCoder<Coder>::code_start(uint32_t start, uint32_t size) {
     node = node * 2 +
            decide((start >> (level - 1) & 1) != 0, start_bit, size << 6 | node, last_start_, last_way_);
   }
+  // The tree has room for a power of two, so that a damaged stream can exceed the size.
   start = node - (1u << bits);
   damaged_ = damaged_ || start >= size;
   last_start_ = start;

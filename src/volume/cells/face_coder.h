@@ -15,7 +15,8 @@ class CellCoder;
 struct StreamedCell;
 struct CodedCells;
 
-/// A polyhedron has no more corners, those of each face counted.
+/// A polyhedron has no more corners, those of each face counted, and no more faces. It bounds what a damaged
+/// stream can claim of one cell; at 2^22 each count of corners also fits the 32 bits that places have here.
 inline constexpr uint32_t most_face_corners = uint32_t{1} << 22;
 
 /// Where the first point of `own` is in `other`, and whether it goes on in the same direction. False if they
@@ -24,7 +25,11 @@ bool lay_on(std::span<const uint32_t> own, std::span<const uint32_t> other, uint
 
 /// Cells given by their faces: polyhedra, and polygons of any size. Which faces are those of cells in memory
 /// is told by going from the first such face over edges; what remains follows the edges that only one face
-/// has so far. docs/format.md, "Cells given by faces".
+/// has so far. docs/format.md, 16.8.
+/// It belongs to a CellCoder (`Host`), which has the hull, the points and their numbers; the coder's own
+/// memory is the FaceStore. The state of the cell being coded is kept in members, whose vectors keep their
+/// room. As with CellCoder, both directions run the same code; `matches_`, `member_of_` and `begin_` exist
+/// for the encoder alone.
 template <class Coder>
 class FaceCoder {
  public:
@@ -35,13 +40,14 @@ class FaceCoder {
 
   /// Codes one cell and adds it to `out`. False: the stream is damaged (decoder only).
   bool code(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
-  /// Encoder: does a polygon with these points lie on a face in memory?
+  /// Encoder: does a polygon with these points lie on an open face of a polyhedron in memory?
   bool lies_on_face(Host& host, std::span<const uint64_t> numbers);
   FaceStore& store() { return store_; }
   /// A cell of the hull came: its open faces close those of polyhedra that they lie on.
   void close_under(Host& host, uint32_t cell);
 
  private:
+  // Numbered as docs/format.md, 16.8, has them (Q).
   enum Question : unsigned {
     same_type,
     has_anchor,
@@ -70,6 +76,8 @@ class FaceCoder {
       return id == other.id && of_hull.cell == other.of_hull.cell && of_hull.face == other.of_hull.face;
     }
   };
+  /// A total order of open faces: those of the store by id, then those of the hull by cell and face. For the
+  /// encoder's own search only.
   static uint64_t key_of(const OpenFace& face) {
     return face.id != no_slot ? face.id : (uint64_t{face.of_hull.cell} + 1) << 32 | face.of_hull.face;
   }
@@ -159,6 +167,8 @@ class FaceCoder {
   CellType last_type_ = CellType::polyhedron;
   std::vector<uint32_t> last_faces_;   ///< that the last cell brought
   std::vector<uint32_t> last_points_;  ///< of the last cell
+  // Hashes of the shapes of the last three cells: snappyHexMesh and polyhedral meshers repeat a few shapes,
+  // and how a cell ends its points follows from them.
   std::array<uint32_t, 3> last_shapes_{};
   uint64_t last_anchor_point_ = 0, last_old_ = 0;
   uint32_t last_choice_ = 0, last_start_ = 0, last_rank_ = 0, last_size_ = 0, last_below_ = 0;

@@ -7,6 +7,8 @@
 namespace maille {
 namespace {
 
+// The border is searched for each edge: 128 edges bound that. Edges beyond it are left out in both
+// directions, and their corners cost more. Part of the format, as are the other two.
 constexpr size_t most_border = 128;
 constexpr unsigned most_joined = 8;
 constexpr unsigned most_around = 64;
@@ -17,7 +19,8 @@ constexpr uint32_t capped(size_t value, uint32_t most) {
 
 }  // namespace
 
-/// An edge meets the one that runs the other way; until then it is part of the border.
+/// An edge meets the one that runs the other way; until then it is part of the border. Newest first:
+/// neighbouring faces come one after the other.
 template <class Coder>
 void FaceCoder<Coder>::add_edge(uint32_t from, uint32_t to) {
   for (size_t i = border_.size(); i-- > 0;) {
@@ -28,6 +31,8 @@ void FaceCoder<Coder>::add_edge(uint32_t from, uint32_t to) {
   if (border_.size() < most_border) border_.push_back({from, to});
 }
 
+/// Notes a point of this cell once; the order in which points are met is the one in which their ends are
+/// told.
 template <class Coder>
 void FaceCoder<Coder>::meet(uint32_t slot) {
   if (slot >= met_.size()) met_.resize(host_->hull_.point_capacity());
@@ -36,6 +41,8 @@ void FaceCoder<Coder>::meet(uint32_t slot) {
   points_.push_back(slot);
 }
 
+/// A face that is not in memory: corner after corner, until the end is told. Mostly each next corner follows
+/// the border of what the cell has so far.
 template <class Coder>
 void FaceCoder<Coder>::code_loop(uint32_t own) {
   loop_.clear();
@@ -60,7 +67,8 @@ void FaceCoder<Coder>::code_loop(uint32_t own) {
   last_size_ = capped(size, 31);
 }
 
-/// Points to which a border edge leads on from the last corner.
+/// Points to which a border edge leads on from the last corner, three at most. A border edge that leads to
+/// the first corner closes the face.
 template <class Coder>
 void FaceCoder<Coder>::find_next() {
   next_count_ = 0;
@@ -74,6 +82,8 @@ void FaceCoder<Coder>::find_next() {
   }
 }
 
+/// One corner, by the likeliest source first: the border's next point, a new point, any corner of the border,
+/// a point joined to the last corner, any point by its number.
 template <class Coder>
 void FaceCoder<Coder>::code_corner(uint32_t wanted, uint64_t number) {
   const uint32_t k = capped(loop_.size(), 7);
@@ -91,6 +101,7 @@ void FaceCoder<Coder>::code_corner(uint32_t wanted, uint64_t number) {
   if (decide(wanted == no_slot, is_new, situation, border, capped(members_.size(), 31)))
     return create(number);
   unsigned rank = 0;
+  // Twelve questions at most; the last 64 corners cannot come again soon, as a face rarely has a point twice.
   for (size_t i = border_.size(); i-- > 0 && rank < 12;) {
     const uint32_t point = border_[i].to;
     const size_t back = capped(loop_.size(), most_around);  // a face may have a million corners
@@ -111,7 +122,8 @@ void FaceCoder<Coder>::code_corner(uint32_t wanted, uint64_t number) {
   take(slot);
 }
 
-/// Points that an edge of a face, or of a cell of the hull, joins to the last corner.
+/// Points that an edge of a face, or of a cell of the hull, joins to the last corner: eight at most. A new
+/// point has no such edges.
 template <class Coder>
 void FaceCoder<Coder>::find_joined() {
   joined_.clear();
@@ -138,6 +150,8 @@ void FaceCoder<Coder>::find_joined() {
   });
 }
 
+/// A new point. Its value is expected from the last two corners and the newest border edge: three near
+/// points, in `behind`.
 template <class Coder>
 void FaceCoder<Coder>::create(uint64_t number) {
   NewPoint point;
@@ -183,6 +197,8 @@ void FaceCoder<Coder>::code_polygon() {
   closing_.push_back(face);
 }
 
+/// The open face on which the polygon lies: one of the next four in the row, or one at a named point; id is
+/// no_slot if it is a face of its own.
 template <class Coder>
 typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::code_below(const OpenFace& wanted) {
   uint32_t id = store_.next_below();
@@ -197,6 +213,7 @@ typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::code_below(const OpenFace&
   if (encoding && wanted.id != no_slot) point = point_with(wanted);
   if (!decide(point != no_slot, by_point, 0x100, last_below_, 0)) return found;
   found = code_around(point, wanted);
+  // Named by a point, it must be a face of the store.
   if (damaged_ || found.id == no_slot) {
     damaged_ = true;
     return found;
@@ -208,6 +225,7 @@ typename FaceCoder<Coder>::OpenFace FaceCoder<Coder>::code_below(const OpenFace&
 
 // All faces are known.
 
+/// The cell comes into memory: faces that it has in common with others close, its own are brought.
 template <class Coder>
 void FaceCoder<Coder>::enter() {
   StreamedCell& cell = *cell_;
@@ -219,6 +237,8 @@ void FaceCoder<Coder>::enter() {
   }
   std::array<uint32_t, most_faces> across;
   across.fill(no_slot);
+  // Neighbours are the cells of the faces that close, each once and six at most: what predictors of cell
+  // values look at.
   unsigned count = 0;
   for (size_t i = 0; i < closing_.size() && count < across.size(); ++i) {
     const uint32_t other = cell_of(closing_[i]);
@@ -233,7 +253,8 @@ void FaceCoder<Coder>::enter() {
   out.cell_slots.push_back(bring_faces());
 }
 
-/// Faces that nobody asked about may close here all the same; the others wait. The slot of the cell.
+/// Brings the faces that are new; those that nobody asked about but that an open face in memory equals close
+/// here all the same. Returns the slot of the cell, which is free again at once if no face of it waits.
 template <class Coder>
 uint32_t FaceCoder<Coder>::bring_faces() {
   last_faces_.clear();
@@ -253,6 +274,8 @@ uint32_t FaceCoder<Coder>::bring_faces() {
   return slot;
 }
 
+/// Ends of points, in the order in which the cell met them: `finals` of a point that is several corners are
+/// all the same.
 template <class Coder>
 void FaceCoder<Coder>::code_finals() {
   final_.resize(met_.size());

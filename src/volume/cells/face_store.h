@@ -10,7 +10,9 @@
 namespace maille {
 
 /// Faces of any size, of polyhedra, and polygons that lie on none: what cells given by their faces are joined
-/// to while they stream through. Beside the hull, which has cells with few faces of few corners.
+/// to while they stream through. It stands beside the hull, which has cells with few faces of few corners.
+/// Open faces are also a doubly linked row in the order in which they came, as cells that come breadth first
+/// lie on the oldest ones.
 ///
 /// As in the hull, faces around a point are a list through their corners, out of which nothing is taken: a
 /// point leaves with its list, a face when its last point does, and the slot of a cell with its last face.
@@ -19,8 +21,9 @@ class FaceStore {
   struct Face {
     uint32_t begin = 0;  ///< of its corners
     uint32_t size = 0;
-    uint32_t cell = no_slot;                     ///< slot of the cell that brought it
-    uint32_t live = 0;                           ///< corners whose point is in memory
+    uint32_t cell = no_slot;  ///< slot of the cell that brought it
+    uint32_t live = 0;        ///< corners whose point is in memory
+    // Closed faces leave the row; their links are stale and read by nobody.
     uint32_t before = no_slot, after = no_slot;  ///< open faces in the order in which they came
     uint64_t order = 0;                          ///< how many came before
     uint32_t asked_by = 0;                       ///< FaceCoder: the cell that was asked about it last
@@ -34,7 +37,8 @@ class FaceStore {
   uint32_t point(uint32_t id, uint32_t place) const { return corners_[faces_[id].begin + place].point; }
   bool empty() const { return slots_.taken() == 0; }
 
-  /// A face of the cell in slot `cell`, which stays taken as long as one of its faces is there.
+  /// Enters a face of the cell in slot `cell`, which stays taken as long as one of its faces is there.
+  /// `points` are in memory, and there is at least one.
   uint32_t add(std::span<const uint32_t> points, uint32_t cell) {
     const uint32_t id = slots_.take();
     if (id >= faces_.size()) faces_.resize(slots_.capacity());
@@ -56,6 +60,7 @@ class FaceStore {
     return id;
   }
 
+  /// Takes a face out of the row of open ones, once. Cursors that stand on it go on to the next.
   void close(uint32_t id) {
     Face& face = faces_[id];
     if (face.open == 0) return;
@@ -66,6 +71,8 @@ class FaceStore {
     if (next_below_ == id) next_below_ = face.after;
   }
 
+  /// The point ends: all faces at it close and lose this corner; those without corners are gone, and with the
+  /// last face of a cell its slot in the hull.
   void remove_point(uint32_t slot, Hull& hull) {
     if (slot >= heads_.size()) return;
     for (uint32_t at = heads_[slot]; at != no_slot;) {
@@ -79,7 +86,7 @@ class FaceStore {
   }
 
   /// Calls visit(face, place of the point in it) for the faces around a point, the newest first, until it
-  /// returns true.
+  /// returns true. Unlike Hull::around() it has no limit of its own: callers count.
   template <class Visit>
   bool around(uint32_t slot, Visit visit) const {
     if (slot >= heads_.size()) return false;
@@ -91,7 +98,9 @@ class FaceStore {
     return false;
   }
 
-  /// The oldest open face that others were not taken before too often, and those behind it.
+  /// The oldest open face that others were not taken before too often, and those behind it. Faces that were
+  /// passed over more than twice, such as those at the border of the mesh, never come first again, so that
+  /// the row's head does not fill up with them.
   uint32_t first_waiting() {
     while (waiting_ != no_slot && faces_[waiting_].passed > most_passed) waiting_ = faces_[waiting_].after;
     return waiting_;
@@ -101,6 +110,8 @@ class FaceStore {
   void set_next_below(uint32_t id) { next_below_ = faces_[id].after; }
 
  private:
+  // Chosen with the first version (032247f), no sweep is on record: with 0 one cell out of order loses the
+  // face for good, with many the four questions are spent on border faces. Part of the format.
   static constexpr unsigned most_passed = 2;
   struct Corner {
     uint32_t point = no_slot;
@@ -120,7 +131,8 @@ class FaceStore {
     slots_.give_back(id);
     if (--faces_of_cell_[face.cell] == 0) hull.give_back_cell(face.cell);
   }
-  /// Room for corners comes in powers of two, each with a list of what is free again.
+  /// Room for corners comes in powers of two, each with a list of what is free again: at most half is wasted,
+  /// and nothing is moved. Sizes are below 2^22, so that 32 lists are more than enough.
   static unsigned class_of(uint32_t size) {
     unsigned c = 0;
     while (uint32_t{1} << c < size) ++c;

@@ -12,10 +12,13 @@
 namespace maille {
 
 /// Where the next cells are, if the encoder may choose their order: faces that a solid left open (edges, of
-/// polygons) and that another one will meet are *gates*, in the order in which they came, so that no cell
-/// tells where it lies. The encoder says of each open face whether it is a gate or at the border, and brings
-/// the cells in the order of the gates (gate_order.h). Also which face is across each glued one, and how it
-/// lies there, so that a walk through the cells around an edge compares no points. Kept by both directions.
+/// polygons) and that another one will meet are *gates*. They wait in the order in which they came up, so
+/// that no cell tells where it lies. The encoder says of each open face whether it is a gate or at the
+/// border, and brings the cells in the order of the gates (gate_order.h).
+/// Also kept is which face is across each glued one, and how it lies there, so that a walk through the cells
+/// around an edge compares no points. Both directions keep all of this alike. Oldest gate first: with the
+/// newest first connectivity takes 1.1 (hand) to 2.8 times as much (canewt; docs/history.md, "Gates instead
+/// of the front").
 class Gates {
  public:
   static constexpr unsigned no_edge = 4;
@@ -41,6 +44,7 @@ class Gates {
       join(hull, {slot, face}, other);
       close(hull, other);
     }
+    // The ordinal tells a gate of this cell from one of a later cell in the same slot.
     const uint32_t ordinal = hull.cell(slot).ordinal;
     for (unsigned left = gates; left != 0; left &= left - 1) {
       const auto face = static_cast<unsigned>(__builtin_ctz(left));
@@ -49,7 +53,7 @@ class Gates {
     }
     if (waiting_.size() >= sweep_at_) sweep(hull);
   }
-  /// So many wait, with those that closed meanwhile.
+  /// How many entries the queue holds, with those that closed meanwhile: for tests of its memory.
   size_t held() const { return waiting_.size(); }
   void enter_point(const Hull& hull, uint32_t slot) {
     if (slot >= at_point_.size()) at_point_.resize(hull.point_capacity());
@@ -58,7 +62,9 @@ class Gates {
 
   bool is_gate(FaceRef face) const { return (cells_[face.cell].gates >> face.face & 1) != 0; }
   const Cell& cell(uint32_t slot) const { return cells_[slot]; }
-  /// The edge of the face across that lies on edge `edge` of a glued one; no_edge: another cycle of corners.
+  /// The edge of the face across that lies on edge `edge` of a glued one; no_edge: the two faces have the
+  /// same points in another cycle, as only damaged or odd meshes have, and the caller compares points
+  /// instead.
   static unsigned edge_across(unsigned turn, unsigned size, unsigned edge) {
     if (turn >= other_cycle) [[unlikely]]
       return no_edge;
@@ -75,19 +81,22 @@ class Gates {
     }
     return no_edge;
   }
-  /// How many gates are at a point.
+  /// How many gates are at a point. Modulo 2^16 on both sides; it only steers what is expected of ends.
   unsigned at_point(uint32_t slot) const { return at_point_[slot].gates; }
   bool on_border(uint32_t slot) const { return at_point_[slot].border; }
   void mark_border(uint32_t slot) { at_point_[slot].border = true; }
 
-  /// The first of the gates that wait; no_slot: there are none.
+  /// The first of the gates that wait; no_slot: there are none. Those that closed meanwhile are dropped for
+  /// good, so that over a whole stream this loop does as many steps as gates came up.
   FaceRef next(const Hull& hull) {
     while (first_ < waiting_.size() && !is_there(hull, waiting_[first_])) ++first_;
     tidy();
     if (first_ == waiting_.size()) return {};
     return {waiting_[first_].face / 8, waiting_[first_].face % 8};
   }
-  /// The place among these, below `most`, of the first for which found(gate) is true.
+  /// The place among these, below `most`, of the first for which found(gate) is true; `most` if there is
+  /// none. It also stops after 64 * most entries, whether they still wait or not: encoder only, so that this
+  /// bound is no part of the format.
   template <class Found>
   unsigned find(const Hull& hull, unsigned most, Found found) const {
     unsigned place = 0;
@@ -98,7 +107,8 @@ class Gates {
     }
     return most;
   }
-  /// No cell will be there that says so; one may meet it all the same.
+  /// Gives a gate up: no cell will come there that says so. Its face stays open, so that a cell may still
+  /// meet it by other ways.
   void close(const Hull& hull, FaceRef face) {
     if (!is_gate(face)) return;
     Cell& cell = cells_[face.cell];
@@ -130,6 +140,8 @@ class Gates {
     const bool inverted = turn > mirrored && turn < other_cycle;
     there.turn[other.face] = static_cast<uint8_t>(inverted ? 2 * mirrored + size - turn : turn);
   }
+  /// How one glued face lies on the other (see `mirrored`), or other_cycle where the same points do not
+  /// follow one another in the same order.
   static unsigned turn_on(const Hull& hull, FaceRef own, FaceRef other, unsigned size) {
     const Hull::Cell &cell = hull.cell(own.cell), &there = hull.cell(other.cell);
     const CellFace &face = Hull::shape_of(cell).face[own.face], &on = Hull::shape_of(there).face[other.face];
@@ -157,6 +169,8 @@ class Gates {
       if (point != no_slot) at_point_[point].gates = static_cast<uint16_t>(at_point_[point].gates + by);
     }
   }
+  // Moving what is left each time half of the queue is used up costs at most one move for each entry that was
+  // dropped.
   void tidy() {
     if (first_ < 4096 || 2 * first_ < waiting_.size()) return;
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<ptrdiff_t>(first_));
@@ -164,7 +178,8 @@ class Gates {
   }
 
   /// Where the first one waits for ever, those behind it that close are held for ever, too: a mesh of no more
-  /// than a front would take as much memory as it has cells.
+  /// than a front would take as much memory as it has cells. Sweeping at four times what was left makes it
+  /// linear in all. Nothing that is coded depends on when this happens.
   void sweep(const Hull& hull) {
     std::erase_if(waiting_, [&](const Gate& gate) { return !is_there(hull, gate); });
     first_ = 0;
@@ -178,7 +193,8 @@ class Gates {
   size_t sweep_at_ = size_t{1} << 16;
 };
 
-/// Models of what a cell says at its gate.
+/// Models of what a cell says at its gate. Rows of 64 are 8 * face of the gate + own face by which the gate's
+/// cell came (7: none); 2^14 contexts of `joined` are what join_beside() packs into 14 bits.
 struct GateModels {
   std::array<RunModel, 16> plain;  ///< by the last four outcomes
   RunModel attached, here, ends;

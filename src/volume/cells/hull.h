@@ -10,7 +10,9 @@
 
 namespace maille {
 
-/// A cell that may have left memory since: the ordinal tells.
+/// A cell that may have left memory since: its slot may hold another cell by now, which has another ordinal.
+/// Ordinals wrap after 2^32 cells; a reference that old would be valid by mistake in encoder and decoder
+/// alike, so it costs bits at most.
 struct CellRef {
   uint32_t slot = no_slot;
   uint32_t ordinal = 0;
@@ -28,13 +30,15 @@ struct FaceRef {
 ///
 /// The cells around a point are a list through their corners: `head` of the point, then `next_` of each
 /// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
-/// its last point does.
+/// its last point does. This makes removal linear in what is removed, and insertion a matter of one write for
+/// each corner.
 class Hull {
  public:
   static constexpr unsigned most_around = 64;  ///< as elsewhere around a point; docs/history.md has 1,024
 
-  /// The rest of a point is one word, as a cell changes all of it at each of its corners: from the lowest bit
-  /// on head, valence, alive, and the open faces, whose carry is lost.
+  /// The rest of a point is one word, as a cell changes all of it at each of its corners. From the lowest bit
+  /// on: 32 bits of head, 8 of valence, 1 of alive (with 7 unused), and 16 of open faces, at the top, so that
+  /// their carry is lost: the count is modulo 2^16, as docs/format.md, 16.3 says.
   class Point {
    public:
     Point() = default;
@@ -47,6 +51,9 @@ class Hull {
     unsigned open() const { return static_cast<uint16_t>(state_ >> 48); }
     /// Another cell in the list: `from` is its slot * 8, `entry` that of the corner.
     [[gnu::always_inline]] void enter(uint32_t from, uint64_t entry) {
+      // A single addition sets head and open faces: `state_` has zeros where the head was, and from + the
+      // corner in `entry` is the new head. The valence stays at 255 instead of carrying into the flag above
+      // it.
       const uint64_t counted = valence() == 0xff ? 0 : one_cell;
       state_ = (state_ & ~uint64_t{no_slot}) + from + entry + counted;
     }
@@ -61,11 +68,14 @@ class Hull {
                               one_face = uint64_t{1} << 48;
     uint64_t state_ = no_slot;
   };
-  /// What a corner, and the open faces that a cell adds there, add to the word of a point.
+  /// What a corner, and the open faces that a cell adds there, add to the word of a point. `opened` may be
+  /// negative, where more faces are glued than are new: the sum then borrows within the top 16 bits only,
+  /// because it is a multiple of one_face.
   static uint64_t entry(unsigned corner, int opened) {
     return corner + static_cast<uint64_t>(static_cast<int64_t>(opened)) * Point::one_face;
   }
-  /// One line of a cache: the cells around it change whenever a point comes or leaves.
+  /// One line of a cache: the cells around it change whenever a point comes or leaves. The list through its
+  /// corners is in another array (`next_`), as it is read only when lists are walked.
   struct alignas(64) Cell {
     std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
     uint32_t successor = no_slot;               ///< slot of the cell coded after it
@@ -78,6 +88,7 @@ class Hull {
     uint8_t mark = 0;  ///< for those who collect cells, to take each once
   };
 
+  /// Whether the cell is still the one that was meant, and in memory.
   bool valid(const CellRef& ref) const {
     return ref.slot != no_slot && cells_[ref.slot].ordinal == ref.ordinal && cells_[ref.slot].live != 0;
   }
@@ -86,6 +97,8 @@ class Hull {
   const Point& point(uint32_t slot) const { return points_[slot]; }
   static const CellShape& shape_of(const Cell& cell) { return cell_shapes[cell.kind]; }
 
+  /// A point comes into memory, with no cell around it. Slots are given in the same order by encoder and
+  /// decoder, which contexts and values by slot rely on.
   [[gnu::always_inline]] uint32_t add_point(uint64_t number) {
     const uint32_t slot = point_slots_.take();
     if (slot >= points_.size()) [[unlikely]]
@@ -94,8 +107,11 @@ class Hull {
     return slot;
   }
 
-  /// Enters a cell into the lists of its corners. `glued` has a bit for each face that met another, which the
-  /// caller closes there; what both take from the open faces of their points is counted here.
+  /// Enters a cell into the lists of its corners, in the order of the corners; a point that is several
+  /// corners is entered several times. `glued` has a bit for each face that met another, which the caller
+  /// closes there; what both take from the open faces of their points is counted here: an own open face adds
+  /// one, a glued face takes away the one that its partner had added. Neither `pattern` nor `signature` is
+  /// set.
   uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
     if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
@@ -147,9 +163,11 @@ class Hull {
     return slot;
   }
 
-  /// The point is not used again: its faces close, its cells leave when they have no other point. Closing is
-  /// not only tidy: its slot will be another point's, and a face left open would seem to be at that one. The
-  /// slot itself is free only after free_points(), so that slots name points within a block of cells.
+  /// The point is not used again: its faces close, and its cells leave when they have no other point. Closing
+  /// is not only tidy: its slot will be another point's, and a face left open would seem to be at that one.
+  /// The slot itself is free only after free_points(), so that slots name points within a block of cells.
+  /// The walk is not limited to most_around, as all references must go; it is paid for by the entering of
+  /// these cells.
   void remove_point(uint32_t slot) {
     Point& point = points_[slot];
     Cell* const cells = cells_.data();
@@ -170,7 +188,8 @@ class Hull {
     point.end();
     removed_.push_back(slot);
   }
-  /// Faces of a cell, a bit for each, that no other can meet any more.
+  /// Closes faces of a cell, a bit for each, that no other can meet any more. Corners whose point has left
+  /// are skipped.
   [[gnu::noinline]] void close(Cell& cell, unsigned faces) {
     cell.open = static_cast<uint8_t>(cell.open & ~faces);
     for (unsigned left = faces; left != 0; left &= left - 1) {
@@ -181,13 +200,16 @@ class Hull {
       }
     }
   }
+  /// Between blocks of cells: in the order in which the points ended, which the order of later slots depends
+  /// on.
   void free_points() {
     for (const uint32_t slot : removed_) point_slots_.give_back(slot);
     removed_.clear();
   }
 
-  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true. No
-  /// more than `most_around` of them: a million cells at one point must not take a million times a million.
+  /// Calls visit(cell slot, corner) for the cells around a point, the newest first, until it returns true. It
+  /// visits no more than `most_around` of them: a million cells at one point must not take a million times a
+  /// million steps.
   template <class Visit>
   bool around(uint32_t slot, Visit visit) const {
     unsigned left = most_around;
@@ -199,8 +221,10 @@ class Hull {
     return false;
   }
 
-  /// The open face of `size` corners that has all `count` points of `known`, of which the first is alive; the
-  /// newest.
+  /// The newest open face of `size` corners that has all `count` points of `known`, of which the first is
+  /// alive; no_slot if none is among the first `most_around` cells there. It compares sets of points, not
+  /// cycles: the caller decides what else must agree. A face that repeats a point can match points that it
+  /// has once.
   FaceRef find_face(unsigned size, const uint32_t* known, unsigned count) const {
     FaceRef found;
     around(known[0], [&](uint32_t slot, uint32_t corner) {
@@ -217,7 +241,8 @@ class Hull {
     return found;
   }
 
-  /// A slot for a cell whose faces are elsewhere (FaceStore): it is at no point.
+  /// A slot for a cell whose faces are elsewhere (FaceStore): it is at no point, has no open faces, and
+  /// `live` is 0, so that valid() is false for it. FaceStore gives it back with the last face.
   uint32_t take_cell() {
     const uint32_t slot = cell_slots_.take();
     if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
@@ -244,6 +269,7 @@ class Hull {
     cells_.resize(cell_slots_.capacity());
     next_.resize(cells_.size() * most_corners);
   }
+  // Every point is sought among at most four corners; no sorting would pay.
   static bool has_all(const Cell& cell, const CellFace& face, const uint32_t* points, unsigned count) {
     for (unsigned i = 0; i < count; ++i) {
       bool has = false;

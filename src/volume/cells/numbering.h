@@ -10,14 +10,17 @@ namespace maille {
 /// Numbers of new points, in the order in which cells meet them. Most are the last number plus one, or follow
 /// from three numbers of the cell as in any strided numbering. Generators that number corners, middles of
 /// edges, of faces and of cells each with a counter of their own are met by `tracks`: the last number of each
-/// running counter.
+/// running counter. Numbers are any 64 bits; all sums wrap. docs/format.md, 16.4.
 class Numbering {
  public:
+  // Eight running counters; three more guesses, one for each neighbour of a hexahedron's corner. Parts of the
+  // format.
   static constexpr unsigned most_tracks = 8;
   static constexpr unsigned most_others = 3;
 
-  /// `expected`: the number that three corners of the cell suggest, if `has_expected`; `context` below 64.
-  /// `others(suggest)` has up to three more guesses, asked for only when the first one is wrong.
+  /// Codes one number and returns it. `expected`: the number that three corners of the cell suggest, if
+  /// `has_expected`; `context` below 64 says what kind of node it is. `others(suggest)` has up to three more
+  /// guesses, asked for only when the first one is wrong.
   template <class Coder, class Others>
   [[gnu::always_inline]] uint64_t code(Coder& coder, uint64_t number, bool has_expected, uint64_t expected,
                                        unsigned context, Others others) {
@@ -30,6 +33,7 @@ class Numbering {
     const uint64_t first = expected_first ? expected : next;
     if (flag(context, expected_first, 0).code(coder, number == first)) [[likely]] {
       remember_hit(0, has_expected && first == expected);
+      // The track just goes on: the usual case moves nothing.
       if (first == next) {
         track_[0] = first;
       } else {
@@ -41,6 +45,7 @@ class Numbering {
   }
 
  private:
+  // The tracks, each plus one; the expected number; two tracks minus one; the others.
   static constexpr unsigned most_guesses = most_tracks + 3 + most_others;
   /// What was not the first guess.
   template <class Coder, class Others>
@@ -49,6 +54,8 @@ class Numbering {
     std::array<uint64_t, most_guesses> guess{};
     unsigned count = 0;
     const auto suggest = [&](uint64_t value) {
+      // Each number once, so that no second flag is spent on a guess that was refused. Sixteen at most, hence
+      // by search.
       for (unsigned i = 0; i < count; ++i) {
         if (guess[i] == value) return;
       }
@@ -67,9 +74,11 @@ class Numbering {
       move_to_front(guess[i]);
       return guess[i];
     }
+    // Three is the mark of a number that no guess had.
     history_ = (history_ * 4 + 3) & 15;
     return code_jump(coder, number);
   }
+  /// 64 contexts, 4 kinds of agreement, 16 histories, which guess comes first, and the place of the guess.
   RunModel& flag(unsigned context, bool expected_first, unsigned guess) {
     return guesses_[((context * 16 + history_) * 2 + expected_first) * most_guesses + guess];
   }
@@ -77,7 +86,8 @@ class Numbering {
     history_ = (history_ * 4 + (place < 2 ? place : 2)) & 15;
     last_hit_ = as_expected ? 1 : 0;
   }
-  /// The track that came nearest below goes on with this number.
+  /// The track one step from this number goes on with it and moves to the front; if there is none, the number
+  /// begins a track, in place of the oldest one if there are eight.
   void move_to_front(uint64_t number) {
     unsigned from = 0;
     while (from < tracks_ && track_[from] + 1 != number && track_[from] - 1 != number) ++from;
@@ -85,7 +95,8 @@ class Numbering {
     for (; from > 0; --from) track_[from] = track_[from - 1];
     track_[0] = number;
   }
-  /// The difference to the nearest track, which stays where it is; the number begins a track of its own.
+  /// Codes the difference to the nearest track, which stays where it is; the number begins a track of its
+  /// own. A decoder may be told a track that does not exist yet: it is 0 then, which is harmless.
   template <class Coder>
   uint64_t code_jump(Coder& coder, uint64_t number) {
     unsigned nearest = 0;
@@ -108,6 +119,7 @@ class Numbering {
   }
   static uint64_t distance(uint64_t a, uint64_t b) { return a < b ? b - a : a - b; }
 
+  // All bits set, so that the first number is expected to be 0.
   std::array<uint64_t, most_tracks> track_ = {~uint64_t{0}};
   unsigned tracks_ = 1;
   unsigned history_ = 0;

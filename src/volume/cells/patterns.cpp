@@ -5,6 +5,8 @@
 namespace maille {
 namespace {
 
+/// The hash decides only where an entry stands; equality is compared in full, and ids follow the order of
+/// arrival.
 uint64_t hash_of(const Pattern& pattern) {
   uint64_t hash = hash_mix(pattern.kind, pattern.final);
   for (unsigned i = 0; i < most_corners; ++i)
@@ -13,7 +15,9 @@ uint64_t hash_of(const Pattern& pattern) {
   return hash;
 }
 
-/// Glues face f to an open face in memory that has its known corners, of which at most one may be missing.
+/// Glues face f to an open face in memory that has its known corners, of which at most one may be missing;
+/// that one becomes known. One missing corner is what a face is sure about: with two, their order would be
+/// open.
 bool glue_by_search(unsigned f, const Hull& hull, Assembly& cell) {
   const CellFace& face = cell.shape().face[f];
   std::array<uint32_t, 4> known{};
@@ -52,6 +56,7 @@ uint32_t Patterns::add(const Pattern& pattern, uint32_t signature) {
   return table_[at] = static_cast<uint32_t>(patterns_.size() - 1);
 }
 
+// Corners by search are in no list here: the faces by search make them known.
 PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pattern.final) {
   const CellShape& shape = cell_shapes[kind];
   for (unsigned i = 0; i < shape.corners; ++i) {
@@ -72,6 +77,7 @@ PatternPlan::PatternPlan(const Pattern& pattern) : kind(pattern.kind), final(pat
     sources = static_cast<uint8_t>(sources | 1u << source);
     glued = static_cast<uint8_t>(glued | 1u << f);
   }
+  // known | fresh == 0xff: nothing is left to a search, and each corner comes from a source or is new.
   sweeps = kind == hexahedron_kind && searched == 0 && corners > 0 && (known | fresh) == 0xff;
 }
 
@@ -100,6 +106,8 @@ bool Patterns::describe(const Assembly& cell, const Hull& hull, const Sources& s
     while (s < source_count && sources.cell[s] != slot) ++s;
     return s;
   };
+  // The first source that has the corner, at its first place there: which one is part of the format, as equal
+  // cells must have equal patterns.
   for (unsigned i = 0; i < shape.corners; ++i) {
     pattern.source[i] = cell.is_fresh(i) ? Pattern::new_point : Pattern::by_search;
     for (unsigned s = 0; s < source_count && pattern.source[i] == Pattern::by_search; ++s) {
@@ -118,6 +126,7 @@ bool Patterns::describe(const Assembly& cell, const Hull& hull, const Sources& s
     pattern.glue[f] = s < source_count ? static_cast<uint8_t>(s + 1) : Pattern::by_search;
     if (s < source_count) pattern.other[f] = static_cast<uint8_t>(cell.glue[f].face);
   }
+  // Fresh corners have no slots yet, so only the others are compared.
   Assembly again;
   if (!apply(PatternPlan(pattern), hull, sources, again) || again.fresh != cell.fresh) return false;
   for (unsigned i = 0; i < shape.corners; ++i) {

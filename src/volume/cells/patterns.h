@@ -18,8 +18,9 @@ struct Sources {
 };
 
 /// How a cell is joined to what is in memory, in terms of its sources: a whole cell is "the same again, one
-/// step on".
+/// step on". Two cells that are joined alike have equal patterns wherever they lie. docs/format.md, 16.5.
 struct Pattern {
+  // Larger than any source (0 to 6), so that one byte holds either.
   static constexpr uint8_t new_point = 255;
   static constexpr uint8_t by_search = 254;
 
@@ -33,7 +34,8 @@ struct Pattern {
   bool operator==(const Pattern&) const = default;
 };
 
-/// A pattern as it is applied: only what there is to do.
+/// A pattern as it is applied: only what there is to do, as lists instead of a look at each corner and face.
+/// A cell of a regular mesh is made from one of these.
 struct PatternPlan {
   struct Corner {
     uint8_t own, source, corner;
@@ -56,17 +58,23 @@ struct PatternPlan {
   explicit PatternPlan(const Pattern& pattern);
 };
 
-/// The patterns met so far, numbered from 1; 0 stands for none.
+/// The patterns met so far, numbered from 1; 0 stands for none, and has an empty plan that applies nowhere
+/// useful. Encoder and decoder number them alike, as each describes the cells of the slow path by itself.
 class Patterns {
  public:
+  // As ids are kept in the cells of the hull and tell contexts, and a hostile stream must not make a table
+  // without end: 65,535 patterns take some megabytes. Later ones are not remembered, which costs bits.
   static constexpr uint32_t most = 65535;
 
   const PatternPlan& operator[](uint32_t id) const { return plans_[id]; }
   uint32_t signature(uint32_t id) const { return signatures_[id]; }
-  /// Its number, new if there is room; else 0. `signature`: how a cell of this pattern was coded first.
+  /// Returns the number of the pattern, a new one if it was not met before and there is room; else 0.
+  /// `signature`: how a cell of this pattern was coded first; all later ones get the same, as if they had
+  /// been coded that way.
   uint32_t add(const Pattern& pattern, uint32_t signature);
 
-  /// Puts a cell together. False when the pattern does not apply here: a source has gone, a face is closed.
+  /// Puts a cell together from its sources. False when the pattern does not apply here: a source has gone, a
+  /// corner has left, a face is closed, or a search finds nothing. `cell` is then left half made.
   [[gnu::always_inline]] static bool apply(const PatternPlan& plan, const Hull& hull, const Sources& sources,
                                            Assembly& cell) {
     if ((plan.sources & ~sources.there) != 0) return false;
@@ -93,7 +101,9 @@ class Patterns {
   }
   /// Is a face that was found by search one of a source's here? Then another pattern says the same sooner.
   static bool is_nearer(const PatternPlan& plan, const Sources& sources, const Assembly& cell);
-  /// The pattern of a cell, all corners known or fresh; false if it cannot be said in terms of sources.
+  /// Describes a cell whose corners are all known or fresh as a pattern; false if it cannot be said in terms
+  /// of sources. The description is applied once to be sure that it gives the cell again: a search could find
+  /// another face.
   static bool describe(const Assembly& cell, const Hull& hull, const Sources& sources, Pattern& pattern);
 
  private:
@@ -102,6 +112,7 @@ class Patterns {
   std::vector<Pattern> patterns_ = {{}};
   std::vector<PatternPlan> plans_ = {{}};
   std::vector<uint32_t> signatures_ = {0};
+  // Open addressing over ids, at most half full, so that the search for an empty entry ends.
   std::vector<uint32_t> table_ = std::vector<uint32_t>(2 * (most + 1), 0);
 };
 

@@ -12,11 +12,16 @@ inline constexpr uint32_t no_slot = 0xffffffff;
 
 /// Slots of the points that are alive, by their number. Numbers come in runs in nearly every mesh, so there
 /// is one entry for a page of them, and each corner remembers the page it had last: a look-up is mostly one
-/// comparison. Pages are small, as of a row often only the ends are alive, where blocks of a mesh meet.
+/// comparison. Pages are small, as of a row often only the ends are alive, where blocks of a mesh meet: with
+/// eight instead of 32 numbers, and fewer holes in Slots, ten million hexahedra took 59 instead of 78 MB, at
+/// a tenth more time (4e69faa).
+/// Looking pages up takes 5 % of encoding and 3.5 % of decoding (docs/history.md). Keys are numbers divided
+/// by eight, so that none is no_key.
 class PointTable {
  public:
   PointTable() : table_(64, no_page) {}
 
+  /// no_slot if the number is not in memory. `corner` tells apart who asks, as below.
   [[gnu::always_inline]] uint32_t find(uint64_t number, unsigned corner) {
     const uint32_t page = page_of(number / per_page, corner);
     return page == no_page ? no_slot : pages_[page].slot[number % per_page];
@@ -33,6 +38,7 @@ class PointTable {
     ++pages_[page].used;
     return true;
   }
+  /// Removes a number that is in memory: leave_point() never asks for another.
   [[gnu::always_inline]] void erase(uint64_t number, unsigned corner = 0) {
     const uint32_t page = page_of(number / per_page, corner);
     pages_[page].slot[number % per_page] = no_slot;
@@ -46,6 +52,7 @@ class PointTable {
   static constexpr uint64_t no_key = ~uint64_t{0};
   struct Page {
     uint64_t key = no_key;
+    // How many of the eight are in memory: at 0 the page is free again.
     uint32_t used = 0;
     std::array<uint32_t, per_page> slot{};
   };
@@ -62,6 +69,7 @@ class PointTable {
     return no_page;
   }
   [[gnu::noinline]] uint32_t add_page(uint64_t key) {
+    // At most half of the table is used, so that searches are short and always meet an empty place.
     if (2 * (pages_.size() - unused_.size() + 1) > table_.size()) grow();
     uint32_t page = static_cast<uint32_t>(pages_.size());
     if (unused_.empty()) {
@@ -81,6 +89,7 @@ class PointTable {
     table_[at] = page;
   }
   void grow() {
+    // Never shrinks: it follows the largest front.
     table_.assign(table_.size() * 2, no_page);
     for (uint32_t page = 0; page < pages_.size(); ++page) {
       if (pages_[page].key != no_key) put(page);

@@ -14,11 +14,13 @@ constexpr size_t rows_for(uint32_t slot) {
   return (size_t{slot} | 1023) + 1;
 }
 
-/// Numbers for things that come and go: the smallest table that holds all that are there at once. Slots taken
-/// one after the other lie side by side, which is what keeps neighbours of a mesh near one another in memory:
-/// slots come in blocks of sixteen that are used again when they are empty; holes in blocks only when too
-/// many slots are holes. Single slots used again in any order scatter the mesh, at half the speed (measured,
-/// after 100 layers).
+/// Numbers for things that come and go: nearly the smallest table that holds all that are there at once.
+/// Slots taken one after the other lie side by side, which is what keeps neighbours of a mesh near one
+/// another in memory: slots come in blocks of sixteen that are used again when they are empty; holes in
+/// blocks only when too many slots are holes. Single slots used again in any order scatter the mesh, at half
+/// the speed (measured, after 100 layers).
+/// The order in which slots are given is part of the format (docs/format.md, 16.3), as predictors may read
+/// what a slot held before: take() and give_back() must be called alike in both directions.
 class Slots {
  public:
   [[gnu::always_inline]] uint32_t take() {
@@ -33,6 +35,8 @@ class Slots {
     const uint32_t block = slot / 16;
     free_[block] = static_cast<uint16_t>(free_[block] | 1u << slot % 16);
     --taken_;
+    // A block that is in the list, or current, must not enter it a second time: two takers would share its
+    // slots.
     if (free_[block] == 0xffff && block != current_ && !listed_[block]) {
       listed_[block] = true;
       empty_.push_back(block);
@@ -56,7 +60,8 @@ class Slots {
     return capacity() > most_slots() ? block_with_holes() : new_block();
   }
   /// Few holes where the table is large, as its memory counts; while it is small they cost a fifth of the
-  /// speed and spare little (five blocks side by side, 110,000 points alive: 59 instead of 78 MB in all).
+  /// speed and spare little (five blocks side by side, 110,000 points alive: 59 instead of 78 MB in all, at a
+  /// tenth more time; 4e69faa).
   uint64_t most_slots() const {
     return std::min(2 * uint64_t{taken_} + 4096, uint64_t{taken_} + taken_ / 8 + 32768);
   }

@@ -16,7 +16,8 @@ struct HexahedronSlots {
 };
 
 /// A pattern of hexahedra as CellCoder::sweep() applies it: by corner, so that no loop depends on how many
-/// there are. A few hundred bytes, which few patterns deserve; sweep() keeps those that it met last.
+/// there are. Each takes a few hundred bytes, which few patterns deserve; sweep() keeps those that it met
+/// last. All of it follows from the plan: it may be made anew at any time.
 struct SweptPattern {
   struct From {
     uint8_t source = 0, corner = 0;
