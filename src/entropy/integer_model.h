@@ -29,6 +29,7 @@ class CountModel {
  private:
   static constexpr unsigned escape = 15;
 
+  /// A number of 32 bits, plus 1, has 33 at most, so 32 decisions say all; damaged bytes cannot make more.
   template <class Coder>
   unsigned code_length(Coder& coder, unsigned length) {
     for (unsigned i = 1; i < 33; ++i) {
@@ -41,7 +42,8 @@ class CountModel {
   std::array<BitModel, 34> longer_;
 };
 
-/// A signed number near 0: from -7 to 7 one symbol, others escaped.
+/// A signed number near 0: from -7 to 7 one symbol, others escaped. For decoders any bytes give a number
+/// below 2^30 + 8 in size; an encoder must not be given larger ones.
 class OffsetModel {
  public:
   template <class Coder>

@@ -12,6 +12,7 @@ std::vector<std::byte> LaneRansEncoder::finish(unsigned lanes) const {
   for (size_t i = operations_.size(); i-- > 0;) {
     const auto [start, frequency, lane] = operations_[i];
     uint64_t& state = states[lane];
+    // As in rans.cpp, with words of 16 bits: below 2^30 * frequency the next state is below 2^40.
     if (state >= ((lowest_lane_state >> lane_table_bits) << 16) * frequency) {
       words.push_back(static_cast<uint16_t>(state));
       state >>= 16;

@@ -12,7 +12,8 @@ namespace maille {
 
 /// Static symbols on a few states side by side that share words of 16 bits: a processor works on all at once.
 /// A state is in [2^24, 2^40) between symbols, of tables with 2^10 slots: so small that short streams do not
-/// feel what the states take, and large enough that rounding them costs 1/10,000 bit.
+/// feel what the states take, and large enough that rounding them costs 1/10,000 bit. (A quotient of a state
+/// by a frequency is at least 2^14, so that rounding it down loses one part in 2^14 at most.)
 inline constexpr unsigned symbol_lanes = 4;
 inline constexpr unsigned lane_table_bits = 10;
 inline constexpr uint64_t lowest_lane_state = uint64_t{1} << 24;
@@ -36,7 +37,9 @@ class LaneRansEncoder {
 };
 
 /// The inverse, open so that a hot loop keeps it in registers. Whoever makes it sees to it that words can be
-/// read as far as symbols are decoded.
+/// read as far as symbols are decoded: each takes at most one word, as frequency * (state >> 10) is at least
+/// 2^14 for states from 2^24 on; damaged states may be smaller, and give other symbols, but no other places
+/// in memory.
 struct LaneRansDecoder {
   std::array<uint64_t, symbol_lanes> states;
   const std::byte* words;

@@ -12,7 +12,8 @@ namespace maille {
 /// Adds the logits of N models with two sets of weights, each chosen by a small context, each learning from
 /// its own error; their mean goes through a map of what such predictions turned out to be (PAQ's APM).
 /// Weights are numbers of 16 bits, so that a processor does eight at once, in 1/16384; they stay within -2
-/// and 2.
+/// and 2. Encoder and decoder call predict() and update() in turns with the same arguments, and so have the
+/// same weights: integers only. docs/format.md, 10.5.
 template <unsigned N>
 class Mixer {
  public:
@@ -38,8 +39,11 @@ class Mixer {
     const auto place = static_cast<uint32_t>(mean + 2048);
     map_ = &maps_[map][place >> 7];
     const uint32_t within = place & 127;
+    // A map has a place for every 128 logits and some beyond, so map_[1] is there, too.
     const uint32_t mapped = (map_[0] * (128 - within) + map_[1] * within) >> 7;
+    // The nearer one learns.
     map_ += within >> 6;
+    // Half of the correction: the map knows little at first.
     const uint32_t probability = (logistic_table[place] + mapped + 1) >> 1;
     constexpr uint32_t most = 65536 - least_probability;
     return probability < least_probability ? least_probability : probability > most ? most : probability;
@@ -92,7 +96,8 @@ class Mixer {
     for_used([&](unsigned i) { sum += pair_products(weights[i], inputs_[i]); });
     return (sum[0] + sum[1] + sum[2] + sum[3]) >> 14;
   }
-  /// A weight moves by rate * error * input, to the nearest number.
+  /// A weight moves by rate * error * input, to the nearest number. This is the gradient of the cost in bits
+  /// for a logistic mixture (as PAQ has). An input is at most 2047, so 16 times it fits 16 bits.
   [[gnu::always_inline]] void learn(Weights& weights, int16_t step) const {
     const ShortLanes steps = ShortLanes{} + step;
     for_used([&](unsigned i) {
@@ -100,7 +105,9 @@ class Mixer {
       weights[i] = saturated_sums(weights[i], (twice + 1) >> 1);
     });
   }
-  /// The rate of learning, in 1/65536: .03 at first, falling to .002. (An error of 1 makes a step of 15728.)
+  /// The rate of learning, in 1/65536: .03 at first, falling to .002, half way down after 300,000 decisions.
+  /// (An error of 1 makes a step of 15728, which fits 16 bits.) Chosen without a record of a sweep; for
+  /// values of volumes other rates changed less than 0.4 % (docs/history.md, 8de1c4c).
   void slow_down() {
     const uint64_t count = decisions_;
     rate_ = 131 + static_cast<int32_t>(1835 * uint64_t{300000} / (300000 + count));

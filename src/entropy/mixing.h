@@ -16,7 +16,9 @@ namespace maille {
 // arithmetic. Probabilities are in 1/65536, logits ln(p / (1 - p)) in 1/256 from -2047 to 2047.
 
 inline constexpr int32_t largest_logit = 2047;
-/// What is left to the improbable side of any decision; so the probable side costs at least 2^-11 bit.
+/// What is left to the improbable side of any decision; so the probable side costs at least 2^-11 bit:
+/// -log2(1 - 24/65536) is 2^-10.9. A lower one would save a little in long runs of sure decisions, and loosen
+/// the bound that a decoder's work has.
 inline constexpr uint32_t least_probability = 24;
 
 extern const std::array<uint16_t, 4096> logistic_table;  ///< probability of each logit, from -2048
@@ -42,8 +44,9 @@ extern const std::array<uint32_t, 2 * 20 * 64 + 2> distribution_table;
   return static_cast<int32_t>(low + ((distribution_table[(place >> 6) + 1] - low) * (place & 63) >> 6));
 }
 
-/// ln(above / below) as a logit, of numbers from 1 to 2^30, to 1/10 of its unit: the quotient's exponent,
-/// and of its fraction y the polynomial y + y (1 - y) q(y), which is log2(1 + y).
+/// ln(above / below) as a logit, of numbers from 1 to 2^30, to 1/10 of its unit: the quotient's exponent, and
+/// of its fraction y the polynomial y + y (1 - y) q(y), which is log2(1 + y). 177.44568 is 256 ln 2. Floats,
+/// but each operation is rounded once, in this order, so all machines agree.
 [[gnu::always_inline]] inline SignedLanes logit_of_ratio(SignedLanes above, SignedLanes below) {
   const FloatLanes ratio =
       __builtin_convertvector(above, FloatLanes) / __builtin_convertvector(below, FloatLanes);
@@ -106,7 +109,9 @@ class RangeEncoder {
 
 /// Reads what RangeEncoder wrote. Safe on any bytes: past their end it reads zeros, and exhausted() is true
 /// as soon as it has read more of them than the one word that the encoder leaves away. Each decision with a
-/// Mixer costs at least 2^-11 bit, so a loop that asks for each element is bounded by the bytes.
+/// Mixer costs at least 2^-11 bit, so a loop that asks for each element is bounded by the bytes. The range is
+/// at least 2^32 between operations and at least 1 within them, so one word refills it and peek() never
+/// divides by zero, whatever the bytes are.
 class RangeDecoder {
  public:
   static constexpr bool encoding = false;
@@ -164,7 +169,8 @@ class RangeDecoder {
   uint32_t missing_ = 0;
 };
 
-/// 65536 / (n + 1.5), and 256 n / (n + 1.5), for cells that have been met n times.
+/// 65536 / (n + 1.5), and 256 n / (n + 1.5), for cells that have been met n times. The second is how much of
+/// a cell's logit counts: nothing before the first visit, nearly all after many.
 inline constexpr auto cell_rates = [] {
   std::array<int32_t, 256> table{};
   for (int n = 0; n < 256; ++n) table[static_cast<size_t>(n)] = 131072 / (2 * n + 3);
@@ -192,7 +198,8 @@ struct WideCell {
   }
 };
 
-/// The same in 16 bits: 12 of probability, 4 of visits. For hashed contexts.
+/// The same in 16 bits: 12 of probability, 4 of visits. For hashed contexts. Adding 7 before the low bits are
+/// cut off rounds nearly to nearest, so that small steps are not all lost.
 struct NarrowCell {
   uint16_t bits = 0x8000;
 
@@ -209,14 +216,17 @@ struct NarrowCell {
   }
 };
 
-/// Seven decisions of one hashed context: an eighth of a cache line's bits each, so that a context costs one
-/// access to memory and not one for each decision.
+/// Seven decisions of one hashed context (a tree of three bits) and 16 bits that tell contexts apart: 16
+/// bytes that never cross a cache line, so that a context costs one access to memory and not one for each
+/// decision.
 struct alignas(16) CellBucket {
   uint16_t check = 0;
   std::array<NarrowCell, 7> cells;
 };
 
-/// Buckets by hash. A bucket that another context wants is lost to it; of two, the less used one.
+/// Buckets by hash. A bucket that another context wants is lost to it; of two, the less used one. The check
+/// is another mix of the hash, of 16 bits, so a stranger is taken for the context in one of 65,536 cases;
+/// both sides err alike.
 class BucketTable {
  public:
   explicit BucketTable(unsigned size_bits) : shift_(32 - size_bits), buckets_(size_t{1} << size_bits) {}

@@ -7,6 +7,7 @@
 namespace maille {
 namespace {
 
+// Between operations a state is in [2^32, 2^64): one word at most is written or read for an operation.
 constexpr uint64_t lowest_state = uint64_t{1} << 32;
 
 void append(std::vector<std::byte>& bytes, const void* from, size_t size) {
@@ -24,10 +25,14 @@ void RansEncoder::flush() {
     const auto [start, frequency, bits, lane] = operations_[i];
     if (bits == 0) continue;
     uint64_t& state = states[lane];
+    // The decoder's state must be in [2^32, 2^64) before it takes its word, so the encoder's before it takes
+    // in the operation must be below frequency * 2^(64 - bits) = ((2^32 >> bits) << 32) * frequency. Shifted
+    // down, as that may be 2^64.
     if (state >> (64 - bits) >= frequency) {
       words.push_back(static_cast<uint32_t>(state));
       state >>= 32;
     }
+    // Raw bits have frequency 1: no division for them.
     const uint64_t quotient = frequency == 1 ? state : state / frequency;
     state = (quotient << bits) + (state - quotient * frequency) + start;
   }

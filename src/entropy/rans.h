@@ -19,6 +19,9 @@ namespace maille {
 /// side. The encoder must work backwards, so it keeps a block of operations; the stream is a sequence of
 /// blocks of operations_per_block, each its states (8 bytes a lane) and then its words, in the order in which
 /// the decoder wants them.
+///
+/// A block bounds what an encoder keeps, 8 bytes an operation, to 1 MiB. The size of blocks is part of the
+/// format (docs/format.md, 10.2).
 inline constexpr uint32_t operations_per_block = 1 << 17;
 inline constexpr unsigned most_lanes = 3;
 
@@ -38,7 +41,7 @@ class RansEncoder {
     put(value, 1, count, lane);
     return value;
   }
-  /// An interval of a cumulative distribution over 2^bits.
+  /// An interval of a cumulative distribution over 2^bits, 1 to 32; `frequency` is from 1 to 65535.
   void put(uint32_t start, uint32_t frequency, unsigned bits, unsigned lane) {
     operations_.push_back(
         {start, static_cast<uint16_t>(frequency), static_cast<uint8_t>(bits), static_cast<uint8_t>(lane)});
@@ -119,6 +122,7 @@ class RansDecoder {
     next_ += 4;
     return word;
   }
+  // Calls of their own, so that what hardly ever happens does not take registers in hot loops.
   [[gnu::noinline]] uint32_t get_no_word();
   [[gnu::noinline]] void next_block();
 

@@ -9,6 +9,7 @@ std::vector<std::byte> StaticRansEncoder::finish() {
   std::vector<uint32_t> words;
   for (size_t i = operations_.size(); i-- > 0;) {
     const auto [start, frequency, bits] = operations_[i];
+    // As in rans.cpp: from frequency * 2^(63 - bits) on the next state would not be below 2^63.
     if (state >> (63 - bits) >= frequency) {
       words.push_back(static_cast<uint32_t>(state));
       state >>= 32;

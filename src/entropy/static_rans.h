@@ -17,7 +17,8 @@ namespace maille {
 
 /// A decoder refuses streams that promise more than 16384 things a byte (and 16 bytes for nothing), so that
 /// what it reserves is bounded by what it reads. Symbols that are alone in their tables take no bits: where
-/// all are, a writer fills up with zeros, which nothing reads.
+/// all are, a writer fills up with zeros, which nothing reads (a million points at one place took 60 bytes,
+/// 00c9157).
 inline constexpr uint64_t most_things_per_byte = 16384;
 inline constexpr bool can_hold(uint64_t bytes, uint64_t things) {
   return things / most_things_per_byte <= bytes + 16;
@@ -28,7 +29,8 @@ inline void fill_up(std::vector<std::byte>& bytes, uint64_t things) {
 
 /// A distribution as decoders want it: for each of 2^bits slots the symbol, and for each symbol its slots.
 /// All of it in every slot would be one look-up less, but four times as large, and the tables of a file would
-/// not stay in a processor's first cache.
+/// not stay in a processor's first cache. Frequencies sum up to 2^bits whatever a file holds
+/// (frequencies_of()), so all slots are filled and any state finds a symbol.
 template <unsigned bits, unsigned symbols>
 struct StaticDecoderTable {
   static_assert(bits <= 10 && symbols <= most_static_symbols);

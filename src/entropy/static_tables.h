@@ -34,12 +34,15 @@ struct StaticTables {
 };
 
 /// Counts of a sample, for tables that others use as well: what occurs in one context may occur in all that
-/// there are. `rising`: symbols are sizes, where those between, and the next one, may occur, too.
+/// there are. `rising`: symbols are sizes, where those between, and the next one, may occur, too. Contexts
+/// without any counts stay without.
 void spread_symbols(std::span<Histogram> counts, unsigned symbols, bool rising);
 
 /// Tables for these counts, by context, such that tables and symbols together are small. Writes them to
-/// `coder`. `shared`: the tables are for other symbols than those counted, too: all symbols that occur in any
-/// context, and the last one, are possible in each.
+/// `coder`. `symbols`: of the alphabet, at most most_static_symbols; `bits`: at most 10, and 2^bits no fewer
+/// than symbols; `most_tables`: at most 64. `shared`: the tables are for other symbols than those counted,
+/// too: all symbols that occur in any context, and the last one, are possible in each. Deterministic: ties go
+/// to the first.
 StaticTables make_tables(std::span<const Histogram> counts, unsigned symbols, unsigned bits,
                          unsigned most_tables, RansEncoder& coder, bool shared = false);
 /// Inverse. Any bytes give valid tables; the caller looks at coder.exhausted().

@@ -22,7 +22,7 @@ inline constexpr auto symbol_targets = [] {
 }();
 
 /// The n-th visit moves the distribution by 2^-rate: the first visits count most, later the window is about
-/// 2^7 visits.
+/// 2^7 visits. (1 / (n + 1.5) rounded to powers of two, which shifts can do for sixteen numbers at once.)
 inline constexpr auto symbol_rates = [] {
   std::array<uint8_t, 192> rates{};
   for (unsigned n = 0; n < rates.size(); ++n) {
@@ -33,6 +33,12 @@ inline constexpr auto symbol_rates = [] {
 
 /// Adaptive distribution over 16 symbols: cumulative frequencies over 2^15 that move towards the coded symbol
 /// by a power of two, all at once (after Giesen's description of LZNA, 2015).
+///
+/// No frequency becomes 0, which a coder could not write: targets of neighbours are at least 1 apart, and a
+/// shift that rounds down takes at most d - 1 from a distance of d. All of it fits 16 bits with sign.
+///
+/// Half the symbols of binary decisions per residual: turbineblade decoded 1.5 times as fast, 0.8 % larger
+/// (d0a3f46).
 class SymbolModel {
  public:
   SymbolModel() {
