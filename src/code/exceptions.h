@@ -12,7 +12,11 @@ namespace maille {
 
 /// Numbers of an array that its map does not hold (NaN, infinities, outliers): a mask, and the bits of each.
 /// They mostly stand side by side (a region without values) and are mostly alike (one NaN, one fill value),
-/// so that the neighbours tell most of the mask, and the exception before tells the bits.
+/// so that the neighbours tell most of the mask, and the exception before tells the bits. A block of 10 % NaN
+/// makes an array 1.05 times as large at most; it was 2.4 times (52df2eb).
+///
+/// For values of volumes, whose tuples stand in slots that are used again: memory is what slots take, not the
+/// mesh.
 class Exceptions {
  public:
   explicit Exceptions(unsigned components) : components_(components), last_(components) {}
@@ -21,6 +25,7 @@ class Exceptions {
   /// state goes to `slot`.
   template <class Coder>
   bool code(Coder& coder, bool exception, unsigned component, std::span<const uint32_t> near, uint32_t slot) {
+    // A new tuple began.
     if (component <= component_) before_ = 0;
     component_ = component;
     exception = mask_[context_of(component, near)].code(coder, exception);
@@ -29,6 +34,7 @@ class Exceptions {
     met_ = met_ || exception;
     if (!met_) return false;
     const size_t place = size_t{slot} * components_ + component;
+    // Slots are numbers that the decoder gave out itself, so a file cannot make this large.
     if (place >= states_.size()) states_.resize(place + place / 8 + 64);
     states_[place] = exception;
     return exception;
@@ -40,6 +46,7 @@ class Exceptions {
     again_before_ = again_[again_before_].code(coder, bits == known_) ? 1 : 0;
     if (again_before_ != 0) return known_;
     uint64_t read = 0;
+    // Raw, as numbers that no map holds have no distribution. In steps of 16 bits.
     for (unsigned at = 0; at < 8 * size; at += 16) {
       const unsigned width = size == 1 ? 8 : 16;
       const auto part = static_cast<uint32_t>(bits >> at & ((1u << width) - 1));
@@ -57,6 +64,7 @@ class Exceptions {
     for (const uint32_t slot : near) count += state_of(size_t{slot} * components_ + component);
     const unsigned last = last_[component];
     const unsigned around = near.empty() ? 2 * last : count == 0 ? 0 : count < near.size() ? 1 : 2;
+    // 0 before any exception; else 3 * 2 * 3 contexts from 1 on.
     return 1 + (around * 2 + last) * 3 + before_;
   }
 

@@ -9,12 +9,13 @@
 namespace maille {
 
 /// Weights that would have predicted the numbers of the past best from N features each: normal equations
-/// whose samples fade away, solved again now and then. Doubles and floats with + - * / in a
-/// fixed order, so both sides have the same weights. What is out of all range is not learnt, so that damaged
-/// data cannot bring infinities in.
+/// whose samples fade away, solved again now and then. Doubles and floats with + - * / in a fixed order, so
+/// both sides have the same weights. What is out of all range is not learnt, so that damaged data cannot
+/// bring infinities in.
 ///
 /// `late`: after how many samples weights are solved again, from 1024 on; before that, and where it is 32,
-/// after 32.
+/// after 32. A solution takes N^3 / 6
+/// products, a sample N^2 / 2: for N = 28 solving after each 32 samples is 0.3 of what learning them is.
 template <unsigned N, unsigned late = 32>
 class OnlineLeastSquares {
  public:
@@ -55,11 +56,15 @@ class OnlineLeastSquares {
   static_assert(N % 4 == 0, "for the processor's vectors");
   static_assert(late % 32 == 0);
   static constexpr unsigned blocks = N / 4;
+  // Products stay below 10^12, and their sums far below the largest float: samples fade.
   static constexpr float largest = 1e6F;
+  // So about 2,500 samples count. Chosen without a record of a sweep: more make weights steadier, fewer let
+  // them follow a mesh whose parts differ.
   static constexpr float growth = 1.0002F;  // of the root: samples fade by .9996
   static constexpr unsigned interval = 32;
 
   void fade() {
+    // A power of two, so that no bit is lost.
     constexpr float factor = 1.0F / (1024.0F * 1024.0F);
     for (unsigned i = 0; i < N; ++i) {
       for (FloatLanes& block : products_[i]) block *= factor;
@@ -68,7 +73,9 @@ class OnlineLeastSquares {
     gain_ *= 1.0F / 1024.0F;
   }
 
-  /// With a little added to the diagonal. Without solution the weights stay.
+  /// With a little added to the diagonal: a ten-thousandth of it, and a thousandth of a sample of 1, so that
+  /// features that are the same, or all 0, have a solution. Without solution the weights stay. Weights beyond
+  /// 10^4 are those of equations that say nothing.
   void solve() {
     std::array<double, N * N> rows;
     std::array<double, N> x;

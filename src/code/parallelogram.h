@@ -5,7 +5,9 @@
 
 namespace maille {
 
-/// Arithmetic on codes that wraps around, so that predictions from any codes are defined.
+/// Arithmetic on codes that wraps around, so that predictions from any codes are defined: those of a damaged
+/// file, and of maps whose codes use all of their bits. What an encoder subtracts a decoder adds, and gets
+/// the same code.
 template <class Code>
 Code wrapped_sum(Code a, Code b) {
   using Unsigned = std::make_unsigned_t<Code>;

@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// Size of a residual in half octaves: 0, 1, 2, 3, then two to the octave.
+/// Size of a residual in half octaves: 0, 1, 2, 3, then two to the octave. At most 127, for 64 bits.
 inline unsigned half_octaves(uint64_t size) {
   if (size < 2) return static_cast<unsigned>(size);
   const unsigned length = bit_length(size);
@@ -23,7 +23,10 @@ struct ResidualContext {
 
 /// Signed residuals of up to `Bits` bits: the number of significant bits, in the context of what was
 /// expected; then sign and the first bits below the top one as one symbol; the rest raw. The stages are apart
-/// so that the components of a tuple can take them side by side, each in its lane.
+/// so that the components of a tuple can take them side by side, each in its lane. docs/format.md, 13.4.
+///
+/// Bits below the first four are raw: within an eighth of an octave a distribution of residuals is nearly
+/// even.
 template <unsigned Bits>
 class ResidualModel {
  public:
@@ -32,7 +35,10 @@ class ResidualModel {
 
   ResidualModel() : length_(components * expected_classes * spread_classes), head_(components * (Bits + 1)) {}
 
-  /// Lengths from a little below the expected one are symbols; others are escaped and raw.
+  /// Lengths from a little below the expected one are symbols; others are escaped and raw. Fifteen lengths
+  /// from seven octaves below what was expected on: a residual is seldom longer than seven octaves above, and
+  /// then seven raw bits hardly matter. What is read is at most `Bits`, so that tables and shifts stay in
+  /// range.
   template <class Coder>
   [[gnu::always_inline]] unsigned code_length(Coder& coder, unsigned length, unsigned component,
                                               const ResidualContext& context, unsigned lane) {
@@ -74,6 +80,7 @@ class ResidualModel {
   }
 
  private:
+  // Octaves: expected sizes of 2^19 and more are one class. Spreads: 0 to 10, and 11 for none.
   static constexpr unsigned expected_classes = 20;
   static constexpr unsigned spread_classes = 12;
   static constexpr unsigned escape = 15;
