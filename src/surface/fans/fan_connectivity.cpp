@@ -15,6 +15,8 @@ namespace maille {
 namespace {
 
 /// Finds the symbol of a pattern.
+/// Patterns that differ only in what a symbol does not tell (the spoke of a close, which is always 1) have
+/// one key.
 class FanSymbols {
  public:
   explicit FanSymbols(std::span<const FanPattern> patterns) {
@@ -23,7 +25,8 @@ class FanSymbols {
       if (pattern.end != FanEnd::none) of(pattern).push_back({key_of(pattern), symbol});
     }
   }
-  /// none: there is none, and some of the new vertices are coded first.
+  /// Returns none where no symbol is this pattern: then some of the new vertices are coded first, see
+  /// spelled().
   uint32_t find(const FanPattern& pattern) {
     if (pattern.added > most_added) return none;
     const uint64_t key = key_of(pattern);
@@ -36,6 +39,7 @@ class FanSymbols {
  private:
   static constexpr unsigned most_added = 16;
   static uint64_t key_of(const FanPattern& pattern) {
+    // These ends have a triangle of their own, of which the symbol tells whether it ends its polygon.
     const unsigned last = pattern.end == FanEnd::pocket || pattern.end == FanEnd::swallow ||
                           pattern.end == FanEnd::split || pattern.end == FanEnd::known ||
                           pattern.end == FanEnd::merge;
@@ -48,7 +52,10 @@ class FanSymbols {
   std::array<std::array<std::vector<std::pair<uint64_t, uint8_t>>, most_added + 1>, 9> symbols_;
 };
 
-/// The encoder's side of a FanMachine: knows the mesh, finds the symbols, notes what is coded.
+/// The encoder's side of a FanMachine: it knows the mesh, finds the symbols and notes what is coded. It
+/// keeps, for each entry of the ring, the half-edge beyond the entry's gate; the machine tells it when
+/// entries move. Whatever it chooses is valid, so heuristics that give up cost bytes, never correctness: a
+/// vertex that is not found on a ring is coded by its number ("known").
 class FanFinder {
  public:
   static constexpr bool encoding = true;
@@ -81,6 +88,7 @@ class FanFinder {
     }
     points_.reserve(points);
     half_edges_.reserve(faces());
+    // A polygon of d corners is d - 2 triangles, so all are half-edges less two for each face.
     Machine machine(*this, surface, real_ - 2 * faces(), points, polygons);
     machine_ = &machine;
     while (!machine.done()) {
@@ -104,7 +112,8 @@ class FanFinder {
     return result;
   }
 
-  // What the machine calls.
+  // These functions are what the machine calls. Numbers were put in order by choose() or choose_start();
+  // references are coded as zigzag differences to the reference before, which the machine undoes.
   uint32_t number(FanNumber kind, uint32_t, uint32_t base = 0) {
     const uint32_t value = numbers_[next_number_++];
     uint32_t coded = value;
@@ -133,15 +142,21 @@ class FanFinder {
 
  private:
   static constexpr unsigned longest_fan = 16;
-  // Vertices of more triangles are taken for lost sometimes, which costs bytes only.
+  // A vertex of more triangles is taken for lost sometimes, which costs bytes only. Without a bound the
+  // search for an apex would be quadratic around one vertex of a great many triangles (1e2858d). Chosen, not
+  // swept.
   static constexpr unsigned longest_turn = 4096;
-  // Entries further away are taken for lost, too.
+  // Gates that moved are looked for among so many entries from the tail on; farther ones are taken for lost,
+  // too. Chosen, not swept: more would find more gates and cost time in meshes with many non-manifold
+  // vertices.
   static constexpr uint32_t longest_search = 1024;
-  /// More vertices of the ring than this are taken one by one.
+  /// If a polygon takes in more vertices of the ring than this, they are taken one by one, so that the test
+  /// for a pocket stays bounded. Chosen, not swept.
   static constexpr unsigned longest_pocket = 64;
 
-  /// A triangle of the fan: of the polygon whose first half-edge leaves the head. `along` runs from the
-  /// vertex before to the third one, and `back` follows it; it runs to the head where the polygon ends there.
+  /// A triangle of the fan at hand. `polygon` is the first half-edge of its polygon, which leaves the head.
+  /// `along` runs from the vertex before to the third vertex, and `back` follows it; `back` runs to the head
+  /// if the polygon ends there (`real`).
   struct Triangle {
     uint32_t polygon;
     uint32_t along;
@@ -163,6 +178,7 @@ class FanFinder {
 
   uint32_t gate(uint32_t entry) const { return entry < gates_.size() ? gates_[entry] : none; }
   void set_gate(uint32_t entry, uint32_t h) {
+    // Doubled, as entries are pushed one by one.
     if (entry >= gates_.size()) gates_.resize(std::max<size_t>(2 * gates_.size(), entry + size_t{1}), none);
     gates_[entry] = h;
     if (h >= real_) return;
@@ -207,8 +223,9 @@ class FanFinder {
     const uint32_t begin = place.ring == none ? machine_->head : machine_->waiting[place.ring].begin;
     return {place.entry + 1 == end ? begin : place.entry + 1, place.ring};
   }
-  /// The entry of the third vertex of a triangle: found by turning round it to a gate, through faces that are
-  /// not coded.
+  /// The entry of a triangle's third vertex. It is found by turning round that vertex through faces that are
+  /// not coded yet, until a gate is met: first one way, then the other. An entry of the right vertex in the
+  /// wrong place of the ring would be another surface, so the vertex alone is not enough.
   Place find_apex(const Triangle& triangle) const {
     const uint32_t number = number_of_[edges_.origin[triangle.back]];
     const uint32_t face = face_of(triangle.along);
@@ -228,7 +245,7 @@ class FanFinder {
     return machine_->vertex(place.entry) == number ? place : Place{};
   }
 
-  /// The triangle that follows `before` in the fan, or the first one; none: there is a border.
+  /// The triangle that follows in the fan, or the first one; nothing where a border lies there.
   std::optional<Triangle> next_triangle() const {
     Triangle triangle;
     const bool first = fan_.empty();
@@ -248,6 +265,9 @@ class FanFinder {
     return triangle;
   }
 
+  /// Takes as many triangles as the fan has, as if all of them were coded: their vertices get numbers and
+  /// their faces count as coded, because what comes next depends on that. commit() takes back what the symbol
+  /// does not cover.
   unsigned choose() {
     numbers_.clear();
     next_number_ = 0;
@@ -284,7 +304,8 @@ class FanFinder {
     commit(pattern, first_number);
     return symbol;
   }
-  /// One or four of the new vertices, as there is no symbol for all that follows.
+  /// One or four of the new vertices, as there is no symbol for all that follows. Of polygons, the symbol for
+  /// four has four diagonals.
   FanPattern spelled(const FanPattern& pattern) const {
     const bool four = pattern.added >= 4 && (!polygons_ || (pattern.spokes & 15) == 0);
     return {FanEnd::open, static_cast<uint8_t>(four ? 4 : 1), 1, pattern.spokes};
@@ -294,7 +315,8 @@ class FanFinder {
     return machine_->vertex(machine_->head + 1) != none && triangle.real &&
            triangle.back == gate(machine_->head);
   }
-  /// How many vertices of the ring beyond the next one the polygon takes in before it closes; 0: it does not.
+  /// How many vertices of the ring beyond the next one the polygon takes in before it closes at the head; 0
+  /// if it does not close that way.
   unsigned taken_by(const Triangle& triangle, uint32_t entry) const {
     const uint32_t head = machine_->head;
     const unsigned taken = entry - head - 1;
@@ -317,6 +339,7 @@ class FanFinder {
     if (place.ring != none) {
       const Machine::Ring& other = ring.waiting[place.ring];
       const auto from_top = static_cast<uint32_t>(ring.waiting.size() - 1 - place.ring);
+      // The decoder refuses streams that move more entries than this; a known vertex moves none.
       if (uint64_t{other.end - other.begin} + from_top + 1 > ring.moves_left())
         return choose_lost(triangle, pattern);
       numbers_ = {from_top, place.entry - other.begin};
@@ -335,6 +358,7 @@ class FanFinder {
       return choose_lost(triangle, pattern);
     const uint32_t ahead = place.entry - ring.head - 2;
     const uint32_t behind = end - 2 - place.entry;
+    // As FanMachine::split() counts them: behind a diagonal the part at the head has to be copied.
     const uint32_t moves = triangle.real ? std::min(ahead, behind) : ahead;
     if (uint64_t{moves} + 3 > ring.moves_left()) return choose_lost(triangle, pattern);
     if (behind < ahead) {
@@ -361,13 +385,14 @@ class FanFinder {
     fan_.push_back({beyond, along, back, true});
     return true;
   }
-  /// A vertex that is known, but that no ring leads to.
+  /// For a vertex that has a number already, but to which no ring leads. Any vertex may be coded so, at the
+  /// price of its number.
   void choose_lost(const Triangle& triangle, FanPattern& pattern) {
     numbers_ = {number_of_[edges_.origin[triangle.back]]};
     pattern.end = FanEnd::known;
   }
 
-  /// Keeps of the fan that was looked at what the symbol codes.
+  /// Keeps of the fan that was looked at what the symbol codes, and takes the rest back.
   void commit(const FanPattern& pattern, uint32_t first_number) {
     const unsigned i = pattern.added;
     for (size_t k = i; k < fan_.size(); ++k) {
@@ -380,6 +405,7 @@ class FanFinder {
     const bool whole = pattern.end == FanEnd::pocket || pattern.end == FanEnd::close;
     for (const Triangle& triangle : fan_) {
       if (!triangle.real && !whole) continue;
+      // A polygon of several triangles is listed once.
       if (coded_[face_of(triangle.along)] != 0 && !half_edges_.empty() &&
           half_edges_.back() == triangle.polygon)
         continue;
@@ -444,6 +470,7 @@ using Operations = std::vector<FanOperation>;
 struct NumberSymbol {
   explicit NumberSymbol(uint32_t number) : symbol(number) {
     if (number < direct_numbers) return;
+    // Not 0, for which clz is undefined: that is a direct number.
     const unsigned length = 32 - static_cast<unsigned>(__builtin_clz(number));
     symbol = direct_numbers + length - 4;
     bit_count = length - 1;
@@ -516,15 +543,18 @@ std::vector<std::byte> write_fans(std::span<const FanOperation> operations, cons
     }
     const NumberSymbol number(value);
     encoder.put(tables.numbers.of(context - FanOperation::is_number), fan_slot_bits, number.symbol);
+    // Raw bits are at most 16 at a time, as words of the coder are.
     const unsigned low = std::min(number.bit_count, 16u);
     encoder.put_raw(number.bits & ((1u << low) - 1), low);
     if (number.bit_count > 16) encoder.put_raw(number.bits >> 16, number.bit_count - 16);
   }
   std::vector<std::byte> bytes = encoder.finish();
+  // Symbols that cost nothing would let a few bytes claim any number of triangles; see can_hold().
   fill_up(bytes, triangles);
   return bytes;
 }
 
+/// A symbol that the tables' sample did not have has frequency 0, and cannot be coded by them.
 bool can_write_fans(std::span<const FanOperation> operations, const FanTables& tables) {
   return std::all_of(operations.begin(), operations.end(), [&](const FanOperation& operation) {
     const auto& [context, value] = operation;
@@ -536,7 +566,9 @@ bool can_write_fans(std::span<const FanOperation> operations, const FanTables& t
 
 void FanSurface::count_valences() {
   valences.assign(vertices, 0);
-  // The neighbours along the sides of faces cancel where each side is there twice.
+  // Around an inner vertex each neighbour is met twice, so that the sum of all (exclusive or) vanishes; on a
+  // border two are left. Two that cancel by chance only make a prediction worse, as both sides compute the
+  // same. Numbers count from 1, so that vertex 0 counts, too.
   std::vector<uint32_t> neighbours(vertices);
   const auto add = [&](uint32_t before, uint32_t at, uint32_t next) {
     ++valences[at];
@@ -553,7 +585,8 @@ void FanSurface::count_valences() {
     for (size_t k = 0; k < at.size(); ++k)
       add(at[k > 0 ? k - 1 : at.size() - 1], at[k], at[k + 1 < at.size() ? k + 1 : 0]);
   }
-  // Half of the surface around it is missing.
+  // On a border half of the surface around a vertex is missing. Counting its faces twice makes the dragon in
+  // charts 3 % smaller, ogre 0.6 % (13 bits, -5; f46b2b6).
   for (uint32_t v = 0; v < vertices; ++v) {
     if (neighbours[v] != 0) valences[v] = static_cast<uint8_t>(2 * valences[v]);
   }
@@ -566,9 +599,11 @@ void FanSurface::forget_vertices() {
   first = vertices;
 }
 
+/// Valences are counted before duplicates of faces are appended, as the decoder counts them.
 EncodedFans encode_fans(HalfEdges surface, uint32_t real_half_edges, uint32_t point_count, FanModels models) {
   const bool polygons = !surface.all_triangles();
   EncodedFans result = FanFinder(surface, real_half_edges, point_count).run();
+  // Half-edges are the largest thing in memory here, and nobody needs them while operations are written.
   surface = {};
   result.surface.count_valences();
   if (polygons) result.surface.find_polygon_references();

@@ -18,20 +18,24 @@ namespace maille {
 /// triangles, and one symbol tells how the fan around the vertex at its head is completed.
 /// docs/format.md, "Fans".
 
-/// Vertices whose positions predict that of another one, in coded order. See positions.h.
+/// Vertices whose positions predict that of another one, by number in coded order. All are below it but in
+/// rare cases (vertex 0, a vertex that is on a ring twice); what is not decoded yet counts as 0. See
+/// positions.h.
 ///
-///            A ---- vertex          closed fans end at N; O2 is beyond the edge from focus to N.
-///           / \    /  |             The late triple is a parallelogram that became known
-///          B   focus  |             after the vertex: late[0] + late[1] - late[2].
-///               | \   |
-///               |   \ |
-///               O2 --- N
+///           A ---- vertex          closed fans end at N; O2 is beyond the edge from focus to N.
+///          / \    /  |             The late triple is a parallelogram that became known
+///         B   focus  |             after the vertex: late[0] + late[1] - late[2].
+///              | \   |
+///              |   \ |
+///              O2 --- N
 struct VertexReferences {
   enum : unsigned { focus, next, next_opposite, late, before = 6, last = 7, count = 8 };
   std::array<uint32_t, count> at;
 };
 
-/// Where in its fan a vertex stands, the valence of the focus, and whether there is a late triple.
+/// A kind is a byte: place * 12 + 2 * valence class + [there is a late triple]. The place says where in its
+/// fan a vertex stands, the class is that of the focus' valence. 0 to 9 are places of closed fans, by the
+/// number of new vertices; 10 to 12 those of open ones; 13 that of vertices that nothing predicts.
 inline constexpr unsigned fan_places = 21;
 inline constexpr unsigned first_open_place = 10;
 inline constexpr unsigned start_place = 13;
@@ -59,7 +63,10 @@ inline constexpr bool kind_is_last(unsigned kind) {
   return place == 0 || place == 2 || place == 5 || place == 9;
 }
 
-/// Faces in coded order. Vertices are numbered by their first corners.
+/// Faces in coded order. Vertices are numbered by their first corners: vertex v comes up for the first time
+/// behind vertex v - 1. This is all that positions and most arrays need of the connectivity. Half-edges
+/// (build_surface() in fan_patch.h) are made only for what walks over them: normals, twins, and the arrays of
+/// corners of an encoder.
 struct FanSurface {
   std::vector<uint32_t> corners;
   /// Where the corners of each face begin, and where they end; empty: three for each triangle.
@@ -82,10 +89,13 @@ struct FanSurface {
   std::span<const uint32_t> face(uint32_t i) const {
     return std::span(corners).subspan(first_corner(i), first_corner(i + 1) - first_corner(i));
   }
+  /// Fills `valences`, by the faces that are there. Duplicates of faces do not count: they are appended
+  /// afterwards.
   void count_valences();
-  /// References and kinds of meshes of polygons.
+  /// Fills references and kinds of a mesh of polygons, from corners and `across` alone: the same on both
+  /// sides.
   void find_polygon_references();
-  /// Lets go of what positions are predicted by.
+  /// Gives back the memory of references, kinds and valences, once positions are there.
   void forget_vertices();
 };
 
@@ -96,6 +106,8 @@ struct FanOperation {
   uint32_t value;    ///< a symbol, or the number
 };
 
+/// What encode_fans() gives: the surface as the decoder will have it, where it comes from, and either bytes
+/// or, with FanModels::shared, operations.
 struct EncodedFans {
   FanSurface surface;
   std::vector<uint32_t> points;      ///< by vertex: its number in `origin` of what was encoded
@@ -104,7 +116,8 @@ struct EncodedFans {
   std::vector<FanOperation> operations;  ///< instead of bytes, where the tables are shared
 };
 
-/// Points have numbers of this many bits at most.
+/// Points have at most so many bits: an entry of the ring is 64 bits, of which 32 are a vertex and 4 what it
+/// has seen.
 inline constexpr unsigned fan_point_bits = 28;
 inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 
@@ -112,9 +125,10 @@ inline constexpr uint32_t most_fan_points = 1u << fan_point_bits;
 enum class FanModels : uint8_t { fixed, shared };
 class FanSlots;
 
-/// Codes the real faces of a closed surface, see gluing.h: the first `real_half_edges` half-edges belong to
-/// them. Origins are points, at most most_fan_points; several vertices
-/// of the surface may be one point.
+/// Codes the real faces of a closed surface (gluing.h): the first `real_half_edges` half-edges belong to
+/// them. Origins are points, at most most_fan_points; several vertices of the surface may be one point. No
+/// errors: every such surface can be coded. Takes the surface, as its half-edges are the largest thing in
+/// memory.
 EncodedFans encode_fans(HalfEdges surface, uint32_t real_half_edges, uint32_t point_count,
                         FanModels models = FanModels::fixed);
 
@@ -125,8 +139,11 @@ struct FanBuffers {
   Scratch<uint8_t> kinds;
 };
 
-/// Inverse, in pieces, so that what is known about a vertex is still in the cache when its position is
-/// decoded. Safe on any bytes. Work is bounded by the size of the bytes and by the number of triangles.
+/// Inverse of encode_fans(), in pieces, so that what is known about a vertex is still in the cache when its
+/// position is decoded. Safe on any bytes: work is bounded by the size of the bytes and by the number of
+/// triangles, memory grows with what was decoded.
+///
+/// Either `state_` decodes triangles piece by piece, or `complete_` knows everything; one of them is there.
 class FanDecoder {
  public:
   /// `triangles` triangles over at most `most_vertices` vertices; `bytes` must stay. There is room for up to
@@ -134,7 +151,8 @@ class FanDecoder {
   static Result<FanDecoder> begin(Bytes bytes, uint32_t triangles, uint32_t most_vertices, uint64_t more = 0);
   /// One that knows everything.
   static FanDecoder over(FanSurface surface);
-  /// Operations alone: what write_fans() gives. `slots` must stay, too; and `buffers`, if given.
+  /// From operations alone, as write_fans() gives them. `slots` must stay, and so must `buffers` if given:
+  /// their memory is borrowed and given back by the destructor.
   static Result<FanDecoder> begin(Bytes operations, const FanSlots& slots, uint32_t triangles,
                                   uint32_t vertices, uint64_t more, FanBuffers* buffers);
   FanDecoder(FanDecoder&&) noexcept;
@@ -147,18 +165,21 @@ class FanDecoder {
   uint32_t vertices() const;
   /// Vertices that may be waiting: decode_until() must not be asked for more beyond the last release().
   static constexpr uint32_t window = 1 << 10;
-  /// Vertices that it may know beyond those asked for.
+  /// Vertices that it may know beyond those asked for. Whoever keeps something by vertex has room for so many
+  /// more.
   static constexpr uint32_t most_ahead = 1 << 10;
-  /// Decodes until everything about the vertices below `end` is known, which is at most vertices().
+  /// Decodes until everything about the vertices below `end` is known; `end` is at most vertices(). Error:
+  /// corrupt, as of all functions here.
   Result<> decode_until(uint32_t end);
   /// Of one that knows everything; else none.
   std::span<const uint8_t> known_valences() const {
     return complete_ ? complete_->valences : std::span<const uint8_t>();
   }
   const FanSurface& complete() const { return *complete_; }
+  /// Of a vertex that is known and not released; those after it follow in memory.
   const VertexReferences* references(uint32_t vertex) const;
   const uint8_t* kinds(uint32_t vertex) const;
-  /// Forgets the vertices below `end`.
+  /// Forgets the vertices below `end`, so that memory stays bounded by the window.
   void release(uint32_t end);
 
   /// Decodes the rest, and gives the triangles, without references and kinds.

@@ -18,7 +18,8 @@ tl::unexpected<Error> corrupt(const char* what) {
   return failure(ErrorCode::corrupt, std::string("topology: ") + what);
 }
 
-/// Small numbers, one for each of many things, as runs of equal ones.
+/// Small numbers, one for each of many things, as runs of equal ones: nearly all are 0, or the same for long.
+/// The value before is the context of the next one, and the value that of its length.
 class RunModel {
  public:
   template <class Coder>
@@ -68,7 +69,8 @@ Result<> decode_runs(Bytes bytes, uint32_t count, Visit visit) {
   return {};
 }
 
-/// A face from its lowest point on, towards the lower one of the two beside it.
+/// A face from its lowest point on, towards the lower one of the two beside it: the same for all its
+/// duplicates, however these begin and run.
 std::vector<uint32_t> canonical(std::span<const uint32_t> corners) {
   std::vector<uint32_t> result(corners.begin(), corners.end());
   std::rotate(result.begin(), std::min_element(result.begin(), result.end()), result.end());
@@ -101,6 +103,8 @@ void find_first(const Faces& faces, std::span<const NearFaces::value_type> near,
 }
 
 /// Faces that are duplicates of others, whichever way round: by face the first one with the same corners.
+/// Candidates are found by counting faces by their lowest point. Non-manifold meshes took twice as long to
+/// encode when faces were sorted as vectors here and edges were looked up by bisection (06ec5c6).
 std::vector<uint32_t> find_first_duplicates(const Faces& faces) {
   std::vector<uint32_t> first(faces.size()), end_of(size_t{faces.point_count} + 1), by_lowest(faces.size());
   std::iota(first.begin(), first.end(), 0u);
@@ -130,12 +134,13 @@ std::vector<uint32_t> find_first_duplicates(const Faces& faces) {
 }
 
 /// Can some face be a duplicate of another one? Then an edge is not plain, or the other one is across all its
-/// edges.
+/// edges. In most meshes this saves the search, and a copy of all corners.
 bool may_have_duplicates(const Faces& faces, const GluedSurface& glued) {
   if (!glued.plain) return true;
   const std::vector<uint32_t>& opposite = glued.half_edges.opposite;
   for (uint32_t face = 0; face < faces.size(); ++face) {
-    // Across all edges is one face: half-edges there lie in a row as long as these.
+    // If one face is across all edges, the half-edges there are as many successive numbers as this face has;
+    // one look at the first numbers is enough for most faces.
     const uint32_t begin = faces.first(face), degree = faces.first(face + 1) - begin;
     uint32_t least = none, most = 0;
     for (uint32_t h = begin; h < begin + degree; ++h) {
@@ -224,6 +229,8 @@ void append_duplicate(FanSurface& fans, uint32_t face) {
 
 }  // namespace
 
+/// In this order: faces, gluing, duplicates set aside (and the rest glued again), fans, then what each coded
+/// face is in the mesh, duplicates behind all others, points and cells that are not on the surface, sections.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanModels models) {
   MAILLE_CHECK(check_patch_size(mesh));
   const SimpleFaces faces = collect_faces(mesh);
@@ -271,6 +278,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
     const auto coded_corners = fans.face(face);
     const auto at = static_cast<size_t>(
         std::find(corners.begin(), corners.end(), coded.points[coded_corners[0]]) - corners.begin());
+    // A face has no point twice, so that its second corner tells which way round it runs.
     const bool turned = corners[(at + 1) % corners.size()] != coded.points[coded_corners[1]];
     tracer.add({duplicate, static_cast<uint32_t>(at), turned});
   }
@@ -282,7 +290,8 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   if (all.size() < mesh.cell_count()) collect_loose(mesh, topology, result->sources);
 
   ByteWriter out;
-  // With shared tables nothing stands beside most fans: triangles, all points are theirs.
+  // Most charts are triangles whose points are all those of the fans: with shared tables nothing stands
+  // beside these, not even counts, as the chart's description has them.
   const bool alone = !polygons && duplicates.empty() && topology.loose.size() == 0 &&
                      mesh.blocks.size() == 1 && fans.vertices == points &&
                      std::find(tracer.turned.begin(), tracer.turned.end(), true) == tracer.turned.end();
@@ -307,6 +316,7 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh, FanMod
   put_section(out, encode_loose(topology, mesh));
   result->bytes = out.take();
   for (uint32_t i = 0; i < count; ++i) {
+    // Afterwards only: fans run the way the glued surface does, the mesh may run the other way.
     if (tracer.turned[i]) turn_over(fans, i);
   }
   result->patch.fans = std::move(fans);
@@ -325,6 +335,7 @@ Result<FanPatchDecoder> FanPatchDecoder::begin(Bytes bytes, uint32_t points, uin
   const uint64_t triangles = in.get_count();
   const Bytes fans = in.get_bytes(in.get_count());
   FanPatchDecoder decoder;
+  // Counts are held against corners of the description before anything is decoded or reserved.
   MAILLE_CHECK(decoder.read_sections(in, triangles, corners));
   const uint64_t repeated = MAILLE_TRY(decoder.count_duplicates(corners));
   decoder.fans = MAILLE_TRY(FanDecoder::begin(fans, decoder.faces, points, repeated));
@@ -416,6 +427,8 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   if (patch.fans.corners.size() > corners) return corrupt("more corners than the mesh has");
   MAILLE_CHECK(decode_runs(duplicates, faces, [&](uint32_t begin, uint32_t end, uint32_t duplicate) {
     const uint64_t more = patch.fans.first_corner(end) - patch.fans.first_corner(begin);
+    // Checked before anything is appended: a run of a few bits can claim any number of duplicates. The
+    // product of two numbers below 2^32 fits.
     if (more * duplicate > corners - patch.fans.corners.size()) return false;
     for (uint32_t face = begin; face < end; ++face) {
       for (uint32_t i = 0; i < duplicate; ++i) append_duplicate(patch.fans, face);
@@ -427,11 +440,13 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
   topology.surface.point_count = patch.fans.vertices;
   MAILLE_CHECK(decode_runs(turned, count, [&](uint32_t begin, uint32_t end, uint32_t value) {
     for (uint32_t face = begin; face < end; ++face) turn_over(patch.fans, face);
+    // Flags are 0 (no run) or 1; any other value is refused, after it has done no harm.
     return value == 1;
   }));
   if (!block_numbers.empty()) topology.face_block.resize(count);
   MAILLE_CHECK(decode_runs(block_numbers, count, [&](uint32_t begin, uint32_t end, uint32_t block) {
     std::fill(topology.face_block.begin() + begin, topology.face_block.begin() + end, block);
+    // Labels of blocks that are not there are refused before anybody looks at them.
     return block < blocks.size();
   }));
   MAILLE_CHECK(decode_loose(loose, blocks, corners, topology, patch.fans.offsets));
@@ -441,6 +456,7 @@ Result<FanPatch> FanPatchDecoder::finish(std::span<const BlockShape> blocks, uin
 Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
   PatchSurface& surface = topology.surface;
   const std::vector<uint32_t>& corners = fans.corners;
+  // Several arrays ask for it; only the first time it is built.
   if (surface.half_edges.size() != 0) return {};
   for (uint32_t face = 0; face < fans.faces(); ++face) {
     if (!is_simple(fans.face(face))) return corrupt("a face has a vertex twice");
@@ -450,7 +466,8 @@ Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
   topology.flipped = std::move(glued.flipped);
   surface.half_edges = std::move(glued.half_edges);
   HalfEdges& edges = surface.half_edges;
-  // Vertices by their points; those of one point in the order of their half-edges.
+  // Vertices (fans of half-edges) are numbered by their points, those of one point in the order of their
+  // lowest half-edge, which becomes corner(V): format 12.4. Sorting by counting keeps that order.
   std::vector<uint32_t> by_point(glued.real_half_edges), place(size_t{fans.vertices} + 1);
   for (uint32_t h = 0; h < glued.real_half_edges; ++h) ++place[edges.origin[h] + 1];
   for (uint32_t p = 0; p < fans.vertices; ++p) place[p + 1] += place[p];
@@ -470,6 +487,7 @@ Result<> build_surface(const FanSurface& fans, PatchTopology& topology) {
     } while (h != first);
   }
   for (uint32_t h = 0; h < edges.size(); ++h) {
+    // glue() numbers dummies from the number of points on; here they are to be apart from vertices.
     if (!done[h]) edges.origin[h] = first_dummy + (point_at[h] - fans.vertices);
   }
   if (surface.vertices.size() == fans.vertices) surface.point_of.clear();
@@ -513,6 +531,7 @@ AssembledCells assemble_fans(FanSurface fans, const PatchTopology& topology,
     result[b].type = blocks[b].type;
     if (nodes_of(blocks[b].type) == 0 && blocks[b].cells > 0) result[b].offsets.push_back(0);
   }
+  // The common case moves the corners instead of copying them.
   const bool polygons = blocks.size() == 1 && blocks[0].type == CellType::polygon;
   if (blocks.size() == 1 && loose.size() == 0 && (polygons || nodes_of(blocks[0].type) != 0)) {
     if (polygons) find_offsets(fans, result[0]);

@@ -19,6 +19,7 @@ struct FanPatch {
   PatchTopology topology;
 };
 
+/// What encode_fan_patch() gives; `sources` tell where the coded elements are in the mesh.
 struct EncodedFanPatch {
   FanPatch patch;
   PatchSources sources;
@@ -29,17 +30,19 @@ struct EncodedFanPatch {
 /// The bytes of a patch with shared tables; these have been made with its operations.
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
-/// None when there are more points than fans can number. Error: unsupported, for too many corners.
+/// Codes the cells of a mesh. No value when there are more points than fans can number; the front takes such
+/// meshes. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                         FanModels models = FanModels::fixed);
 
-/// Inverse, in two steps, between which positions can be decoded along with the fans. Safe on any bytes.
+/// Inverse, in two steps: begin() reads heads and sections, then positions can be decoded along with `fans`,
+/// then finish() decodes what is left. Safe on any bytes. The bytes must stay until finish() has returned.
 struct FanPatchDecoder {
   std::optional<FanDecoder> fans;
 
   /// `bytes` must stay. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
-  /// The same for polygons, all at once.
+  /// The same for polygons, all of which are decoded at once. Error: corrupt.
   static Result<FanPatchDecoder> begin_polygons(Bytes bytes, uint32_t points, uint64_t corners);
   /// With tables that many patches share, which must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
@@ -61,8 +64,9 @@ struct FanPatchDecoder {
   uint32_t faces = 0;  ///< without duplicates
 };
 
-/// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. The same on
-/// both sides. Error: corrupt, for triangles with a vertex twice (decoded from damaged bytes).
+/// Builds the surface of `topology` for coders that walk over half-edges, unless it is there. It follows from
+/// the decoded faces alone, so it is the same on both sides; the gluing that the encoder began with is not
+/// coded. Error: corrupt, for faces with a vertex twice (decoded from damaged bytes).
 Result<> build_surface(const FanSurface& fans, PatchTopology& topology);
 
 /// As assemble_cells(), where half-edges were not built. Places stay empty where they are the same: with one

@@ -18,12 +18,13 @@ struct FanTables {
   StaticTables numbers;
 };
 
-/// How often everything occurs.
+/// How often everything occurs in some operations, by context, and the tables that suit that.
 class FanCounts {
  public:
   explicit FanCounts(bool polygons = false);
   void add(std::span<const FanOperation> operations);
-  /// What was added was a sample of what the tables are for.
+  /// To be called when what was added is a sample of what the tables are for: each symbol that another patch
+  /// may have must have a place in the tables.
   void spread();
   /// Writes them to `side`.
   FanTables make_tables(RansEncoder& side) const;
@@ -62,7 +63,8 @@ class FanSlots {
   Unfilled<EventTable> events;
   Unfilled<NumberTable> numbers;
   std::array<uint8_t, number_contexts> number_at;
-  /// By context: where in `events` in bytes, for the fast loop.
+  /// By context: where in `events` its table is, in bytes, so that the fast loop needs no multiplication. The
+  /// assertion below keeps all places in 16 bits, the marker's table included.
   std::array<uint16_t, most_fan_contexts> table_at;
   static_assert((most_event_tables + 1) * sizeof(EventTable) < 1 << 16);
 

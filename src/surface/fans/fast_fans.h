@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// The decoder's side of a FanMachine.
+/// The decoder's side of a FanMachine: it reads numbers where an encoder's side would find them.
 class FanReader {
  public:
   static constexpr bool encoding = false;
@@ -29,16 +29,19 @@ class FanReader {
   const FanSlots& slots;
 };
 
-/// Entries that the fast loop may write behind the ring before it looks for room again.
+/// Entries that the fast loop may write behind the ring before room is looked for again: 168 symbols. Chosen,
+/// not swept; vertices of as many entries must also fit most_ahead, and their triangles half of a piece
+/// (fan_decoder.cpp).
 inline constexpr uint32_t fast_room = 1 << 9;
 /// Rings of the fast loop: the two vertices behind the head are others than the last one.
 inline constexpr std::ptrdiff_t least_fast_ring = 4;
 /// What the loop writes beyond what there is, harmlessly: vertices, and corners.
 inline constexpr size_t spare_vertices = 4;
 
-/// The symbols close and pocket with at most three new vertices, as long as they come: nine in ten, without
-/// branches; swallow, and rare ones, in between. What FanMachine::apply() does for them.
-/// False: a marker was taken for a vertex, there are too many of these, or a rare symbol cannot be.
+/// Decodes the symbols close and pocket with at most three new vertices, as long as they come (nine in ten),
+/// without branches, with swallow and rare ones in between. It does for them what FanMachine::apply() does,
+/// and returns at any symbol that is not for it, without having read that. False: a marker was taken for a
+/// vertex, there are more vertices than announced, or a rare symbol cannot be.
 bool run_fast(FanMachine<FanReader>& machine, FanReader& reader, FanSurface& out);
 
 }  // namespace maille

@@ -15,7 +15,8 @@ using Tuple = std::array<double, Shear::most_components>;
 using Matrix = std::array<Tuple, Shear::most_components>;
 using ComponentOrder = std::array<uint8_t, Shear::most_components>;
 
-/// What parallelograms leave, at vertices that are evenly spread.
+/// What parallelograms leave, at vertices that are evenly spread. A shear is for what is badly predicted in
+/// several components at once; the better predictions of the real coder are not known yet.
 std::vector<Tuple> sample_residuals(const FanSurface& fans, std::span<const int64_t> codes, unsigned n) {
   constexpr uint32_t most = 4096;  // four times as many give the same weights within 2 %
   std::vector<Tuple> residuals;
@@ -33,7 +34,9 @@ std::vector<Tuple> sample_residuals(const FanSurface& fans, std::span<const int6
   return residuals;
 }
 
-/// Large residuals, of edges and seams, weigh little: those of smooth places decide.
+/// Large residuals, of edges and seams, weigh little: those of smooth places decide. A weight of 1 / (1 +
+/// size) turns squares into about absolute values. The variance of rounding, 1/12, keeps the matrix positive
+/// definite.
 Matrix covariance(const std::vector<Tuple>& residuals, unsigned n) {
   Matrix sum{};
   double weights = 1;
@@ -53,7 +56,9 @@ Matrix covariance(const std::vector<Tuple>& residuals, unsigned n) {
   return sum;
 }
 
-/// The weights of a component given others, by Gauss; those of components that follow from others are 0.
+/// The weights of component `count` given those before it in the order: normal equations of at most three
+/// unknowns, by Gauss and Jordan without pivoting, as the matrix is positive definite. Weights of components
+/// that follow are 0.
 Tuple regress(const Matrix& covariance, const ComponentOrder& order, unsigned count) {
   std::array<std::array<double, Shear::most_components + 1>, Shear::most_components> a{};
   for (unsigned i = 0; i < count; ++i) {
@@ -76,7 +81,8 @@ Shear shear_of(const Matrix& covariance, const ComponentOrder& order, unsigned n
   for (unsigned i = 1; i < n; ++i) {
     const Tuple of = regress(covariance, order, i);
     for (unsigned j = 0; j < i; ++j) {
-      // The residual loses what is added to it. NaN is 0.
+      // The residual loses what is added to it. The bound is far above weights that occur and within what the
+      // format allows (65536); NaN is 0.
       const double weight = std::fabs(of[j]) < 100 ? of[j] * Shear::unit : 0;
       weights[i][j] = static_cast<int32_t>(std::lround(weight));
     }
@@ -84,7 +90,7 @@ Shear shear_of(const Matrix& covariance, const ComponentOrder& order, unsigned n
   return Shear(std::span(order).first(n), weights);
 }
 
-/// In bits * 65536 of all residuals, about.
+/// About the bits of all residuals, times 65536: log2(1 + |residual|) for each.
 uint64_t cost_of(const std::vector<Tuple>& residuals, const Shear& shear, unsigned n) {
   uint64_t sum = 0;
   for (const Tuple& r : residuals) {

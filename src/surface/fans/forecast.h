@@ -11,8 +11,9 @@
 namespace maille {
 
 /// The components of a tuple as a processor adds them, up to four: the x, y, z of a position and nothing.
-/// Codes that span 20 bits are floats, others doubles; each operation is rounded by itself, in the order in
-/// which it stands here.
+/// Narrow codes (position_model.h) are floats, others doubles. Each operation is rounded by itself, in the
+/// order in which it stands here, so that both sides and all machines compute the same; no operation may be
+/// fused or reordered.
 struct FloatPoint {
   using Real = float;
   using Integer = int32_t;
@@ -78,7 +79,8 @@ inline constexpr auto gates_of_group = [] {
   return table;
 }();
 
-/// Weights of the references of a vertex, in the order of VertexReferences; their sum is 1.
+/// Weights of the references of a vertex, in the order of VertexReferences. Their sum is 1, so that
+/// predictions do not depend on where the origin lies.
 struct alignas(16) Weights : std::array<float, 8> {};
 
 template <class Point>
@@ -120,6 +122,7 @@ template <class Point>
   sum = sum + Point::of(weight(R::late + 2)) * late_2;
   sum = sum + Point::of(weight(R::before)) * before;
   Real of_last = weight(R::last);
+  // (The float's last weight was made so that the eight sum up to 1 in floats: WindowWeights::finish().)
   if constexpr (sizeof(Real) == 8) {
     // As a float it would not make the sum 1 exactly enough.
     of_last = 1;

@@ -43,7 +43,10 @@ struct PlacedWeights {
   Weights straight{}, turned{};
 };
 
-/// Doubles in a fixed order.
+/// Computes weights from decoded positions, in doubles in a fixed order. A gate's triangle has a linear map
+/// from positions to the array's values; the element's position, laid flat into the plane of that triangle
+/// (`hinge`), or turned and scaled with the edge (`similar`), says what the map gives there. Lossless at -5,
+/// bytes of texture coordinates: helmet 49,206 to 45,626, makehuman 60,370 to 53,174 (cc7f669).
 class GatePlacer {
  public:
   GatePlacer(ElementPlaces places, Placement placement)
@@ -85,6 +88,8 @@ class GatePlacer {
   struct Gate {
     unsigned a, b, across;
   };
+  // In lengths of the edge. Chosen, not swept (cc7f669): maps extrapolated from slivers make weights huge, so
+  // the plain parallelogram stands in there.
   static constexpr double most = 4;  ///< farther from the triangle its map is worth nothing
 
   void add_gate(uint32_t element, const VertexReferences& references, Gate gate, double share, int sign,
@@ -92,6 +97,8 @@ class GatePlacer {
     const Vector3& a = places_[references.at[gate.a]];
     const Vector3 to = places_[element] - a;
     const Vector3 from = places_[references.at[gate.across]] - a;
+    // A straight line that goes on beyond an edge of no length: only how far, relative to the step before,
+    // can be placed.
     if (references.at[gate.a] == references.at[gate.b]) {
       const double beyond = std::sqrt(dot(to, to) / dot(from, from));
       const double ahead = beyond < most ? beyond : 1;
@@ -105,7 +112,7 @@ class GatePlacer {
     const Vector3 beside = to - edge * along, across = from - edge * across_along;
     const double off = std::sqrt(dot(beside, beside) / square);
     const double beyond = std::sqrt(dot(beside, beside) / dot(across, across));
-    // Comparisons are false for NaN.
+    // Comparisons are false for NaN, as of edges without length: then it is the parallelogram.
     if (!(std::fabs(along - 0.5) < most && off < most && beyond < most &&
           std::fabs(across_along - 0.5) < most)) {
       sum.straight[gate.a] += share;
@@ -131,6 +138,7 @@ class GatePlacer {
       sum.straight[R::focus] = sum.straight[R::last] = 0.5;
       return;
     }
+    // One edge alone predicts badly far beyond its ends.
     along = along < -1 ? -1 : along > 2 ? 2 : along;
     sum.straight[R::focus] = 1 - along;
     sum.straight[R::last] = along;

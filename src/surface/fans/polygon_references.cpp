@@ -32,7 +32,9 @@ R gate_of(uint32_t focus, uint32_t last, uint32_t before) {
   return references;
 }
 
-/// Corner k, from 2 on, with its kind; the kind of start_place: nothing predicts it.
+/// References and kind of corner k, from 2 on, with k as the first corner of its vertex. The kind of
+/// start_place says that nothing predicts it. The order of the cases is that of the format (12.3,
+/// "Polygons"): the first that holds counts, from those that know most of the face.
 std::pair<R, unsigned> describe(const NewFace& face, uint32_t k) {
   const auto& c = face.corners;
   const uint32_t degree = face.degree(), v = c[k], last = c[k - 1];

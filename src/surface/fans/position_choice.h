@@ -8,7 +8,8 @@
 
 namespace maille::positions {
 
-/// What the codes of a patch mean.
+/// What the codes of a patch mean: maps and shear give the codes, the bias makes them small enough for
+/// floats.
 struct CodedNumbers {
   Scalar type;
   std::vector<NumberMap> maps;
@@ -34,8 +35,9 @@ struct ChosenCoding {
   std::optional<CodedPoints> all;  ///< where that was asked for, or cost nothing
 };
 
-/// Chooses by trials. `exact`: in the end what an effort adds is compared with what a lower one has by all
-/// points, so that no effort is larger than a lower one.
+/// Chooses by trials on a sample. `exact`: in the end what an effort adds is compared with what a lower one
+/// has by all points, so that no effort is larger than a lower one. The result depends on its arguments
+/// alone. `patch` must stay until it returns.
 ChosenCoding choose_coding(const Patch& patch, const CodedNumbers& numbers, const Effort& effort, bool exact);
 
 }  // namespace maille::positions

@@ -22,16 +22,18 @@ namespace maille::positions {
 /// Of the tuples that the coder takes; positions have three.
 inline constexpr unsigned most_components = 4;
 
-/// A residual is one symbol and raw bits. Symbol 0: at most `base` bits long, with sign. Then for each length
-/// more: the sign relative to that of `apart`, and the bit below the highest. The last symbol stands for any
-/// number, which follows in raw bits.
+/// A residual is one symbol and raw bits. Symbol 0 stands for at most `base` bits, with sign. Then each
+/// length more has four symbols: the sign relative to that of `apart`, and the bit below the highest. The
+/// last symbol stands for any number, which follows in raw bits. So a table tells the length, and what is
+/// left is nearly evenly distributed.
 inline constexpr unsigned symbols = 64;
 inline constexpr unsigned escape = 63;
 inline constexpr unsigned known_symbol = symbols;  ///< of components that have no residual
 inline constexpr unsigned longest = 16;            ///< bits beyond `base` that have symbols
 inline constexpr unsigned escape_length_bits = 7;
-/// Narrow codes count from the bias and are floats, exact up to sums of three forecasts. A residual of one
-/// has most_narrow_length bits at most.
+/// Narrow codes count from the bias and are floats, which are exact up to 2^24, so up to sums of three
+/// forecasts. A residual is a code less a clamped forecast, so it has most_narrow_length bits at most. Both
+/// bounds are checked below.
 inline constexpr int32_t most_narrow_code = 1 << 20, most_narrow_forecast = 1 << 21;
 inline constexpr unsigned most_narrow_length = 22;
 static_assert(3 * most_narrow_forecast < 1 << 24);
@@ -108,7 +110,9 @@ class SizesOfKnown {
 };
 
 // Contexts of residuals: a plane for each component and number of parallelograms, in it 16 classes of the
-// sizes of the neighbours' residuals times 16 of how far predictions lie apart.
+// sizes of the neighbours' residuals times 16 of how far predictions lie apart. Sizes go in half octaves,
+// spreads in octaves; no sweep of the numbers of classes is recorded. Contexts share tables, so more of them
+// cost only a longer map.
 inline constexpr unsigned size_classes = 16, spread_classes = 16;
 /// Without spreads there is one class of them, so that small meshes do not pay for the map.
 inline constexpr unsigned spread_classes_of(bool with_spread) {
@@ -117,6 +121,8 @@ inline constexpr unsigned spread_classes_of(bool with_spread) {
 inline constexpr unsigned residual_contexts_of(unsigned components, bool with_spread) {
   return components * 4 * size_classes * spread_classes_of(with_spread);
 }
+// Tables have 2^10 slots, of one byte each beside the symbols, so that 24 of them stay in the first cache
+// (dbfaf93). The largest numbers of tables, here and below, are chosen; no sweep is recorded.
 inline constexpr unsigned table_bits = 10, most_residual_tables = 24;
 
 // Repeats: which components are in dictionaries, and where.
@@ -143,6 +149,7 @@ inline constexpr unsigned candidate_symbols = 9, most_candidate_tables = 16;
 /// Calls `with` with a number of components as a constant, 1 to 4.
 template <class Function>
 auto with_components(unsigned components, Function with) {
+  // The decoder of charts has positions only, which keeps it small (94 KB; 0fc8bf9).
   if constexpr (charts_alone) return with(std::integral_constant<unsigned, 3>{});
   switch (components) {
     case 1:
@@ -156,6 +163,7 @@ auto with_components(unsigned components, Function with) {
   }
 }
 
+/// Which prediction residuals are counted from; the other one says on which side they probably lie.
 enum class Centre : uint8_t { fitted, gate };
 enum class Repeats : uint8_t {
   none,

@@ -6,6 +6,8 @@
 namespace maille::positions {
 namespace {
 
+/// Points in floats or doubles, of so many components. Virtual calls stand outside of the loops over
+/// vertices.
 template <class Points>
 class RunsOf final : public Runs {
  public:
@@ -47,9 +49,9 @@ class RunsOf final : public Runs {
 
  private:
   static constexpr uint32_t window = FanDecoder::window;
-  /// Each piece begins without residuals around. Trials on four times as many vertices, in pieces of 4,096,
-  /// took two to three times as long, for sizes that were the same within 0.2 % (twelve meshes of
-  /// build/data/tri, 14 bits).
+  /// A sample is eight pieces, evenly spread from the first vertex to the last; each begins without residuals
+  /// around. Trials on four times as many vertices, in pieces of 4,096, took two to three times as long, for
+  /// sizes that were the same within 0.2 % (twelve meshes of build/data/tri, 14 bits).
   static constexpr uint32_t piece = 512, pieces = 8;
   using Ranges = std::vector<std::pair<uint32_t, uint32_t>>;
 
@@ -69,7 +71,8 @@ class RunsOf final : public Runs {
       result[k] = static_cast<typename Points::Integer>(patch_.codes[v][k] - bias_[k]);
     return result;
   }
-  /// Pieces refer to points that no piece has.
+  /// Sets all points before a sample is coded: pieces refer to points that no piece has. What is not decoded
+  /// in time counts as known here, so samples see slightly too much; all() does not.
   void know_points() {
     if (points_are_known_) return;
     known_.points.grow(room());
@@ -150,6 +153,7 @@ class RunsOf final : public Runs {
     const auto is_code_of = [&](unsigned r) {
       return references.at[r] < v && known_.points.code(references.at[r], k) == code;
     };
+    // The three candidates that are taken most; it only decides whether candidates are worth a trial.
     return code == gate || is_code_of(R::last) || is_code_of(R::focus);
   }
 

@@ -32,7 +32,8 @@ struct Measured {
   const OfCentre& of(Centre centre) const { return by_centre[static_cast<size_t>(centre)]; }
 };
 
-/// All points, or a sample for a trial.
+/// All points through the coder, or a sample for a trial. One object codes any number of times, and keeps its
+/// points between samples. Not for several threads at once.
 class Runs {
  public:
   /// `patch` stays where it is.

@@ -21,6 +21,8 @@ inline uint16_t flags_of(const Coding& coding, bool wide) {
                                 : coding.repeats == Repeats::candidates ? flag_candidates
                                                                         : 0));
 }
+/// False: bits that are not defined, or both kinds of repeats. Wide, refined and sheared are read by the
+/// caller.
 inline bool read_flags(uint64_t flags, Coding& coding) {
   if (flags > 511 || ((flags & flag_listed) != 0 && (flags & flag_candidates) != 0)) return false;
   coding.rows.polygons = (flags & flag_polygons) != 0;
@@ -33,7 +35,7 @@ inline bool read_flags(uint64_t flags, Coding& coding) {
   return true;
 }
 
-/// One for each component, and one for masks, if there are that many.
+/// How many lanes of the coder are used: one for each component, and one for masks, if there are that many.
 inline unsigned lanes_of(const Coding& coding) {
   const unsigned last =
       coding.repeats == Repeats::listed ? listed_lane(coding.components) : coding.components - 1;
@@ -75,7 +77,9 @@ inline VertexReferences references_beside(uint32_t v) {
   return references;
 }
 
-/// Weights of a window of vertices, before their positions: with valences a row for each.
+/// Weights of a window of vertices, computed before their positions: with valences a row for each vertex,
+/// which follows from connectivity alone. So the loop over positions has no chain of look-ups for weights.
+/// Memory is that of one window.
 class WindowWeights {
  public:
   /// `valences`: none for rows by place alone.
@@ -96,6 +100,7 @@ class WindowWeights {
     for (uint32_t v = begin; v < end; ++v) {
       const unsigned group = group_of_kind[kinds[v - begin]];
       Weights& weights = at_[v - begin];
+      // Points behind the vertices have no valence; without valences nobody has.
       if (v >= valences_.size() || ValenceRows::useful(group) == 0) {
         weights = by_group_[group];
         continue;
@@ -110,6 +115,7 @@ class WindowWeights {
 
  private:
   [[gnu::always_inline]] static void finish(FloatLanes low, FloatLanes high, Weights& to) {
+    // The weight of `last` is 1 less the others, added in the order of the format (12.3, "Forecast").
     const FloatLanes four = low + high;
     high[3] = 1 - ((four[0] + four[1]) + (four[2] + four[3]));
     __builtin_memcpy(to.data(), &low, sizeof low);

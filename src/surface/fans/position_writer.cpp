@@ -5,6 +5,7 @@
 namespace maille::positions {
 namespace {
 
+/// Unsigned differences below the first context are large, so one comparison tells an alphabet's own.
 std::vector<Histogram> count_events(const Alphabet& alphabet, const std::vector<Writer::Event>& events) {
   std::vector<Histogram> counts(alphabet.contexts);
   for (const Writer::Event& event : events) {

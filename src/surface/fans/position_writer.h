@@ -26,7 +26,8 @@ struct Codes {
 };
 using Bias = std::array<int64_t, most_components>;
 
-/// Remembers symbols and raw bits: tables are made when all are known.
+/// Remembers symbols, and writes raw bits: tables can be made only when all symbols are known, and raw bits
+/// need none. It has the calls of the decoder's Reader.
 class Writer {
  public:
   static constexpr bool encoding = true;
@@ -46,6 +47,7 @@ class Writer {
   }
   uint64_t raw(uint64_t value, unsigned count) {
     raw_bits += count;
+    // Values have no bits beyond `count`, and waiting_bits_ is at most 63 here.
     waiting_ |= value << waiting_bits_;
     const unsigned room = 64 - waiting_bits_;
     if (count < room) {
@@ -53,6 +55,7 @@ class Writer {
       return value;
     }
     bytes_.put(waiting_);
+    // A shift by 64 is undefined; then nothing of the value is left.
     waiting_ = room < 64 ? value >> room : 0;
     waiting_bits_ = count - room;
     return value;
@@ -76,12 +79,14 @@ class Writer {
   unsigned waiting_bits_ = 0;
 };
 
-/// Writes rows, dictionaries and tables for what a writer was told. `shared`: for other patches, too.
+/// Writes rows, dictionaries and tables for what a writer was told, to `side`, and returns the tables.
+/// `shared`: they are for other patches, too, so that every symbol must have a place.
 std::vector<StaticTables> write_side(Coding coding, const std::vector<Writer::Event>& events, bool shared,
                                      RansEncoder& side);
 std::vector<std::byte> write_symbols(const Coding& coding, const std::vector<Writer::Event>& events,
                                      const std::vector<StaticTables>& tables);
-/// What that takes.
+/// The bits that the events take with these tables, without states: frequencies as prices, counted in 1/65536
+/// bits.
 double bits_of(const Coding& coding, const std::vector<Writer::Event>& events,
                const std::vector<StaticTables>& tables);
 

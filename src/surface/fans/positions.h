@@ -22,16 +22,17 @@ namespace maille {
 /// references, what is left is one symbol with a static table for each coordinate, and raw bits.
 /// docs/format.md, "POSI 1".
 
-/// Is this something that the coder takes: three codes for each point?
+/// Is this an array that the coder takes: one to four codes for each point, and no map of unit vectors?
 bool fits_positions(const Array& array, const ArrayMaps& maps);
 
 /// Codes the positions of `source.size()` points: those of the fans by vertex, then others, each by its tuple
-/// in the array.
+/// in the array. The fans have references, kinds and valences. No errors.
 std::vector<std::byte> encode_positions(const FanSurface& fans, const Array& array, const ArrayMaps& maps,
                                         std::span<const uint32_t> source, const Effort& effort);
 
 /// Inverse: fills `array.bytes`, whose type is known, with `points` tuples, and decodes the fans as far as
-/// positions need them: all of them where weights follow valences. Safe on any bytes.
+/// positions need them: all of them where weights follow valences, else a window at a time. Safe on any
+/// bytes. Error: corrupt.
 Result<> decode_positions(FanDecoder& fans, Bytes bytes, uint32_t points, Array& array);
 
 /// The same for an array of 1 to 4 components whose elements are not fans' vertices: `around` says what is
@@ -52,9 +53,10 @@ Result<> read_exceptions(Bytes bytes, Array& array);
 // The same for many patches that share maps, rows, dictionaries and tables: docs/format.md, "Tables of
 // charts".
 
-/// Made for a sample of the patches: `sample` are the vertices of some, `array` their positions in this
-/// order. Codes of patches to come lie within `most_range` of those of the sample. `refined`: where the maps
-/// are its coarse ones.
+/// Positions of many patches that share maps, rows, dictionaries and tables (docs/format.md, 17.7), made for
+/// a sample of the patches: `sample` are the vertices of some, `array` their positions in this order. Codes
+/// of patches to come lie within `most_range` of those of the sample. `refined`: where the maps are its
+/// coarse ones. encode() may be called by several threads at once.
 class SharedPositions {
  public:
   SharedPositions(const FanSurface& sample, const Array& array, const ArrayMaps& maps, const Effort& effort,

@@ -28,7 +28,8 @@ struct SymbolTables {
   Unfilled<Table> tables;
   std::array<uint8_t, all_contexts> table_of{};
 
-  /// Symbols of what is known: states do not change.
+  /// A table whose symbols change no state, for components that are known: so the loop decodes a symbol of
+  /// each component without a branch.
   void add_known() {
     table_of[known_context] = static_cast<uint8_t>(tables.size());
     tables.emplace_back().fill(0);
@@ -61,14 +62,17 @@ tl::unexpected<Error> corrupt(const char* what) {
 }
 
 constexpr uint32_t window = FanDecoder::window;
-/// Vertices between two looks at whether the bytes end; what they read at most.
+/// Vertices between two looks at whether the bytes end, and what they read at most: a mask of what is listed
+/// and two symbols a component, and 20 bytes of raw bits a component, which are enough for an escape (72
+/// bits), a field (54) or an index (16). Chosen, not swept: within a batch nothing is checked, so that the
+/// copied tail is longer for larger ones.
 constexpr uint32_t batch = 256;
 constexpr size_t most_batch_words =
     batch * 9 * sizeof(uint16_t) + 8;  // a mask of what is listed, two symbols a component
 constexpr size_t most_batch_raw = batch * most_components * 20 + 8;  // an escape of 72 bits, an index of 16
 
-/// Bytes that are read without a look at their end. The last ones come from a copy with zeros behind them, as
-/// a copy of all would take a tenth of the time of small meshes.
+/// Bytes that are read without a look at their end. When fewer than a batch may need are left, reading goes
+/// on in a copy with zeros behind it; a copy of everything would take a tenth of the time of small meshes.
 class OpenBytes {
  public:
   explicit OpenBytes(Bytes bytes) : end_(bytes.data() + bytes.size()) {}
@@ -140,7 +144,9 @@ bool is_narrow(const Dictionary& dictionary) {
   return size == 0 || (dictionary[0] >= -most_narrow_code && dictionary[size - 1] <= most_narrow_code);
 }
 
-/// `beside`: of one patch alone; nullptr: tables of many.
+/// What stands before points, in the order of the format (12.3). `beside` gets what belongs to one patch
+/// alone; nullptr: these are tables of many. Everything is checked here, so that the loop need not: bases,
+/// dictionaries of narrow codes, placements.
 Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, unsigned components,
                                                   Beside* beside, bool placed = false) {
   auto head = std::make_shared<PositionTables>();
@@ -173,6 +179,7 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   coding.rows.code(side);
   if (!coding.with_valences) coding.rows.forget_valences();
   for (unsigned k = 0; k < components && coding.repeats != Repeats::none; ++k) {
+    // Floats of hostile entries beyond 2^20 would not fit an integer (ffdad10).
     if (!coding.dictionaries[k].code(side) || (!head->wide && !is_narrow(coding.dictionaries[k])))
       return corrupt("the dictionaries are damaged");
     if (!head->wide) coding.dictionaries[k].tabulate();
@@ -187,7 +194,8 @@ Result<std::shared_ptr<PositionTables>> read_head(ByteReader& in, Scalar type, u
   return head;
 }
 
-/// The window of vertices that are decoded together, and the points behind the vertices.
+/// The window of vertices that are decoded together, and the points behind the vertices, which have no fans.
+/// Fans are decoded only as far as the window needs them.
 class Windows {
  public:
   Windows(FanDecoder& fans, std::span<const uint8_t> valences, const Coding& coding,
@@ -267,6 +275,7 @@ template <class Code, class Points>
 void store_codes(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
                  Array& array) {
   constexpr size_t n = Points::components;
+  // A window at a time, on the stack: the codes of all points would be as much memory again.
   std::array<Code, n * window> codes;
   for (uint32_t v = begin; v < end; ++v) {
     for (unsigned k = 0; k < n; ++k)
@@ -287,7 +296,7 @@ void store_window(const Points& points, const PositionTables& head, uint32_t beg
   store_codes<int32_t>(points, head, begin, end, array);
 }
 
-/// The numbers of refined components, which are known when all codes are.
+/// The numbers of refined components, whose details can be decoded only once all codes are known.
 template <class Points>
 Result<> store_details(const Points& points, const PositionTables& head, Bytes details, uint32_t count,
                        Array& array) {
@@ -327,6 +336,7 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
                    windows.weights().turned(v - begin), {});
     }
     if (reader.exhausted()) return corrupt("the stream ends early");
+    // Memory grows with what was decoded, window by window.
     array.bytes.resize(end * array.tuple_size());
     store_window(points, head, begin, end, array);
     windows.release(begin, end);
@@ -342,6 +352,7 @@ Result<> decode_with(FanDecoder& fans, ByteReader& in, const PositionTables& hea
   const Bytes words = in.get_bytes(in.remaining());
   const unsigned lanes = lanes_of(head.coding);
   if (!in.ok() || words.size() < lane_state_bytes * lanes) return corrupt("the stream is too short");
+  // Before anything is reserved: writers fill short streams up.
   if (!can_hold(size, points)) return corrupt("there are more than the stream can hold");
   if (points < fans.vertices()) return corrupt("there are fewer than vertices");
   // Rather than once for valences and once more beside positions, as memory is cheaper: 10 % of all time.

@@ -25,7 +25,8 @@ void apply_shear(const Shear& shear, Codes& codes) {
   for (size_t v = 0; v < codes.size() && shear.any(); ++v) shear.apply(codes[v]);
 }
 
-/// `more_range`: how far codes of other patches may lie from those of this one.
+/// The bias is the middle of the codes, and codes are wide if they span 2^21 - 1 or more. `more_range`: how
+/// far codes of other patches may lie from those of this one; a shear makes that larger.
 CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> maps, const Shear& shear,
                         uint64_t more_range) {
   CodedNumbers numbers{type, std::move(maps), shear};
@@ -48,7 +49,8 @@ CodedNumbers find_range(const Codes& codes, Scalar type, std::vector<NumberMap> 
   return numbers;
 }
 
-/// How a patch is coded, and its bytes.
+/// How a patch is coded, and its bytes: all choices are made by the constructor, then one of the write
+/// functions is called.
 class PositionEncoder {
  public:
   PositionEncoder(Patch patch, CodedNumbers numbers, const Effort& effort, bool exact)
@@ -56,6 +58,7 @@ class PositionEncoder {
         numbers_(std::move(numbers)),
         chosen_(choose_coding(patch_, numbers_, effort, exact)),
         points_(patch_.size()) {
+    // All points are coded already, so the codes, 8 bytes a number, can go.
     if (chosen_.all) patch_.codes = {};
   }
 
@@ -107,6 +110,8 @@ class PositionEncoder {
       for (unsigned k = 0; k < codes.components; ++k) {
         const auto number =
             static_cast<int64_t>(static_cast<uint64_t>(code[k]) - static_cast<uint64_t>(numbers_.bias[k]));
+        // Codes of another patch that floats of the sample's bias cannot hold; such a patch has tables of its
+        // own.
         if (number <= -most_narrow_code || number >= most_narrow_code) return false;
       }
     }
@@ -161,7 +166,7 @@ bool has(const Places& places, uint64_t stored) {
   return std::binary_search(places.begin(), places.end(), stored);
 }
 
-/// Exceptions count as the number before: they have no code.
+/// Exceptions have no code. They take that of the tuple before, so that they disturb predictions least.
 Codes codes_of(const Array& array, const Places& exceptions, std::span<const NumberMap> maps,
                std::span<const uint32_t> source) {
   const size_t size = size_of(array.type);
@@ -203,8 +208,9 @@ std::vector<std::byte> write_exceptions(const Array& array, const std::vector<ui
 
 namespace {
 
-/// Curved maps: are forecasts of numbers so much better than forecasts of codes? They take twice to three
-/// times as long to decode, as each forecast is mapped back to a code. Found by plain weights, on a sample.
+/// For curved maps: are forecasts of numbers so much better than forecasts of codes that doubles pay? They
+/// take twice to three times as long to decode, as each forecast is mapped back to a code. Measured by plain
+/// weights, on a sample.
 bool forecasts_numbers(const Patch& patch, CodedNumbers numbers, const Effort& effort) {
   Coding plain;
   plain.components = patch.codes.components;
@@ -223,7 +229,8 @@ bool forecasts_numbers(const Patch& patch, CodedNumbers numbers, const Effort& e
   return price * of_numbers < of_codes;
 }
 
-/// With codes as they are or sheared, whichever is smaller.
+/// With codes as they are or sheared, whichever is smaller by trials of the whole: what fit_shear() promises
+/// is an estimate.
 PositionEncoder best_encoder(Patch patch, Scalar type, const std::vector<NumberMap>& maps,
                              const Effort& effort, bool exact, uint64_t more_range = 0) {
   const bool curved =
@@ -250,6 +257,7 @@ std::vector<std::byte> encode_with(const FanSurface& fans, const Array& array, c
   };
   ByteWriter exceptions;
   put_section(exceptions, write_exceptions(array, maps.exceptions, source));
+  // Lossless doubles have two ways: exact codes, or coarse codes with details beside them. Both are tried.
   PositionEncoder plain = encoder_of(maps.maps);
   if (maps.lossless) {
     const RefinedMaps refined = refine_maps(array, maps.maps, source);

@@ -5,7 +5,7 @@
 namespace maille {
 namespace {
 
-/// Without sorting, which takes a tenth of the encoder's time.
+/// Counts by code, in memory of at most eight counters a value: sorting takes a tenth of the encoder's time.
 ValueCounts count_near(std::span<const int64_t> values, int64_t low, uint64_t range) {
   std::vector<uint32_t> count(range);
   for (const int64_t value : values) ++count[static_cast<size_t>(value - low)];
@@ -35,6 +35,8 @@ ValueCounts count_values(std::vector<int64_t>& values) {
 }
 
 uint64_t fill_dictionary(const ValueCounts& counts, const Often& often, Dictionary& dictionary) {
+  // Sixteen values to either side are what a value is compared with: enough for a mean, few enough to follow
+  // a mesh that is denser here than there. Chosen, not swept (8a243f9).
   constexpr size_t near = 16;
   std::vector<uint64_t> below{0};
   for (const auto& [value, count] : counts) below.push_back(below.back() + count);
@@ -43,6 +45,8 @@ uint64_t fill_dictionary(const ValueCounts& counts, const Often& often, Dictiona
   for (size_t i = 0; i < counts.size(); ++i) {
     const auto& [value, count] = counts[i];
     const size_t first = i - std::min(i, near), end = std::min(i + near + 1, counts.size());
+    // count >= times * mean, without a division. A count is below 2^32 and 33 values at most are compared, so
+    // nothing overflows.
     const bool stands_out = count * (end - first) >= often.times * (below[end] - below[first]);
     if (count < often.least || !stands_out || values.size() == Dictionary::most) continue;
     values.push_back(value);

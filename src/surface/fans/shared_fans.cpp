@@ -44,7 +44,8 @@ RefinedMaps refine_all(const Array& array, std::span<const NumberMap> maps) {
   return refine_maps(array, maps, source);
 }
 
-// About a byte each, which a reader waits for before it has the first chart.
+// About a byte each, which a reader waits for before it has the first chart; so tables stay below 64 KiB.
+// Chosen, not swept.
 constexpr size_t most_shared_numbers = 1 << 16;
 
 /// Maps whose tables would be too long stay as they are.
@@ -72,6 +73,7 @@ Result<> SharedFanEncoder::add(const Mesh& mesh, const std::vector<uint32_t>& po
     // Of no faces, but those would be polygons.
     if (polygons) sample_.offsets.push_back(0);
   }
+  // The first patch said which kind the tables are for; the other kind is left out.
   if (polygons == sample_.offsets.empty()) return {};
   const size_t size = array.tuple_size();
   const FanSurface& fans = coded->patch.fans;
@@ -139,6 +141,7 @@ Result<std::optional<SharedFanPatch>> SharedFanEncoder::encode(const Mesh& mesh,
   if (!coder_) return Found();
   auto coded = MAILLE_TRY(encode_fan_patch(mesh, FanModels::shared));
   if (!coded || coded->patch.fans.offsets.empty() == tables_.polygons) return Found();
+  // A rare symbol that the sample did not have: this patch has tables of its own.
   if (!can_write_fans(coded->operations, tables_)) return Found();
   std::vector<uint32_t> source = coded->sources.points;
   for (uint32_t& point : source) point = points[point];
@@ -163,6 +166,7 @@ Result<EncodedPatch> encode_chart(const Mesh& mesh, const PartNumbers& numbers,
   auto fans = MAILLE_TRY(shared.encode(mesh, numbers.points, arrays[0]));
   const bool with_fans = fans.has_value();
   EncodedPatch coded = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options, std::move(fans)));
+  // Mixing begins anew with each chart, so at -7 to -9 a chart may be smaller with shared tables (61ff86e).
   if (!with_fans || !effort_of(options.effort).mixed_surface) return coded;
   EncodedPatch mixed = MAILLE_TRY(encode_patch(mesh, &numbers, patch, arrays, options));
   return size_of_patch(mixed) < size_of_patch(coded) ? std::move(mixed) : std::move(coded);

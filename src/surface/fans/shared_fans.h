@@ -20,9 +20,11 @@ bool can_share_tables(const ArrayToCode& positions);
 
 /// How far codes of these positions lie apart at most.
 uint64_t range_of_codes(const ArrayToCode& positions);
-/// As many patches make a sample.
+/// So many patches make a sample (5bb20f3); no sweep is recorded. An earlier coder lost 0.05 % with 24
+/// instead of 48, in a fraction of the time (ab0c4c3).
 inline constexpr size_t most_sampled_patches = 64;
 
+/// In this order: add() for patches of the sample, finish() once, then encode() for all patches.
 class SharedFanEncoder {
  public:
   /// One of the sample; `array`: its positions, `points`: by point of the mesh, the tuple. The first one says
@@ -48,6 +50,7 @@ class SharedFanEncoder {
   std::optional<SharedPositions> coder_;
 };
 
+/// Bytes of connectivity, positions and arrays, without what chunks add.
 uint64_t size_of_patch(const EncodedPatch& patch);
 
 /// encode_patch() for a chart: with shared tables, or where mixing takes less, with that.

@@ -18,10 +18,13 @@ constexpr unsigned terms = ValenceRows::terms;
 /// Vertices that rows are fitted to: with all of them files are 0.1 to 0.3 % smaller, measured on armadillo
 /// and turbineblade, and take three times as long.
 constexpr uint32_t most_samples = 1 << 14;
-/// Of those with the same rows: most vertices of a mesh are in one or two groups. Without a limit files are
-/// as large in the mean (build/data/tri, 14 bits), with 2,048 the dragon is 1.4 % larger.
+/// Samples with the same rows, at most: most vertices of a mesh are in one or two groups. Without a limit
+/// files are as large in the mean (build/data/tri, 14 bits), with 2,048 the dragon is 1.4 % larger.
 constexpr uint32_t most_of_group = 3072;
+// Samples come in runs of neighbours, whose references are near in memory. The length of runs was not swept.
 constexpr uint32_t samples_in_a_run = 64;
+// A group with fewer keeps the mean of its parallelograms: there are up to 42 unknowns, seven references
+// times six terms.
 constexpr uint32_t fewest_samples = 48;
 
 using PairOfDoubles = double __attribute__((vector_size(16)));
@@ -76,6 +79,10 @@ struct Sample {
   unsigned group;
 };
 
+/// Fits rows of weights by least absolute errors: rounds of weighted least squares, in which a sample weighs
+/// 1 over what the round before left of it (iteratively reweighted least squares). Rows by place and rows
+/// that follow valences are fitted side by side, from the same samples. The order of all sums is fixed, so
+/// every machine finds the same rows.
 template <unsigned components>
 class Fitter {
   using Tuple = std::array<double, components>;
@@ -111,6 +118,7 @@ class Fitter {
         if (with_valences_) add<terms>(sample, (*by_valence)[g], of_valence[g]);
       });
       for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+        // A round on a part of the samples may find as much smaller a part of each group.
         if (of_place[g].samples < fewest_samples / part) continue;
         found_[g] = solve(of_place[g], g, 1, (*by_place)[g]) && part == 1;
         if (with_valences_) solve(of_valence[g], g, terms, (*by_valence)[g]);
@@ -149,6 +157,7 @@ class Fitter {
     Sample<components> sample;
     sample.group = group_of(v);
     const auto& at = fans_.references[v].at;
+    // As the coder sees them: what is not decoded yet is 0.
     const auto value = [&](uint32_t r) { return r < v ? values_[r] : Tuple{}; };
     const Tuple last = value(at[R::last]);
     for (unsigned k = 0; k < components; ++k) {
@@ -210,6 +219,7 @@ class Fitter {
     const Tuple predicted = predict<used>(sample, rows);
     Equations one;
     for (unsigned k = 0; k < components; ++k) {
+      // Half a code is added, as residuals below it cost the same; it also keeps weights finite.
       const double weight = 1 / (std::fabs(sample.target[k] - predicted[k]) / units_[k] + 0.5);
       const double scale = weight / (units_[k] * units_[k]);
       const auto& x = sample.x[k];
@@ -244,6 +254,9 @@ class Fitter {
         rows[i * n + j] =
             normals.pairs[pair_of_terms(i / m, j / m)].at(std::max(i % m, j % m), std::min(i % m, j % m));
       double& diagonal = rows[i * n + i];
+      // References may depend on each other (flat or regular meshes), and some valences may not occur: a
+      // little on the diagonal makes the solution unique, and keeps rows of valences small where nothing
+      // speaks for them. Not swept.
       diagonal = diagonal > 0 ? diagonal * (i < m ? 1 + 1e-6 : 1 + 1e-3) : 1;
       x[i] = normals.pairs[pair_of_terms(i / m, 0)].at(right, i % m);
     }
@@ -279,7 +292,8 @@ class Fitter {
     }
     return result;
   }
-  /// About log2 of what is left, in 1/65536 bits.
+  /// About log2 of what is left, in 1/65536 bits: integers, so that the sum does not depend on the order. The
+  /// clamp also catches NaN.
   template <unsigned used>
   uint64_t cost(const Sample<components>& sample, const Solution& rows) const {
     const Tuple predicted = predict<used>(sample, rows);
@@ -290,6 +304,8 @@ class Fitter {
     }
     return sum;
   }
+  /// About what ValenceRows::code() takes: a length (3 bits with its model), a sign and the bits below the
+  /// highest.
   static double bits_of(const std::array<ValenceRows::Row, terms>& rows, unsigned group) {
     uint64_t bits = 0;
     const ValenceRows::Row plain = ValenceRows::plain_row(group);
@@ -301,6 +317,8 @@ class Fitter {
     }
     return static_cast<double>(bits);
   }
+  /// Keeps of each group's rows what saves more than it takes: none, the first one, or all six. `each` scales
+  /// from samples to all vertices.
   FittedRows without_useless() const {
     std::array<std::array<uint64_t, ValenceRows::groups>, 3> costs{};
     std::array<std::unique_ptr<Solutions>, 3> rows;
@@ -359,6 +377,8 @@ class Fitter {
 
 }  // namespace
 
+/// References that are only fillers, the focus again, get no weight of their own: the system would have no
+/// unique solution.
 unsigned ValenceRows::useful(unsigned group) {
   if (group / 2 == start_place) return 0;
   unsigned mask = 1u << R::focus | 1u << R::before;
