@@ -73,8 +73,7 @@ class Decisions {
   explicit Decisions(Mixing mixing)
       : mixing_(mixing),
         cells_(size_t{1} << small_table_bits),
-        // 20000 is the weight with which all four inputs begin; those of the unused half of the mixer's lanes
-        // do not matter, as their inputs are 0.
+        // In 1/65536. The other half of the inputs is always 0, and so are its weights.
         mixer_(Questions * 8, Questions * 16, Questions, {20000, 20000, 20000, 20000}) {}
 
   /// Codes one decision and returns it. Contexts are hashes into a table without keys: two contexts that meet

@@ -11,7 +11,8 @@
 namespace maille {
 
 /// One array of the stream, block after block, behind the cells: its own coder and models, so that arrays can
-/// be coded at once, and while the next cells are.
+/// be coded at once, and while the next cells are. It reads CodedCells only, never the hull, which is why the
+/// next block's cells can be coded meanwhile; the price is that slots name points until their block ends.
 template <class Coder>
 class ArrayStage {
  public:
@@ -29,16 +30,18 @@ class ArrayStage {
   double largest_error() const {
     return std::visit([](const auto& coder) { return coder.largest_error(); }, tuples_);
   }
-  /// A coder begins with each batch; models go on.
+  /// A coder begins with each batch; models go on, so that a batch cannot be decoded without those before it.
   void begin_batch(Coder coder) { coder_.emplace(std::move(coder)); }
   Coder& coder() { return *coder_; }
+  // Mixed arrays have one: each decision needs what the one before it taught.
   unsigned lanes() const { return array_.mixed ? 1 : array_.components < 3 ? array_.components : 3; }
 
   bool is_placed() const { return array_.placed; }
 
-  /// The tuples of the points that came up, or of the cells. `places`: of these points, if is_placed().
-  /// `before`: their tuples in the step before, if the array follows one; may be where `tuples` are.
-  /// False: the stream is damaged.
+  /// Codes the tuples of the points that came up, or of the cells, in their order in the block. `places`: of
+  /// these points, if is_placed(). `before`: their tuples in the step before, if the array follows one; may
+  /// be where `tuples` are. `tuples` has size of the domain times tuple_size() bytes. False: the stream is
+  /// damaged.
   bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples,
             const std::byte* before = nullptr) {
     if (planes_) planes_->begin_block(cells, places);
@@ -61,6 +64,7 @@ class ArrayStage {
     return TupleCoder(std::in_place_index<0>, array);
   }
 
+  // Points: chosen with the first version (9c3132e), no sweep is on record. It changes no byte.
   static constexpr size_t ahead = 6;
   template <class Tuples>
   static void prefetch(const Tuples& coder, const CodedCells& cells, const NewPoint& point) {
@@ -110,7 +114,8 @@ class ArrayStage {
       }
     } else {
       for (size_t i = 0; i < cells.size(); ++i) {
-        // The value of slot s is at s + 1 (cell_stencil.h).
+        // The value of slot s is at s + 1 (cell_stencil.h). Loose cells, which have no slot, share place 0:
+        // nobody asks for it.
         const uint32_t slot = cells.cell_slots[i];
         stencils_.find(cells, i, stencil_);
         if (planes_) stencil_.plane = planes_->expect_cell(cells, i);

@@ -16,7 +16,8 @@ bool CellStencils::find_others(const std::array<uint32_t, axes>& cell, const std
   return true;
 }
 
-/// A + B - AB, if there are two; the mean; A.
+/// Where fewer than seven are known: A + B - AB, if there are just two and AB; the mean; A. The choice by
+/// record finds out which serves.
 void CellStencils::add_sums(std::span<const uint32_t> cell, const std::array<unsigned, axes>& face,
                             PointStencil& stencil) const {
   const uint32_t both = cell.size() == 2 ? across(cell[0], face[1]) : no_slot;
@@ -38,6 +39,7 @@ void CellStencils::find(const CodedCells& cells, size_t i, PointStencil& stencil
   stencil.clear();
   const uint32_t slot = cells.cell_slots[i];
   if (slot == no_slot) return;
+  // Faces of a polyhedron have no opposites, so that its neighbours say nothing about cells across edges.
   if (cells.kinds[i] == face_cell) {
     find_mean(cells.across[i], stencil);
     put_links(slot, no_links());
@@ -47,6 +49,8 @@ void CellStencils::find(const CodedCells& cells, size_t i, PointStencil& stencil
   std::array<uint32_t, axes> cell{};
   std::array<unsigned, axes> face{};
   unsigned count = 0;
+  // One neighbour for each axis: faces 2k and 2k + 1 are opposite in hexahedra (cell_shape.cpp). In other
+  // solids pairs mean nothing, and the choice is merely fixed.
   for (unsigned f = 0; f < most_faces; ++f) {
     const bool same_axis = f % 2 == 1 && neighbours[f - 1] != no_slot;
     if (neighbours[f] == no_slot || same_axis || count == axes) continue;

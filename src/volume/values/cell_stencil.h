@@ -7,6 +7,7 @@ namespace maille {
 /// What a cell's value may be expected to be, from cells in memory: its neighbours across faces, and, by
 /// their own neighbours, those across edges and the corner. The value of the cell in slot s is at s + 1, as
 /// `near` and sums have it: 0 is for cells without a slot.
+/// Links are kept by slot and never cleared: what a slot held before is the same for both sides.
 class CellStencils {
  public:
   /// Of cell i of a block; each cell once, in order.

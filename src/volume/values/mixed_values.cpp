@@ -8,7 +8,8 @@
 namespace maille {
 namespace {
 
-/// About 2 log2(x), rounded down, from -200 to 200.
+/// About 2 log2(x), rounded down, from -200 to 200. Exponent and a comparison of the fraction with that of
+/// sqrt(2): no logarithm of a library, which may differ in its last bit.
 int half_octave(double x) {
   if (!(x > 1e-30)) return -200;
   if (x > 1e30) return 200;
@@ -17,7 +18,8 @@ int half_octave(double x) {
          static_cast<int>((bits & 0xfffffffffffff) >= 0x6a09e667f3bcc);
 }
 
-/// 2^(x / 2), between whole numbers along a straight line.
+/// 2^(x / 2) at whole numbers, between them along a straight line (0.41421356 = sqrt(2) - 1). ldexp and floor
+/// are exact.
 double from_half_octaves(double x) {
   const double whole = std::floor(x);
   const int half = static_cast<int>(whole);
@@ -30,11 +32,15 @@ unsigned bin(int value, int low, int count) {
   return static_cast<unsigned>(place < 0 ? 0 : place >= count ? count - 1 : place);
 }
 
+/// Narrowed to a range in which float squares do not overflow the products of the fit.
 float to_float(double x) {
   constexpr double most = 1e32;
   return static_cast<float>(x < most ? x > -most ? x : -most : most);
 }
 
+// Chosen with the first version (24b5167), no sweep is on record: a fifth for each expert, a constant without
+// weight, little for counts, more for codes that come again, which speak up only where they do. They only
+// matter until the mixer has learnt.
 template <unsigned inputs>
 std::array<int32_t, inputs> initial_weights() {
   std::array<int32_t, inputs> weights;
@@ -47,6 +53,7 @@ std::array<int32_t, inputs> initial_weights() {
 
 }  // namespace
 
+/// In bytes, rounded up: about 1 MiB of tables for all, the fits, and what each component has.
 uint64_t mixed_coder_bytes(const StreamedArray& array) {
   const uint64_t fits = PointStencil::situations * uint64_t{array.follows ? 3500u : 1300u};
   return (uint64_t{1} << 20) + fits + array.components * uint64_t{4000};
@@ -75,6 +82,7 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
   for (auto& ratios : ratios_) ratios.fill(1.0F);
 }
 
+/// Components are coded one by one, as each one's residual is a feature of the next.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                         std::byte* tuple) {
@@ -93,11 +101,13 @@ void MixedValueCoder<Coder, Bits>::code(Coder& coder, const PointStencil& stenci
   std::copy_n(values_.begin() + static_cast<ptrdiff_t>(size_t{slot} * count), count, last_.begin());
 }
 
+/// One number: what is expected, whether it is an exception, then its code by decisions, then what is learnt.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                                std::byte* number) {
   expect(stencil);
   if (code_exception(coder, stencil, slot, number)) {
+    // All else 0, and nothing is learnt: the number may be anything.
     value_ = {};
     value_.place = mean_[best];
     value_.code = static_cast<Code>(centre_);
@@ -111,7 +121,9 @@ void MixedValueCoder<Coder, Bits>::code_number(Coder& coder, const PointStencil&
   if constexpr (!encoding) space().store_number(static_cast<int64_t>(code), number);
 }
 
-/// Full: the polynomial through the seven others, the mean of parallelograms, that of neighbours.
+/// The three sums of a stencil. Full: the polynomial through the seven others, the mean of parallelograms,
+/// that of neighbours. Else those of the stencil, the last one again where there are fewer; without any the
+/// last number.
 template <class Coder, unsigned Bits>
 template <class PlaceOf>
 void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, PlaceOf place_of, double last,
@@ -134,6 +146,8 @@ void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, PlaceO
   for (unsigned i = stencil.sums; i > 0 && i < 3; ++i) sums[i] = sums[stencil.sums - 1];
 }
 
+/// What may tell by how much the first sum is off: by what it was off around here, and how far the sums lie
+/// apart. Places of features are part of the format; those not set are 0.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil, const Sums& sums) {
   const Value& last = last_[component_];
@@ -163,7 +177,8 @@ void MixedValueCoder<Coder, Bits>::add_features(const PointStencil& stencil, con
   }
 }
 
-/// Sums of what has changed since the step before; and features of that step.
+/// Sums of what has changed since the step before; and features of that step. If nothing changes but by a
+/// smooth field, the number before plus the change of the sum is exact.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::find_changes(const PointStencil& stencil, const Sums& sums,
                                                 Sums& changes) {
@@ -205,7 +220,8 @@ double MixedValueCoder<Coder, Bits>::predict() const {
   return array_.follows ? following_fits_[fit_].predict(features_) : fits_[fit_].predict(first_features());
 }
 
-/// By the weights, unless that is far from all else.
+/// By the weights, unless that is ten deviations from all else: a fit whose samples were of another kind must
+/// not lead away.
 template <class Coder, unsigned Bits>
 double MixedValueCoder<Coder, Bits>::fitted_place() const {
   const double place = origin_ + predict();
@@ -225,6 +241,8 @@ const double* MixedValueCoder<Coder, Bits>::places_before(const std::byte* tuple
   return places_before_.data();
 }
 
+/// All that is known of a number before its first decision. `miss` has three candidates more for arrays that
+/// follow a step.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
   situation_ = &situations_[component_][stencil.situation];
@@ -250,6 +268,7 @@ void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
   candidate_[on_plane] = planed ? stencil.plane[component_] : candidate_[fitted];
   const auto& miss = situation_->miss;
   const auto end = array_.follows ? miss.end() : miss.begin() + as_before;
+  // The first of equals, so that both sides take the same.
   const auto least = std::min_element(miss.begin(), end) - miss.begin();
   mean_ = {sums[0], planed ? candidate_[on_plane] : sums[1], candidate_[static_cast<size_t>(least)],
            candidate_[fitted]};
@@ -261,12 +280,14 @@ void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
   }
   centre_ = code_near(mean_[best]);
   base_ = place(centre_);
+  // The map's own step here, so that scales are never below what the codes can tell apart.
   step_ = std::fabs((centre_ < highest ? place(centre_ + 1) : place(centre_ - 1)) - base_);
   if (!(step_ > 1e-28)) step_ = 1e-28;
   set_scales();
 }
 
-/// How far off numbers were near here.
+/// How far off numbers were near here: the root of the mean square, which large misses rule, and the mean of
+/// logarithms, which they do not. The best expert goes by the second.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::find_sizes(const PointStencil& stencil) {
   double squares = 0;
@@ -282,6 +303,9 @@ void MixedValueCoder<Coder, Bits>::find_sizes(const PointStencil& stencil) {
   size_ = static_cast<double>(sum) / count;
 }
 
+/// The scale of each expert's logistic: what is expected times what the ratio of the two has been in this
+/// bin. 0.55 is about sqrt(3) / pi, which gives a logistic the standard deviation 1. At least a tenth of a
+/// step, so that a certain expert does not become a step function.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::set_scales() {
   deviation_ = deviation_ > 0.3 * step_ ? deviation_ : 0.3 * step_;
@@ -302,10 +326,12 @@ void MixedValueCoder<Coder, Bits>::set_scales() {
   const unsigned other = deviation_bin_ * 2 + (mean_[fitted] > mean_[best] ? 1 : 0);
   few_base_ = {&few_[0][row * nodes], &few_[1][other * nodes]};
   low_ = SignedLanes{};
+  // Distribution functions at the ends of the whole range: 0 and 2^30 stand for 0 and 1.
   high_ = SignedLanes{} + (1 << 30);
 }
 
-/// Codes that may come again as they are. Where they do not, they are looked for now and then.
+/// Codes that may come again as they are. Where they do not, they are looked for at each sixteenth number
+/// only, as hashing and comparing them takes time.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
   repeats_.begin_number();
@@ -313,6 +339,7 @@ void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
   if (repeat_score_ <= 0 && ++numbers_ % 16 != 0) return;
   const auto code_of = [&](unsigned k) { return static_cast<uint32_t>(at(stencil.near[k]).code); };
   const auto last = static_cast<uint32_t>(last_[component_].code);
+  // Follow[0]: the code that came after this neighbour's; Follow[1]: after these components.
   const uint32_t near = stencil.near_count > 0 ? code_of(0) : last;
   const auto seed = [&](uint32_t kind) { return hashed(kind, component_ + 0x1234567u); };
   const std::array<uint32_t, followers> hash = {
@@ -329,6 +356,7 @@ void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
   if (array_.follows) add_repeat(7, code_near(in_step_before_.place));
 }
 
+/// Kinds are inputs of the mixer; the bin says how far the code is from the best guess.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::add_repeat(unsigned kind, Wide code) {
   if (code < lowest || code > highest) return;
@@ -336,7 +364,9 @@ void MixedValueCoder<Coder, Bits>::add_repeat(unsigned kind, Wide code) {
   repeats_.add(kind, code, bin(half_octave(far), -3, 8));
 }
 
-/// First the side of the centre, then the number of bits of the distance, from the expected one on.
+/// First the side of the centre, then the number of bits of the distance, from the expected one on, then the
+/// bits below. low is the code when the interval has shrunk to it; every decision shrinks it or is skipped,
+/// so that the loops end after some 2 * Bits decisions.
 template <class Coder, unsigned Bits>
 auto MixedValueCoder<Coder, Bits>::find_code(Coder& coder) -> Wide {
   Wide low = lowest, high = highest;
@@ -365,6 +395,7 @@ auto MixedValueCoder<Coder, Bits>::find_code(Coder& coder) -> Wide {
   return low;
 }
 
+/// Bits of the distance that the best expert expects on this side, one scale further than its mean.
 template <class Coder, unsigned Bits>
 unsigned MixedValueCoder<Coder, Bits>::expected_length(bool up) const {
   const double off = mean_[best] - base_;
@@ -373,6 +404,8 @@ unsigned MixedValueCoder<Coder, Bits>::expected_length(bool up) const {
   return std::min(static_cast<unsigned>(halves < 0 ? 0 : halves) / 2, Bits - 1);
 }
 
+/// The interval has a power of two of codes, unless the end of the range cuts it off. The first bits depend
+/// on what came before; from the third on a flat interval is left to raw bits.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::code_mantissa(Coder& coder, unsigned length, unsigned side, Wide& low,
                                                  Wide& high) {
@@ -390,8 +423,8 @@ void MixedValueCoder<Coder, Bits>::code_mantissa(Coder& coder, unsigned length, 
   }
 }
 
-/// Is the distribution flat over the interval, so that models would learn nothing? Codes must be even too:
-/// those of floats near zero are not.
+/// Is the distribution flat over the interval, so that models would learn nothing? Codes must lie evenly,
+/// too: those of floats near zero do not.
 template <class Coder, unsigned Bits>
 bool MixedValueCoder<Coder, Bits>::is_flat(Wide low, Wide high) const {
   const double from = boundary(low);
@@ -402,6 +435,8 @@ bool MixedValueCoder<Coder, Bits>::is_flat(Wide low, Wide high) const {
 }
 
 template <class Coder, unsigned Bits>
+// 16 bits at a time, as code_raw() takes. A value of all bits set stands for a rest that the power of two
+// left over, hence the upper end stays.
 void MixedValueCoder<Coder, Bits>::code_rest(Coder& coder, Wide& low, Wide& high) const {
   // The interval's size is a power of two unless it was cut off at the end of the range.
   while (low < high) {
@@ -418,11 +453,15 @@ void MixedValueCoder<Coder, Bits>::code_rest(Coder& coder, Wide& low, Wide& high
   }
 }
 
-/// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
+/// Is the code at least `at_least`? The interval from low to high shrinks to the side that is. What lies
+/// outside of the interval is known and costs no decision. Each expert says the ratio of the parts of its
+/// distribution above and below; parts below 2^-30 count as that, so that no logit is infinite.
 template <class Coder, unsigned Bits>
 bool MixedValueCoder<Coder, Bits>::ask(Coder& coder, Wide at_least, Wide& low, Wide& high, unsigned type,
                                        unsigned few) {
   if (at_least <= low) return true;
+  // In floats relative to the centre: near it, where decisions matter, they are exact enough, and four lanes
+  // take one instruction.
   if (at_least > high) return false;
   const float where = to_float(boundary(at_least) - base_);
   constexpr auto most = static_cast<float>(largest_deviation);
@@ -461,6 +500,8 @@ bool MixedValueCoder<Coder, Bits>::ask(Coder& coder, Wide at_least, Wide& low, W
   return bit;
 }
 
+/// What the number teaches, in the order of docs/format.md, 16.12, "Learning". An error counts at least 0.22
+/// steps (about the root mean square of rounding, 0.29 steps, a little less) and at most 20 deviations.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::learn(Wide code) {
   const double where = place(code);
@@ -474,6 +515,8 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
             to_float(error),
             static_cast<int16_t>(half_octave(std::fabs(residual) + 0.3 * step_)),
             static_cast<Code>(code)};
+  // Rates: 1/n up to 1/50 for the square, 0.02 for misses and 0.03 for ratios. Chosen with the first version
+  // (24b5167); "other learning rates" were within 0.4 % (docs/history.md).
   Situation& situation = *situation_;
   situation.visits += situation.visits < 50;
   situation.square += (error * error - situation.square) * (1.0 / situation.visits);
@@ -494,6 +537,8 @@ void MixedValueCoder<Coder, Bits>::learn(Wide code) {
   fits_[fit_].learn(first_features(), value_.twist, certainty);
 }
 
+/// A hit raises the score by 100, a miss lowers it by 1: candidates stay as long as one number in a hundred
+/// comes again.
 template <class Coder, unsigned Bits>
 void MixedValueCoder<Coder, Bits>::learn_repeats(Wide code) {
   if (!follower_[0]) return;
@@ -502,7 +547,7 @@ void MixedValueCoder<Coder, Bits>::learn_repeats(Wide code) {
   *follower_[0] = *follower_[1] = static_cast<Code>(code);
 }
 
-/// Numbers that the map does not hold are written as they are.
+/// Numbers that the map does not hold within the bound are written as they are.
 template <class Coder, unsigned Bits>
 bool MixedValueCoder<Coder, Bits>::code_exception(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                                   std::byte* number) {

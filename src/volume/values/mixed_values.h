@@ -16,14 +16,18 @@
 
 namespace maille {
 
-/// Arrays with more components than this are not mixed: each has models of its own.
+/// Arrays with more components than this are not mixed: each has models of its own, 4,000 bytes a component.
+/// Part of the format.
 inline constexpr uint32_t most_mixed_components = 16;
 uint64_t mixed_coder_bytes(const StreamedArray& array);
 
 /// The numbers of one array as TupleValueCoder has them, smaller and ten times slower: each is found by
 /// decisions of the kind "is the code at least this one?", on an interval that shrinks. Four experts say how
 /// probable each side is, each with a mean and a scale; codes that may come again as they are say so too.
-/// docs/format.md, "Mixed values".
+/// docs/format.md, 16.12.
+/// The chain of doubles from slots to probabilities is the same in both directions and on all machines: + - *
+/// / and sqrt in a fixed order, rounded to float where the format says so. Places are bounded to 1e30, so
+/// that no square overflows.
 template <class Coder, unsigned Bits>
 class MixedValueCoder {
  public:
@@ -33,9 +37,10 @@ class MixedValueCoder {
 
   explicit MixedValueCoder(const StreamedArray& array);
 
-  /// One tuple. It goes to `slot`.
+  /// Codes one tuple, component after component. Its values go to `slot`.
   void code(Coder& coder, const PointStencil& stencil, uint32_t slot, std::byte* tuple);
-  /// Where the numbers of a tuple of the step before are, by component.
+  /// Where the numbers of a tuple of the step before are in the map of this array, by component; the result
+  /// is valid until the next call.
   const double* places_before(const std::byte* tuple);
   /// Where the numbers of the last tuple are.
   const std::vector<double>& places() const { return places_; }
@@ -49,6 +54,7 @@ class MixedValueCoder {
  private:
   using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
   using Wide = std::conditional_t<Bits == 32, int64_t, __int128>;
+  // 16 features; from 1,024 samples on weights are solved again after 256, before that after 32.
   using Fit = OnlineLeastSquares<16, 256>;
   /// Of an array that follows: with features of the step before. What it has to find is small where things
   /// change little, so its origin is that nothing but the first sum has changed.
@@ -67,10 +73,13 @@ class MixedValueCoder {
   static constexpr unsigned inputs = 16;
   static constexpr unsigned node_types = 16;
   static constexpr unsigned scale_bins = 64;
+  // Places of few_: 1 for the side of the centre, 2 + 32 for lengths by side, 34 + 96 for the first two bits
+  // by side, length and prefix; 0 is none.
   static constexpr unsigned nodes = 132;
   static constexpr unsigned follower_bits = 14;
   static constexpr unsigned followers = 2;
-  /// Above this probability codes are asked first whether they are the centre itself.
+  /// Above this probability (0.61) codes are asked first whether they are the centre itself. Chosen with the
+  /// first version (24b5167), no sweep is on record.
   static constexpr uint16_t often_exact = 40000;
 
   struct Value {
@@ -82,12 +91,13 @@ class MixedValueCoder {
     int16_t size = 0;    ///< the same in half octaves
     Code code = 0;
   };
-  /// Of the step before.
+  /// A number of the step before, in the map of this array.
   struct Before {
     double place = 0;
     float twist = 0;
   };
-  /// What was learnt of one component in one situation.
+  /// What was learnt of one component in one situation: how far off numbers are there, and by which candidate
+  /// least.
   struct Situation {
     double square = 0;  ///< mean of squared errors
     unsigned visits = 0;
@@ -142,6 +152,7 @@ class MixedValueCoder {
   static double bounded(double place) {
     return place < farthest ? place > -farthest ? place : -farthest : farthest;
   }
+  // Squares of it, and sums of such squares, are far from the largest double.
   static constexpr double farthest = 1e30;
 
   StreamedArray array_;

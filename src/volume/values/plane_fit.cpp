@@ -10,10 +10,12 @@ namespace maille {
 namespace {
 
 /// A ridge keeps the plane flat where no samples are: of the mean square of the samples' distances from their
-/// middle (10 times more takes 0.3 % more bytes over the shared fields), and of its distance from here.
+/// middle (10 times more takes 0.3 % more bytes over the shared fields), and of its distance from here. Both
+/// are relative, so that the unit of length does not matter.
 constexpr double ridge = 1e-4, far_ridge = 3e-3;
 
-/// (A + more) x = b, with the lower triangle of a symmetric A. False: no solution.
+/// Solves (A + more) x = b, with the lower triangle of a symmetric A, by elimination from the first row on.
+/// False: a pivot is not above 0, or no number, so that there is no solution to rely on.
 bool solve(const std::array<double, 6>& a, double more, const Vector3& b, Vector3& x) {
   const double first = a[0] + more;
   if (!(first > 0)) return false;
@@ -78,7 +80,9 @@ void PlaneFit::add_corner(uint32_t slot) {
   corner_[corners_++] = slot;
 }
 
-/// Of all samples of the corners, from here; then the middle instead of the sum, and products from there.
+/// The moments of all samples of the corners. Those of a corner are from that corner; from here they are
+/// shifted: sum + n d, and products + s d' + d s' + n d d'. Then the middle instead of the sum, and products
+/// from there, which loses the fewest digits for samples far from here.
 PlaneFit::Moments PlaneFit::moments_around() const {
   Moments all;
   for (unsigned i = 0; i < corners_; ++i) {
@@ -112,11 +116,13 @@ const double* PlaneFit::expect_point(const NewPoint& point, const CodedCells& ce
                            : ((1u << shape.corners) - 1) & ~(point.fresh & ~((1u << point.node) - 1));
   for (; known != 0; known &= known - 1)
     add_corner(cells.nodes[cells.begin[point.cell] + static_cast<unsigned>(__builtin_ctz(known))]);
-  // From the mean of the corners, the nearer the more, along the plane.
+  // From the mean of the corners, the nearer the more, along the plane. Corners at the very place of the
+  // point say nothing about a direction and are left out.
   double sum = 0;
   for (unsigned i = 0; i < corners_; ++i) {
     const double square = dot(offset_[i], offset_[i]);
     of_own_[i] = square > 1e-60 ? 1 / square : 0;
+    // 1e-60: the square of a distance whose square is still a normal double.
     sum += of_own_[i];
   }
   if (!(sum > 0)) return nullptr;
@@ -128,6 +134,8 @@ const double* PlaneFit::expect_point(const NewPoint& point, const CodedCells& ce
   return expect(moments_around(), way, 0);
 }
 
+/// A cell is expected from its middle. Its corners need places: slots that never had a point of a block with
+/// places give "not known".
 const double* PlaneFit::expect_cell(const CodedCells& cells, size_t cell) {
   corners_ = 0;
   slot_ = no_slot;
@@ -148,7 +156,9 @@ const double* PlaneFit::expect_cell(const CodedCells& cells, size_t cell) {
   return expect(around, way, 1 / around.count);
 }
 
-/// Along the plane by `way`, from what `of_own_` and `of_mean` say.
+/// Goes along the plane by `way`, from what `of_own_` and `of_mean` say. All that depends on the place is
+/// solved once; each component then costs a few products. What is not within +-1e30 is not known, NaN
+/// included.
 const double* PlaneFit::expect(const Moments& around, const Vector3& way, double of_mean) {
   const Vector3 middle{around.sum};
   const double spread = around.products[0] + around.products[2] + around.products[5];
@@ -170,7 +180,8 @@ const double* PlaneFit::expect(const Moments& around, const Vector3& way, double
   return expected_.data();
 }
 
-/// A point and each corner are samples of each other and of themselves; a cell is one of all its corners.
+/// A point and each corner are samples of each other and of themselves (hence two for each edge); a cell is
+/// one sample at all its corners.
 void PlaneFit::learn(const double* values) {
   const bool is_point = slot_ != no_slot;
   for (unsigned i = 0; i < corners_; ++i) {

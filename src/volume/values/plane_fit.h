@@ -11,10 +11,12 @@
 
 namespace maille {
 
-/// Where the points of a block are, from numbers that a decoder has.
+/// Where the points of a block are, from numbers that a decoder has. NaN and infinities come as they are;
+/// expect() answers with "not known" then.
 void find_places(Scalar type, Bytes positions, std::vector<Vector3>& places);
 
-/// The same from the numbers that an encoder was given.
+/// The same from the numbers that an encoder was given: each goes through its map first, so that the places
+/// are the ones that a decoder will have.
 class DecodedPlaces {
  public:
   explicit DecodedPlaces(const StreamedArray& positions);
@@ -28,6 +30,9 @@ class DecodedPlaces {
 /// What the numbers of a point or cell may be expected to be from where it is: on the plane that fits best
 /// those around it. Each point in memory has the sums of the samples next to it; those of a cell's known
 /// corners give the plane, by least squares. Doubles and + - * / in a fixed order.
+/// It makes fields of tetrahedra that are smooth take half (bracket, xdsp at 1e-4: 3.99 to 1.43 bits),
+/// lossless fields 4 % less. Cost: about 100 bytes a point in memory and 40 for each of its components.
+/// docs/format.md, 16.12, "Planes".
 class PlaneFit {
  public:
   explicit PlaneFit(uint32_t components) : components_(components), expected_(components) {}

@@ -3,6 +3,7 @@
 namespace maille {
 namespace {
 
+/// Stencils of points in cells with a shape, unless all seven other corners of a hexahedron are there.
 class Builder {
  public:
   Builder(const NewPoint& point, const CodedCells& cells, PointStencil& stencil)
@@ -39,6 +40,8 @@ class Builder {
  private:
   bool is_known(unsigned corner) const { return (known_ >> corner & 1) != 0; }
 
+  // At most two are added, as docs/format.md, 16.7 has it, though all whole ones are counted: how many there
+  // are tells how well the place is known.
   unsigned parallelogram_mean(unsigned c) {
     unsigned count = 0;
     for (unsigned i = 0; i < shape_.parallelograms[c]; ++i) count += is_whole(shape_.parallelogram[c][i]);
@@ -60,7 +63,8 @@ class Builder {
     return is_known(p.a) && is_known(p.b) && is_known(p.opposite);
   }
 
-  /// The mean of 2 n - b over the neighbours n that have a point b behind them.
+  /// The mean of 2 n - b over the neighbours n that have a point b behind them: rows go on straight. `behind`
+  /// counts all neighbours in order, known or not.
   void extrapolations(unsigned c) {
     unsigned place = 0, count = 0;
     std::array<std::array<uint32_t, 2>, 3> pair{};
@@ -92,8 +96,8 @@ class Builder {
   unsigned known_;
 };
 
-/// The polynomial of lowest degree through the seven others (Ibarria et al. 2003); the sum is made where it
-/// is used.
+/// The polynomial of lowest degree through the seven others (Ibarria et al. 2003, "Out-of-core compression
+/// and decompression of large n-dimensional scalar fields"); the sum is made where it is used.
 void find_full(const NewPoint& point, const uint32_t* nodes, PointStencil& stencil) {
   const std::array<uint8_t, 7>& others = others_of_corner[point.node];
   for (unsigned k = 0; k < 7; ++k) stencil.others[k] = nodes[others[k]];

@@ -9,11 +9,16 @@
 namespace maille {
 namespace {
 
-/// Components of an array with least squares of their own.
+/// Components of an array with least squares of their own. Arrays with more of them are rare, and fits of
+/// each would take 2 KB a component before any number came (tuple_coder_bytes()). Chosen, no sweep is on
+/// record.
 constexpr uint32_t most_fitted = 16;
-/// Neighbouring samples say much the same: in the long run one in four is enough.
+/// Neighbouring samples say much the same: in the long run one in four is enough. It saves most of the cost
+/// of the fit; no figure is on record.
 constexpr uint32_t most_full_samples = 16384;
-/// What a candidate has missed by before it was tried: by more than the one before it.
+/// What a candidate is held to have missed by before it was tried: a half octave more than the one before it,
+/// so that of untried candidates the first is taken. Misses are bits 22 to 30 of a float, times 64: 256 is
+/// that of 2.0.
 constexpr int32_t first_miss = 64 * 256;
 constexpr int32_t head_start = 64;
 
@@ -26,7 +31,8 @@ template <unsigned N, class Work>
   (std::make_integer_sequence<unsigned, N>{});
 }
 
-/// 65536 / n, rounded up: a mean of up to three numbers is a product with it.
+/// 65536 / n, rounded up, so that a mean of up to three numbers is a product with it: exact, rounded down,
+/// for sums below 2^15 (mean_size()).
 constexpr std::array<int32_t, 4> reciprocals = {0, 65536, 32768, 21846};
 
 }  // namespace
@@ -62,6 +68,7 @@ uint64_t tuple_coder_bytes(const StreamedArray& array) {
          tables;
 }
 
+/// The maps are kept as NumberSpaces; their tables are let go of, as a table may have a million numbers.
 template <class Coder, unsigned Bits, unsigned Width>
 TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
     : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
@@ -90,11 +97,14 @@ template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code(Coder& coder, const PointStencil& stencil, uint32_t slot,
                                                std::byte* tuple) {
   for (Group& group : groups_) {
+    // Slots are at most those of the hull, so the table follows the largest front.
     if (slot >= group.values.size()) group.values.resize(rows_for(slot));
     code_group(coder, stencil, group, slot, tuple + group.first * number_size_);
   }
 }
 
+/// One group of three components, in the order of docs/format.md, 16.7: candidates, choice by record,
+/// contexts, exceptions, residuals, then what is learnt.
 template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code_group(Coder& coder, const PointStencil& stencil, Group& group,
                                                      uint32_t slot, std::byte* numbers) {
@@ -102,6 +112,7 @@ void TupleValueCoder<Coder, Bits, Width>::code_group(Coder& coder, const PointSt
   expect(stencil, group, expectation);
   Doubles expected = expectation.candidate[0];
   const Record& record = group.records[stencil.situation];
+  // The first of equals: only a smaller record replaces.
   Ints least = record[0];
   for (unsigned i = 1; i < expectation.count; ++i) {
     const Ints better = record[i] < least;
@@ -124,6 +135,8 @@ void TupleValueCoder<Coder, Bits, Width>::code_group(Coder& coder, const PointSt
   group.values[slot] = value;
 }
 
+/// What the numbers may be expected to be. The order of each sum is fixed, as doubles do not add up the same
+/// in any other.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::expect(
     const PointStencil& stencil, const Group& group, Expectation& expectation) const {
@@ -132,6 +145,8 @@ template <class Coder, unsigned Bits, unsigned Width>
   if (stencil.is_full()) {
     std::array<const Value*, 7> other;
     for (unsigned k = 0; k < 7; ++k) other[k] = values + stencil.others[k];
+    // The polynomial of lowest degree through seven corners, then the same with what it has missed by at
+    // these.
     full_sum(other, candidate[0]);
     expectation.count = 1;
     if (!group.fits) return;
@@ -152,6 +167,7 @@ template <class Coder, unsigned Bits, unsigned Width>
     candidate[i] = place;
   }
   expectation.count = stencil.sums;
+  // Nothing is known around: the number before is as good a guess as any.
   if (stencil.sums == 0) {
     candidate[0] = group.last;
     expectation.count = 1;
@@ -178,6 +194,8 @@ template <class Coder, unsigned Bits, unsigned Width>
   for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
 }
 
+/// Infinite and NaN predictions become the largest float and 0, so that there is a code. Floats are ordered
+/// as integers by turning the lower bits of negative ones over.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::near_floats(const Doubles& expected,
                                                                                     Ints& code, Ints& unit) {
@@ -190,10 +208,12 @@ template <class Coder, unsigned Bits, unsigned Width>
   code = bits ^ ((bits >> 31) & 0x7fffffff);
   Ints exponent = (bits >> 23) & 0xff;
   exponent = exponent == 0 ? Ints{} + 1 : exponent;
+  // Twice the exponent of a float's last bit, in half octaves: 2 (e - 150).
   unit = 2 * exponent - 300;
 }
 
-/// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit.
+/// Residuals of neighbours tell how large this one will be: in the same units, not in those of the last bit,
+/// so that a residual near zero and one far from it can be compared.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_contexts(
     const PointStencil& stencil, const Group& group, const Ints& unit, Guess& guess) const {
@@ -223,6 +243,8 @@ template <class Coder, unsigned Bits, unsigned Width>
   }
 }
 
+/// Codes flags of exceptions, and for an encoder the residuals of the others. An exception is a number that
+/// its map does not give back within the bound, such as a NaN on a lattice.
 template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::find_residuals(Coder& coder, const PointStencil& stencil,
                                                          const Group& group, uint32_t slot,
@@ -276,12 +298,13 @@ template <class Coder, unsigned Bits, unsigned Width>
     for (unsigned k = 0; k < group_size; ++k) size[k] = static_cast<float>(guess.residual[k]);
   }
   if (group.floats) {
-    // Sums of lanes wrap around.
+    // Sums of lanes wrap around, as those of sum() do.
     const Uints codes = same_bits<Uints>(pack(guess.code)) + same_bits<Uints>(pack(guess.residual));
     Ints code = same_bits<Ints>(codes);
     code ^= (code >> 31) & 0x7fffffff;
     Floats number = same_bits<Floats>(code);
     if constexpr (!encoding) std::memcpy(numbers, &code, group.count * sizeof(float));
+    // NaN would spread to all that is predicted from it.
     number = number == number ? number : Floats{};
     value.place = __builtin_convertvector(number, Doubles);
   } else {
@@ -289,6 +312,7 @@ template <class Coder, unsigned Bits, unsigned Width>
     for (unsigned k = 0; k < group.count; ++k) {
       const double here = expected[k];
       if ((guess.exceptions >> k & 1) != 0) {
+        // An exception stands where it was expected, so that it does not spoil what comes after.
         value.place[k] = here == here ? here : 0;
         continue;
       }
@@ -301,6 +325,8 @@ template <class Coder, unsigned Bits, unsigned Width>
   value.size = size_class(size) + unit;
 }
 
+/// After each tuple. The miss of a candidate is the exponent and top fraction bit of the difference as a
+/// float: half octaves by a shift, 0 to 511.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::learn(const PointStencil& stencil,
                                                                               Group& group,
@@ -310,6 +336,7 @@ template <class Coder, unsigned Bits, unsigned Width>
   for (unsigned i = 0; i < expectation.count; ++i) {
     const Floats difference = __builtin_convertvector(value.place - expectation.candidate[i], Floats);
     const Ints miss = (same_bits<Ints>(difference) >> 22) & 0x1ff;
+    // A running mean times 64: record / 64 follows the last 64 misses or so.
     record[i] += miss - (record[i] >> 6);
   }
   if (expectation.count < 2 || !stencil.is_full()) return;
@@ -320,7 +347,8 @@ template <class Coder, unsigned Bits, unsigned Width>
 template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::learn_fit(Fit& fit, const typename Fit::Features& twists,
                                                     const Floats& target) {
-  // The fit wants samples of about the same size: each is weighed by the size that its neighbours had.
+  // The fit wants samples of about the same size: each is weighed by the size that its neighbours had, so
+  // that a shock does not outweigh all the rest.
   Floats scale = {};
   for (const Floats& twist : twists) {
     const Floats size = twist < 0 ? -twist : twist;
@@ -333,6 +361,7 @@ void TupleValueCoder<Coder, Bits, Width>::learn_fit(Fit& fit, const typename Fit
 // ---- corners of hexahedra, plain numbers
 // -------------------------------------------------------------------
 
+/// Fixed brackets: the order of additions is part of the format.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::full_sum(const Others& other,
                                                                                  Doubles& place) {
@@ -340,6 +369,8 @@ template <class Coder, unsigned Bits, unsigned Width>
           ((other[3]->place + other[4]->place) + other[5]->place) + other[6]->place;
 }
 
+/// Rounded down for negative sums, too: 4096 a number is added before the multiplication and taken off after
+/// it. Sizes are within -4096 to 4096, so sums of three stay within the exact range of the reciprocals.
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline auto TupleValueCoder<Coder, Bits, Width>::mean_size(const Ints& sum,
                                                                                   unsigned count) -> Ints {
@@ -365,6 +396,7 @@ template <class Coder, unsigned Bits, unsigned Width>
     near_floats(expected, code, unit);
     for (unsigned k = 0; k < group_size; ++k) guess.code[k] = code[k];
   } else {
+    // As near_floats() for doubles, number by number.
     constexpr double most = 1.7976931348623157e308;
     unit = Ints{};
     for (unsigned k = 0; k < group_size; ++k) {
@@ -410,6 +442,7 @@ template <class Coder, unsigned Bits, unsigned Width>
   }
 }
 
+/// Only three plain components come here, so that there is one group, no exceptions and always a fit.
 template <class Coder, unsigned Bits, unsigned Width>
 void TupleValueCoder<Coder, Bits, Width>::code_full(Coder& coder, const uint32_t* nodes, unsigned corner,
                                                     uint32_t slot, std::byte* tuple) requires(Width == 4) {

@@ -5,7 +5,8 @@
 namespace maille {
 
 /// Up to three components of a tuple side by side, in a vector of four lanes (one, if there is one
-/// component): compilers make the processor's instructions of it, and where there are none plain loops.
+/// component): compilers make the processor's instructions of it, and where there are none plain loops. Lane
+/// by lane the operations are those of IEEE, so that the width of the processor changes no result.
 template <unsigned Width>
 struct ValueLanes;
 
