@@ -14,8 +14,8 @@ namespace maille {
 /// bring infinities in.
 ///
 /// `late`: after how many samples weights are solved again, from 1024 on; before that, and where it is 32,
-/// after 32. A solution takes N^3 / 6
-/// products, a sample N^2 / 2: for N = 28 solving after each 32 samples is 0.3 of what learning them is.
+/// after 32. A solution takes N^3 / 6 products, a sample N^2 / 2: for N = 28 solving after each 32 samples is
+/// 0.3 of what learning them is.
 template <unsigned N, unsigned late = 32>
 class OnlineLeastSquares {
  public:

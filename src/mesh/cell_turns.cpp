@@ -28,7 +28,10 @@ unsigned joined_to(const FacesOfSolid& faces, unsigned corner) {
   return joined;
 }
 
-/// Face 0 is put on another one, and each corner beside it where the same edge leads from there.
+/// Face 0 is put on another one, and each corner beside it where the same edge leads from there. In these
+/// solids a corner that is not on face 0 has exactly one edge to it (the tip of a pyramid or tetrahedron
+/// several, which all lead to the same corner), and the image of that edge is the only one that leaves the
+/// other face there.
 CellTurn turned(const FacesOfSolid& faces, unsigned corners, unsigned onto, unsigned by) {
   CellTurn turn;
   const auto from = faces.face(0), to = faces.face(onto);
@@ -52,6 +55,7 @@ std::vector<CellTurn> turns_of_solid(CellType type, unsigned corners) {
   const FacesOfSolid& faces = faces_of(type);
   std::vector<CellTurn> turns;
   for (unsigned onto = 0; onto < faces.count; ++onto) {
+    // Of a pyramid only the base, of a wedge only the triangles.
     if (faces.sizes[onto] != faces.sizes[0]) continue;
     for (unsigned by = 0; by < faces.sizes[0]; ++by) turns.push_back(turned(faces, corners, onto, by));
   }

@@ -17,10 +17,11 @@ struct CutOut {
 /// `all`: all arrays in their order, and the metadata; `elements`: arrays on points and cells only.
 enum class CutArrays : uint8_t { all, elements };
 
-/// `cells`: their numbers through all blocks, rising.
+/// `cells`: their numbers through all blocks, rising. They, and the points that they use, keep their order.
+/// Takes an eighth of a byte a point of the whole mesh, so cutting many small parts costs time for each.
 CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays);
 
-/// Some tuples of an array.
+/// Some tuples of an array, in the order given; numbers may come again. All are below the array's count.
 Array taken(const Array& from, std::span<const uint32_t> tuples);
 
 }  // namespace maille

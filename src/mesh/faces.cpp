@@ -3,6 +3,8 @@
 namespace maille {
 namespace {
 
+// VTK's numbering of faces and corners. The corners of each face run counterclockwise as seen from outside of
+// a cell that is not turned inside out.
 constexpr FacesOfSolid no_faces;
 constexpr FacesOfSolid tetrahedron = {4, {{{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}}}, {3, 3, 3, 3}};
 constexpr FacesOfSolid pyramid = {

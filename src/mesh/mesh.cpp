@@ -40,6 +40,7 @@ Array make_array(std::string name, Domain domain, Scalar type, uint32_t componen
 
 namespace {
 
+/// VTK's types and names. 0 nodes: the number is the cell's own.
 struct CellTypeInfo {
   CellType type;
   unsigned nodes;
@@ -99,6 +100,7 @@ const CellTypeInfo* find_type(CellType type) {
   return nullptr;
 }
 
+/// One cell of a block of mixed types.
 Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, const std::string& where) {
   const CellType type = block.type_of(cell);
   const CellTypeInfo* info = find_type(type);
@@ -115,6 +117,7 @@ Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, cons
   return {};
 }
 
+/// After this, cell(i) of any cell lies within the connectivity, so that all later checks may use it.
 Result<> check_offsets(const CellBlock& block, const std::string& where) {
   const auto bad = [&](const std::string& what) {
     return failure(ErrorCode::malformed_input, where + ": " + what);
@@ -163,10 +166,12 @@ Result<> check_faces(const CellBlock& block, const std::string& where) {
       if (polyhedron) return bad("cell " + std::to_string(i) + " is a polyhedron without faces");
       continue;
     }
+    // Before faces(i) is used: it would reach beyond the end.
     if (block.cell_faces[i + 1] < block.cell_faces[i] || block.cell_faces[i + 1] > block.face_sizes.size()) {
       return bad("the faces of cell " + std::to_string(i) + " end before they begin or beyond the last");
     }
     const auto faces = block.faces(i);
+    // 64 bits, as sizes of 32 are anything here and their sum must not wrap around to the right one.
     const uint64_t corners = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
     if (corners != (polyhedron ? block.cell(i).size() : 0)) {
       return bad("the faces of cell " + std::to_string(i) + " have " + std::to_string(corners) +
@@ -218,6 +223,7 @@ Result<> check_array(const Array& array, const Mesh& mesh) {
 
 }  // namespace
 
+// A table, as this is asked for each cell of mixed blocks.
 unsigned nodes_of(CellType type) {
   static constexpr auto table = [] {
     std::array<uint8_t, 256> nodes{};
@@ -315,6 +321,7 @@ const Array* Mesh::find(const std::string& name, Domain domain) const {
   return nullptr;
 }
 
+// In the order in which checks rely on each other: tuples, offsets, faces, then what the numbers point to.
 Result<> validate(const Mesh& mesh) {
   if (mesh.points.components != 3 || mesh.points.bytes.size() % mesh.points.tuple_size() != 0) {
     return failure(ErrorCode::malformed_input, "positions must have 3 components");

@@ -4,7 +4,8 @@
 
 namespace maille {
 
-/// Bytes of positions, connectivity and arrays.
+/// Bytes of positions, connectivity and arrays; labels, names and metadata do not count, nor
+/// does what vectors have reserved beyond their sizes.
 inline uint64_t size_in_memory(const Mesh& mesh) {
   uint64_t size = mesh.points.bytes.size();
   for (const CellBlock& block : mesh.blocks) {

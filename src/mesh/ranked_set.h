@@ -7,6 +7,8 @@
 namespace maille {
 
 /// Some of many numbers, and how many of them are below each: a bit for each of the many and a count for 64.
+/// For meshes cut into parts: which points a part uses, and their numbers in it, without a table of 4 bytes
+/// for each point of the whole mesh. First all add(), then count(), then rank() and numbers().
 class RankedSet {
  public:
   /// `many`: how many numbers there could be, which takes an eighth of a byte and a count for 64 each.
@@ -27,6 +29,7 @@ class RankedSet {
     size_ = sum;
   }
   uint32_t size() const { return size_; }
+  /// How many of the set are below a number; in constant time, by one count of bits.
   uint32_t rank(uint32_t number) const {
     const uint64_t below = words_[number / 64] & ((uint64_t{1} << number % 64) - 1);
     return before_[number / 64] + static_cast<uint32_t>(__builtin_popcountll(below));

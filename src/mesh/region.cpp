@@ -14,6 +14,8 @@ double length(const Vector3& v) {
 
 }  // namespace
 
+/// Tests of pairs: true may be wrong where a box and a plane are met apart but not together, false never is.
+/// Callers (charts, pieces) ask whether something may be left out.
 bool Region::meets(const Sphere& other) const {
   if (box && std::sqrt(squared_distance(other.centre, *box)) > other.radius) return false;
   if (sphere && length(sphere->centre - other.centre) > sphere->radius + other.radius) return false;
@@ -28,6 +30,7 @@ bool Region::meets(const Box& other) const {
   }
   if (sphere && std::sqrt(squared_distance(sphere->centre, other)) > sphere->radius) return false;
   return std::all_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+    // The corner of the box that is farthest along the normal decides.
     double farthest = plane.offset;
     for (unsigned k = 0; k < 3; ++k)
       farthest += plane.normal[k] * (plane.normal[k] > 0 ? other.high[k] : other.low[k]);

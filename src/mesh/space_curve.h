@@ -55,7 +55,9 @@ inline uint64_t place_on_curve(const Vector3& places) {
 }
 
 /// Puts elements into the order in which Hilbert's curve through the cube around them passes their places, so
-/// that each is near the one before; those at one place in ascending order. Places are finite.
+/// that each is near the one before; those at one place in ascending order. Places are finite. places[i] is
+/// that of elements[i] before the call; both have one size. Takes 16 bytes an element, and the time of a
+/// sort.
 template <class Number>
 void sort_along_curve(std::span<const Vector3> places, std::span<Number> elements) {
   if (elements.empty()) return;

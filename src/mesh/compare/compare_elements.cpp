@@ -39,7 +39,8 @@ uint64_t bytes_hash(uint64_t hash, const std::byte* bytes, size_t size) {
   return hash_mix(hash, rest);
 }
 
-/// A number no label stands for is compared as a number.
+/// A number no label stands for is compared as a number. Otherwise by text, so that label arrays whose texts
+/// stand in another order are equal.
 uint64_t label_hash(const std::vector<uint64_t>& label_hashes, uint64_t number) {
   return number < label_hashes.size() ? label_hashes[number] : scrambled(number);
 }
@@ -96,6 +97,7 @@ void Elements::add_block(size_t block, uint64_t first_corner) {
   for (uint64_t i = 0; i < cells.size(); ++i) {
     const auto nodes = cells.cell(i);
     CellType type = cells.type_of(i);
+    // Formats differ in how they call these; the same corners in the same order are the same cell.
     if (type == CellType::polygon && nodes.size() == 3) type = CellType::triangle;
     if (type == CellType::polygon && nodes.size() == 4) type = CellType::quad;
     const uint32_t kind = kind_of(block, type, cells.faces(i), first_corner);
@@ -138,6 +140,7 @@ std::string Elements::describe_cell(uint64_t number) const {
 std::string Elements::describe_values(Domain domain, uint64_t element, uint64_t count) const {
   std::string text;
   const auto& attributes = attributes_[static_cast<size_t>(domain)];
+  // More would hide the place in a wall of numbers.
   if (attributes.size() > 2) return text;
   for (const Attribute& attribute : attributes) {
     if (attribute.array == &mesh_->points) continue;

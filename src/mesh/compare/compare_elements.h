@@ -12,7 +12,8 @@
 
 namespace maille {
 
-/// hash_mix leaves the low bits weak; these hashes are added up, so every bit must depend on every other.
+/// hash_mix leaves the low bits weak; these hashes are added up, so every bit must depend on every other. The
+/// finalizer of MurmurHash3 (Appleby 2011).
 inline uint64_t scrambled(uint64_t x) {
   x = (x ^ (x >> 33)) * 0xff51afd7ed558ccdu;
   x = (x ^ (x >> 33)) * 0xc4ceb9fe1a85ec53u;

@@ -28,6 +28,7 @@ double distance(const Array& a, uint64_t i, const Array& b, uint64_t j) {
   return std::abs(number_at(a, i) - number_at(b, j));
 }
 
+/// Infinities and NaN are within no tolerance of anything but themselves.
 bool within(const Array& a, const Array& b, uint64_t number, double tolerance) {
   const double x = number_at(a, number), y = number_at(b, number);
   if (std::isfinite(x) && std::isfinite(y)) return distance(a, number, b, number) <= tolerance;
@@ -77,6 +78,9 @@ std::string compare_cells(const Elements& a, const Elements& b) {
                         b.describe_cell(first));
 }
 
+/// One pass over both arrays: the largest errors of a number, relative to A and of a tuple as a vector, and
+/// the root of the mean square over finite numbers. Numbers that are not finite in both count as unequal
+/// only.
 Result<ArrayDifference> difference_of(const Array& a, const Array& b) {
   ArrayDifference difference;
   difference.name = a.name;

@@ -28,6 +28,7 @@ std::optional<Partition> Partition::from_hashes(const std::vector<Keyed>& a, con
   return partition;
 }
 
+/// Swaps a point with the one that stands at `end`: within a class the order means nothing.
 void Partition::move_to_end(unsigned side, uint32_t point, uint32_t end) {
   auto& order = order_[side];
   auto& place = place_[side];
@@ -71,6 +72,8 @@ void Partition::cut_rest(uint32_t parent, const std::vector<Entry> (&entries)[2]
   classes_.push_back({whole.begin + size, whole.size - size, parent});
 }
 
+// Entries of both sides are sorted alike, and then compared group by group before anything is cut, so that a
+// split that fails leaves no traces. Deterministic: keys, then points, decide.
 bool Partition::split(std::vector<Entry> (&entries)[2], std::vector<uint32_t> (&moved)[2], Witness* witness) {
   const auto less = [](const Entry& x, const Entry& y) {
     if (x.class_number != y.class_number) return x.class_number < y.class_number;
@@ -98,7 +101,8 @@ bool Partition::split(std::vector<Entry> (&entries)[2], std::vector<uint32_t> (&
     }
     const size_t touched = last - first;
     const size_t rest = classes_[parent].size - touched;
-    // The largest part keeps the number: a point changes class at most log2(points) times.
+    // The largest part keeps the number: a point changes class at most log2(points) times (Hopcroft 1971,
+    // "process the smaller half"), which bounds the whole refinement by cells * log(points).
     size_t keeper = groups.size();
     size_t keeper_size = rest;
     for (size_t g = 0; g < groups.size(); ++g) {
@@ -115,6 +119,8 @@ bool Partition::split(std::vector<Entry> (&entries)[2], std::vector<uint32_t> (&
   return true;
 }
 
+/// In the reverse order of cuts each class stands directly behind what is left of its parent, so a size and
+/// the numbers of the points are all there is to take back.
 void Partition::undo(uint32_t count) {
   while (classes_.size() > count) {
     const Class last = classes_.back();

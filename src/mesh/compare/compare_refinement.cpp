@@ -14,8 +14,9 @@ namespace {
 constexpr unsigned max_depth = 2000;
 constexpr uint64_t max_effort = 200'000'000;
 
-/// Polygons of any size: the smallest rotation by two candidates that overtake each other, in linear time.
-/// When both survive, rotations by their distance leave the tokens the same.
+/// Polygons of any size: the smallest rotation by two candidates that overtake each other, in linear time
+/// (the smallest representation of a cyclic string: each step moves i, j or k on, and all end at n). When
+/// both survive, rotations by their distance leave the tokens the same.
 void turn_polygon(CanonicalCell& cell) {
   const std::vector<uint64_t>& t = cell.tokens;
   const size_t n = t.size();
@@ -150,6 +151,8 @@ uint64_t Refinement::collect_entries(unsigned side, const Points& moved,
   return sum;
 }
 
+/// Rounds of splits until no class was cut. Each round looks at the cells of points that moved, and every
+/// move at least halves a class, so it ends.
 bool Refinement::refine(Points (&moved)[2]) {
   while (!moved[0].empty() || !moved[1].empty()) {
     std::vector<Partition::Entry> entries[2];
@@ -163,6 +166,7 @@ bool Refinement::refine(Points (&moved)[2]) {
       witness_ = witness;
       return false;
     }
+    // All points have partners, and yet the cells around them differ.
     if (sums[0] != sums[1]) return false;
   }
   return true;
@@ -219,6 +223,8 @@ std::vector<Refinement::Component> Refinement::components(unsigned side, const P
     for (const uint32_t point : component.points) marked_[side][point] = false;
   }
   for (const uint64_t cell : cells) marked_cells_[side][cell] = false;
+  // By key, of equal ones in the order of their first points, so that the search takes the same way on every
+  // machine.
   std::stable_sort(found.begin(), found.end(),
                    [](const Component& x, const Component& y) { return x.key < y.key; });
   return found;
@@ -279,6 +285,7 @@ Refinement::Outcome Refinement::match_component(const Points (&points)[2]) {
       const uint32_t before = partition_.class_count();
       const Points pair[2] = {{fixed}, {candidates[i]}};
       Points moved[2] = {{fixed}, {candidates[i]}};
+      // A try costs something even where nothing has to be refined.
       effort_ += 10;
       outcome = isolate(pair) && refine(moved) ? match(points) : Outcome::impossible;
       if (outcome == Outcome::impossible) partition_.undo(before);

@@ -20,9 +20,10 @@ struct CanonicalCell {
 void canonicalise(const Elements& elements, const Partition& partition, unsigned side, uint64_t cell,
                   CanonicalCell& out);
 
-/// Tells points apart by the cells round them, until nothing new is learnt (Weisfeiler and Leman), and looks
-/// for a renaming by trying pairs where points still look alike. Works on points that are not yet paired
-/// only; cost grows with their cells.
+/// Tells points apart by the cells round them, until nothing new is learnt (Weisfeiler and Leman 1968), and
+/// looks for a renaming by trying pairs where points still look alike. Works on points that are not yet
+/// paired only; cost grows with their cells. This is graph isomorphism: refinement settles nearly all meshes,
+/// what is left are symmetric ones without values, and search() gives up where choices nest too deep.
 class Refinement {
  public:
   enum class Outcome { paired, impossible, given_up };
