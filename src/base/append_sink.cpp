@@ -9,7 +9,8 @@ namespace maille {
 namespace {
 
 /// What is there already is never touched: whoever reads the file meanwhile, or after a crash, finds it
-/// whole.
+/// whole. Steps of time are appended so: a tail behind the footer counts only as a whole, so no rename is
+/// needed, and a file of terabytes is not copied for each step.
 class AppendSink final : public Sink {
  public:
   AppendSink(Descriptor file, off_t end, std::string name)
@@ -63,10 +64,13 @@ class AppendSink final : public Sink {
 Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_write(path);
+  // Two programs that append at once would write over each other. The lock goes when the file is closed,
+  // however that happens.
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     return failure(ErrorCode::write_failed, "cannot write " + path + ": somebody else is appending to it");
   }
   const auto end = static_cast<off_t>(size);
+  // What stands behind `size` was left by one who was killed while appending.
   if (::ftruncate(file.get(), end) != 0 || ::lseek(file.get(), end, SEEK_SET) != end)
     return cannot_write(path);
   return std::make_unique<AppendSink>(std::move(file), end, path);

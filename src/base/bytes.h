@@ -14,7 +14,8 @@ namespace maille {
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
               "files are little-endian; a big-endian port needs byte swaps here and in Array");
 
-/// Reads one number without alignment.
+/// Reads one number without alignment: bytes of files lie anywhere, and memcpy() of a constant size is one
+/// instruction.
 template <class T>
 T load(const void* from) {
   T value;
@@ -35,7 +36,8 @@ To bits_as(From from) {
   return to;
 }
 
-/// Appends little-endian numbers, LEB128 counts and strings to a vector.
+/// Appends little-endian numbers, LEB128 counts and strings to a vector. ByteReader has a get for each put,
+/// and headers are written and read by one list of fields where they can be.
 class ByteWriter {
  public:
   template <class T>
@@ -68,7 +70,8 @@ class ByteWriter {
 };
 
 /// Reads what ByteWriter wrote. Past the end it gives zeros and remembers: check ok() once after a group of
-/// reads, and before any count read is used.
+/// reads, and before any count read is used. Bytes that get_bytes() gives are those of the file, not a copy,
+/// so a size that a damaged file claims costs nothing.
 class ByteReader {
  public:
   explicit ByteReader(Bytes bytes) : bytes_(bytes) {}
@@ -80,7 +83,8 @@ class ByteReader {
     at_ += sizeof(T);
     return value;
   }
-  /// Only the shortest spelling: one value has one spelling, so lengths follow from values.
+  /// Only the shortest spelling: one value has one spelling, so lengths follow from values, and a file that
+  /// is read and written again has the same bytes. The tenth byte has one bit of 64 left.
   uint64_t get_count() {
     uint64_t value = 0;
     for (unsigned shift = 0; shift < 64; shift += 7) {
@@ -114,6 +118,7 @@ class ByteReader {
   size_t remaining() const { return bytes_.size() - at_; }
 
  private:
+  /// Once false, always: reads behind a missing one would find bytes that belong elsewhere.
   bool has(uint64_t size) {
     if (ok_ && size <= remaining()) return true;
     ok_ = false;

@@ -5,7 +5,7 @@
 
 namespace maille {
 
-/// XXH3, 64 bits, seed 0: the checksum of the file format.
+/// XXH3, 64 bits, seed 0: the checksum of the file format. It finds damage, not forgery.
 uint64_t hash64(std::span<const std::byte> bytes);
 
 /// Mixes two words; for hash tables, never in the format.

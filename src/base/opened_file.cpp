@@ -52,6 +52,7 @@ tl::unexpected<Error> not_beneath(const std::string& folder, const std::string& 
 }
 
 constexpr const char* leads_out = "it is a link that leads out of the folder; put the file itself there";
+// O_NONBLOCK: opening a pipe would wait for a writer, before fstat() can refuse it.
 constexpr int opening_flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
 
 /// What the kernel itself keeps within the folder. Not there (before Linux 5.6, in some containers, on other
@@ -62,6 +63,7 @@ int open_by_kernel([[maybe_unused]] int folder, [[maybe_unused]] const std::stri
   how.flags = opening_flags;
   how.resolve = RESOLVE_BENEATH | RESOLVE_NO_MAGICLINKS;
   const long file = ::syscall(SYS_openat2, folder, name.c_str(), &how, sizeof how);
+  // Filters of containers that do not know the call answer EPERM.
   if (file >= 0 || errno != EPERM) return static_cast<int>(file);
 #endif
   errno = ENOSYS;
@@ -74,6 +76,7 @@ std::string real_path(const std::string& path) {
 }
 
 /// The same where the kernel does not help: somebody who changes links at this moment is not noticed.
+/// realpath() and open() are two calls; O_NOFOLLOW narrows the gap to the folders of the path.
 Result<Descriptor> open_by_path(const std::string& folder, const std::string& name) {
   const std::string file = real_path(folder + "/" + name), root = real_path(folder);
   if (file.empty() || root.empty()) return cannot_read(shown(folder, name));
@@ -105,7 +108,8 @@ std::unique_ptr<Source> plain_source(Descriptor file, uint64_t size, const std::
   return std::make_unique<FileSource>(std::move(file), size, path);
 }
 
-/// Reads to the end, in steps that double: what is allocated stays within twice of what has arrived.
+/// Reads to the end, in steps that double: what is allocated stays within twice of what has arrived. From 64
+/// KiB on, the size of a pipe's buffer on Linux.
 Result<std::vector<std::byte>> read_to_end(int fd, const std::string& name) {
   std::vector<std::byte> bytes;
   size_t used = 0;
@@ -121,6 +125,7 @@ Result<std::vector<std::byte>> read_to_end(int fd, const std::string& name) {
   return bytes;
 }
 
+// The file that is open is asked what it is, not its name, which may be another's by now.
 Result<Descriptor> open_beneath(const std::string& folder, const std::string& name) {
   Descriptor file = MAILLE_TRY(open_anything_beneath(folder, name));
   struct stat info {};
@@ -133,6 +138,7 @@ Result<std::unique_ptr<Source>> file_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
   const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
+  // An empty file goes the way of pipes, since files below /proc claim to be empty, too.
   if (size != 0) return plain_source(std::move(file), size, path);
   return memory_source(MAILLE_TRY(read_to_end(file.get(), path)), path);
 }

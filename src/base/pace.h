@@ -7,7 +7,8 @@
 
 namespace maille {
 
-/// Tells the caller's progress function now and then how far one stage has come.
+/// Tells the caller's progress function now and then how far one stage has come: every 65,536 elements, so
+/// that a loop pays one test for each. `progress` and `stage` must outlive it.
 class Pace {
  public:
   Pace(const Progress& progress, const char* stage, uint64_t total)

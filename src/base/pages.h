@@ -12,8 +12,11 @@
 
 namespace maille {
 
+/// 2 MiB, those of x86 and of most ARM systems. Where they are of another size the advice below is worth
+/// less, never wrong.
 inline constexpr size_t large_page = size_t{1} << 21;
 
+/// For the pages that lie wholly in this memory: others belong to neighbours, too.
 inline void advise_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes,
                          [[maybe_unused]] size_t page, [[maybe_unused]] int advice) {
 #ifdef __linux__
@@ -57,6 +60,7 @@ struct ScratchAllocator : UnfilledAllocator<T> {
     using other = ScratchAllocator<U>;
   };
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
+  // An eighth of a large page: below, most of it would be lost.
   static constexpr size_t least_scratch = size_t{1} << 18;
   T* allocate(size_t count) {
     if (count * sizeof(T) < least_scratch) return std::allocator<T>::allocate(count);

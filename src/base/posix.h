@@ -19,7 +19,7 @@ inline tl::unexpected<Error> cannot_write(const std::string& what) {
   return failure(ErrorCode::write_failed, "cannot write " + what + ": " + std::strerror(errno));
 }
 
-/// A file descriptor that closes itself.
+/// A file descriptor that closes itself. Moving by swap leaves the other one's for its own end.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}
@@ -33,7 +33,8 @@ class Descriptor {
   }
   int get() const { return fd_; }
   bool valid() const { return fd_ >= 0; }
-  /// For files just written: some file systems report a failed write only here.
+  /// For files just written: some file systems report a failed write only here. After EINTR the descriptor is
+  /// closed all the same on Linux; calling close() again might close another thread's file.
   bool close() { return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR; }
 
  private:

@@ -9,7 +9,8 @@
 
 namespace maille {
 
-/// A file that appears whole or not at all, as of file_sink(), but written at any place.
+/// A file that appears whole or not at all, as of file_sink(), but written at any place: for formats
+/// whose sections grow side by side (VTU, Gmsh). Places that were never written are zeros.
 class RegionFile {
  public:
   explicit RegionFile(std::string path) : path_(std::move(path)) {}

@@ -11,6 +11,7 @@
 namespace maille {
 
 /// A temporary file without a name: it is gone when the process ends, however that ends. For one thread.
+/// Reading writes out what was collected first, so reads see all writes. Errors: write_failed, cannot_read.
 class ScratchFile {
  public:
   /// `folder`: empty for $TMPDIR, or /tmp. Error: write_failed.

@@ -7,7 +7,9 @@
 
 namespace maille {
 
-/// For lists that nearly always have three or so, but may have any number.
+/// For lists that nearly always have three or so, but may have any number: by insertion, without a call.
+/// Beyond 16, where insertion would take its square, by std::sort(), so that a damaged or hostile mesh takes
+/// no long time.
 inline void sort_few(std::span<uint64_t> numbers) {
   if (numbers.size() > 16) {
     std::sort(numbers.begin(), numbers.end());

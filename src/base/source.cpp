@@ -35,6 +35,7 @@ class MemorySource final : public Source {
   std::string name_;
 };
 
+/// A file within a file, such as a GLB's buffer view. Nothing outside of the part can be read.
 class PartSource final : public Source {
  public:
   PartSource(const Source& source, uint64_t offset, uint64_t size)

@@ -7,7 +7,8 @@
 namespace maille {
 
 /// A vector whose resize() leaves new numbers as they are in memory, for those that are written before they
-/// are read: large arrays are not touched twice.
+/// are read: large arrays are not touched twice. Numbers are constructed by default, which does nothing for
+/// them, instead of by value, which would fill them with zeros.
 template <class T>
 struct UnfilledAllocator : std::allocator<T> {
   template <class U>
