@@ -16,6 +16,8 @@
 namespace maille {
 namespace {
 
+/// VTK's names of types of numbers, and those of older files behind; the first name of a type is the one
+/// written.
 constexpr struct {
   const char* name;
   Scalar type;
@@ -28,7 +30,8 @@ tl::unexpected<Error> malformed(const std::string& where, const std::string& wha
   return failure(ErrorCode::malformed_input, where + ": " + what);
 }
 
-/// Bytes of binary data, wherever and however they are stored.
+/// The bytes of binary data, wherever (in the tag or appended) and however (raw or base64) they are stored,
+/// read front to back.
 class Payload {
  public:
   Payload(Bytes bytes, bool base64)
@@ -56,7 +59,10 @@ void swap_numbers(std::span<std::byte> bytes, size_t size) {
   }
 }
 
-/// Decodes one array's bytes; every size that is claimed is checked against what is there before use.
+/// Decodes one array's bytes; every size that is claimed is checked against what is there before use. Layout:
+/// without a compressor, the number of bytes, then these; with one, the number of blocks, the size of a whole
+/// block, that of the last one (0: whole), the packed size of each block, then the blocks. Each number has
+/// header_size bytes.
 class Decoder {
  public:
   Decoder(const VtkXml& xml, const std::string& where, Budget& budget, Payload payload)
@@ -103,7 +109,8 @@ class Decoder {
   }
 
   Result<> inflate_block(uint64_t block, Bytes packed, uint64_t size, std::vector<std::byte>& data) {
-    // Deflate never gains more than a factor of 1032, LZ4 255; the budget bounds LZMA.
+    // Deflate never gains more than a factor of 1032, LZ4 255; 1040 and the 1 leave room for headers. Only
+    // the budget bounds LZMA, which has no such limit.
     if (xml_.compressor != VtkCompressor::lzma && size / 1040 > packed.size() + 1) return bad_block(block);
     MAILLE_CHECK(budget_.take(size, 1));
     const size_t at = data.size();
@@ -131,6 +138,7 @@ template <class T>
 const char* parse_value(const char* from, const char* to, T& value) {
   if constexpr (std::is_floating_point_v<T>) {
     const auto result = fast_float::from_chars(from, to, value);
+    // Out of range means 0 or infinity, which VTK itself writes and reads so.
     return result.ec == std::errc() || result.ec == std::errc::result_out_of_range ? result.ptr : nullptr;
   } else {
     const auto result = std::from_chars(from, to, value);
@@ -165,6 +173,8 @@ Result<std::vector<std::byte>> parse_ascii(std::string_view text, const std::str
     store(data.data() + size, value);
     at = next;
   }
+  // Behind the loop, as text takes at least two bytes a value: memory grows with the text and no further than
+  // 4-fold.
   MAILLE_CHECK(budget.take(data.size(), 1));
   return data;
 }
@@ -173,7 +183,7 @@ Bytes bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-/// The array's values as bytes in native order.
+/// The array's values as bytes in native order. In text the file's byte order means nothing.
 Result<std::vector<std::byte>> read_values(const VtkXml& xml, pugi::xml_node node, Scalar type,
                                            const std::string& where, Budget& budget) {
   const std::string_view format = node.attribute("format").as_string("ascii");
@@ -210,7 +220,8 @@ bool ends_with_tag(std::string_view text, std::string_view tag) {
   return text.size() >= tag.size() && text.substr(text.size() - tag.size()) == tag;
 }
 
-/// Cuts the appended data out and returns the XML before it.
+/// Cuts the appended data out and returns the XML before it: raw data are no XML, and a parser would stop at
+/// the first zero or "<". The tag can be looked for in the text, as no value of an attribute may hold "<".
 Result<std::string_view> cut_appended(VtkXml& xml, std::string_view text) {
   const size_t tag = text.find("<AppendedData");
   if (tag == std::string_view::npos) return text;
@@ -225,6 +236,7 @@ Result<std::string_view> cut_appended(VtkXml& xml, std::string_view text) {
   if (start == text.size() || text[start] != '_') {
     return malformed(xml.file, "byte " + std::to_string(start) + ": appended data must start with \"_\"");
   }
+  // Arrays are only decoded when they are wanted, so a file that was cut off might go unnoticed.
   if (!ends_with_tag(text, "</VTKFile>")) {
     return malformed(xml.file, "it does not end in </VTKFile>, so its end is missing");
   }
@@ -234,10 +246,11 @@ Result<std::string_view> cut_appended(VtkXml& xml, std::string_view text) {
   return text.substr(0, tag);
 }
 
-/// In the order of VtkCompressor.
+/// The names of compressors, in the order of VtkCompressor.
 constexpr std::string_view vtk_compressors[] = {"", "vtkZLibDataCompressor", "vtkLZ4DataCompressor",
                                                 "vtkLZMADataCompressor"};
 
+// Byte order, size of header numbers and compressor are attributes of the root and hold for all arrays.
 Result<> read_root(VtkXml& xml, std::initializer_list<std::string_view> types) {
   const pugi::xml_node root = xml.document.child("VTKFile");
   if (!root) return malformed(xml.file, "there is no VTKFile element, so this is not a VTK XML file");
@@ -297,6 +310,7 @@ bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byt
       return size >= 0 && static_cast<size_t>(size) == out.size();
     }
     case VtkCompressor::lzma: {
+      // What the dictionary of the decoder may take: more than xz -9 needs (65 MiB). Chosen, not swept.
       uint64_t memory = uint64_t{256} << 20;
       size_t read = 0, written = 0;
       const lzma_ret status = lzma_stream_buffer_decode(
@@ -309,7 +323,8 @@ bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byt
 }
 
 uint64_t plausible_bytes(const VtkXml& xml, uint64_t file_bytes) {
-  // Structured numbering and constant fields compress a hundredfold and more.
+  // Structured numbering and constant fields compress a hundredfold and more. With Budget's own factor of 64
+  // this allows 1024-fold, about what deflate can do at best.
   return xml.compressor == VtkCompressor::none ? file_bytes : file_bytes * 16;
 }
 

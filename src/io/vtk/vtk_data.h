@@ -16,10 +16,12 @@ namespace maille {
 
 enum class VtkCompressor : uint8_t { none, zlib, lz4, lzma };
 
-/// Unpacks one block of compressed data into exactly `out`; false when it is damaged.
+/// Unpacks one block of compressed data into exactly `out`; false when it is damaged or has another size.
+/// Writes nowhere else, whatever the bytes are.
 bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byte> out);
 
-/// A VTK XML file, taken apart: the XML proper, and the appended data cut out before parsing.
+/// A VTK XML file, taken apart: the XML proper, and the appended data cut out before parsing. `appended` is a
+/// view of the bytes that were parsed, which must outlive it.
 struct VtkXml {
   enum class Encoding : uint8_t { none, raw, base64 };
 
@@ -36,22 +38,23 @@ struct VtkXml {
 /// line; unsupported for another type or compressor.
 Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::initializer_list<std::string_view> types);
 
-/// The size of the file's mesh cannot be beyond what a file of so many bytes holds, see Budget.
+/// The size in memory beyond which a file of so many bytes is not believed, for Budget.
 uint64_t plausible_bytes(const VtkXml& xml, uint64_t file_bytes);
 
-/// Scalar for VTK's name of it ("Float32"), without a value for a name that is no number type.
+/// The Scalar for VTK's name of it ("Float32"); none for a name that is no type of numbers.
 std::optional<Scalar> scalar_of_vtk(std::string_view name);
 const char* vtk_name_of(Scalar type);
 
 /// Reads one numeric DataArray: name, type, components and all its values, whose number must be a whole
-/// number of tuples. The domain is left to the caller. `where` says which element it is, for messages.
+/// number of tuples. Values come in native byte order. The domain is left to the caller. `where` says which
+/// element it is, for messages. Errors: malformed_input, memory_bound.
 Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std::string& where,
                               Budget& budget);
 
 /// Texts of bytes, each ended by a zero.
 std::vector<std::string> split_texts(Bytes bytes);
 
-/// The strings of a DataArray of type String, or of bytes.
+/// The strings of a DataArray of type String, or of bytes. Errors as above.
 Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,
                                                    const std::string& where, Budget& budget);
 

@@ -14,6 +14,7 @@ VtkBlocks blocks_of(const Mesh& mesh) {
 
 }  // namespace
 
+// One block without a name follows from the cells, so only other meshes need blocks to be written.
 bool vtk_needs_blocks(const VtkBlocks& blocks) {
   if (blocks.size() != 1) return !blocks.empty();
   return !blocks[0].name.empty() || blocks[0].cells == 0;
@@ -22,7 +23,8 @@ bool vtk_needs_blocks(const VtkBlocks& blocks) {
 VtkBlocks vtk_needed_blocks(const Mesh& mesh) {
   VtkBlocks blocks = blocks_of(mesh);
   if (vtk_needs_blocks(blocks)) return blocks;
-  // A reader takes cells of one type for a block of this type.
+  // A reader takes cells of one type for a block of this type; this block is mixed, and would come back as
+  // another.
   const auto uniform = [](const CellBlock& block) {
     return block.type == CellType::mixed && std::adjacent_find(block.types.begin(), block.types.end(),
                                                                std::not_equal_to<>()) == block.types.end();

@@ -1,5 +1,6 @@
 // Legacy VTK files, versions 1.0 to 5.1: a header of five lines, then sections that begin with a keyword.
-// Binary numbers are big-endian and begin behind the line of their keyword.
+// Binary numbers are big-endian and begin behind the line of their keyword. Source: "VTK File Formats", and
+// for what it leaves out (METADATA, binary strings, OFFSETS) what VTK's own reader does.
 #include "io/vtk/vtk_legacy.h"
 
 #include <fast_float/fast_float.h>
@@ -14,6 +15,8 @@
 namespace maille {
 namespace {
 
+/// The format's names of types of numbers. The first name of a type is the one written: "long" has 64 bits
+/// with some writers only, "vtktypeint64" always.
 constexpr struct {
   const char* name;
   Scalar type;
@@ -62,6 +65,7 @@ Result<> VtkLegacyReader::read_header() {
     return in_.malformed("it does not begin with \"# vtk DataFile Version\"");
   scanner.skip_line_end();
   const std::string title(trim(scanner.rest_of_line()));
+  // Titles that programs write by themselves say nothing.
   if (title != "vtk output" && title != "written by maille" && !title.empty()) {
     mesh_.metadata.emplace_back("vtk.title", title);
   }
@@ -73,7 +77,8 @@ Result<> VtkLegacyReader::read_header() {
   return {};
 }
 
-/// Skips the rest of the keyword's line and reads the values.
+/// Reads the values of an array behind its type. Skips the rest of the keyword's line first, where they are
+/// binary.
 Result<> VtkLegacyReader::read_list(Array& array, uint64_t count, uint32_t components,
                                     const std::string& type) {
   if (components == 0 || components > 0xffff) return in_.malformed("an array has 1 to 65535 components");
@@ -81,6 +86,8 @@ Result<> VtkLegacyReader::read_list(Array& array, uint64_t count, uint32_t compo
   if (!scalar) return in_.malformed("\"" + type.substr(0, 40) + "\" is no type of numbers");
   array.type = *scalar;
   array.components = components;
+  // Bits are the smallest values: eight to a byte. No array has more of them, so the product below cannot
+  // overflow.
   if (count > text_.size() * 8 / components)
     return in_.malformed("\"" + array.name + "\" has more values than the file can hold");
   const uint64_t values = count * components;
@@ -131,7 +138,7 @@ Result<> VtkLegacyReader::read_binary(Array& array, uint64_t values) {
   return {};
 }
 
-/// Eight to a byte, the first one highest.
+/// Reads bits, eight to a byte, the first one highest, into bytes of 0 and 1.
 Result<> VtkLegacyReader::read_bits(Array& array, uint64_t values) {
   const uint64_t size = (values + 7) / 8;
   const char* const from = in_.scanner.here();
@@ -182,6 +189,7 @@ Result<VtkLegacyReader::Cells> VtkLegacyReader::read_offsets(uint64_t offsets, u
     return in_.malformed("there should be CONNECTIVITY behind OFFSETS");
   const Scalar other = MAILLE_TRY(scalar_here());
   cells.connectivity = MAILLE_TRY(read_integers(size, other));
+  // Checked here once, so that Cells::cell() needs no test.
   const auto inside = [&](int64_t offset) { return offset >= 0 && static_cast<uint64_t>(offset) <= size; };
   if (!std::all_of(cells.offsets.begin(), cells.offsets.end(), inside) ||
       !std::is_sorted(cells.offsets.begin(), cells.offsets.end())) {
@@ -190,7 +198,8 @@ Result<VtkLegacyReader::Cells> VtkLegacyReader::read_offsets(uint64_t offsets, u
   return cells;
 }
 
-/// "n size", then n lists, each led by its length; or from version 5.0 on offsets and connectivity.
+/// Reads cells: "n size", then n lists, each led by its length; or from version 5.0 on offsets and
+/// connectivity.
 Result<VtkLegacyReader::Cells> VtkLegacyReader::read_cells() {
   const uint64_t count = MAILLE_TRY(in_.count("cells"));
   const uint64_t size = MAILLE_TRY(in_.count("entries of the cells"));
@@ -207,7 +216,8 @@ Result<VtkLegacyReader::Cells> VtkLegacyReader::read_cells() {
       return in_.malformed("cell " + std::to_string(i) + " goes beyond the " + std::to_string(size) +
                            " entries of the cells");
     }
-    // Moves towards the front, so nothing is overwritten before it is read.
+    // Lists move towards the front, by one entry more for each cell, so nothing is overwritten before it is
+    // read.
     const auto length = static_cast<uint64_t>(entries[at++]);
     for (uint64_t k = 0; k < length; ++k) entries[to++] = entries[at++];
     cells.offsets.push_back(static_cast<int64_t>(to));
@@ -217,7 +227,7 @@ Result<VtkLegacyReader::Cells> VtkLegacyReader::read_cells() {
   return cells;
 }
 
-/// Up to an empty line.
+/// Skips sections METADATA, which end with an empty line. Calls itself, as several may follow each other.
 void VtkLegacyReader::skip_metadata() {
   const TextScanner before = in_.scanner;
   if (lower_case(in_.word()) != "metadata") {
@@ -245,7 +255,7 @@ Result<> VtkLegacyReader::add_array(Array array) {
   return {};
 }
 
-/// `count`: of tuples.
+/// Reads an array of texts; `count`: of tuples. Binary texts are led by their length, in 1, 2, 4 or 8 bytes.
 Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t components, uint64_t count) {
   std::vector<std::string> strings;
   if (components == 0 || count > text_.size() / components)
@@ -259,7 +269,7 @@ Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t compone
       in_.scanner.skip_line_end();
       continue;
     }
-    // The two highest bits tell the size of the length.
+    // The two highest bits tell how many bytes the length has.
     const auto left = [&] { return static_cast<uint64_t>(in_.scanner.end() - in_.scanner.here()); };
     const size_t sizes[] = {8, 4, 2, 1};
     const size_t size = sizes[static_cast<unsigned char>(in_.scanner.peek()) >> 6];
@@ -278,7 +288,7 @@ Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t compone
   return {};
 }
 
-/// An array that may be one of our own fields.
+/// Adds an array of a field, which may be one of our own.
 Result<> VtkLegacyReader::add_field(Array array) {
   const std::string_view name = array.name;
   const std::string_view corner = vtk_corner_prefix, text = vtk_text_prefix;
@@ -297,6 +307,7 @@ Result<> VtkLegacyReader::read_field() {
   const uint64_t arrays = MAILLE_TRY(in_.count("arrays"));
   for (uint64_t i = 0; i < arrays; ++i) {
     skip_metadata();
+    // Ends the loop on a claimed number of arrays.
     if (in_.at_end()) return in_.malformed("the file ends before array " + std::to_string(i) + " of a field");
     const std::string name = from_word(next_word());
     const uint64_t components = MAILLE_TRY(in_.count("components"));
@@ -308,6 +319,7 @@ Result<> VtkLegacyReader::read_field() {
       continue;
     }
     in_.scanner = before;
+    // VTK writes empty arrays so; they have no values but a type.
     if (components == 0 && count == 0) {
       next_word();
       continue;
@@ -320,6 +332,7 @@ Result<> VtkLegacyReader::read_field() {
 
 Result<> VtkLegacyReader::read_attribute(const std::string& keyword) {
   const std::string name = from_word(next_word());
+  // In text, colours are floats of 0 to 1, else bytes.
   if (keyword == "lookup_table") {
     const uint64_t count = MAILLE_TRY(in_.count("colours"));
     Array table = make_array("lookup_table " + name, Domain::mesh, Scalar::u8, 4);
@@ -443,6 +456,8 @@ Result<> VtkLegacyReader::read_section(const std::string& keyword) {
   return in_.malformed("\"" + keyword.substr(0, 40) + "\" is no keyword of VTK files");
 }
 
+// Blocks come first, as arrays on cells refer to the order of cells, which no block changes. A block that our
+// writer told of is used only if it fits the cells.
 void VtkLegacyReader::finish_fields() {
   const Array sizes = field_.take_array(vtk_blocks_name).value_or(Array());
   const std::vector<NamedRun> shapes = vtk_block_shapes(sizes, field_.take_strings(vtk_block_names_name));
@@ -470,6 +485,7 @@ Result<ReadResult> VtkLegacyReader::read() {
   for (skip_metadata(); !in_.at_end(); skip_metadata()) MAILLE_CHECK(read_section(lower_case(in_.word())));
   MAILLE_CHECK(finish_cells());
   finish_fields();
+  // Sizes are checked at the end: POINT_DATA may stand before the points.
   for (const Array& array : mesh_.arrays) {
     if (array.domain == Domain::mesh || array.count() == mesh_.count_of(array.domain)) continue;
     return in_.malformed("array \"" + array.name + "\" has " + std::to_string(array.count()) +

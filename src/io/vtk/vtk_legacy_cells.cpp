@@ -1,4 +1,4 @@
-// From the lists and the dimensions of a legacy VTK file to cells and the points of grids.
+// From the lists and dimensions of a legacy VTK file to cells, and to the points of grids.
 #include "io/buffered_writer.h"
 #include "io/format.h"
 #include "io/vtk/vtk_legacy_reader.h"
@@ -24,6 +24,7 @@ Result<> VtkLegacyReader::finish_unstructured() {
                          std::to_string(types_.size()));
   }
   for (uint64_t i = 0; i < cells_.count(); ++i) {
+    // 255 is no type; validate() refuses it with the cell's number.
     const auto type = static_cast<CellType>(types_[i] < 0 || types_[i] > 254 ? 255 : types_[i]);
     std::span<const int64_t> list = cells_.cell(i);
     if (type == CellType::polyhedron) {
@@ -33,6 +34,7 @@ Result<> VtkLegacyReader::finish_unstructured() {
       };
       if (list.empty()) return bad();
       int64_t faces = list[0];
+      // Each face takes an entry of the list at least, so a claimed number ends with the list.
       for (list = list.subspan(1); faces > 0; --faces) {
         if (list.empty() || list[0] < 0 || static_cast<uint64_t>(list[0]) > list.size() - 1) return bad();
         const auto size = static_cast<size_t>(list[0]);
@@ -49,7 +51,8 @@ Result<> VtkLegacyReader::finish_unstructured() {
   return {};
 }
 
-/// Cells of `single` number of nodes each, or of any.
+/// Adds cells of `single` number of nodes each, or of any. Poly data has no types: where all cells have the
+/// nodes of the simple type it is that, so triangles come back as triangles.
 Result<> VtkLegacyReader::add_poly_data(const Cells& cells, CellType single, CellType varying) {
   const auto all = [&](unsigned nodes) {
     for (uint64_t i = 0; i < cells.count(); ++i) {
@@ -66,7 +69,9 @@ Result<> VtkLegacyReader::add_poly_data(const Cells& cells, CellType single, Cel
   return {};
 }
 
+// Points in VTK's order: x fastest, then y. In doubles, as origin and spacing are.
 Result<> VtkLegacyReader::make_grid_points() {
+  // Each dimension is below 2^32, so the first product fits, and it is compared before the second.
   const uint64_t points = static_cast<uint64_t>(dimensions_[0]) * static_cast<uint64_t>(dimensions_[1]);
   if (points > max_points || points * static_cast<uint64_t>(dimensions_[2]) > max_points) {
     return in_.malformed("the grid has 2^32 points or more");
@@ -94,7 +99,7 @@ Result<> VtkLegacyReader::make_grid_points() {
   return {};
 }
 
-/// Hexahedra, or quads, lines or a vertex where the grid is thin.
+/// Makes the cells of a grid: hexahedra, or quads, lines or a vertex where the grid is thin.
 Result<> VtkLegacyReader::finish_grid() {
   if (dimensions_[0] == 0) return in_.malformed("there are no DIMENSIONS");
   for (size_t axis = 0; shape_ == Shape::rectilinear && axis < 3; ++axis) {
@@ -110,7 +115,8 @@ Result<> VtkLegacyReader::finish_grid() {
     return in_.malformed("there are " + std::to_string(mesh_.point_count()) +
                          " points, not as many as DIMENSIONS say");
   }
-  // Steps along the axes that have cells; the cells are then the same in every number of dimensions.
+  // Steps along the axes that have cells; the cells are then the same in every number of dimensions, as nodes
+  // 0 and 1 of a hexahedron are a line and its first four a quad.
   std::vector<std::pair<uint64_t, uint64_t>> axes;
   const uint64_t strides[] = {1, nx, nx * ny};
   for (size_t axis = 0; axis < 3; ++axis) {

@@ -11,6 +11,7 @@
 namespace maille {
 
 /// Reads one file: vtk_legacy.cpp its sections, vtk_legacy_cells.cpp what they say of points and cells.
+/// Sections may come in any order, so cells are only made when all were read.
 class VtkLegacyReader {
  public:
   VtkLegacyReader(std::string_view text, const std::string& name, const ReadOptions& options)

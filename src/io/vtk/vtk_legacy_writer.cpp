@@ -13,6 +13,8 @@
 namespace maille {
 namespace {
 
+/// Writes version 4.2, from before OFFSETS, which all programs read, as an unstructured grid whatever the
+/// mesh is.
 class VtkWriter {
  public:
   VtkWriter(const Mesh& mesh, Sink& sink, const WriteOptions& options)
@@ -53,6 +55,7 @@ void VtkWriter::put_value(T value, bool last) {
   }
   std::byte bytes[sizeof(T)];
   store(bytes, value);
+  // Big-endian, as binary files are.
   std::reverse(bytes, bytes + sizeof(T));
   out_.put_bytes(bytes);
 }
@@ -73,8 +76,8 @@ void VtkWriter::put_array(const Array& array, const std::string& name) {
   put_values(array.bytes.data(), array.count() * array.components, array.type, array.components);
 }
 
-/// Text: a line each, with %XX; binary: the length in 8 bytes, high first (its two highest bits 0), and the
-/// bytes.
+/// Writes texts. In ascii: one a line, with %XX; binary: the length in 8 bytes, high first (its two highest
+/// bits 0 say so), and the bytes.
 void VtkWriter::put_strings(const std::string& name, const std::vector<std::string>& values,
                             uint32_t components) {
   out_.put(to_word(name) + " " + std::to_string(components) + " " +
@@ -103,7 +106,7 @@ std::vector<std::string> VtkWriter::roles() const {
   return list;
 }
 
-/// Texts that were none in a VTK file.
+/// The texts that were none in a VTK file.
 std::vector<std::pair<std::string, std::vector<std::string>>> VtkWriter::own_texts() const {
   std::vector<std::pair<std::string, std::vector<std::string>>> list;
   const std::vector<std::string> meanings = roles();
@@ -125,7 +128,7 @@ void VtkWriter::put(const Array& array, const std::string& name) {
   put_strings(name, vtk_texts_of(array), array.components);
 }
 
-/// In 32 bits: cells are numbered in 31, and not every program reads VTK's integers of 64.
+/// The sizes in 32 bits: cells are numbered in 31, and not every program reads VTK's integers of 64.
 Array narrow(const Array& sizes) {
   Array array = make_array(sizes.name, Domain::mesh, Scalar::i32, sizes.components);
   array.resize(sizes.count());
@@ -191,6 +194,8 @@ void for_each_entry(const CellBlock& block, uint64_t i, Put put) {
 
 void VtkWriter::put_cells() {
   const uint64_t cells = mesh_.cell_count();
+  // The entries of all lists: a length and the nodes for each cell; for polyhedra also the number of faces,
+  // and that of the points of each.
   uint64_t size = cells + mesh_.corner_count();
   for (const CellBlock& block : mesh_.blocks) {
     size += block.face_sizes.size();

@@ -13,7 +13,8 @@
 
 namespace maille {
 
-/// Turns text into numbers while a file is read: each text gets one number in all pieces of the file.
+/// Turns text into numbers while a file is read: each text gets one number in all pieces of the file, in the
+/// order in which texts come first. So the numbers do not depend on the hash table.
 class VtkTexts {
  public:
   /// An array with Role::label; finish() gives it its labels.

@@ -89,6 +89,7 @@ Result<Array> read_text_array(const VtkXml& xml, pugi::xml_node node, Domain dom
 
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget) {
   VtkFieldData field;
+  // VTK writes FieldData into the data set; other programs put it beside it.
   for (const pugi::xml_node data : {data_set.child("FieldData"), data_set.parent().child("FieldData")}) {
     for (const pugi::xml_node node : data.children()) {
       const std::string name = node.attribute("Name").as_string();

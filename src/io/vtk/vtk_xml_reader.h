@@ -11,18 +11,19 @@
 
 namespace maille {
 
-/// An integer of any type; negative ones come out above every count.
+/// An integer of any type; negative ones come out above every count, so that one comparison finds them.
 uint64_t integer_at(const Array& array, size_t i);
 
-/// What an array of PointData or CellData (`data`) means: our own mark, else the active attributes, else the
-/// type says colour.
+/// What an array of PointData or CellData (`data`) means: our own mark decides, else the active attributes,
+/// and bytes that are active scalars of three or four components are colours.
 Role vtk_role_of(const Array& array, pugi::xml_node data, pugi::xml_node node);
 
-/// An array of text, as numbers.
+/// Reads an array of text as numbers of labels. Errors: malformed_input, memory_bound.
 Result<Array> read_text_array(const VtkXml& xml, pugi::xml_node node, Domain domain, const std::string& where,
                               Budget& budget, VtkTexts& texts);
 
-/// Calls act(array, place) for every array in an element.
+/// Calls act(array, place) for every array in an element, in their order; `place` names it for messages. The
+/// first error, of reading or of act(), ends it.
 template <class Act>
 Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, Domain domain, const std::string& where,
                             Budget& budget, VtkTexts& texts, Act act) {
@@ -44,7 +45,7 @@ Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, Domain domai
   return {};
 }
 
-/// What FieldData hold.
+/// What FieldData hold, until readers have taken out what they know.
 struct VtkFieldData {
   struct Strings {
     std::string name;
@@ -69,7 +70,7 @@ struct VtkFieldData {
 inline constexpr char vtk_own_text_mark[] = "maille_text";
 bool is_own_text(const pugi::xml_node& node);
 
-/// FieldData of the data set and of the file.
+/// Reads FieldData of the data set and of the file. Errors: malformed_input, memory_bound.
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget);
 
 /// Arrays that say they are on corners but have another size are kept on the mesh.

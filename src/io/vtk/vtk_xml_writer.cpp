@@ -10,6 +10,7 @@ namespace maille {
 std::string vtk_xml_escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
+    // Control characters as numbers, too: parsers turn bare ones into blanks.
     if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
       out += "&#" + std::to_string(static_cast<int>(c)) + ";";
     } else {
@@ -61,6 +62,7 @@ std::vector<std::byte> VtkXmlWriter::permuted(const Array& array, const std::vec
   return bytes;
 }
 
+// Arrays that keep their order are borrowed, so writing takes no second copy of the mesh.
 VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) const {
   VtkXmlData data;
   data.type = array.type;
@@ -135,7 +137,7 @@ std::string VtkXmlWriter::active_attributes(Domain domain) const {
   return text;
 }
 
-/// For meanings that the active attributes do not tell.
+/// The mark for meanings that the active attributes do not tell.
 std::string VtkXmlWriter::role_mark(const Array& array) const {
   if (array.role == Role::none) return "";
   const bool attributes = array.domain == Domain::point || array.domain == Domain::cell;
@@ -147,6 +149,7 @@ void VtkXmlWriter::add_block_names(const std::string& mark) {
   std::optional<Array> array = vtk_block_array(mesh_);
   if (!array) return;
   VtkXmlData data = describe(*array, role_mark(*array) + mark);
+  // The array ends with this function, so what was borrowed of it must be owned.
   if (data.owned.empty()) data.owned = std::move(array->bytes).vector();
   data.borrowed = {};
   piece_.back().arrays.push_back(std::move(data));
@@ -224,6 +227,7 @@ void VtkXmlWriter::put_array(const VtkXmlData& data, uint64_t& offset) {
     return;
   }
   out_.put(" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n");
+  // Each array is led by its size in 8 bytes (header_type UInt64).
   offset += sizeof(uint64_t) + data.bytes().size();
 }
 
@@ -244,6 +248,7 @@ void VtkXmlWriter::put_appended(const VtkXmlData& data) {
   }
 }
 
+// The order of the appended data is that in which put_sections() gave out offsets.
 void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& act) const {
   for (const auto* sections : {&field_, &piece_}) {
     for (const VtkXmlSection& section : *sections) {

@@ -14,7 +14,8 @@
 
 namespace maille {
 
-/// One DataArray: the attributes of its tag and its bytes, borrowed or owned.
+/// One DataArray: the attributes of its tag and its bytes, borrowed (from the mesh, which must outlive it) or
+/// owned.
 struct VtkXmlData {
   std::string attributes;
   Scalar type = Scalar::u8;
@@ -31,14 +32,18 @@ struct VtkXmlSection {
   std::vector<VtkXmlData> arrays;
 };
 
-/// As the value of an attribute.
+/// A text as the value of an attribute.
 std::string vtk_xml_escaped(std::string_view text);
 
-/// Integers, in 32 bits where they do: VTK reads either, and the file is half the size.
+/// Integers as an array, in 32 bits where they fit: VTK reads either, and the file is half the size. Values
+/// must be below 2^63.
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint32_t> values);
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint64_t> values);
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const int64_t> values);
 
+/// The document around a mesh: sections are added in the order of the format, then write() puts all of it.
+/// Appended data are raw, or values stand in the tags as text (options.ascii). `mesh` and `options` must
+/// outlive the writer.
 class VtkXmlWriter {
  public:
   /// `format`: how notes call it ("VTP").
@@ -64,7 +69,8 @@ class VtkXmlWriter {
   void write_own_texts_as_bytes() { own_texts_as_bytes_ = true; }
   VtkXmlData own_texts(const std::string& name, std::span<const std::string> values) const;
 
-  /// `counts`: attributes of the element Piece.
+  /// Writes the whole document and finishes the sink's buffer; `data_set`: the element ("PolyData"),
+  /// `counts`: attributes of the element Piece. Error: that of the sink.
   Result<> write(const char* data_set, const std::string& counts);
 
  private:

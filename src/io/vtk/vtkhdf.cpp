@@ -1,6 +1,6 @@
 // VTKHDF, versions 1 and 2: unstructured grids and poly data, in any number of parts and steps of time. See
-// VTK's "VTKHDF format specification". Rows of all parts and steps stand one after the other in each dataset;
-// counts for each part, and for each step where its rows begin, tell them apart.
+// VTK's "VTKHDF file format". Rows of all parts and steps stand one after the other in each dataset; counts
+// for each part, and for each step where its rows begin, tell them apart. "Part" is a piece of a step.
 #include "io/vtk/vtkhdf.h"
 
 #include <algorithm>
@@ -20,7 +20,8 @@ namespace {
 
 const std::string group_root = "VTKHDF";
 
-/// A group of cells: an unstructured grid has one, poly data four.
+/// A group of cells: an unstructured grid has one, poly data four. Poly data tells no types: they follow from
+/// the group and the number of points.
 struct Kind {
   const char* folder;
   CellType one, two, three, four, more;  ///< by number of points, where there are no types
@@ -41,7 +42,8 @@ CellType type_of(const Kind& kind, uint64_t points) {
   return points >= 1 && points <= 4 ? types[points - 1] : kind.more;
 }
 
-/// How many rows of something each part of the file has, up to the last part that is read.
+/// How many rows of something each part of the file has, up to the last part that is read: as sums, since
+/// what is asked for is mostly where parts begin.
 class Counts {
  public:
   void add(uint64_t count) { starts_.push_back(starts_.back() + count); }
@@ -53,7 +55,8 @@ class Counts {
   std::vector<uint64_t> starts_ = {0};
 };
 
-/// Cells of one kind, of all parts of the step.
+/// Cells of one kind, of all parts of the step, as the datasets have them: offsets and numbers count from
+/// each part's own begin.
 struct StepCells {
   Counts counts, ids;                  ///< cells, and numbers of points in them
   Counts faces, face_ids, cell_faces;  ///< of polyhedra; no parts where there are none
@@ -70,6 +73,8 @@ Array slice(const Array& array, uint64_t first, uint64_t count) {
   return part;
 }
 
+// Reads one step: its parts are one after the other in `mesh_` and `cells_` and then joined (join_parts()).
+// Everything is asked of Hdf5File, which checks rows against datasets, and sizes against bytes of the file.
 class VtkHdfReader {
  public:
   VtkHdfReader(const Hdf5File& file, uint64_t bytes, const ReadOptions& options)
@@ -82,7 +87,8 @@ class VtkHdfReader {
   Result<std::vector<double>> times();
 
  private:
-  /// HDF5 packs with deflate; how many bytes each dataset has in the file is looked at, too.
+  /// HDF5 packs with deflate, so the file may hold more than its bytes: 16 times Budget's 64. How many bytes
+  /// each dataset has in the file is looked at, too (is_plausible() in hdf5_file.cpp).
   static uint64_t packed_factor(uint64_t bytes) { return bytes > UINT64_MAX / 16 ? 1 : 16; }
 
   Result<Counts> counts(const std::string& path);
@@ -123,13 +129,14 @@ class VtkHdfReader {
   std::vector<std::string> notes_;
 };
 
-/// Up to the last part that is read. Each takes a byte of the file at least, however well they are packed.
+/// Counts up to the last part that is read. Each takes a byte of the file at least (find_parts()), however
+/// well they are packed.
 Result<Counts> VtkHdfReader::counts(const std::string& path) {
   const Array array = MAILLE_TRY(integers(path, 0, end_part_));
   Counts counts;
   for (size_t i = 0; i < end_part_; ++i) {
     const uint64_t count = array.components == 1 ? integer_at(array, i) : UINT64_MAX;
-    // 2^32 parts of so many add up to less than 2^64.
+    // 2^32 parts of so many add up to less than 2^64, so sums do not overflow.
     if (count >= most_rows)
       return malformed("\"" + path + "\" holds " + std::to_string(static_cast<int64_t>(count)) +
                        ", which is no count");
@@ -146,7 +153,8 @@ Result<Array> VtkHdfReader::integers(const std::string& path, uint64_t first, ui
   return array;
 }
 
-/// What Steps say of this step, or what is so in a file without steps.
+/// What the group Steps says of this step, or `otherwise`, which is so in a file without steps. Poly data has
+/// a column for each kind of cells.
 Result<uint64_t> VtkHdfReader::step_number(const std::string& name, uint64_t otherwise, size_t column) {
   const std::string path = group_root + "/Steps/" + name;
   if (!step_ || !file_.find(path)) return otherwise;
@@ -193,7 +201,7 @@ Result<std::vector<double>> VtkHdfReader::times() {
   return times;
 }
 
-/// The parts of the step.
+/// Finds the parts of the step.
 Result<> VtkHdfReader::find_parts() {
   const std::string path = group_root + "/NumberOfPoints";
   const auto dataset = file_.find(path);
@@ -254,7 +262,8 @@ Result<StepCells> VtkHdfReader::read_cells(const Kind& kind, size_t column) {
   return cells;
 }
 
-/// Writers leave steps out of what they say of faces, but write them for all parts before.
+/// Writers leave steps out of what they say of faces, but write them for all parts before: so the sum over
+/// these is where faces of the step begin.
 Result<> VtkHdfReader::read_faces(StepCells& cells, uint64_t first_offset) {
   if (!file_.find(group_root + "/NumberOfFaces")) return {};
   cells.faces = MAILLE_TRY(counts(group_root + "/NumberOfFaces"));
@@ -273,7 +282,7 @@ Result<> VtkHdfReader::read_faces(StepCells& cells, uint64_t first_offset) {
   return {};
 }
 
-/// Where lists of a part end: the file has where they begin, and the end of the last.
+/// Where the lists of a part end: the file has where they begin, and the end of the last one behind.
 Result<Array> VtkHdfReader::ends(const Array& offsets, uint64_t first, uint64_t count) {
   if (integer_at(offsets, first) != 0)
     return malformed("\"" + offsets.name + "\": a part begins at " +
@@ -329,7 +338,7 @@ Result<> VtkHdfReader::append_part(const Kind& kind, const StepCells& cells, siz
   return {};
 }
 
-/// Part by part, and in each kind by kind: the order of arrays on cells.
+/// Reads cells part by part, and in each kind by kind, which is the order of arrays on cells.
 Result<> VtkHdfReader::read_all_cells() {
   std::vector<std::pair<const Kind*, StepCells>> kinds;
   for (size_t k = 0; k < kinds_.size(); ++k) {
@@ -347,7 +356,7 @@ Result<> VtkHdfReader::read_all_cells() {
   return {};
 }
 
-/// Of all parts at once: their rows follow each other.
+/// Reads arrays of all parts at once, as their rows follow each other.
 Result<> VtkHdfReader::read_data(const std::string& group, Domain domain, uint64_t first, uint64_t count) {
   const std::string folder = group_root + "/" + group;
   const auto active = [&](const char* attribute, const std::string& name) {
@@ -409,11 +418,13 @@ Result<ReadResult> VtkHdfReader::read(std::optional<uint64_t> step) {
   MAILLE_CHECK(read_data("PointData", Domain::point, first_point_, mesh_.point_count()));
   MAILLE_CHECK(read_data("CellData", Domain::cell, first_cell_, cells_count_));
   MAILLE_CHECK(read_field_data());
+  // What was not found may be there in truth, so a mesh without it must not pass for whole.
   if (file_.is_broken()) return malformed("it is damaged: the library of HDF5 gave up");
   if (steps_ > 1 && !step)
     notes_.push_back("the mesh and its arrays are those of the last of " + std::to_string(steps_) +
                      " time steps");
   mesh_.blocks = shapes_.take(cells_);
+  // join_parts() relies on a valid mesh.
   if (auto ok = validate(mesh_); !ok) return malformed(ok.error().message);
   MAILLE_CHECK(join_parts(file_.name(), first_points_, first_cells_, marks_, true, mesh_, notes_));
   return ReadResult{std::move(mesh_), std::move(notes_)};

@@ -6,9 +6,10 @@
 
 namespace maille {
 
-/// The mesh of one step, from 0 on. Error: usage, too (there is no such step).
+/// Reads the mesh of one step, from 0 on. Errors: usage, too (there is no such step); unsupported, where
+/// there is no library of HDF5 or for other types; malformed_input; memory_bound.
 Result<ReadResult> read_vtkhdf_step(const Source& source, const ReadOptions& options, uint64_t step);
-/// Of all steps; none in a file without.
+/// The times of all steps; none in a file without.
 Result<std::vector<double>> vtkhdf_times(const Source& source);
 
 }  // namespace maille

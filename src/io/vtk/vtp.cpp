@@ -17,18 +17,22 @@ constexpr const char* kind_elements[kinds] = {"Verts", "Lines", "Polys", "Strips
 constexpr const char* kind_counts[kinds] = {"NumberOfVerts", "NumberOfLines", "NumberOfPolys",
                                             "NumberOfStrips"};
 
-/// Cells of one kind, of all pieces so far.
+/// Cells of one kind, of all pieces so far, in numbers of points of the whole mesh.
 struct Cells {
   std::vector<uint64_t> offsets{0};
   std::vector<uint32_t> connectivity;
 };
 
-/// A cell array of all pieces so far, in parts, because cells are ordered by kind and not by piece.
+/// A cell array of all pieces so far, in parts, because cells are ordered by kind and not by piece. Within
+/// each kind pieces follow each other.
 struct CellArray {
   Array array;
   std::array<std::vector<std::byte>, kinds> parts;
 };
 
+/// Reads pieces one after the other and puts their cells together by kind. Strips become triangles, which the
+/// model of meshes could hold, but of which other formats and the codec of surfaces make more; values of a
+/// strip go to each of its triangles.
 class VtpReader {
  public:
   VtpReader(VtkXml xml, uint64_t file_bytes, const ReadOptions& options)
@@ -98,6 +102,7 @@ Result<> VtpReader::append_strip(Cells& into, std::span<const uint32_t> strip) {
   // Every second triangle is turned, so that all have the first one's orientation.
   for (size_t i = 0; i + 2 < strip.size(); ++i) {
     const size_t odd = i & 1;
+    // A strip makes three corners of each of its numbers, so it is counted apart.
     MAILLE_CHECK(budget_.take(1, 3 * sizeof(uint32_t) + sizeof(uint64_t)));
     into.connectivity.insert(into.connectivity.end(), {strip[i], strip[i + 1 + odd], strip[i + 2 - odd]});
     into.offsets.push_back(into.connectivity.size());
@@ -121,6 +126,7 @@ Result<> VtpReader::append_cells(Kind kind, const Array& connectivity, const Arr
     }
     cell.clear();
     for (uint64_t i = begin; i < end; ++i) {
+      // Negative numbers are huge here, and fail the same test.
       const uint64_t point = integer_at(connectivity, static_cast<size_t>(i));
       if (point >= points) {
         return malformed(where, "cell " + std::to_string(c) + " uses point " +
@@ -205,6 +211,7 @@ Result<> VtpReader::append_cell_tuples(CellArray& into, const Array& values, con
   }
   const size_t size = values.tuple_size();
   const std::byte* at = values.bytes.data();
+  // Tuples of a piece come in VTK's order of kinds. The counts add up to what was checked above.
   for (const Kind kind : {verts, lines, polys}) {
     into.parts[kind].insert(into.parts[kind].end(), at, at + piece_cells_[kind] * size);
     at += piece_cells_[kind] * size;
@@ -264,7 +271,7 @@ Result<> VtpReader::read_field_data() {
   return {};
 }
 
-/// The block type when every cell has one of these sizes, else the general type.
+/// The block's type: that of cells which all have one size, else the general type.
 CellType type_of(Kind kind, const Cells& cells) {
   const auto all = [&](uint64_t nodes) {
     for (size_t i = 0; i + 1 < cells.offsets.size(); ++i) {

@@ -16,14 +16,14 @@ namespace {
 enum Kind : size_t { verts, lines, polys, kinds, unknown = kinds };
 constexpr const char* kind_elements[kinds] = {"Verts", "Lines", "Polys"};
 
-/// Strips are split into triangles, and pixels turned into quads.
+/// The kind under which cells are written: strips are split into triangles, and pixels turned into quads.
 Kind kind_of(CellType type) {
   if (type == CellType::pixel || type == CellType::triangle_strip) return polys;
   const auto kind = vtk_poly_kind(type);
   return kind ? static_cast<Kind>(*kind) : unknown;
 }
 
-/// Cells of one kind, in the order written, with their numbers in the mesh.
+/// Cells of one kind, in the order written, with their numbers in the mesh, by which arrays follow them.
 struct Cells {
   std::vector<uint32_t> connectivity;
   std::vector<uint64_t> ends;
@@ -56,7 +56,7 @@ class VtpWriter {
 void VtpWriter::add_cell(Kind kind, CellType type, uint64_t cell, uint64_t corner,
                          std::span<const uint32_t> nodes) {
   Cells& cells = cells_[kind];
-  // A pixel's third and fourth nodes are swapped against a quad's.
+  // A pixel's third and fourth nodes are swapped against a quad's: it counts along the axes, a quad around.
   static constexpr size_t pixel_order[4] = {0, 1, 3, 2};
   for (size_t i = 0; i < nodes.size(); ++i) {
     const size_t k = type == CellType::pixel ? pixel_order[i] : i;
@@ -76,6 +76,7 @@ void VtpWriter::collect_cells() {
       ++dropped_;
       return;
     }
+    // While this holds, arrays are written as they are in memory, without a copy.
     in_order_ = in_order_ && kind >= last && type != CellType::pixel && type != CellType::triangle_strip;
     last = kind;
     if (type != CellType::triangle_strip) {

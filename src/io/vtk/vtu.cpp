@@ -87,8 +87,8 @@ Result<> VtuReader::read_points(const VtkXml& xml, pugi::xml_node piece, uint64_
   return {};
 }
 
-/// One of the arrays that make up the cells: integers with one component, `count` of them unless that is
-/// UINT64_MAX. None when it is not there.
+/// Reads one of the arrays that make up the cells: integers with one component, `count` of them unless that
+/// is UINT64_MAX. None when it is not there.
 Result<std::optional<Array>> VtuReader::integers(const VtkXml& xml, pugi::xml_node cells, const char* name,
                                                  uint64_t count, const std::string& where) {
   const pugi::xml_node node = cells.find_child_by_attribute("DataArray", "Name", name);
@@ -104,7 +104,7 @@ Result<std::optional<Array>> VtuReader::integers(const VtkXml& xml, pugi::xml_no
   return std::optional<Array>(std::move(array));
 }
 
-/// The faces of the polyhedra, in either form; nothing where they are in none.
+/// Reads the faces of the polyhedra, in either form (see PartFaces); nothing where they are in none.
 Result<std::optional<PartFaces>> VtuReader::read_faces(const VtkXml& xml, pugi::xml_node cells,
                                                        uint64_t count, const std::string& where) {
   const auto read = [&](const char* name) { return integers(xml, cells, name, UINT64_MAX, where); };
@@ -141,7 +141,7 @@ Result<> VtuReader::read_cells(const VtkXml& xml, pugi::xml_node piece, uint64_t
 Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
                               const std::string& in) {
   const std::string where = in + ", " + (domain == Domain::point ? "PointData" : "CellData");
-  // Empty pieces may lack their arrays.
+  // Empty pieces may lack their arrays, as those of processes without a share of the mesh do.
   if (pieces_ > 0 && count == 0) return {};
   size_t index = 0;
   const auto next = [&] {
@@ -199,6 +199,7 @@ Result<> VtuReader::add_file(const VtkXml& xml) {
     MAILLE_CHECK(report_progress(options_.progress, "reading", 0.5));
   }
   VtkFieldData field = MAILLE_TRY(read_vtk_field_data(xml, grid, budget_));
+  // Each file of a parallel mesh repeats the fields of the whole, so the first ones count.
   if (field_.arrays.empty() && field_.strings.empty()) field_ = std::move(field);
   return {};
 }
@@ -211,6 +212,7 @@ void VtuReader::build_blocks() {
     return;
   }
   mesh_.blocks = cells_.take(shapes);
+  // The array that shows names of blocks to VTK's users says the same as the blocks, so it goes.
   if (!has_block_array_) return;
   const auto is_block = [](const Array& array) {
     return array.domain == Domain::cell && array.name == vtk_block_array_name;
@@ -232,6 +234,7 @@ Result<ReadResult> VtuReader::finish() {
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
+// Files that are named are looked at like everything that a file refers to (beside.h).
 Result<std::vector<std::string>> parts_of(const VtkXml& head) {
   std::vector<std::string> paths;
   const pugi::xml_node grid = head.document.child("VTKFile").child("PUnstructuredGrid");
@@ -249,6 +252,7 @@ Result<ReadResult> read_files(const std::string& name, std::span<const std::stri
     sources.push_back(MAILLE_TRY(file_source(path)));
     size += sources.back()->size();
   }
+  // As plausible_bytes() has it for packed files: whether they are is not known yet.
   VtuReader reader(name, size * 16, options, whole);
   for (const auto& source : sources) {
     const InputBytes input = MAILLE_TRY(InputBytes::load(*source));

@@ -9,8 +9,8 @@ namespace maille {
 Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options);
 Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
-/// What vtk_block_sizes() and vtk_block_names() say (the second may be empty); nothing when they do not
-/// belong together.
+/// The blocks that vtk_block_sizes() and vtk_block_names() say (the second may be empty); nothing when they
+/// do not belong together. Sizes come from a file: CellStore::fits() must look at them before use.
 std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std::string>& names);
 
 /// The attribute of the tag of vtk_block_array_name: readers that have the blocks leave the array out.

@@ -1,5 +1,6 @@
 // VTU files written in parts: the counts are known, so every array has its place before the first value
-// comes.
+// comes, and parts may come in any order. Memory is one part; the file is written in place and appears when
+// it is complete.
 #include <maille/mesh_source.h>
 
 #include <algorithm>
@@ -15,10 +16,14 @@
 namespace maille {
 namespace {
 
+/// Where the values of an array are, counted from the underscore of the appended data.
 struct Region {
   uint64_t begin = 0, size = 0;
 };
 
+/// The XML is built first, with a region for each array, in the order in which the tags stand; then it is
+/// written, and the values go to their regions. What is not written stays zero, and commit() refuses a file
+/// whose cells are not complete.
 class VtuSink final : public MeshSink {
  public:
   VtuSink(const std::string& path, const MeshDescription& description)
@@ -69,7 +74,7 @@ class VtuSink final : public MeshSink {
   uint64_t named_end_ = 0;
 };
 
-/// As vtu_writer.cpp has it.
+/// As vtu_writer.cpp has it: the array of names is left out where the mesh has one of this name.
 bool VtuSink::has_names() const {
   const auto same = [](const Array& array) {
     return array.domain == Domain::cell && array.name == vtk_block_array_name;
@@ -91,7 +96,7 @@ void VtuSink::add_values(const std::string& tag, Bytes values) {
   values_.emplace_back(region, std::vector<std::byte>(values.begin(), values.end()));
 }
 
-/// `own`: what was no text in a VTK file, as bytes (see vtk_own_text_mark).
+/// Adds texts; `own`: what was no text in a VTK file, as bytes (see vtk_own_text_mark).
 void VtuSink::add_texts(const std::string& name, const std::vector<std::string>& values, bool own) {
   std::string text;
   for (const std::string& value : values) text.append(value).push_back('\0');
@@ -119,8 +124,8 @@ void VtuSink::add_blocks() {
   if (has_names()) add_texts(std::string(vtk_block_array_name) + vtk_labels_suffix, names);
 }
 
-/// A text array of a VTK file is written as one only where it is on the mesh: on points and cells its size is
-/// not known before the values.
+/// Adds FieldData. A text array of a VTK file is written as one only where it is on the mesh: on points and
+/// cells its size is not known before the values.
 void VtuSink::add_fields() {
   xml_ += "<FieldData>\n";
   add_blocks();
@@ -161,6 +166,7 @@ void VtuSink::add_data(Domain domain, const char* element) {
 }
 
 Result<> VtuSink::open() {
+  // 64 bits only where 32 do not do, as vtk_xml_numbers() has it, so both ways write the same types.
   if (description_.points > INT32_MAX) point_number_ = Scalar::i64;
   if (description_.corners > INT32_MAX) end_number_ = Scalar::i64;
   arrays_.resize(description_.arrays.size());
@@ -193,7 +199,7 @@ Result<> VtuSink::open() {
   return write_sizes();
 }
 
-/// What is known from the beginning: sizes of all arrays, values of some, the file's end.
+/// Writes what is known from the beginning: sizes of all arrays, values of some, and the file's end.
 Result<> VtuSink::write_sizes() {
   for (const Region& region : regions_) {
     MAILLE_CHECK(file_.write_at(xml_.size() + region.begin - sizeof(uint64_t),
@@ -206,6 +212,7 @@ Result<> VtuSink::write_sizes() {
 }
 
 Result<> VtuSink::write(const Region& region, uint64_t at, Bytes bytes) {
+  // So a caller that writes too much cannot overwrite the next array.
   if (at > region.size || bytes.size() > region.size - at) {
     return failure(ErrorCode::usage, file_.path() + ": more values than the mesh was described to have");
   }
@@ -221,10 +228,11 @@ Result<> VtuSink::write_integers(const Region& region, uint64_t first, std::span
   return write(region, first * sizeof(uint32_t), std::as_bytes(std::span(narrow_)));
 }
 
-/// The numbers of the blocks of the next cells.
+/// Writes the numbers of the blocks of the next cells.
 Result<> VtuSink::write_names(uint64_t cells) {
   std::vector<uint32_t> numbers;
   for (uint64_t i = cells_; i < cells_ + cells; ++i) {
+    // Empty blocks are passed over. Cells beyond the last block were refused before, by the region's size.
     for (; named_block_ < description_.blocks.size() && named_end_ <= i; ++named_block_)
       named_end_ += description_.blocks[named_block_].cells;
     numbers.push_back(static_cast<uint32_t>(named_block_ - 1));
@@ -232,16 +240,18 @@ Result<> VtuSink::write_names(uint64_t cells) {
   return write(*names_, cells_ * sizeof(uint32_t), std::as_bytes(std::span(numbers)));
 }
 
+// Of a polyhedron VTK's connectivity has each point once, not each corner of its faces.
 uint64_t VtuSink::entries() const {
   return description_.corners - description_.polyhedra.corners + description_.polyhedra.points;
 }
 
+// In the stream of faces (VTK up to 9.3): number of faces, and for each its number of corners and these.
 uint64_t VtuSink::face_entries() const {
   return description_.polyhedra.cells + description_.polyhedra.faces + description_.polyhedra.corners;
 }
 
-/// Its points once each, in the order in which its faces name them; number of faces, then of each number of
-/// corners and corners.
+/// Takes a polyhedron: its points once each, in the order in which its faces name them; and the number of
+/// faces, then of each the number of corners and the corners.
 void VtuSink::take_polyhedron(const CellPiece& cells, uint64_t i) {
   const auto corners =
       std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);

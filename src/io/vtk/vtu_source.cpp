@@ -1,4 +1,5 @@
-// VTU files read in parts: the XML is parsed, the appended data stay where they are.
+// VTU files read in parts: the XML is parsed, the appended data stay where they are. Only raw appended data
+// will do, as places in base64 or in text are not known without reading all before them.
 #include <maille/mesh_source.h>
 
 #include <algorithm>
@@ -13,10 +14,12 @@
 namespace maille {
 namespace {
 
-/// The XML before appended data is read in pieces until these begin.
+/// The XML before appended data is read in pieces until these begin. The bound keeps a file without appended
+/// data from being read whole; chosen, not swept: names and metadata of a .maille file take 16 MiB at most.
 constexpr uint64_t most_xml = uint64_t{64} << 20;
 
-/// The bytes of one appended array, wherever they are and however they are compressed.
+/// The bytes of one appended array, wherever they are and however they are compressed. Of a compressed one
+/// the table of blocks stays in memory (8 bytes for each), and the block that was unpacked last.
 class AppendedArray {
  public:
   AppendedArray() = default;
@@ -36,6 +39,7 @@ class AppendedArray {
     block_size_ = MAILLE_TRY(number(at_ + xml_->header_size));
     const uint64_t last = MAILLE_TRY(number(at_ + 2 * uint64_t{xml_->header_size}));
     const uint64_t table = at_ + 3 * uint64_t{xml_->header_size};
+    // Before anything is allocated: the table must be in the file, and a block is no larger than most_block.
     if (blocks > source_->size() / xml_->header_size || block_size_ > most_block || last > block_size_)
       return bad("their blocks are too many or too large");
     data_ = table + blocks * xml_->header_size;
@@ -46,6 +50,7 @@ class AppendedArray {
     uint64_t end = 0;
     for (uint64_t i = 0; i < blocks; ++i) {
       end += number_in(sizes.data() + i * xml_->header_size);
+      // Compared at each step, so the sum cannot overflow.
       if (end > source_->size()) return bad("they go on behind the end of the file");
       ends_.push_back(end);
     }
@@ -57,6 +62,7 @@ class AppendedArray {
   /// Bytes from `first` on; the caller has checked that they are there.
   Result<> read(uint64_t first, std::span<std::byte> out) {
     if (xml_->compressor == VtkCompressor::none) return source_->read_at(data_ + first, out);
+    // block_size_ is not 0 here: an array of such blocks has no bytes that could be asked for.
     while (!out.empty()) {
       const uint64_t block = first / block_size_;
       MAILLE_CHECK(load_block(block));
@@ -70,6 +76,7 @@ class AppendedArray {
   }
 
  private:
+  // Chosen, not swept: VTK's blocks are far smaller by default. It bounds what one block may take in memory.
   static constexpr uint64_t most_block = uint64_t{256} << 20;
 
   tl::unexpected<Error> bad(const std::string& what) const {
@@ -95,6 +102,7 @@ class AppendedArray {
     MAILLE_CHECK(source_->read_at(data_ + begin, packed_));
     const uint64_t size = std::min(block_size_, size_ - block * block_size_);
     unpacked_.resize(size);
+    // A block that could not be unpacked is not the loaded one.
     loaded_ = UINT64_MAX;
     if (!unpack_vtk_block(xml_->compressor, packed_, unpacked_))
       return bad("block " + std::to_string(block) + " does not decompress to the size stated");
@@ -118,7 +126,7 @@ void swap_numbers(std::span<std::byte> bytes, size_t size) {
   }
 }
 
-/// A DataArray that is read in parts.
+/// A DataArray that is read in parts: its name, type and components, without values, and where these are.
 struct Column {
   Array description;
   uint64_t tuples = 0;
@@ -131,6 +139,8 @@ struct Piece {
   std::vector<Column> arrays;
 };
 
+/// Pieces are one after the other, in points, cells and arrays, as in a whole read. Meshes whose pieces have
+/// to be joined are refused as unsupported, as are texts and polyhedra: the reader of whole files does these.
 class VtuSource final : public MeshSource {
  public:
   VtuSource(const Source& source, const Limits& limits)
@@ -177,12 +187,12 @@ class VtuSource final : public MeshSource {
   std::vector<Piece> pieces_;
   VtkFieldData field_;
   bool has_block_array_ = false;
-  // Of the cells that are read, kept for the next: pages that come and go cost as much as reading.
+  // Of the cells that are read, kept for the next call: pages that come and go cost as much as reading.
   std::vector<std::byte> bytes_;
   std::vector<uint64_t> ends_, types_;
 };
 
-/// Reads up to the underscore with which the appended data begin.
+/// Reads up to the underscore with which the appended data begin, doubling what was read until it is there.
 Result<> VtuSource::load_xml() {
   std::string text;
   size_t underscore = std::string::npos;
@@ -238,7 +248,7 @@ Result<> VtuSource::open_data(pugi::xml_node data, Domain domain, Piece& piece, 
     if (tag != "DataArray" && tag != "Array") continue;
     if (std::string_view(node.attribute("type").as_string()) == "String")
       return unsupported("it has arrays of text, which cannot be read in parts");
-    // It says the same as the names of the blocks.
+    // It says the same as the names of the blocks, so it is no array of the mesh.
     if (node.attribute(vtu_block_mark)) {
       has_block_array_ = true;
       continue;
@@ -294,13 +304,14 @@ Result<> VtuSource::open_piece(pugi::xml_node node) {
   return {};
 }
 
-/// Fields are small and read whole.
+/// Reads fields, which are small, whole; the budget bounds them.
 Result<> VtuSource::read_fields(pugi::xml_node grid) {
   for (const pugi::xml_node data : {grid.child("FieldData"), grid.parent().child("FieldData")}) {
     for (const pugi::xml_node node : data.children()) {
       const std::string name = node.attribute("Name").as_string();
       const std::string where = xml_.file + ": FieldData, array \"" + name + "\"";
       const bool text = std::string_view(node.attribute("type").as_string()) == "String" || is_own_text(node);
+      // open_column() knows numbers only, and texts are stored as bytes.
       pugi::xml_document copy;
       pugi::xml_node number = copy.append_copy(node);
       if (text) number.attribute("type").set_value("UInt8");
@@ -321,7 +332,7 @@ Result<> VtuSource::read_fields(pugi::xml_node grid) {
   return {};
 }
 
-/// What pieces have in common is joined by a whole read only.
+/// Refuses pieces that have points or cells in common: what they share is joined by a whole read only.
 Result<> VtuSource::check_pieces() const {
   if (pieces_.size() < 2) return {};
   for (const Column& column : pieces_[0].arrays) {
@@ -400,7 +411,7 @@ Result<> VtuSource::read_column(Of of, bool on_points, uint64_t first, uint64_t 
           ": more elements were asked for than there are, or the room for them is of another size");
 }
 
-/// Behind what is in `out`.
+/// Appends whole numbers to `out`.
 Result<> VtuSource::read_integers(Column& column, uint64_t first, uint64_t count,
                                   std::vector<uint64_t>& out) {
   bytes_.resize(count * size_of(column.description.type));
@@ -415,7 +426,8 @@ Result<> VtuSource::read_integers(Column& column, uint64_t first, uint64_t count
   return {};
 }
 
-/// Whether types and sizes of the cells that were read belong together. `first`: for the message.
+/// Whether types and sizes of the cells that were read belong together. `first`: for the message. Most cells
+/// are like the one before, so its type and size are compared first.
 Result<> VtuSource::check_shapes(uint64_t first, uint64_t count) const {
   const uint64_t before = ends_.size() - count;
   uint64_t good_type = 256, good_size = 0;
@@ -439,6 +451,8 @@ Result<> VtuSource::read_piece_cells(Piece& piece, uint64_t first, uint64_t coun
                                      CellPiece& out) {
   ends_.clear();
   types_.clear();
+  // The file has where cells end; a part also needs where its first one begins, which is the end of the cell
+  // before.
   const uint64_t before = first == 0 ? 0 : 1;
   MAILLE_CHECK(read_integers(piece.ends, first - before, count + before, ends_));
   MAILLE_CHECK(read_integers(piece.types, first, count, types_));
@@ -462,6 +476,7 @@ Result<> VtuSource::read_piece_cells(Piece& piece, uint64_t first, uint64_t coun
     for (uint64_t& point : points) point += base;
   }
   MAILLE_CHECK(check_shapes(first, count));
+  // Wraps around where it is negative; sums with ends come out right modulo 2^64.
   const uint64_t shift = out.offsets.back() - begin;  // wraps around
   const size_t cells = out.types.size();
   out.types.resize(cells + count);

@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// The arrays of the element Cells.
+/// The arrays of the element Cells, in VTK's form up to 9.3, which newer versions read, too.
 struct VtuCells {
   std::vector<uint32_t> connectivity;
   std::vector<uint64_t> ends;
@@ -21,7 +21,7 @@ struct VtuCells {
   bool polyhedra = false;
 };
 
-/// Each point of a polyhedron once, in the order in which its faces name them.
+/// Appends each point of a polyhedron once, in the order in which its faces name them.
 void append_points_of(std::span<const uint32_t> corners, std::vector<uint32_t>& sorted,
                       std::vector<uint32_t>& out) {
   sorted.assign(corners.begin(), corners.end());
@@ -58,6 +58,7 @@ VtuCells collect_cells(const Mesh& mesh) {
       const CellType type = block.type_of(i);
       const auto nodes = block.cell(i);
       if (type == CellType::polyhedron) {
+        // Cells before the first polyhedron have no faces, which VTK writes as -1.
         cells.face_ends.resize(cells.ends.size() + 1, -1);
         append_faces(nodes, block.faces(i), cells);
         append_points_of(nodes, sorted, cells.connectivity);
