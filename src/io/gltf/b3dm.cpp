@@ -1,5 +1,5 @@
-// B3DM, a tile of 3D Tiles: a GLB file behind tables of its features. The tables are read for one thing only,
-// the place of the tile; what they say of features is left out.
+// B3DM, a tile of 3D Tiles 1.0: a GLB file behind tables of its features. The tables are read for one thing
+// only, the place of the tile; what they say of features is left out.
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -22,7 +22,8 @@ std::string_view text_of(Bytes bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Positions are relative to this point, in doubles; floats would not hold the sum.
+/// Keeps the point to which positions are relative, as metadata: it is given in doubles, and floats would not
+/// hold the sum.
 void add_centre(std::string_view features, ReadResult& result) {
   const auto table = nlohmann::json::parse(features, nullptr, false);
   if (!table.is_object() || !table.contains("RTC_CENTER")) return;
@@ -36,11 +37,14 @@ Result<ReadResult> read_b3dm(const Source& source, const ReadOptions& options) {
   if (!recognise_b3dm(bytes) || bytes.size() < header_bytes)
     return failure(ErrorCode::malformed_input,
                    source.name() + ": it does not begin with the header of a B3DM file");
+  // Seven 32-bit numbers: magic, version, bytes of the file, and of four tables (features and batches, JSON
+  // and binary each).
   const auto number = [&](size_t i) { return uint64_t{load<uint32_t>(bytes.data() + 4 * i)}; };
   if (number(1) != 1) {
     return failure(ErrorCode::unsupported, source.name() + ": it is B3DM version " +
                                                std::to_string(number(1)) + "; only version 1 can be read");
   }
+  // In 64 bits, so the sum of four 32-bit numbers cannot overflow.
   const uint64_t tables = number(3) + number(4) + number(5) + number(6);
   if (number(2) > bytes.size() || header_bytes + tables > number(2)) {
     return failure(ErrorCode::malformed_input, source.name() + ": its header says " +

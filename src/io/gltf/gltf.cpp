@@ -12,7 +12,7 @@ bool recognise_glb(Bytes first_bytes) {
   return first_bytes.size() >= 4 && std::memcmp(first_bytes.data(), "glTF", 4) == 0;
 }
 
-/// A JSON object that soon names its asset, which every glTF file has.
+/// Whether it is a JSON object that soon names its asset, which every glTF file has, or its buffers.
 bool recognise_gltf(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   const size_t start = text.find_first_not_of(" \t\r\n");
@@ -24,7 +24,7 @@ bool recognise_gltf(Bytes first_bytes) {
 
 }  // namespace
 
-// One reader takes both: files of either name hold either form.
+// One reader takes both formats: files of either name hold either form in practice.
 const Format& glb_format() {
   static const Format format{
       {"glb", {".glb"}, "glTF 2.0, binary", false}, recognise_glb, read_gltf, write_gltf};

@@ -32,7 +32,7 @@ std::optional<Scalar> scalar_of(int component_type) {
   }
 }
 
-/// The library's messages are lines; ours are one sentence.
+/// The library's messages are lines; ours are one sentence, of bounded length.
 std::string one_sentence(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -73,6 +73,7 @@ Result<GltfLayout> GltfAccessors::layout(const tinygltf::Accessor& accessor, con
                           : accessor.type == TINYGLTF_TYPE_MAT3 ? 3
                           : accessor.type == TINYGLTF_TYPE_MAT4 ? 4
                                                                 : 0;
+  // TINYGLTF's numbers of VEC2 to VEC4 are 2 to 4.
   layout.rows = matrix != 0                             ? matrix
                 : accessor.type == TINYGLTF_TYPE_SCALAR ? 1
                                                         : static_cast<uint32_t>(accessor.type);
@@ -80,6 +81,7 @@ Result<GltfLayout> GltfAccessors::layout(const tinygltf::Accessor& accessor, con
   return layout;
 }
 
+// An accessor without a buffer view is all zeros, which its sparse part then changes (glTF 2.0, 3.6.2.3).
 Result<> GltfAccessors::read(const tinygltf::Accessor& accessor, const GltfLayout& layout,
                              const std::string& where, std::span<std::byte> out) const {
   std::fill(out.begin(), out.end(), std::byte{0});
@@ -114,6 +116,7 @@ Result<Bytes> GltfAccessors::elements(int view_index, uint64_t offset, uint64_t 
   if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= file_.buffers.size()) {
     return malformed(in + " uses buffer " + std::to_string(view.buffer) + ", which does not exist");
   }
+  // Compressed views may have a fallback buffer without bytes; with bytes they can be read.
   if (view.extensions.count("EXT_meshopt_compression") + view.extensions.count("KHR_meshopt_compression") !=
           0 &&
       file_.buffers[static_cast<size_t>(view.buffer)].empty()) {
@@ -123,6 +126,7 @@ Result<Bytes> GltfAccessors::elements(int view_index, uint64_t offset, uint64_t 
                        "here; decompress it first, e.g. with \"gltf-transform copy\"");
   }
   const Bytes buffer = file_.buffers[static_cast<size_t>(view.buffer)];
+  // Comparisons subtract and divide, so that no hostile offset, count or stride overflows.
   if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
     return malformed(in + " goes beyond the " + std::to_string(buffer.size()) + " bytes of its buffer");
   }

@@ -10,7 +10,8 @@
 
 namespace maille {
 
-/// Type and shape of an accessor's elements. Columns of matrices start at multiples of four bytes.
+/// Type and shape of an accessor's elements. Columns of matrices start at multiples of four bytes in the file
+/// (3.6.2.4), and are packed tightly in a mesh.
 struct GltfLayout {
   Scalar type = Scalar::f32;
   uint32_t rows = 1, columns = 1;
@@ -23,10 +24,12 @@ struct GltfLayout {
   uint64_t tuple_size() const { return column_size() * columns; }
 };
 
-/// What describes the meshes of a file, parsed; `file.scene` is not kept.
+/// Parses what describes the meshes of a file; `file.scene` is not kept. Error: malformed_input.
 Result<tinygltf::Model> load_gltf_model(GltfFile& file);
 
-/// Reads accessors from buffers; nothing in the file is believed before it is checked against them.
+/// Reads accessors from buffers; nothing in the file is believed before it is checked against them. Both must
+/// outlive it. Callers take the memory for `count` elements from their budget first: a count costs a hostile
+/// file nothing.
 class GltfAccessors {
  public:
   GltfAccessors(const GltfFile& file, const tinygltf::Model& model) : file_(file), model_(model) {}

@@ -87,6 +87,8 @@ std::vector<std::byte> gltf_values(const Array& array, const std::vector<uint32_
 
 std::vector<uint32_t> gltf_indices(const CellBlock& block, const std::vector<uint32_t>& vertices) {
   std::vector<uint32_t> indices = block.connectivity.vector();
+  // Vertices rise, so the last one tells whether all points up to it are vertices, which then keep their
+  // numbers.
   const bool all = !vertices.empty() && vertices.back() + size_t{1} == vertices.size();
   if (all) return indices;
   for (uint32_t& point : indices) {

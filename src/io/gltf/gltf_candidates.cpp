@@ -1,4 +1,5 @@
-// Which primitives the extension can hold, and the vertices and triangles they share.
+// Which primitives the extension can hold, and the vertices and triangles that they share: many primitives
+// may have the same accessors, which are coded once.
 #include <algorithm>
 
 #include "base/bytes.h"
@@ -10,7 +11,8 @@
 namespace maille {
 namespace {
 
-/// Extensions of primitives that do not speak of vertices or triangles by their numbers.
+/// Extensions of primitives that do not speak of vertices or triangles by their numbers. All others are
+/// unknown, and may.
 constexpr std::string_view harmless_extensions[] = {"KHR_materials_variants"};
 
 std::string name_in_file(const std::string& semantic, int target) {
@@ -18,7 +20,7 @@ std::string name_in_file(const std::string& semantic, int target) {
   return target < 0 ? name : "target" + std::to_string(target) + "." + name;
 }
 
-/// Deltas of normals are no unit vectors.
+/// Deltas of normals are no unit vectors, so targets have no role.
 Role role_in_file(const std::string& semantic, int target) {
   return target < 0 ? name_of_gltf(semantic).second : Role::none;
 }
@@ -55,7 +57,7 @@ Result<std::vector<GltfVertices::Attribute>> GltfCompressor::attributes_of(
     GltfVertices::Attribute attribute = {
         semantic, name_in_file(semantic, target), target,
         index,    role_in_file(semantic, target), MAILLE_TRY(accessors_.layout(*accessor, where))};
-    // "_normal" beside "NORMAL".
+    // "_normal" beside "NORMAL" would have the same name.
     const bool taken = std::any_of(attributes.begin(), attributes.end(),
                                    [&](const auto& other) { return other.name == attribute.name; });
     if (taken) attribute.name = semantic + "." + std::to_string(attributes.size());
@@ -84,6 +86,7 @@ Result<size_t> GltfCompressor::vertices_of(const tinygltf::Primitive& primitive,
   GltfVertices vertices;
   vertices.attributes = MAILLE_TRY(attributes_of(primitive));
   vertices.mesh = mesh;
+  // Primitives share vertices if they have the same accessors for all attributes and targets.
   std::string key;
   for (const auto& attribute : vertices.attributes) {
     key += attribute.semantic + " " + std::to_string(attribute.target) + " " +
@@ -92,7 +95,7 @@ Result<size_t> GltfCompressor::vertices_of(const tinygltf::Primitive& primitive,
   const auto [known, is_new] = vertices_by_key_.emplace(key, vertices_.size());
   if (!is_new) return known->second;
   vertices.count = MAILLE_TRY(accessors_.get(vertices.attributes[0].accessor, "POSITION"))->count;
-  // An accessor without bytes is all zeros, which costs a hostile file nothing.
+  // An accessor without bytes is all zeros, which costs a hostile file nothing, so the budget counts it.
   for (const auto& attribute : vertices.attributes)
     MAILLE_CHECK(budget_.take(vertices.count, attribute.layout.tuple_size()));
   vertices_.push_back(std::move(vertices));
@@ -158,6 +161,7 @@ Result<> GltfCompressor::add_primitive(size_t m, size_t p) {
   if (count == 0) reason = "no vertices";
   if (!reason.empty()) return leave(reason), Result<>();
   const size_t vertices = MAILLE_TRY(vertices_of(primitive, m));
+  // Triangles that are blended are drawn in their order, so it must stay.
   vertices_[vertices].keep_order = vertices_[vertices].keep_order || is_blended(primitive.material);
   const size_t triangles = MAILLE_TRY(triangles_of(primitive, vertices, where));
   if (triangles_[triangles].corners.empty()) return leave("no triangles"), Result<>();

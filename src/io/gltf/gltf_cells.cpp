@@ -14,6 +14,7 @@
 namespace maille {
 namespace {
 
+/// Goes over the blocks and sorts their cells into primitives by kind and material.
 class Collector {
  public:
   Collector(const Mesh& mesh, std::vector<std::string>& notes) : mesh_(mesh), notes_(notes) {}
@@ -44,10 +45,11 @@ void Collector::find_material() {
   if (!array || array->role != Role::label || array->components != 1 || is_float(array->type)) return;
   cells_.material = array;
   cells_.materials = array->labels;
+  // The reader adds an empty name for cells without a material.
   if (!cells_.materials.empty() && cells_.materials.back().empty()) cells_.materials.pop_back();
 }
 
-/// Values without a name are cells without a material.
+/// The material of a cell; -1 for values without a name.
 int Collector::material_of(uint64_t cell) const {
   if (!cells_.material) return -1;
   const std::byte* from = cells_.material->bytes.data() + cell * cells_.material->tuple_size();
@@ -65,8 +67,8 @@ int Collector::compare_values(uint64_t a, uint64_t b) const {
   return 0;
 }
 
-/// One point for every point and different values of its corners, in the order of the old points; points
-/// without corners stay.
+/// Makes one point for every point and different values of its corners, in the order of the old points;
+/// points without corners stay. Values are compared by their bytes, so that none changes.
 Result<> Collector::split_points() {
   for (const Array& array : mesh_.arrays) {
     if (array.domain == Domain::corner) corner_arrays_.push_back(&array);
@@ -79,6 +81,7 @@ Result<> Collector::split_points() {
   }
   std::vector<uint64_t> order(point_of.size());
   std::iota(order.begin(), order.end(), uint64_t{0});
+  // The corner's number decides at last, so that the order is total and every compiler makes the same file.
   std::sort(order.begin(), order.end(), [&](uint64_t a, uint64_t b) {
     if (point_of[a] != point_of[b]) return point_of[a] < point_of[b];
     const int values = compare_values(a, b);
@@ -109,7 +112,7 @@ Result<> Collector::split_points() {
   return {};
 }
 
-/// `lists`: points, lines, triangles.
+/// Adds a cell to the list of its kind; `lists`: points, lines, triangles.
 void Collector::add_cell(CellType type, std::span<const uint32_t> nodes, std::vector<uint32_t>* lists[3]) {
   const size_t n = nodes.size();
   const auto triangle = [&](size_t a, size_t b, size_t c) {
@@ -129,6 +132,7 @@ void Collector::add_cell(CellType type, std::span<const uint32_t> nodes, std::ve
     case CellType::polygon:
       if (n < 3) ++degenerate_;
       if (n > 3) ++polygons_;
+      // A fan around the first corner.
       for (size_t i = 0; i + 2 < n; ++i) triangle(0, i + 1, i + 2);
       return;
     case CellType::pixel:
@@ -159,7 +163,8 @@ void Collector::add_block(size_t b) {
     std::vector<uint32_t>* pointers[3] = {&lists[0], &lists[1], &lists[2]};
     add_cell(block.type == CellType::mixed ? static_cast<CellType>(block.types[i]) : block.type, nodes,
              pointers);
-    // One whole polyline is what glTF calls a strip.
+    // One whole polyline is what glTF calls a strip. Several would each take a primitive of its own, so they
+    // become lines.
     if (block.type == CellType::poly_line && block.size() == 1 && nodes.size() > 1)
       lists[1].assign(nodes.begin(), nodes.end());
   }
@@ -167,6 +172,7 @@ void Collector::add_block(size_t b) {
   corner_ = corner;
   static constexpr GltfPrimitive::Mode modes[3] = {GltfPrimitive::points, GltfPrimitive::lines,
                                                    GltfPrimitive::triangles};
+  // In the order of materials, not of a hash.
   for (auto& [material, lists] : by_material) {
     for (size_t k = 0; k < 3; ++k) {
       if (lists[k].empty()) continue;

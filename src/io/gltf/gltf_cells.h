@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// Cells as glTF draws them.
+/// Cells as glTF draws them: one draw call, of one mode and one material.
 struct GltfPrimitive {
   enum Mode : int { points = 0, lines = 1, line_strip = 3, triangles = 4 };
   Mode mode = triangles;
@@ -18,7 +18,8 @@ struct GltfPrimitive {
   uint32_t least = 0, most = 0;   ///< point used
 };
 
-/// What a mesh becomes in glTF: triangles, lines and points, and points that carry the values of corners.
+/// What a mesh becomes in glTF: triangles, lines and points, and points that carry the values of corners, as
+/// glTF has no arrays on corners.
 struct GltfCells {
   static constexpr uint64_t no_corner = UINT64_MAX;
 
@@ -31,8 +32,8 @@ struct GltfCells {
   std::vector<uint64_t> corner_of_point;  ///< one whose values the point carries, or no_corner
 };
 
-/// Polygons are cut into fans, points split where corner arrays differ; `notes` say so. Error: usage when no
-/// cell can be written although there are some.
+/// Polygons are cut into fans, points split where corner arrays differ; `notes` say so. Error: usage, when no
+/// cell can be written although there are some, and for more than 2^32 points after splitting.
 Result<GltfCells> collect_gltf_cells(const Mesh& mesh, std::vector<std::string>& notes);
 
 }  // namespace maille

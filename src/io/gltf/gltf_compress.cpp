@@ -12,7 +12,7 @@ namespace maille {
 namespace {
 
 /// Small meshes share a file, and so its headers and tables; one large enough to have its own is decoded only
-/// when it is wanted.
+/// when it is wanted. Chosen, not swept.
 constexpr uint64_t most_shared_corners = 3 * 65536;
 
 bool goes_by_box(const Tolerance& tolerance) {
@@ -21,7 +21,8 @@ bool goes_by_box(const Tolerance& tolerance) {
 
 }  // namespace
 
-/// Vertices of one kind may be in one file.
+/// A text that is equal for vertices that may be in one file: same attributes and types, same lattice, same
+/// order.
 std::string GltfCompressor::kind_of(size_t v) const {
   const GltfVertices& vertices = vertices_[v];
   std::string kind = vertices.keep_order || options_.encoding.order == Order::keep ? "kept order " : "";
@@ -40,6 +41,7 @@ std::string GltfCompressor::layout_of(size_t v) const {
   return layout;
 }
 
+// Fills files of each kind in the order of the asset, so that equal assets make equal files.
 std::vector<GltfBlob> GltfCompressor::plan_blobs() const {
   std::vector<GltfBlob> blobs;
   std::vector<uint64_t> corners;                                 // of each blob
@@ -102,7 +104,8 @@ Result<Mesh> GltfCompressor::mesh_of(const GltfBlob& blob) const {
   return mesh;
 }
 
-/// Weights of joints are rounded before they are coded, losslessly: their sum is of several arrays.
+/// Rounds weights of joints before they are coded losslessly: their sum is one of several arrays, which a
+/// bound for each number would not keep.
 void GltfCompressor::round_weights_of(Mesh& mesh) {
   std::vector<Array*> arrays;
   double bits = 0;
@@ -117,7 +120,8 @@ void GltfCompressor::round_weights_of(Mesh& mesh) {
   round_gltf_weights(arrays, static_cast<int>(std::min<double>(bits, most_gltf_weight_bits)));
 }
 
-/// All primitives of a mesh share one lattice: otherwise their common borders would open.
+/// The tolerance of positions, as an absolute one where it goes by the box. All primitives of a mesh share
+/// one lattice: otherwise their common borders would open.
 Tolerance GltfCompressor::tolerance_of_positions(size_t mesh) const {
   const Tolerance asked = options_.encoding.positions;
   if (!goes_by_box(asked)) return asked;
@@ -141,6 +145,7 @@ Tolerance GltfCompressor::tolerance_of_positions(size_t mesh) const {
     longest = std::max(longest, side);
     squares += side * side;
   }
+  // Bits: 2^bits - 1 steps over the longest side, of which the error is half a one.
   const double error = asked.kind == Tolerance::Kind::bits
                            ? longest / (std::ldexp(1.0, static_cast<int>(asked.value)) - 1) / 2
                            : asked.value * std::sqrt(squares);
@@ -162,8 +167,10 @@ EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mes
   for (const Array& array : mesh.arrays) {
     const auto asked = options_.encoding.arrays.find(array.name);
     if (asked != options_.encoding.arrays.end()) named_.insert(array.name);
-    // Integers are numbers of something.
+    // Integers are numbers of something, and kept exactly.
     if (!is_float(array.type) || is_gltf_weights(array.name)) continue;
+    // Positions of morph targets move in the same units, so they have the positions' bound unless they have
+    // their own.
     const bool moves = array.name.starts_with("target") && array.name.ends_with(".position");
     if (asked != options_.encoding.arrays.end()) {
       encoding.arrays[array.name] = asked->second;
@@ -197,11 +204,13 @@ Result<> GltfCompressor::encode_blob(GltfBlob& blob) {
   MAILLE_TRY(encode(mesh, *sink, encoding_for(blob, mesh)));
   DecodeOptions decoding;
   decoding.executor = options_.encoding.executor;
+  // The decoded mesh is what readers will see: counts and bounds of accessors come from it.
   blob.mesh = MAILLE_TRY(decode(*memory_source(Bytes(blob.bytes)), decoding));
   return {};
 }
 
-/// Accessors that something else needs as they are.
+/// Marks the accessors that something else needs as they are: primitives that stay, animations, skins,
+/// instances.
 void GltfCompressor::mark_kept_accessors() {
   const auto keep = [&](const GltfJson& object, const char* key) {
     if (const auto number = gltf_number(object, key)) owners_[static_cast<int>(*number)] = "kept";
@@ -239,7 +248,8 @@ void GltfCompressor::mark_kept_accessors() {
   }
 }
 
-/// The accessor, or a copy of it where it is another one's already.
+/// The accessor for this owner, or a copy of it where it is another one's already: two owners may need other
+/// counts.
 int GltfCompressor::take_accessor(int accessor, const std::string& owner) {
   const auto [place, is_new] = owners_.emplace(accessor, owner);
   if (is_new || place->second == owner) return accessor;
@@ -252,7 +262,8 @@ int GltfCompressor::take_accessor(int accessor, const std::string& owner) {
   return copy->second;
 }
 
-/// Takes the bytes away from an accessor of so many elements.
+/// Takes the bytes away from an accessor and gives it so many elements. Its views are free if nothing else
+/// has them.
 GltfJson& GltfCompressor::empty_accessor(int number, uint64_t count) {
   GltfJson& accessor = document_.json["accessors"][static_cast<size_t>(number)];
   const auto note_view = [&](const GltfJson& object) {
@@ -364,6 +375,7 @@ Result<GltfReport> GltfCompressor::run() {
     MAILLE_CHECK(report_progress(options_.encoding.progress, "compressing",
                                  static_cast<double>(b) / static_cast<double>(blobs.size())));
     MAILLE_CHECK(encode_blob(blobs[b]));
+    // Files that are no smaller are dropped, and their primitives stay as they are.
     if (blobs[b].bytes.size() < blobs[b].raw_bytes) blobs_.push_back(std::move(blobs[b]));
   }
   mark_kept_accessors();

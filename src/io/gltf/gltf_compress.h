@@ -16,7 +16,7 @@
 
 namespace maille {
 
-/// Vertices as primitives with the same accessors have them.
+/// Vertices as primitives with the same accessors have them; the unit of what is coded together.
 struct GltfVertices {
   struct Attribute {
     std::string semantic, name;  ///< of glTF, of maille
@@ -34,7 +34,7 @@ struct GltfVertices {
   bool all_used() const { return used.size() == count; }
 };
 
-/// Triangles over them.
+/// Triangles over vertices, as primitives with the same indices share them.
 struct GltfTriangles {
   size_t vertices = 0;
   int accessor = -1;
@@ -56,7 +56,7 @@ struct GltfBlob {
 };
 
 /// Finds what can be compressed (gltf_candidates.cpp), codes it and puts it into the document
-/// (gltf_compress.cpp).
+/// (gltf_compress.cpp). Whatever else is in the asset keeps its bytes, its order and its numbers.
 class GltfCompressor {
  public:
   GltfCompressor(GltfDocument& document, const tinygltf::Model& model, const GltfCompressOptions& options)
@@ -66,6 +66,8 @@ class GltfCompressor {
         options_(options),
         budget_(document.file.name, document.file.total_bytes, options.limits) {}
 
+  // run() compresses; arrays() lists what could be; originals() gives the meshes behind the files of a
+  // compressed asset, for comparison. One of them is called, once.
   Result<GltfReport> run();
   Result<std::vector<Array>> arrays();
   Result<std::vector<Mesh>> originals(std::span<const GltfPart> parts);

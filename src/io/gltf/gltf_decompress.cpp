@@ -1,4 +1,4 @@
-// Geometry out of the .maille files of a glTF asset, back into accessors.
+// Takes geometry out of the .maille files of a glTF asset, back into accessors.
 #include <maille/decode.h>
 #include <maille/gltf.h>
 
@@ -16,9 +16,10 @@
 namespace maille {
 namespace {
 
+// glTF 2.0, 5.11.5: ARRAY_BUFFER and ELEMENT_ARRAY_BUFFER.
 constexpr int vertex_target = 34962, index_target = 34963;
 
-/// A primitive that has the extension.
+/// A primitive that has the extension. `primitive` points into the document, whose meshes do not move.
 struct Linked {
   GltfJson* primitive = nullptr;
   GltfLink link;
@@ -27,6 +28,9 @@ struct Linked {
   std::string where, name;
 };
 
+/// Values of accessors come from decoded meshes, in the numbering of gltf_vertices(). Whatever the asset says
+/// beside is checked against the meshes: counts, types, and that no accessor is given twice with different
+/// values.
 class GltfDecompressor {
  public:
   GltfDecompressor(GltfDocument& document, const GltfDecompressOptions& options)
@@ -101,7 +105,8 @@ Result<> GltfDecompressor::take(uint64_t bytes) {
                                               " bytes allowed; raise the memory limit if you trust the file");
 }
 
-/// An accessor that is to get values: there, without any, and of as many as were decoded.
+/// An accessor that is to get values: one that is there, has none, and is of as many elements as were
+/// decoded.
 Result<GltfJson*> GltfDecompressor::accessor_at(uint64_t number, const std::string& where, uint64_t count) {
   if (number >= gltf_list(document_.json, "accessors").size())
     return malformed(where + " uses accessor " + std::to_string(number) + ", which does not exist");
@@ -136,9 +141,10 @@ Result<> GltfDecompressor::give_names(const Mesh& mesh, const std::vector<uint32
     if (gltf_number(accessor, "componentType") != static_cast<uint64_t>(gltf_component_type(array->type)) ||
         shape == nullptr || type == nullptr || *type != shape)
       return malformed(in + ": the .maille file has values of another type than the accessor");
+    // 3 for padding, at most.
     MAILLE_CHECK(take(vertices.size() * (array->tuple_size() + 3)));
     std::vector<std::byte> values = gltf_values(*array, vertices);
-    // Elements of vertices start at multiples of four bytes.
+    // Elements of vertices start at multiples of four bytes (glTF 2.0, 3.6.2.4).
     const size_t size = array->tuple_size(), stride = (size + 3) / 4 * 4;
     GltfJson view = {{"target", vertex_target}};
     if (stride != size) {
@@ -208,7 +214,7 @@ Result<> GltfDecompressor::give_vertices(const Mesh& mesh, const std::vector<Lin
   }
   std::sort(blocks.begin(), blocks.end());
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  // Many primitives over one file are cheap to write down, but not to read.
+  // Many primitives over one file are cheap to write down, but not to read: each takes from the limit.
   for (const uint64_t block : blocks) MAILLE_CHECK(take(mesh.blocks[block].connectivity.size() * 4));
   if (alone) MAILLE_CHECK(take(mesh.point_count() * 4));
   const std::vector<uint32_t> vertices = gltf_vertices(mesh, blocks, alone);
@@ -233,7 +239,7 @@ Result<> GltfDecompressor::decompress(uint64_t view, Bytes bytes, const std::vec
   return {};
 }
 
-/// Those of the .maille files, and those that compressing left over (GltfDocument::place_views()).
+/// Frees the views of the .maille files, and those that compressing left over (GltfDocument::place_views()).
 void GltfDecompressor::free_views() {
   std::vector<size_t> views;
   for (Linked& linked : linked_) {
@@ -252,6 +258,7 @@ void GltfDecompressor::free_views() {
 
 Result<GltfReport> GltfDecompressor::run() {
   MAILLE_CHECK(find());
+  // By number of the view, so that new views come in the same order everywhere.
   std::map<uint64_t, std::vector<Linked*>> by_view;
   std::map<uint64_t, Bytes> contents;  // as views are taken again
   for (Linked& linked : linked_) {

@@ -69,7 +69,8 @@ Bytes GltfDocument::content(size_t view) const {
 
 namespace {
 
-/// Every view that some member "bufferView" names, in known extensions and others.
+/// Marks every view that some member "bufferView" names, in known extensions and others. The depth of the
+/// JSON was bounded by open_gltf(), so the recursion ends.
 void mark_views(const GltfJson& value, std::vector<bool>& used) {
   if (value.is_object()) {
     const auto view = gltf_number(value, "bufferView");
@@ -115,7 +116,7 @@ void GltfDocument::use_extension(const char* name) {
   }
 }
 
-/// An empty list is not allowed.
+/// Removes the extension's name; an empty list is not allowed by the schema.
 void GltfDocument::drop_extension(const char* name) {
   for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
     if (!json.contains(key) || !json[key].is_array()) continue;
@@ -128,6 +129,7 @@ void GltfDocument::drop_extension(const char* name) {
   }
 }
 
+// Only at the end of the list: others would change the numbers of those behind.
 void GltfDocument::drop_free_views() {
   while (!views_.empty() && views_.back().is_free) {
     views_.pop_back();
@@ -152,6 +154,7 @@ std::vector<Bytes> GltfDocument::place_views() {
   static constexpr std::byte zeros[8] = {};
   uint64_t size = 0;
   const auto start = [&](uint64_t remainder) {
+    // remainder < 4 and size % 4 < 4, so the difference is positive before the modulus.
     const uint64_t padding = (remainder + 8 - size % 4) % 4;
     pieces.push_back(Bytes(zeros).first(static_cast<size_t>(padding)));
     size += padding;
@@ -167,6 +170,7 @@ std::vector<Bytes> GltfDocument::place_views() {
     start(front.offset % 4);
     size_t next = first;
     for (; next < old.size(); ++next) {
+      // Views that overlap the run so far extend it; the first one behind it begins another.
       const View& view = views_[old[next]];
       if (view.buffer != front.buffer || (next != first && view.offset >= end)) break;
       end = std::max(end, view.offset + view.bytes.size());

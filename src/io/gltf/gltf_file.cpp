@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Deeper than any real file; keeps recursive parsers off the stack's end.
+/// Deeper than any real file; keeps recursive parsers off the stack's end. Chosen, not swept.
 constexpr int max_depth = 200;
 
 std::string_view text_of(Bytes bytes) {
@@ -47,6 +47,7 @@ Result<Chunks> split_glb(const std::string& file, Bytes bytes) {
   Chunks chunks;
   chunks.is_binary_file = true;
   bool have_binary = false;
+  // Each chunk takes 8 bytes at least, so the loop ends with the file.
   for (size_t at = 12; at < length;) {
     if (length - at < 8) return malformed_byte(file, at, "it ends inside a chunk header");
     const auto size = load<uint32_t>(bytes.data() + at);
@@ -56,11 +57,13 @@ Result<Chunks> split_glb(const std::string& file, Bytes bytes) {
                             "a chunk of " + std::to_string(size) + " bytes goes beyond the file's end");
     }
     const Bytes content = bytes.subspan(at + 8, size);
+    // "JSON" and "BIN\0" as little-endian numbers (glTF 2.0, 4.4.3).
     constexpr uint32_t json_type = 0x4e4f534a, binary_type = 0x004e4942;
     if (at == 12) {
       if (type != json_type) return malformed_byte(file, at, "the first chunk is not JSON");
       chunks.json = text_of(content);
       chunks.json_at = at + 8;
+      // Other chunks are of extensions, and passed over as the standard demands.
     } else if (type == binary_type && !have_binary) {
       chunks.binary = content;
       have_binary = true;
@@ -71,6 +74,8 @@ Result<Chunks> split_glb(const std::string& file, Bytes bytes) {
   return chunks;
 }
 
+/// Before any parser sees the text. Brackets in strings do not count; a text that is not well-formed is
+/// refused later.
 Result<> check_depth(const std::string& file, const Chunks& chunks) {
   int depth = 0;
   bool in_string = false;
@@ -123,8 +128,8 @@ const json& array_of(const json& object, const char* key) {
   return value && value->is_array() ? *value : empty;
 }
 
-/// Extensions that say how materials, lights and the like look; meshes are the same without them. Quantised
-/// attributes are read as they are.
+/// Whether an extension says how materials, lights and the like look; meshes are the same without them.
+/// Quantised attributes are read as they are, in integers.
 bool leaves_geometry_alone(const std::string& extension) {
   static constexpr std::string_view prefixes[] = {"KHR_materials_",
                                                   "KHR_texture_",
@@ -173,7 +178,8 @@ Result<> check_version_and_extensions(const std::string& file, const json& docum
   return {};
 }
 
-/// A relative URI as a path, %XX decoded. Empty when it is not one, or leads out of the folder.
+/// A relative URI as a path, %XX decoded. Empty when it is none, or leads out of the folder. Only the text is
+/// looked at here: open_beside() then guards against links.
 std::string safe_path(const std::string& uri) {
   std::string path;
   const auto digit = [](char c) {
@@ -192,10 +198,13 @@ std::string safe_path(const std::string& uri) {
   }
   const std::filesystem::path parts(path);
   const bool leaves = std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part == ".."; });
+  // Backslashes and colons mean something on other systems; nothing that a mesh needs has them.
   const bool odd = path.find_first_of(std::string_view("\\:\0", 3)) != std::string::npos;
   return parts.is_absolute() || leaves || odd ? "" : path;
 }
 
+/// Finds the bytes of the buffers, in their order: in data URIs, the binary chunk or files beside. They stay
+/// in `file`.
 class BufferLoader {
  public:
   BufferLoader(GltfFile& file, const Chunks& chunks) : file_(file), chunks_(chunks) {}
@@ -220,6 +229,7 @@ class BufferLoader {
       return malformed(file_.name, where_ + " should have " + std::to_string(size) +
                                        " bytes, but there are " + std::to_string(bytes.size()));
     }
+    // The binary chunk may be longer by padding.
     file_.buffers.push_back(bytes.first(static_cast<size_t>(size)));
     return {};
   }
@@ -232,6 +242,7 @@ class BufferLoader {
       return malformed(file_.name, where_ + " is a data URI, but not in base64");
     }
     Base64Reader reader(std::string_view(uri).substr(comma + 1));
+    // Bounded by the text, whatever byteLength says.
     std::vector<std::byte> bytes(static_cast<size_t>(std::min(size, reader.most_left())));
     if (!reader.read(bytes)) {
       return malformed(file_.name, where_ + ": its base64 data have foreign characters or fewer than " +
@@ -248,6 +259,7 @@ class BufferLoader {
       return failure(ErrorCode::unsupported, file_.name + ": " + where_ + " is at \"" + uri.substr(0, 200) +
                                                  "\"; only files in the same folder or below are opened");
     }
+    // Standard input has no folder.
     if (file_.name.starts_with("<")) {
       return failure(ErrorCode::cannot_read, file_.name + ": " + where_ + " is in the file \"" + path +
                                                  "\" beside it, which needs the glTF file's own path");
@@ -282,7 +294,8 @@ std::string list_left_out(const json& document) {
   return list;
 }
 
-/// Only what the reader of meshes looks at, so that nothing else can fail or cost anything.
+/// Leaves only what the reader of meshes looks at, so that nothing else can fail or cost anything in the
+/// library.
 std::string reduce(const json& document) {
   json scene = {{"asset", {{"version", "2.0"}}}};
   for (const char* key : {"accessors", "bufferViews", "meshes", "nodes", "scenes", "scene"}) {
@@ -301,6 +314,7 @@ void take_metadata(GltfFile& file, json asset) {
     asset["extras"].erase("maille_metadata");
     if (asset["extras"].empty()) asset.erase("extras");
   }
+  // What our writer puts there by itself says nothing.
   if (string_of(asset, "generator") != "maille" || asset.size() > 2) file.asset = asset.dump();
 }
 

@@ -10,7 +10,8 @@
 
 namespace maille {
 
-/// A glTF file taken apart: what describes the meshes, and the bytes they consist of.
+/// A glTF file taken apart: what describes the meshes, and the bytes they consist of. Buffers are views of
+/// `input`, `embedded` and `file_bytes`, so these stay as long as they do.
 struct GltfFile {
   std::string name;
   /// JSON with accessors, buffer views, meshes, nodes and scenes only: what a mesh needs, nothing else.

@@ -10,6 +10,8 @@
 
 namespace maille {
 
+/// Attributes that the standard names. `numbered`: sets _0, _1, ... of which the first has the plain name
+/// here.
 struct GltfSemantic {
   const char* semantic;
   const char* name;
@@ -26,7 +28,8 @@ inline constexpr GltfSemantic gltf_semantics[] = {
     {"WEIGHTS", "weights", Role::none, true},
 };
 
-/// Name and role of an attribute.
+/// The name and role of an attribute in a mesh. Different attributes may get one name ("_normal" and
+/// "NORMAL"): callers make it unique.
 inline std::pair<std::string, Role> name_of_gltf(const std::string& attribute) {
   for (const GltfSemantic& known : gltf_semantics) {
     if (!known.numbered && attribute == known.semantic) return {known.name, known.role};

@@ -49,7 +49,8 @@ std::set<std::string> GltfWriter::names_in(const char* key) const {
   return names;
 }
 
-/// Attributes are 8 or 16 bit integers or 32 bit floats.
+/// The type in which an array is written: attributes are 8 or 16 bit integers or 32 bit floats. What is lost
+/// is counted, and the largest error is told.
 Scalar GltfWriter::type_written(const Array& array) {
   if (array.type == Scalar::f32 || size_of(array.type) <= 2) return array.type;
   uint64_t rounded = 0;
@@ -80,7 +81,8 @@ void GltfWriter::plan_positions() {
   attributes_.push_back(std::move(position));
 }
 
-/// glTF's name for an array by its meaning and shape, or one of its own behind an underscore.
+/// glTF's name for an array by its meaning and shape, or one of its own behind an underscore, as the standard
+/// wants of other names.
 std::string GltfWriter::semantic_for(const Array& array, Scalar type) const {
   const uint32_t n = array.components;
   const bool is_unsigned = type == Scalar::u8 || type == Scalar::u16;
@@ -109,7 +111,8 @@ bool GltfWriter::taken(const std::string& semantic, const std::vector<bool>& blo
   return false;
 }
 
-/// The next number, or an own name, that no array of the same primitives has.
+/// The next number, or an own name, that no array of the same primitives has. Ends: there are fewer arrays
+/// than numbers.
 std::string GltfWriter::free_semantic(const std::string& wanted, const std::vector<bool>& blocks) const {
   if (!taken(wanted, blocks)) return wanted;
   const bool numbered = wanted.ends_with("_0") && wanted[0] != '_';
@@ -121,9 +124,11 @@ std::string GltfWriter::free_semantic(const std::string& wanted, const std::vect
   }
 }
 
-/// glTF wants normals of length 1; OBJ files have others. Those of length 0 have no direction and stay, and
-/// so do normals that were in a glTF file before.
+/// Normals of length 1, as glTF wants them; OBJ files have others. Those of length 0 have no direction and
+/// stay, and so do normals that were in a glTF file before.
 const Array& GltfWriter::with_unit_length(const Array& normals) {
+  // The deviation that counts as length 1. 8 bits round by 1/256 = 0.0039, so normals that came from them are
+  // left alone.
   constexpr double tolerance = 0.005;  // 8 bits round by 0.0039
   const auto& metadata = mesh_.metadata;
   const bool was_gltf = std::any_of(metadata.begin(), metadata.end(),
@@ -173,6 +178,7 @@ void GltfWriter::plan_attribute(const Array& array, const json& only) {
   const bool fractions = semantic.starts_with("COLOR_") || semantic.starts_with("WEIGHTS_") ||
                          semantic == "NORMAL" || semantic == "TANGENT";
   attribute.normalized = integers && (fractions || normalized_.count(array.name) != 0);
+  // What the standard allows as integers without the extension for quantised meshes.
   const bool core = semantic[0] == '_' || semantic.starts_with("COLOR_") ||
                     semantic.starts_with("WEIGHTS_") || semantic.starts_with("JOINTS_") ||
                     (semantic.starts_with("TEXCOORD_") && attribute.normalized &&
@@ -203,6 +209,7 @@ void GltfWriter::note_rest() {
 void GltfWriter::plan_ranges() {
   const size_t n = cells_.primitives.size();
   std::vector<uint64_t> least(n + 1, cells_.point_count);
+  // least[i]: the least point that primitive i or a later one uses.
   for (size_t i = n; i-- > 0;) least[i] = std::min(least[i + 1], uint64_t{cells_.primitives[i].least});
   uint64_t most = 0;
   for (size_t i = 0; i < n; ++i) {

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Primitives over the same points.
+/// Primitives over the same points, which are in the mesh once.
 struct Group {
   std::map<std::string, int> attributes;  ///< accessors; with POSITION
   uint64_t first = 0, count = 0;          ///< points
@@ -33,6 +33,9 @@ struct Part {
   std::string where;  ///< for messages
 };
 
+/// Reads the meshes of the default scene, one block for each primitive. Points of groups are one after the
+/// other; each attribute is an array over all points, zero where a group does not have it. Metadata keep what
+/// nodes say, from which the writer makes the scene again.
 class GltfReader {
  public:
   GltfReader(GltfFile file, tinygltf::Model model, const ReadOptions& options)
@@ -96,6 +99,7 @@ Result<> GltfReader::visit_node(int index, std::vector<int>& open) {
                      std::to_string(model_.nodes.size()));
   }
   const auto i = static_cast<size_t>(index);
+  // So cycles end, and so do trees whose nodes have several parents.
   if (visited_[i]) {  // not allowed, but it changes nothing here
     moved_ = true;
     return {};
@@ -113,7 +117,8 @@ Result<> GltfReader::visit_node(int index, std::vector<int>& open) {
   return {};
 }
 
-/// Finds the meshes of the default scene; without scenes, all meshes.
+/// Finds the meshes of the default scene; without scenes, all meshes. With a list of open nodes instead of
+/// recursion, so that no depth of the tree is too much.
 Result<> GltfReader::walk_scene() {
   uses_.assign(model_.meshes.size(), model_.scenes.empty() ? 1 : 0);
   visited_.assign(model_.nodes.size(), false);
@@ -146,8 +151,9 @@ Result<> GltfReader::walk_scene() {
   return {};
 }
 
-/// Primitives with the same positions share points as long as they agree on all other attributes too. Only
-/// the latest group with these positions is looked at, so that many primitives stay linear.
+/// The group of a primitive: those with the same positions share points as long as they agree on all other
+/// attributes, too. Only the latest group with these positions is looked at, so that the time for many
+/// primitives stays linear.
 size_t GltfReader::group_for(const tinygltf::Primitive& primitive) {
   const int position = primitive.attributes.at("POSITION");
   const auto latest = latest_group_.find(position);
@@ -301,7 +307,7 @@ Result<> GltfReader::read_attributes() {
   return {};
 }
 
-/// Numbers of mesh points.
+/// The points of a primitive's corners, as numbers in the mesh.
 Result<std::vector<uint32_t>> GltfReader::read_indices(const Part& part) {
   const Group& group = groups_[part.group];
   std::vector<uint32_t> points;
@@ -335,7 +341,7 @@ Result<std::vector<uint32_t>> GltfReader::read_indices(const Part& part) {
   return points;
 }
 
-/// Triangles of a strip or fan, in the order and orientation of the standard.
+/// Triangles of a strip or fan, in the order and orientation of the standard (glTF 2.0, 3.7.2.1).
 std::vector<uint32_t> triangles_of(const std::vector<uint32_t>& points, bool strip) {
   std::vector<uint32_t> triangles;
   for (size_t i = 0; i + 2 < points.size(); ++i) {
@@ -465,6 +471,8 @@ Result<ReadResult> GltfReader::read() {
 
 Result<ReadResult> read_gltf(const Source& source, const ReadOptions& options) {
   GltfFile file = MAILLE_TRY(open_gltf(source, gltf_extension));
+  // The plain asset is made in memory, with the caller's limits, and read as any other. It does not use the
+  // extension, so there is no further round.
   if (file.compressed) {
     std::vector<std::byte> plain;
     const auto sink = memory_sink(plain);

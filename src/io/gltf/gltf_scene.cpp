@@ -1,4 +1,4 @@
-// Meshes as the scene of a glTF file shows them: what nodes say, applied.
+// Meshes as the scene of a glTF file shows them: what nodes say, applied. For formats that have no nodes.
 #include <maille/gltf.h>
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-/// The upper three rows of an affine map; [row][column], the last column moves.
+/// The upper three rows of an affine map; [row][column], the last column moves. In doubles: chains of nodes
+/// multiply.
 struct Affine {
   std::array<std::array<double, 4>, 3> m = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
@@ -32,14 +33,15 @@ struct Affine {
   double determinant() const {
     return m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
   }
-  /// Cofactors turn normals as the inverse transposed does, up to their length and the determinant's sign.
+  /// Cofactors turn normals as the inverse transposed does, up to their length and the determinant's sign:
+  /// the inverse transposed is the matrix of cofactors divided by the determinant, which may be 0.
   double cofactor(size_t i, size_t k) const {
     const size_t i1 = (i + 1) % 3, i2 = (i + 2) % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
     return m[i1][k1] * m[i2][k2] - m[i1][k2] * m[i2][k1];
   }
 };
 
-/// So many numbers, or the others where there are none or something else.
+/// So many numbers of a member, or the others where there are none or something else.
 template <size_t size>
 std::array<double, size> numbers_of(const json& node, const char* key, std::array<double, size> others) {
   const auto found = node.find(key);
@@ -63,6 +65,7 @@ Affine transform_of(const json& node) {
   const auto t = numbers_of<3>(node, "translation", {0, 0, 0});
   const auto [x, y, z, w] = numbers_of<4>(node, "rotation", {0, 0, 0, 1});
   const auto s = numbers_of<3>(node, "scale", {1, 1, 1});
+  // The rotation by a unit quaternion, as in glTF 2.0, 3.5.3: the map is translation * rotation * scale.
   const double r[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
                           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
                           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
@@ -73,7 +76,7 @@ Affine transform_of(const json& node) {
   return affine;
 }
 
-/// A mesh of the asset at one place.
+/// A mesh of the asset at one place of the scene.
 struct Instance {
   size_t mesh = 0;
   Affine transform;
@@ -89,7 +92,7 @@ std::vector<size_t> indices_of(const json& list, size_t limit) {
   return indices;
 }
 
-/// In the order of the tree; each node once, whatever the file says.
+/// Instances in the order of the tree; each node once, whatever the file says, so cycles end.
 std::vector<Instance> instances_of(const json& nodes, const json& roots, size_t meshes) {
   std::vector<Instance> instances;
   std::vector<bool> visited(nodes.size());
@@ -117,6 +120,8 @@ std::vector<Instance> instances_of(const json& nodes, const json& roots, size_t 
   return instances;
 }
 
+/// Writes each instance's blocks one after the other, with points of its own. Metadata of nodes are dropped,
+/// as they are applied.
 class SceneMaker {
  public:
   SceneMaker(const Mesh& mesh, std::vector<std::vector<size_t>> blocks, std::vector<Instance> instances)
@@ -175,7 +180,8 @@ void put_float(Buffer<std::byte>& bytes, Scalar type, double value) {
   bytes.insert(bytes.end(), from, from + size_of(type));
 }
 
-/// The value of one component, as glTF means it.
+/// The value of one component, as glTF means it: normalised integers stand for fractions of 1, of which
+/// signed ones begin at -1 (glTF 2.0, 3.11).
 double component(const Array& array, uint64_t tuple, size_t k, bool normalized) {
   const double value =
       number_as_double(array.type, array.bytes.data() + tuple * array.tuple_size() + k * size_of(array.type));
@@ -185,7 +191,8 @@ double component(const Array& array, uint64_t tuple, size_t k, bool normalized) 
   return std::max(value / most, -1.0);
 }
 
-/// Normals and tangents turn with the mesh; all else stays.
+/// Copies a tuple. Normals and tangents turn with the mesh and keep their length; all else stays, the fourth
+/// component of tangents, too.
 void SceneMaker::put(size_t a, uint64_t tuple, const Affine& transform) {
   const Array& from = mesh_.arrays[a];
   Array& to = scene_.arrays[a];
@@ -212,6 +219,7 @@ void SceneMaker::put(size_t a, uint64_t tuple, const Affine& transform) {
 }
 
 void SceneMaker::add_point(uint32_t point, const Affine& transform) {
+  // Bit for bit where nothing moves.
   if (transform.is_identity() && scene_.points.type == mesh_.points.type) {
     const auto* bytes = mesh_.points.bytes.data() + point * mesh_.points.tuple_size();
     scene_.points.bytes.insert(scene_.points.bytes.end(), bytes, bytes + mesh_.points.tuple_size());
@@ -233,6 +241,7 @@ void SceneMaker::add_block(const Instance& instance, size_t b, const std::string
   const CellBlock& from = mesh_.blocks[b];
   CellBlock block = from;
   block.name = name;
+  // A mirrored mesh would be inside out, so its faces are turned.
   const bool mirrored = instance.transform.determinant() < 0;
   for (uint64_t cell = 0; cell < from.size(); ++cell) {
     const uint64_t first = from.offsets.empty() ? cell * nodes_of(from.type) : from.offsets[cell];
@@ -280,6 +289,8 @@ Result<std::optional<Mesh>> SceneMaker::make(std::vector<std::string>& notes) {
     ++uses[instance.mesh];
     for (const size_t b : blocks_[instance.mesh]) corners += mesh_.blocks[b].connectivity.size();
   }
+  // A few bytes of nodes can show a mesh any number of times. Beyond 2^24 corners, which any machine holds,
+  // 64 times is the most; both chosen, not swept.
   constexpr uint64_t most_often = 64, always = 1 << 24;
   if (corners > always && corners / most_often > mesh_.corner_count()) {
     return failure(ErrorCode::malformed_input,
@@ -305,7 +316,7 @@ Result<std::optional<Mesh>> mesh_in_scene(const Mesh& mesh, std::vector<std::str
   size_t count = 0;
   for (const json& list : meshes) {
     blocks.push_back(indices_of(list, mesh.blocks.size()));
-    // Another mesh than the nodes speak of, such as a part that was cut out.
+    // Metadata of another mesh than this one, such as a part that was cut out of it.
     if (blocks.back().size() != list.size()) return std::nullopt;
     count += blocks.back().size();
   }

@@ -9,7 +9,8 @@
 namespace maille {
 namespace {
 
-/// The remainder goes to the largest fractions.
+/// Rounds the weights of a point down to multiples of `step`, and gives what is missing to 1 to the largest
+/// fractions, a step each. Where the sum is not near 1 each goes to the nearest multiple.
 void round_weights(std::vector<float>& weights, double step) {
   std::vector<std::pair<double, size_t>> fractions;
   double rest = 1;
@@ -18,6 +19,7 @@ void round_weights(std::vector<float>& weights, double step) {
     fractions.emplace_back(below - weight, i);
     rest -= below;
   }
+  // Not so for NaN, and for weights whose sum is no 1: these are not what this rule is for.
   const double steps = rest / step;
   if (!(steps >= 0 && steps <= static_cast<double>(weights.size()))) {
     for (float& weight : weights)
@@ -25,6 +27,7 @@ void round_weights(std::vector<float>& weights, double step) {
         weight = static_cast<float>(std::round(static_cast<double>(weight) / step) * step);
     return;
   }
+  // By fraction, then by number: a total order.
   std::sort(fractions.begin(), fractions.end());
   for (size_t k = 0; k < fractions.size(); ++k) {
     const double below = std::floor(static_cast<double>(weights[fractions[k].second]) / step) * step;
@@ -84,9 +87,11 @@ void round_gltf_weights(const std::vector<Array*>& arrays, int bits) {
 
 int round_gltf_weights_as(Mesh& original, const Mesh& decoded) {
   Mesh other = decoded;
+  // Points may come in another order, so values are compared as sorted lists.
   const std::vector<Array*> arrays = weights_of(original);
   const std::vector<float> wanted = sorted(weights_of(other));
   if (same_bits(sorted(arrays), wanted)) return 0;
+  // How many bits were asked for is not in the file; there are few possibilities.
   for (int bits = 1; bits <= most_gltf_weight_bits; ++bits) {
     Mesh rounded = original;
     round_gltf_weights(weights_of(rounded), bits);

@@ -28,7 +28,8 @@ const std::byte* GltfWriter::tuple(const GltfAttribute& attribute, uint64_t poin
   return corner == GltfCells::no_corner ? zeros.data() : array.bytes.data() + corner * array.tuple_size();
 }
 
-/// Bounds as the standard wants them for positions, over finite values.
+/// Bounds as the standard wants them for positions, over finite values, and of the numbers as they are
+/// written.
 json GltfWriter::limits_of(const GltfAttribute& attribute, const GltfRange& range) const {
   std::array<double, 3> low, high;
   low.fill(INFINITY);
@@ -49,6 +50,8 @@ json GltfWriter::limits_of(const GltfAttribute& attribute, const GltfRange& rang
   return json{{"min", low}, {"max", high}};
 }
 
+// One buffer view for each attribute, with an accessor for each range of points that has it. Vertices of one
+// attribute follow each other, so writing goes over each array once.
 void GltfWriter::add_accessors() {
   for (size_t a = 0; a < attributes_.size(); ++a) {
     const GltfAttribute& attribute = attributes_[a];
@@ -80,7 +83,8 @@ void GltfWriter::add_accessors() {
 
 namespace {
 
-/// 65535 itself means "restart" to graphics hardware and is not used.
+/// Whether indices of a range have 16 bits. 65535 itself means "restart" to graphics hardware and is not
+/// used.
 bool is_short(const GltfRange& range) {
   return range.count <= 65535;
 }
@@ -123,7 +127,7 @@ json GltfWriter::primitive_of(size_t i) const {
   return object;
 }
 
-/// "tree/0", "tree/1", ... become one mesh "tree"; other blocks a mesh each.
+/// Blocks by mesh: "tree/0", "tree/1", ... become one mesh "tree"; other blocks a mesh each.
 std::vector<std::vector<size_t>> GltfWriter::meshes_by_name() const {
   std::vector<std::vector<size_t>> meshes;
   for (size_t b = 0; b < mesh_.blocks.size(); ++b) {
@@ -156,7 +160,8 @@ json GltfWriter::mesh_of(const std::vector<size_t>& blocks) {
   return mesh;
 }
 
-/// Nodes as the file had them that the mesh was read from, if its blocks are still the same.
+/// Takes nodes as the file had them that the mesh was read from, if its blocks are still the same. All
+/// numbers in the metadata are checked, as anybody may have written them.
 bool GltfWriter::add_nodes_from_metadata(std::vector<std::vector<size_t>>& meshes) {
   const json nodes = gltf_metadata(mesh_, "gltf.nodes"), roots = gltf_metadata(mesh_, "gltf.scene"),
              blocks = gltf_metadata(mesh_, "gltf.meshes");
@@ -197,6 +202,7 @@ void GltfWriter::add_meshes() {
   }
   std::vector<std::vector<size_t>> meshes = meshes_by_name();
   const bool known_nodes = add_nodes_from_metadata(meshes);
+  // Meshes without primitives are not allowed, so they are left out and later ones get other numbers.
   std::vector<int> new_number;
   json roots = json::array();
   for (const std::vector<size_t>& blocks : meshes) {
@@ -244,6 +250,7 @@ json GltfWriter::asset() const {
 void GltfWriter::put_attribute(BufferedWriter& out, const GltfAttribute& attribute) const {
   const Array& array = *attribute.array;
   const size_t padding = attribute.stride() - attribute.tight_size();
+  // The usual case: the array is written as it is in memory.
   if (array.type == attribute.type && padding == 0 && cells_.old_point.empty()) {
     out.put_bytes(array.bytes);
     return;

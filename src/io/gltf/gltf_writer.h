@@ -11,7 +11,7 @@
 
 namespace maille {
 
-/// One array as it will stand in the file.
+/// One array as it will stand in the file. It points into the mesh, or to an array that the writer made.
 struct GltfAttribute {
   std::string semantic;
   const Array* array = nullptr;
@@ -31,12 +31,14 @@ struct GltfRange {
   std::vector<int> accessors;  ///< one per attribute, -1 where it is left out
 };
 
-/// A value of the metadata as JSON; null where it is not there.
+/// A value of the metadata as JSON; null where it is not there, discarded where it is no JSON. Metadata can
+/// come from anybody.
 nlohmann::ordered_json gltf_metadata(const Mesh& mesh, const char* key);
 /// "SCALAR" ... "MAT4"; none: glTF has no tuples of that many numbers.
 const char* gltf_shape_of(uint32_t components);
 
-/// Plans what a file will hold (gltf_plan.cpp), then writes it (gltf_writer.cpp).
+/// Plans what a file will hold (gltf_plan.cpp), then writes it (gltf_writer.cpp): the document with all
+/// offsets is complete before the first byte of the binary part.
 class GltfWriter {
  public:
   using Json = nlohmann::ordered_json;
